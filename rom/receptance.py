@@ -1,0 +1,134 @@
+"""Receptance of the blade in cyclic relative coordinates: all that the contact forces see of the structure."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from rom.modal import ModalModel
+from rom.reduced_model import Array, ComplexArray
+
+
+@dataclass(frozen=True)
+class RelativeReceptance:
+    """G^(h)(w) = B_h r^(h)(w) B_h^H and its companions for a travelling wave of inter-blade phase angle psi.
+
+    The relative displacement of the contact nodes is d^(h) = q_R^(h) - q_L^(h) exp(i h psi) = B_h q^(h), the
+    contact force on the right nodes f^(h) acts on the blade as B_h^H f^(h) (paper eqs. 17 and 18), and the
+    receptance of the reduced system is the modal sum r^(h) = sum_m phi phi^T / (w_m^2 + i c_m h w - (h w)^2)
+    with c_m = 2 zeta_m w_m (paper eq. 7).
+
+    Attributes
+    ----------
+    modal : the modes.
+    phase : psi, rad.
+    harmonics : the harmonics h that are asked for, ascending; may hold 0.
+    force : amplitude of the excitation, N; it acts in harmonic 1 only.
+    """
+
+    modal: ModalModel
+    phase: float
+    harmonics: tuple[int, ...]
+    force: float
+
+    @cached_property
+    def relative(self) -> ComplexArray:
+        """Relative contact motion of the modes, B_h phi: (n_h, 3 n_c, m)."""
+        right = self.modal.right.astype(complex)
+        if self.modal.left is None:
+            return np.stack([right for _ in self.harmonics])
+        return np.stack([right - self.modal.left * np.exp(1j * h * self.phase) for h in self.harmonics])
+
+    @cached_property
+    def modal_force(self) -> ComplexArray:
+        """External modal force in each harmonic: static in 0, excitation in 1: (n_h, m)."""
+        forces = np.zeros((len(self.harmonics), self.modal.angular_frequency.size), dtype=complex)
+        for row, h in enumerate(self.harmonics):
+            if h == 0:
+                forces[row] = self.modal.static_force
+            if h == 1:
+                forces[row] = self.force * self.modal.force
+        return forces
+
+    def denominators(self, frequency: float) -> tuple[ComplexArray, ComplexArray]:
+        """w_m^2 + i c_m h w - (h w)^2 and its derivative in w at w = `frequency` (rad/s): each (n_h, m)."""
+        h = np.asarray(self.harmonics, dtype=float)[:, None]
+        modal = self.modal
+        value = modal.angular_frequency**2 + 1j * modal.damping * (h * frequency) - (h * frequency) ** 2
+        slope = 1j * h * modal.damping - 2.0 * h**2 * frequency
+        return value.astype(complex), slope.astype(complex)
+
+    def evaluate(self, frequency: float) -> "ReceptanceAt":
+        """Receptance, linear relative response and their derivatives at `frequency` (rad/s)."""
+        value, slope = self.denominators(frequency)
+        inverse = 1.0 / value
+        inverse_slope = -slope * inverse**2
+        adjoint = self.relative.conj().transpose(0, 2, 1)
+        linear = np.stack([inverse * self.modal_force, inverse_slope * self.modal_force], axis=-1)
+        response = self.relative @ linear
+        return ReceptanceAt(
+            matrix=(self.relative * inverse[:, None, :]) @ adjoint,
+            matrix_slope=(self.relative * inverse_slope[:, None, :]) @ adjoint,
+            linear=response[..., 0],
+            linear_slope=response[..., 1],
+        )
+
+    def modal_response(self, frequency: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Modal coordinates under the external and the contact forces, and their derivative in w.
+
+        `contact_force` is f^(h) on the right nodes, (n_h, 3 n_c). Returns two arrays (n_h, m).
+        """
+        value, slope = self.denominators(frequency)
+        total = self.modal_force + (self.relative.conj().transpose(0, 2, 1) @ contact_force[..., None])[..., 0]
+        return total / value, -slope * total / value**2
+
+    def output_rows(self, name: str, frequency: float) -> ComplexArray:
+        """Rows of the output's receptance to contact forces, o r^(h) B_h^H: (n_h, 3 n_c)."""
+        value, _ = self.denominators(frequency)
+        weighted = (self.modal.outputs[name] / value)[:, None, :]
+        return (weighted @ self.relative.conj().transpose(0, 2, 1))[:, 0, :]
+
+
+@dataclass(frozen=True)
+class ReceptanceAt:
+    """Values at one frequency: `matrix` (n_h, 3 n_c, 3 n_c), `linear` (n_h, 3 n_c) and derivatives in w."""
+
+    matrix: ComplexArray
+    matrix_slope: ComplexArray
+    linear: ComplexArray
+    linear_slope: ComplexArray
+
+
+def linear_response(
+    modal: ModalModel,
+    frequency_hz: Sequence[float] | Array,
+    *,
+    phase: float,
+    force: float,
+    normal: Array | float = 0.0,
+    tangential: Array | float = 0.0,
+    output: str = "tip",
+) -> ComplexArray:
+    """Response of harmonic 1 with linear springs at the contact nodes: free (no springs) or fully stuck.
+
+    Solves d = d_lin - G k d at every frequency, k the springs (tangential, tangential, normal) of the nodes in N/m;
+    `normal`, `tangential`: numbers or (n_c,). Returns the complex amplitude of the output, (F,), metres.
+    """
+    n_contacts = modal.n_contacts
+    springs = np.empty((n_contacts, 3))
+    springs[:, :2] = np.broadcast_to(np.asarray(tangential, dtype=float), n_contacts)[:, None]
+    springs[:, 2] = np.broadcast_to(np.asarray(normal, dtype=float), n_contacts)
+    stiffness = springs.reshape(-1)
+    receptance = RelativeReceptance(modal, phase, (1,), force)
+    response = np.empty(len(frequency_hz), dtype=complex)
+    for index, hertz in enumerate(frequency_hz):
+        omega = 2.0 * np.pi * hertz
+        contact_force = np.zeros(3 * n_contacts, dtype=complex)
+        if np.any(stiffness):
+            at = receptance.evaluate(omega)
+            system = np.eye(3 * n_contacts) + at.matrix[0] * stiffness
+            contact_force = -stiffness * np.linalg.solve(system, at.linear[0])
+        coordinates, _ = receptance.modal_response(omega, contact_force[None])
+        response[index] = modal.outputs[output] @ coordinates[0]
+    return response

@@ -1,0 +1,110 @@
+"""The reduced model of one blade: what the reduction makes and what the forced response starts from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+SYMMETRY_TOLERANCE = 1e-8
+
+
+class ReducedModelError(ValueError):
+    """A reduced model that is inconsistent; the message names the quantity, what it is and what is allowed."""
+
+
+@dataclass(frozen=True)
+class ReducedModel:
+    """Mass, stiffness, contact, force and output vectors in the reduced coordinates q (n of them), SI units.
+
+    Attributes
+    ----------
+    mass, stiffness : (n, n) symmetric.
+    contact_right : (3 n_c, n); displacement of the right contact nodes = contact_right @ q, rows (t1, t2, n)
+        of node 1, then of node 2, and so on.
+    contact_left : (3 n_c, n) or None; the same for the left nodes. None: contact against ground.
+    contact_position : (n_c, 3) of the right nodes, metres.
+    contact_area : (n_c,) tributary areas, square metres, or None.
+    force_excitation : (n,) real or complex, generalised force of 1 N of excitation.
+    force_centrifugal : (n,) or None, generalised static force at 1 rad/s; it grows with the speed squared.
+    force_static : (n,) or None, any other static force, N.
+    outputs : name -> (n,); displacement NAME = outputs[NAME] @ q. "tip" is the default output.
+    basis : (N, n) or None, reduced to mesh displacements.
+    n_blades : number of blades of the ring, None for a single structure (inter-blade phase angle 0).
+    producer : free text that says who made the model.
+
+    Raises
+    ------
+    ReducedModelError : a shape, a value or a symmetry is wrong.
+    """
+
+    mass: Array
+    stiffness: Array
+    contact_right: Array
+    contact_position: Array
+    force_excitation: Array | ComplexArray
+    outputs: Mapping[str, Array]
+    contact_left: Array | None = None
+    contact_area: Array | None = None
+    force_centrifugal: Array | None = None
+    force_static: Array | None = None
+    basis: Array | None = None
+    n_blades: int | None = None
+    producer: str = field(default="shroud")
+
+    def __post_init__(self) -> None:
+        """Check shapes, finiteness and symmetry."""
+        n = self.mass.shape[0]
+        n_contacts = self.contact_position.shape[0]
+        shapes: dict[str, tuple[object, tuple[int, ...]]] = {
+            "mass": (self.mass, (n, n)),
+            "stiffness": (self.stiffness, (n, n)),
+            "contact/position": (self.contact_position, (n_contacts, 3)),
+            "contact/right": (self.contact_right, (3 * n_contacts, n)),
+            "contact/left": (self.contact_left, (3 * n_contacts, n)),
+            "contact/area": (self.contact_area, (n_contacts,)),
+            "force/excitation": (self.force_excitation, (n,)),
+            "force/centrifugal": (self.force_centrifugal, (n,)),
+            "force/static": (self.force_static, (n,)),
+            **{f"output/{name}": (vector, (n,)) for name, vector in self.outputs.items()},
+        }
+        for name, (array, shape) in shapes.items():
+            if array is not None:
+                _check_array(name, np.asarray(array), shape)
+        _check_symmetric("mass", self.mass)
+        _check_symmetric("stiffness", self.stiffness)
+        if "tip" not in self.outputs:
+            raise ReducedModelError("output/tip: missing; it is the default output")
+        if self.basis is not None and (self.basis.ndim != 2 or self.basis.shape[1] != n):
+            raise ReducedModelError(f"basis: shape {self.basis.shape}, allowed: (any, {n})")
+        if self.n_blades is not None and self.n_blades < 1:
+            raise ReducedModelError(f"n_blades: {self.n_blades}, allowed: 1 or more")
+
+    @property
+    def n_contacts(self) -> int:
+        """Number of contact nodes on a face."""
+        return self.contact_position.shape[0]
+
+    @property
+    def size(self) -> int:
+        """Number of reduced coordinates."""
+        return self.mass.shape[0]
+
+
+def _check_array(name: str, array: NDArray[np.generic], shape: tuple[int, ...]) -> None:
+    if array.shape != shape:
+        raise ReducedModelError(f"{name}: shape {array.shape}, allowed: {shape}")
+    if not np.all(np.isfinite(array)):
+        raise ReducedModelError(f"{name}: holds values that are not finite, allowed: finite numbers")
+
+
+def _check_symmetric(name: str, matrix: Array) -> None:
+    asymmetry = float(np.max(np.abs(matrix - matrix.T), initial=0.0))
+    scale = float(np.max(np.abs(matrix), initial=0.0))
+    if asymmetry > SYMMETRY_TOLERANCE * scale:
+        relative = asymmetry / scale
+        raise ReducedModelError(
+            f"{name}: asymmetric by {relative:.2g} of its largest entry, allowed: {SYMMETRY_TOLERANCE:g}"
+        )

@@ -1,0 +1,113 @@
+"""Reduced models as HDF5 files: the door for models that come from elsewhere."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rom.reduced_model import ReducedModel, ReducedModelError
+
+if TYPE_CHECKING:
+    import h5py
+
+FORMAT = "1"
+_OPTIONAL = {
+    "contact_left": "contact/left",
+    "contact_area": "contact/area",
+    "force_centrifugal": "force/centrifugal",
+    "force_static": "force/static",
+    "basis": "basis",
+}
+_REQUIRED = {
+    "mass": "mass",
+    "stiffness": "stiffness",
+    "contact_right": "contact/right",
+    "contact_position": "contact/position",
+    "force_excitation": "force/excitation",
+}
+
+
+def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> None:
+    """Write `model` to the HDF5 file `path`, one dataset for each array that the model has."""
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        for attribute, name in (_REQUIRED | _OPTIONAL).items():
+            array = getattr(model, attribute)
+            if array is not None:
+                file.create_dataset(name, data=array, track_times=False)
+        for name, vector in model.outputs.items():
+            file.create_dataset(f"output/{name}", data=vector, track_times=False)
+        file.attrs["format"] = FORMAT
+        file.attrs["producer"] = model.producer
+        if model.n_blades is not None:
+            file.attrs["n_blades"] = model.n_blades
+
+
+def read_reduced_model(path: str | os.PathLike[str]) -> ReducedModel:
+    """Read a reduced model.
+
+    Raises
+    ------
+    ReducedModelError : the file cannot be read, a dataset is missing, or the model is inconsistent; the message
+        names the file and the dataset.
+    """
+    import h5py
+
+    if not Path(path).is_file():
+        raise ReducedModelError(f"{path}: no such file, allowed: an HDF5 file with a reduced model")
+    try:
+        with h5py.File(path, "r") as file:
+            arguments = _read_arguments(file)
+        return ReducedModel(**arguments)
+    except ReducedModelError as error:
+        raise ReducedModelError(f"{path}: {error}") from None
+    except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise ReducedModelError(f"{path}: not readable as a reduced model: {reason}") from None
+
+
+def _read_arguments(file: "h5py.File") -> dict[str, Any]:
+    version = _text(file.attrs.get("format", "absent"))
+    if version != FORMAT:
+        raise ReducedModelError(f"attribute format: {version!r}, allowed: {FORMAT!r}")
+    arguments: dict[str, Any] = {
+        attribute: _read_array(file, name, complex_allowed=attribute == "force_excitation")
+        for attribute, name in _REQUIRED.items()
+    }
+    for attribute, name in _OPTIONAL.items():
+        if name in file:
+            arguments[attribute] = _read_array(file, name)
+    if "output" not in file or not hasattr(file["output"], "keys"):
+        raise ReducedModelError("output: missing; group output must hold the dataset tip")
+    arguments["outputs"] = {name: _read_array(file, f"output/{name}") for name in file["output"]}
+    if "n_blades" in file.attrs:
+        arguments["n_blades"] = _whole_number("n_blades", file.attrs["n_blades"])
+    arguments["producer"] = _text(file.attrs.get("producer", "unknown"))
+    return arguments
+
+
+def _read_array(file: "h5py.File", name: str, complex_allowed: bool = False) -> np.ndarray:
+    if name not in file or not hasattr(file[name], "dtype"):
+        raise ReducedModelError(f"{name}: missing dataset")
+    array = np.asarray(file[name][()])
+    kinds = "iufc" if complex_allowed else "iuf"
+    if array.dtype.kind not in kinds:
+        raise ReducedModelError(f"{name}: type {array.dtype}, allowed: real{' or complex' * complex_allowed} numbers")
+    # a scalar or a row of the wrong dimension would trip the model's own shape checks with an IndexError
+    wanted = 2 if name in ("mass", "stiffness", "contact/position", "contact/right", "contact/left", "basis") else 1
+    if array.ndim != wanted:
+        raise ReducedModelError(f"{name}: shape {array.shape}, allowed: an array of {wanted} dimension(s)")
+    return array.astype(np.complex128 if array.dtype.kind == "c" else np.float64)
+
+
+def _whole_number(name: str, value: Any) -> int:
+    number = np.asarray(value)
+    if number.size != 1 or number.dtype.kind not in "iuf" or float(number.reshape(-1)[0]) % 1 != 0:
+        raise ReducedModelError(f"attribute {name}: {value!r}, allowed: a whole number")
+    return int(number.reshape(-1)[0])
+
+
+def _text(value: Any) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)
