@@ -1,0 +1,194 @@
+"""Pseudo-arc-length continuation of the balance in the frequency: predictor, corrector, step control.
+
+Lengths along the curve are measured relative to the present vibration and to a tenth of the frequency range, so that
+a step means the same at the top of a resonance and far below it, and force and interference scaled together give the
+same steps.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nonlinear.balance import HarmonicBalance
+from nonlinear.contact import Array, ContactForces
+from nonlinear.options import SolverOptions
+
+MAX_CORRECTIONS = 12
+TARGET_DEVIATION = 0.12  # distance of the corrected from the predicted point, relative to the step
+LARGEST_DEVIATION = 0.6
+RANGE_FRACTION = 0.1
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """One solved point: unknown x (n,), w (rad/s), unit tangent (dx/ds, dw/ds) of growing arc, and how it was found.
+
+    `determinant_sign` is that of det dR/dx: -1 where an odd number of real Floquet exponents is positive.
+    """
+
+    unknown: Array
+    frequency: float
+    tangent: tuple[Array, float]
+    contact: ContactForces
+    determinant_sign: int
+    iterations: int
+    arc: float
+    step: float
+
+
+@dataclass(frozen=True)
+class Metric:
+    """Scales of an arc length: of the displacement (m) and of the frequency (rad/s)."""
+
+    length: float
+    frequency: float
+
+    def norm(self, displacement: Array, frequency: float) -> float:
+        """Length of a step."""
+        return float(np.hypot(np.linalg.norm(displacement) / self.length, frequency / self.frequency))
+
+    def unit(self, tangent: tuple[Array, float]) -> tuple[Array, float]:
+        """The same direction with length 1."""
+        norm = self.norm(*tangent)
+        return tangent[0] / norm, tangent[1] / norm
+
+
+@dataclass(frozen=True)
+class Continuation:
+    """Continuation of `balance` under `options`; frequencies in rad/s."""
+
+    balance: HarmonicBalance
+    options: SolverOptions
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Frequency range in rad/s."""
+        low, high = self.options.frequency
+        return 2.0 * np.pi * low, 2.0 * np.pi * high
+
+    def metric(self, unknown: Array) -> Metric:
+        """Scales at a point."""
+        low, high = self.span
+        whole = float(np.linalg.norm(unknown))
+        length = max(self.balance.vibration(unknown), 1e-6 * whole, self.balance.tiny)
+        return Metric(length, RANGE_FRACTION * (high - low))
+
+    def point(
+        self, unknown: Array, frequency: float, onward: tuple[Array, float], iterations: int, arc: float, step: float
+    ) -> CurvePoint:
+        """The solved point (x, w) with its tangent on the side of `onward`."""
+        at = self.balance.evaluate(unknown, frequency)
+        metric = self.metric(unknown)
+        border = metric.unit(onward)
+        bordered = _bordered(at.jacobian, at.slope, border, metric)
+        last = np.zeros(bordered.shape[0])
+        last[-1] = 1.0
+        solution = np.linalg.solve(bordered, last)
+        tangent = metric.unit((solution[:-1] * metric.length, solution[-1] * metric.frequency))
+        sign = np.linalg.slogdet(at.jacobian)[0]
+        return CurvePoint(unknown, frequency, tangent, at.contact, int(sign), iterations, arc, step)
+
+    def correct(
+        self, point: CurvePoint, step: float, tangent: tuple[Array, float] | None = None
+    ) -> CurvePoint | None:
+        """The point at arc length `step` beyond `point`, in the plane normal to the tangent; None if not reached."""
+        direction = tangent or point.tangent
+        metric = self.metric(point.unknown)
+        predicted = point.unknown + step * direction[0], point.frequency + step * direction[1]
+        x, w = predicted
+        for iteration in range(MAX_CORRECTIONS + 1):
+            at = self.balance.evaluate(x, w)
+            error = self.balance.relative_error(at.residual, x)
+            if error <= self.options.tolerance:
+                break
+            if iteration == MAX_CORRECTIONS or not np.isfinite(error):
+                return None
+            dx, dw = _bordered_solve(at.jacobian, at.slope, direction, metric, -at.residual)
+            x, w = x + dx, w + dw
+            if w <= 0.0 or metric.norm(x - predicted[0], w - predicted[1]) > LARGEST_DEVIATION * step + 1e-9:
+                return None
+        deviation = metric.norm(x - predicted[0], w - predicted[1]) / step
+        following = step * float(np.clip(TARGET_DEVIATION / (deviation + 1e-12), 0.3, 2.0))
+        if iteration > 6:
+            following = min(following, 0.7 * step)
+        return self.point(x, w, direction, iteration, point.arc + step, min(following, self.options.max_step))
+
+    def at_frequency(self, point: CurvePoint, frequency: float) -> CurvePoint | None:
+        """The point of the curve near `point` at a given w, along its tangent as first guess; None if not reached."""
+        along = (frequency - point.frequency) / point.tangent[1]
+        x = point.unknown + along * point.tangent[0]
+        for iteration in range(MAX_CORRECTIONS + 1):
+            at = self.balance.evaluate(x, frequency)
+            if self.balance.relative_error(at.residual, x) <= self.options.tolerance:
+                return self.point(x, frequency, point.tangent, iteration, point.arc + abs(along), point.step)
+            try:
+                x = x + np.linalg.solve(at.jacobian, -at.residual)
+            except np.linalg.LinAlgError:
+                return None
+            if not np.all(np.isfinite(x)):
+                return None
+        return None
+
+    def next_point(self, previous: CurvePoint | None, point: CurvePoint) -> CurvePoint | None:
+        """The next accepted point: shorter steps first, then the secant in place of the tangent; None if all fail."""
+        step = min(point.step, self.options.max_step)
+        while step >= self.options.min_step:
+            found = self.correct(point, step)
+            if found is not None and not _folds_back(point, found, self.metric(point.unknown)):
+                return found
+            step /= 3.0 if found is None else 2.0
+        if previous is not None:
+            metric = self.metric(point.unknown)
+            secant = metric.unit((point.unknown - previous.unknown, point.frequency - previous.frequency))
+            for step in np.geomspace(self.options.max_step, self.options.min_step, 24):
+                found = self.correct(point, float(step), secant)
+                if found is not None:
+                    return replace(found, step=self.options.step)
+        return None
+
+    def trace(self, start: CurvePoint, progress: Callable[[float, int], None] | None = None) -> Iterator[CurvePoint]:
+        """Points from `start` on, until the range is left (its last point lies on the limit) or a step fails."""
+        low, high = self.span
+        previous, point = None, start
+        yield point
+        for count in range(1, self.options.max_points):
+            found = self.next_point(previous, point)
+            if found is None:
+                return
+            limit = high if found.frequency >= high else low if found.frequency <= low else None
+            if limit is not None:
+                end = self.at_frequency(point, limit)
+                yield found if end is None else end
+                return
+            previous, point = point, found
+            if progress is not None:
+                progress(point.frequency / (2.0 * np.pi), count)
+            yield point
+
+
+def _folds_back(point: CurvePoint, found: CurvePoint, metric: Metric) -> bool:
+    """Whether the curve turned by more than about 60 degrees in one step: too coarse to be trusted."""
+    before, after = metric.unit(point.tangent), metric.unit(found.tangent)
+    cosine = before[0] @ after[0] / metric.length**2 + before[1] * after[1] / metric.frequency**2
+    return bool(cosine < 0.5 and found.arc - point.arc > 1e-4)
+
+
+def _bordered(jacobian: Array, slope: Array, border: tuple[Array, float], metric: Metric) -> Array:
+    """[[dR/dx, dR/dw], [t_x, t_w]] in scaled unknowns; the rows of R divided by the length scale."""
+    size = jacobian.shape[0]
+    matrix = np.empty((size + 1, size + 1))
+    matrix[:-1, :-1] = jacobian
+    matrix[:-1, -1] = slope * (metric.frequency / metric.length)
+    matrix[-1, :-1] = border[0] / metric.length
+    matrix[-1, -1] = border[1] / metric.frequency
+    return matrix
+
+
+def _bordered_solve(
+    jacobian: Array, slope: Array, border: tuple[Array, float], metric: Metric, right: Array
+) -> tuple[Array, float]:
+    """Newton step in the plane normal to `border`."""
+    system = _bordered(jacobian, slope, border, metric)
+    solution = np.linalg.solve(system, np.append(right / metric.length, 0.0))
+    return solution[:-1] * metric.length, float(solution[-1] * metric.frequency)

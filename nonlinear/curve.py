@@ -1,0 +1,130 @@
+"""A response curve as arrays over its points."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.balance import HarmonicBalance
+from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array
+from nonlinear.continuation import CurvePoint
+from nonlinear.fourier import ComplexArray, to_complex
+from nonlinear.outcome import Outcome
+from nonlinear.peaks import Peak
+from nonlinear.quantities import largest_amplitude, output_harmonics, work
+
+
+@dataclass(frozen=True)
+class ResponseCurve:
+    """A nonlinear forced response: P solved points in the order of the arc, H harmonics.
+
+    Attributes
+    ----------
+    outcome : how the curve ended.
+    frequency_hz, amplitude_m, static_m, phase_rad, arc : (P,); amplitude is the largest |x(t)| of the output over a
+        period, static harmonic 0, phase that of harmonic 1, arc the length along the curve (relative measure).
+    harmonic_m : (P, H), |x^(h)|. output : (P, H+1) complex, x^(h).
+    stable : (P,) bool; False between the folds of an overhanging part (odd number of positive real exponents).
+    sticking, slipping, separating : (P,) nodes whose worst state in the cycle is that.
+    dissipated_j : (P,) friction work a cycle on one contact face, J (one blade owns one face pair).
+    energy_error : (P,) relative mismatch of the work put in and dissipated.
+    iterations : (P,) Newton iterations.
+    relative_displacement, contact_force : (P, H+1, n_c, 3) complex, d^(h) and f_R^(h) in (t1, t2, n).
+    peak, peaks : the highest local maximum (an end of the curve if there is none higher), and all of them.
+    seconds : time of the solution. truncation_error : estimated relative error of the peak amplitude by the
+        harmonics left out.
+    """
+
+    outcome: Outcome
+    frequency_hz: Array
+    amplitude_m: Array
+    harmonic_m: Array
+    static_m: Array
+    phase_rad: Array
+    stable: NDArray[np.bool_]
+    sticking: NDArray[np.int64]
+    slipping: NDArray[np.int64]
+    separating: NDArray[np.int64]
+    dissipated_j: Array
+    iterations: NDArray[np.int64]
+    arc: Array
+    energy_error: Array
+    output: ComplexArray
+    relative_displacement: ComplexArray
+    contact_force: ComplexArray
+    peak: Peak | None
+    peaks: tuple[Peak, ...]
+    seconds: float
+    harmonics: int
+    truncation_error: float
+
+    @property
+    def points(self) -> int:
+        """Number of solved points."""
+        return self.frequency_hz.size
+
+    @property
+    def turning_points(self) -> NDArray[np.int64]:
+        """Indices of the points at which the frequency turns around."""
+        direction = np.sign(np.diff(self.frequency_hz))
+        return np.flatnonzero(direction[1:] * direction[:-1] < 0) + 1
+
+
+class CurveData(NamedTuple):
+    """Points of a curve and what was found along it."""
+
+    points: list[CurvePoint]
+    peak_indices: list[int]
+    outcome: Outcome
+    seconds: float
+    truncation_error: float
+
+
+def assemble_curve(balance: HarmonicBalance, output: str, data: CurveData) -> ResponseCurve:
+    """Evaluate the quantities of every point and arrange them as arrays."""
+    points = data.points
+    n_contacts, n_harmonics = balance.n_contacts, len(balance.receptance.harmonics) - 1
+    shape = (len(points), n_harmonics + 1, n_contacts, 3)
+    response = np.array([output_harmonics(balance, point, output) for point in points]).reshape(shape[:2])
+    works = [work(balance, point) for point in points]
+    state = np.array([point.contact.state for point in points], dtype=int).reshape(len(points), n_contacts)
+    frequency = np.array([point.frequency for point in points]) / (2.0 * np.pi)
+    amplitude = np.array([largest_amplitude(row).value for row in response])
+    peaks = tuple(Peak(float(frequency[i]), float(amplitude[i]), i) for i in data.peak_indices)
+    displacement = np.array([to_complex(balance.displacement(point.unknown)) for point in points]).reshape(shape)
+    force = np.array([to_complex(point.contact.force) for point in points]).reshape(shape)
+    return ResponseCurve(
+        outcome=data.outcome,
+        frequency_hz=frequency,
+        amplitude_m=amplitude,
+        harmonic_m=np.abs(response[:, 1:]),
+        static_m=response[:, 0].real,
+        phase_rad=np.angle(response[:, 1]),
+        stable=np.array([point.determinant_sign > 0 for point in points], dtype=bool),
+        sticking=(state == STICK).sum(axis=1),
+        slipping=(state == SLIP).sum(axis=1),
+        separating=(state == LIFT_OFF).sum(axis=1),
+        dissipated_j=np.array([item.friction for item in works]),
+        iterations=np.array([point.iterations for point in points], dtype=int),
+        arc=np.array([point.arc for point in points]),
+        energy_error=np.array([item.mismatch for item in works]),
+        output=response,
+        relative_displacement=displacement,
+        contact_force=force,
+        peak=_highest(peaks, frequency, amplitude),
+        peaks=peaks,
+        seconds=data.seconds,
+        harmonics=n_harmonics,
+        truncation_error=data.truncation_error,
+    )
+
+
+def _highest(peaks: tuple[Peak, ...], frequency: Array, amplitude: Array) -> Peak | None:
+    if amplitude.size == 0:
+        return None
+    largest = int(np.argmax(amplitude))
+    inside = max(peaks, key=lambda peak: peak.amplitude_m, default=None)
+    if inside is not None and inside.amplitude_m >= (1.0 - 1e-9) * amplitude[largest]:
+        return inside
+    return Peak(float(frequency[largest]), float(amplitude[largest]), largest, located=False)

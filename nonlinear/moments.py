@@ -1,0 +1,74 @@
+"""Products of Fourier basis functions summed or integrated over a stretch of the cycle (compiled).
+
+A stretch enters by its trigonometric moments C_m = sum cos(m theta), S_m = sum sin(m theta), m = 0 .. 2H: sums over
+samples or integrals over angles alike. All that is linear in the displacement on the stretch follows from them.
+"""
+
+import numpy as np
+from numba import njit
+
+from nonlinear.contact import Array
+
+
+@njit(cache=True, error_model="numpy")
+def add_gram(gram: Array, cosine: Array, sine: Array, factor: float) -> None:
+    """Add factor * sum phi_i phi_j to `gram` (2H+1, 2H+1) for phi = 1, cos, -sin, cos 2, -sin 2, ..."""
+    n_harmonics = (gram.shape[0] - 1) // 2
+    gram[0, 0] += factor * cosine[0]
+    for h in range(1, n_harmonics + 1):
+        gram[0, 2 * h - 1] += factor * cosine[h]
+        gram[2 * h - 1, 0] += factor * cosine[h]
+        gram[0, 2 * h] -= factor * sine[h]
+        gram[2 * h, 0] -= factor * sine[h]
+        for g in range(1, n_harmonics + 1):
+            plus = h + g
+            minus = abs(h - g)
+            sine_minus = sine[minus] if h >= g else -sine[minus]  # sum of sin((h - g) theta)
+            gram[2 * h - 1, 2 * g - 1] += 0.5 * factor * (cosine[minus] + cosine[plus])
+            gram[2 * h, 2 * g] += 0.5 * factor * (cosine[minus] - cosine[plus])
+            gram[2 * h - 1, 2 * g] -= 0.5 * factor * (sine[plus] - sine_minus)
+            gram[2 * h, 2 * g - 1] -= 0.5 * factor * (sine[plus] + sine_minus)
+
+
+@njit(cache=True, error_model="numpy")
+def mean_basis(vector: Array, cosine: Array, sine: Array) -> None:
+    """Write sum phi_i into `vector` (2H+1,)."""
+    vector[0] = cosine[0]
+    for h in range(1, (vector.shape[0] - 1) // 2 + 1):
+        vector[2 * h - 1] = cosine[h]
+        vector[2 * h] = -sine[h]
+
+
+@njit(cache=True, error_model="numpy")
+def finish_node(
+    node: int, direction: int, law: tuple[Array, Array, Array], displacement: Array, force: Array, jacobian: Array
+) -> None:
+    """Turn the accumulated linear law of one force component into its coefficients and Jacobian.
+
+    law = (own, normal, constant): sums over the cycle of phi_i times the component of the reaction as a linear
+    function of the displacement along `direction` and along n, (2H+1, 2H+1) each, and of its constant part, (2H+1,),
+    already divided by the length of the cycle. The reaction acts on the right node with a minus sign.
+    """
+    own, normal, constant = law
+    size = own.shape[0]
+    for i in range(size):
+        weight = -1.0 if i == 0 else -2.0
+        value = constant[i]
+        for j in range(size):
+            value += own[i, j] * displacement[j, node, direction]
+            jacobian[node, direction, direction, i, j] = weight * own[i, j]
+            if direction != 2:
+                value += normal[i, j] * displacement[j, node, 2]
+                jacobian[node, direction, 2, i, j] = weight * normal[i, j]
+        force[i, node, direction] = weight * value
+
+
+def prefix_moments(n_harmonics: int, n_samples: int) -> tuple[Array, Array]:
+    """Running sums over samples of cos(m theta_k) and sin(m theta_k), m = 0 .. 2H: each (2H+1, n+1)."""
+    theta = 2.0 * np.pi * np.arange(n_samples) / n_samples
+    cosine = np.zeros((2 * n_harmonics + 1, n_samples + 1))
+    sine = np.zeros_like(cosine)
+    for m in range(2 * n_harmonics + 1):
+        cosine[m, 1:] = np.cumsum(np.cos(m * theta))
+        sine[m, 1:] = np.cumsum(np.sin(m * theta))
+    return cosine, sine

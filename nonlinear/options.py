@@ -1,0 +1,67 @@
+"""What the solver is asked to do and how precisely."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+Method = Literal["coupled", "static-first"]
+Integration = Literal["sampled"]
+
+
+class OptionsError(ValueError):
+    """A solver option out of its range; the message names it, its value and what is allowed."""
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """Travelling-wave excitation of engine order EO and amplitude `force` (N on one blade)."""
+
+    engine_order: int
+    force: float
+
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """Frequency range, harmonics, contact integration, method and tolerances of a forced response.
+
+    Attributes
+    ----------
+    frequency : (low, high) in Hz.
+    harmonics : H, harmonics 0 .. H are balanced.
+    integration : how the contact force is integrated over the cycle; "sampled": at `samples` instants.
+    samples : instants a period, at least 4 H + 4.
+    method : "coupled" (static and dynamic balance together) or "static-first" (the classical two steps).
+    output : name of the output that peaks are sought for.
+    tolerance : largest residual and last Newton step, relative to the displacement.
+    step, max_step, min_step : first, largest and smallest arc length, relative to the local vibration amplitude.
+    max_points : points after which a curve is given up.
+    peak_tolerance : relative error of a peak's frequency.
+    """
+
+    frequency: tuple[float, float]
+    harmonics: int = 1
+    integration: Integration = "sampled"
+    samples: int = 1024
+    method: Method = "coupled"
+    output: str = "tip"
+    tolerance: float = 1e-11
+    step: float = 0.05
+    max_step: float = 0.35
+    min_step: float = 1e-6
+    max_points: int = 5000
+    peak_tolerance: float = 1e-7
+
+    def __post_init__(self) -> None:
+        """Check ranges."""
+        low, high = self.frequency
+        if not 0.0 < low < high < float("inf"):
+            raise OptionsError(f"frequency: [{low}, {high}], allowed: 0 < low < high (Hz)")
+        if self.harmonics < 1:
+            raise OptionsError(f"harmonics: {self.harmonics}, allowed: 1 or more")
+        if self.samples < 4 * self.harmonics + 4:
+            raise OptionsError(
+                f"samples: {self.samples}, allowed: {4 * self.harmonics + 4} or more for so many harmonics"
+            )
+        if self.integration != "sampled":
+            raise OptionsError(f'integration: {self.integration!r}, allowed: "sampled"')
+        if self.method not in ("coupled", "static-first"):
+            raise OptionsError(f'method: {self.method!r}, allowed: "coupled" or "static-first"')

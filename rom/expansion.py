@@ -1,0 +1,21 @@
+"""From reduced coordinates back to the mesh."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom.reduced_model import ReducedModel, ReducedModelError
+
+
+def expand(model: ReducedModel, coordinates: NDArray[Any]) -> NDArray[Any]:
+    """Displacements (..., n_nodes, 3) [m] of all nodes (mesh vertices first) from reduced coordinates (..., n), real or complex.
+
+    Raises ReducedModelError when the model was stored without its basis.
+    """
+    if model.basis is None:
+        raise ReducedModelError("basis: missing; reduce again with store_basis to expand shapes to the mesh")
+    coordinates = np.asarray(coordinates)
+    return (coordinates @ model.basis.T).reshape(*coordinates.shape[:-1], -1, 3)

@@ -1,0 +1,128 @@
+"""Sparse factorisation of symmetric positive definite matrices.
+
+CHOLMOD where its wheel is installed, tuned SuperLU otherwise. CHOLMOD comes inside the cvxopt wheel
+(docs/dependencies.md says why). Both give the same solutions to round-off.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom.errors import FactorisationError
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+BACKENDS = ("auto", "cholmod", "superlu")
+
+# Right-hand sides given to CHOLMOD at once; bounds the memory of its copies.
+_COLUMNS = 32
+_NOT_DEFINITE = (
+    "the stiffness matrix is not positive definite: the body is not held, an element is degenerate or, "
+    "with rotation, the speed is beyond its stability limit"
+)
+
+
+class Factor(Protocol):
+    """A factorised matrix A; `backend` names what did it."""
+
+    @property
+    def backend(self) -> str:
+        """Name of the library that holds the factor."""
+
+    def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A^-1 rhs for one (n,) or many (n, k) right-hand sides; rhs is left as it is."""
+
+
+def factorise(
+    matrix: csr_matrix, backend: str = "auto", order: NDArray[np.integer[Any]] | None = None
+) -> Factor:
+    """Factorise a symmetric positive definite sparse matrix (n, n).
+
+    backend: "cholmod", "superlu", or "auto" for the first that is installed. order (n,): elimination order,
+    see `nested_dissection`; without it the library's minimum degree. Raises FactorisationError when the
+    matrix is singular or indefinite (SuperLU notices only exact singularity), ValueError for an unknown or
+    missing backend.
+    """
+    if backend not in BACKENDS:
+        raise ValueError(f"backend = {backend!r}: must be one of {', '.join(BACKENDS)}")
+    installed = importlib.util.find_spec("cvxopt") is not None
+    if backend == "cholmod" and not installed:
+        raise ValueError("backend = 'cholmod': needs the package cvxopt (pip install 'shroud[cholmod]')")
+    chosen = _Superlu if backend == "superlu" or not installed else _Cholmod
+    return chosen(matrix, order)
+
+
+class _Cholmod:
+    """Supernodal Cholesky factor."""
+
+    backend = "cholmod"
+
+    def __init__(self, matrix: csr_matrix, order: NDArray[np.integer[Any]] | None) -> None:
+        import cvxopt
+        from cvxopt import cholmod
+        from scipy.sparse import triu
+
+        # The upper triangle by rows is the lower triangle by columns, which is what CHOLMOD reads.
+        upper = triu(matrix, format="coo")
+        rows, columns = upper.col.astype(np.int64), upper.row.astype(np.int64)
+        lower = cvxopt.spmatrix(
+            cvxopt.matrix(upper.data), cvxopt.matrix(rows), cvxopt.matrix(columns), matrix.shape
+        )
+        given = None if order is None else cvxopt.matrix(np.asarray(order, dtype=np.int64))
+        self._library, self._cholmod = cvxopt, cholmod
+        self._factor: Any = cholmod.symbolic(lower, given)
+        try:
+            cholmod.numeric(lower, self._factor)
+        except ArithmeticError:
+            raise FactorisationError(_NOT_DEFINITE) from None
+
+    def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
+        """See Factor."""
+        rhs = np.asarray(rhs, dtype=float)
+        if rhs.ndim == 1:
+            # cholmod.solve overwrites its argument: a copy of rhs.
+            work = self._library.matrix(rhs)
+            self._cholmod.solve(self._factor, work)
+            return np.array(work).ravel()
+        solution = np.empty(rhs.shape)
+        for first in range(0, rhs.shape[1], _COLUMNS):
+            part = slice(first, first + _COLUMNS)
+            # The door for sparse right-hand sides takes several columns at once, the dense one each by itself.
+            block = self._library.sparse(self._library.matrix(rhs[:, part]))
+            solution[:, part] = np.array(self._library.matrix(self._cholmod.spsolve(self._factor, block)))
+        return solution
+
+
+class _Superlu:
+    """LU factors of SciPy with a symmetric ordering and pivots kept on the diagonal."""
+
+    backend = "superlu"
+
+    def __init__(self, matrix: csr_matrix, order: NDArray[np.integer[Any]] | None) -> None:
+        from scipy.sparse.linalg import splu
+
+        self._order = np.arange(matrix.shape[0]) if order is None else np.asarray(order)
+        permuted = matrix if order is None else matrix[self._order][:, self._order]
+        try:
+            self._factor = splu(
+                permuted.tocsc(),
+                permc_spec="MMD_AT_PLUS_A" if order is None else "NATURAL",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )
+        except RuntimeError:
+            raise FactorisationError(_NOT_DEFINITE) from None
+
+    def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
+        """See Factor."""
+        rhs = np.asarray(rhs, dtype=float)
+        solution = np.empty(rhs.shape)
+        # One at a time: SuperLU slows down several-fold with many columns at once.
+        for column, answer in zip(np.atleast_2d(rhs.T), np.atleast_2d(solution.T), strict=True):
+            answer[self._order] = self._factor.solve(column[self._order])
+        return solution

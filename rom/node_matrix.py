@@ -1,0 +1,70 @@
+"""Sparse matrices over pairs of nodes: one pattern, filled component by component, shared by all matrices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+
+@dataclass(frozen=True)
+class NodePattern:
+    """Sorted CSR pattern (indptr (n+1,), indices (p,)) of the p node pairs that share an element."""
+
+    indptr: NDArray[np.int64]
+    indices: NDArray[np.int64]
+    keys: NDArray[np.int64]
+
+    @property
+    def n_pairs(self) -> int:
+        """Number of stored node pairs."""
+        return len(self.indices)
+
+    def locate(self, element_nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Slots (e b b,) of the pairs (row node, column node) of elements given as (e, b) nodes."""
+        n = len(self.indptr) - 1
+        return np.searchsorted(self.keys, (element_nodes[:, :, None] * n + element_nodes[:, None, :]).ravel())
+
+    def transposed_slots(self) -> NDArray[np.int64]:
+        """Slot of pair (b, a) for every pair (a, b), shape (p,)."""
+        n = len(self.indptr) - 1
+        return np.searchsorted(self.keys, (self.keys % n) * n + self.keys // n)
+
+    def block_matrix(self, blocks: NDArray[np.float64]) -> csr_matrix:
+        """CSR matrix (3n, 3n) from one 3 x 3 block a pair, blocks (p, 3, 3); dofs are node-major x, y, z."""
+        from scipy.sparse import bsr_matrix
+
+        n = 3 * (len(self.indptr) - 1)
+        return bsr_matrix((blocks, self.indices, self.indptr), shape=(n, n)).tocsr()
+
+    def isotropic_matrix(self, values: NDArray[np.float64], axes: tuple[int, ...] = (0, 1, 2)) -> csr_matrix:
+        """CSR matrix (3n, 3n) with values (p,) times the identity restricted to `axes` as blocks, same pattern."""
+        blocks = np.zeros((self.n_pairs, 3, 3))
+        for axis in axes:
+            blocks[:, axis, axis] = values
+        return self.block_matrix(blocks)
+
+
+def node_pattern(element_nodes: NDArray[np.int64], n_nodes: int) -> NodePattern:
+    """Pattern of all node pairs of the elements (E, b); symmetric, each row sorted."""
+    from scipy.sparse import csr_matrix
+
+    n_elements, nodes = element_nodes.shape
+    incidence = csr_matrix(
+        (
+            np.ones(n_elements * nodes, dtype=np.int32),
+            element_nodes.ravel(),
+            np.arange(0, n_elements * nodes + 1, nodes),
+        ),
+        shape=(n_elements, n_nodes),
+    )
+    pairs = (incidence.T @ incidence).tocsr()
+    pairs.sort_indices()
+    indptr, indices = pairs.indptr.astype(np.int64), pairs.indices.astype(np.int64)
+    keys = np.repeat(np.arange(n_nodes), np.diff(indptr)) * n_nodes + indices
+    return NodePattern(indptr, indices, keys)
