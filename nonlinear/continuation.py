@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nonlinear.balance import HarmonicBalance
+from nonlinear.balance import BalanceAt, HarmonicBalance
 from nonlinear.contact import Array, ContactForces
 from nonlinear.options import SolverOptions
 
@@ -18,6 +18,8 @@ MAX_CORRECTIONS = 12
 TARGET_DEVIATION = 0.12  # distance of the corrected from the predicted point, relative to the step
 LARGEST_DEVIATION = 0.6
 RANGE_FRACTION = 0.1
+
+Tangent = tuple[Array, float]  # dx/ds (n,), dw/ds
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class CurvePoint:
 
     unknown: Array
     frequency: float
-    tangent: tuple[Array, float]
+    tangent: Tangent
     contact: ContactForces
     determinant_sign: int
     iterations: int
@@ -48,7 +50,7 @@ class Metric:
         """Length of a step."""
         return float(np.hypot(np.linalg.norm(displacement) / self.length, frequency / self.frequency))
 
-    def unit(self, tangent: tuple[Array, float]) -> tuple[Array, float]:
+    def unit(self, tangent: Tangent) -> Tangent:
         """The same direction with length 1."""
         norm = self.norm(*tangent)
         return tangent[0] / norm, tangent[1] / norm
@@ -75,23 +77,30 @@ class Continuation:
         return Metric(length, RANGE_FRACTION * (high - low))
 
     def point(
-        self, unknown: Array, frequency: float, onward: tuple[Array, float], iterations: int, arc: float, step: float
+        self, unknown: Array, frequency: float, onward: Tangent, iterations: int, arc: float, step: float
     ) -> CurvePoint:
         """The solved point (x, w) with its tangent on the side of `onward`."""
         at = self.balance.evaluate(unknown, frequency)
+        return self._with_tangent(unknown, frequency, at, onward, (iterations, arc, step))
+
+    def _with_tangent(
+        self, unknown: Array, frequency: float, at: BalanceAt, onward: Tangent, record: tuple[int, float, float]
+    ) -> CurvePoint:
+        """Tangent z from B z = e_last, B the bordered Jacobian; by Cramer's rule det dR/dx = z_last det B."""
+        from scipy.linalg import lu_factor, lu_solve
+
         metric = self.metric(unknown)
-        border = metric.unit(onward)
-        bordered = _bordered(at.jacobian, at.slope, border, metric)
-        last = np.zeros(bordered.shape[0])
+        factor, pivots = lu_factor(_bordered(at.jacobian, at.slope, metric.unit(onward), metric), overwrite_a=True)
+        last = np.zeros(factor.shape[0])
         last[-1] = 1.0
-        solution = np.linalg.solve(bordered, last)
-        tangent = metric.unit((solution[:-1] * metric.length, solution[-1] * metric.frequency))
-        sign = np.linalg.slogdet(at.jacobian)[0]
+        solution = lu_solve((factor, pivots), last)
+        swaps = np.count_nonzero(pivots != np.arange(pivots.size))
+        sign = np.prod(np.sign(factor.diagonal())) * (-1) ** swaps * np.sign(solution[-1])
+        tangent = metric.unit((solution[:-1] * metric.length, float(solution[-1] * metric.frequency)))
+        iterations, arc, step = record
         return CurvePoint(unknown, frequency, tangent, at.contact, int(sign), iterations, arc, step)
 
-    def correct(
-        self, point: CurvePoint, step: float, tangent: tuple[Array, float] | None = None
-    ) -> CurvePoint | None:
+    def correct(self, point: CurvePoint, step: float, tangent: Tangent | None = None) -> CurvePoint | None:
         """The point at arc length `step` beyond `point`, in the plane normal to the tangent; None if not reached."""
         direction = tangent or point.tangent
         metric = self.metric(point.unknown)
@@ -112,7 +121,8 @@ class Continuation:
         following = step * float(np.clip(TARGET_DEVIATION / (deviation + 1e-12), 0.3, 2.0))
         if iteration > 6:
             following = min(following, 0.7 * step)
-        return self.point(x, w, direction, iteration, point.arc + step, min(following, self.options.max_step))
+        record = (iteration, point.arc + step, min(following, self.options.max_step))
+        return self._with_tangent(x, w, at, direction, record)
 
     def at_frequency(self, point: CurvePoint, frequency: float) -> CurvePoint | None:
         """The point of the curve near `point` at a given w, along its tangent as first guess; None if not reached."""
@@ -121,7 +131,8 @@ class Continuation:
         for iteration in range(MAX_CORRECTIONS + 1):
             at = self.balance.evaluate(x, frequency)
             if self.balance.relative_error(at.residual, x) <= self.options.tolerance:
-                return self.point(x, frequency, point.tangent, iteration, point.arc + abs(along), point.step)
+                record = (iteration, point.arc + abs(along), point.step)
+                return self._with_tangent(x, frequency, at, point.tangent, record)
             try:
                 x = x + np.linalg.solve(at.jacobian, -at.residual)
             except np.linalg.LinAlgError:
@@ -174,7 +185,7 @@ def _folds_back(point: CurvePoint, found: CurvePoint, metric: Metric) -> bool:
     return bool(cosine < 0.5 and found.arc - point.arc > 1e-4)
 
 
-def _bordered(jacobian: Array, slope: Array, border: tuple[Array, float], metric: Metric) -> Array:
+def _bordered(jacobian: Array, slope: Array, border: Tangent, metric: Metric) -> Array:
     """[[dR/dx, dR/dw], [t_x, t_w]] in scaled unknowns; the rows of R divided by the length scale."""
     size = jacobian.shape[0]
     matrix = np.empty((size + 1, size + 1))
@@ -185,9 +196,7 @@ def _bordered(jacobian: Array, slope: Array, border: tuple[Array, float], metric
     return matrix
 
 
-def _bordered_solve(
-    jacobian: Array, slope: Array, border: tuple[Array, float], metric: Metric, right: Array
-) -> tuple[Array, float]:
+def _bordered_solve(jacobian: Array, slope: Array, border: Tangent, metric: Metric, right: Array) -> Tangent:
     """Newton step in the plane normal to `border`."""
     system = _bordered(jacobian, slope, border, metric)
     solution = np.linalg.solve(system, np.append(right / metric.length, 0.0))

@@ -12,7 +12,7 @@ from nonlinear.fourier import ComplexArray, basis_table, to_real
 class ContactCycle(NamedTuple):
     """Samples over one period.
 
-    angle : (S,) theta = w t, rad. displacement : (S, n_c, 3) relative, (u1, u2, d_n). force : (S, n_c, 3), (T1, T2, N)
+    angle : (S,) theta = w t, rad. displacement : (S, n_c, 3) relative. force : (S, n_c, 3), (T1, T2, N)
     with the whole N, preload included. state : (S, n_c) STICK, SLIP or LIFT_OFF.
     """
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Method = Literal["coupled", "static-first"]
-Integration = Literal["sampled"]
+Integration = Literal["exact", "sampled"]
 
 
 class OptionsError(ValueError):
@@ -27,7 +27,8 @@ class SolverOptions:
     ----------
     frequency : (low, high) in Hz.
     harmonics : H, harmonics 0 .. H are balanced.
-    integration : how the contact force is integrated over the cycle; "sampled": at `samples` instants.
+    integration : how the contact force is integrated over the cycle; "exact": from event to event (uncoupled law),
+        "sampled": at `samples` instants. None: exact where the law allows it, else sampled.
     samples : instants a period, at least 4 H + 4.
     method : "coupled" (static and dynamic balance together) or "static-first" (the classical two steps).
     output : name of the output that peaks are sought for.
@@ -39,7 +40,7 @@ class SolverOptions:
 
     frequency: tuple[float, float]
     harmonics: int = 1
-    integration: Integration = "sampled"
+    integration: Integration | None = None
     samples: int = 1024
     method: Method = "coupled"
     output: str = "tip"
@@ -61,7 +62,7 @@ class SolverOptions:
             raise OptionsError(
                 f"samples: {self.samples}, allowed: {4 * self.harmonics + 4} or more for so many harmonics"
             )
-        if self.integration != "sampled":
-            raise OptionsError(f'integration: {self.integration!r}, allowed: "sampled"')
+        if self.integration not in (None, "exact", "sampled"):
+            raise OptionsError(f'integration: {self.integration!r}, allowed: "exact" or "sampled"')
         if self.method not in ("coupled", "static-first"):
             raise OptionsError(f'method: {self.method!r}, allowed: "coupled" or "static-first"')
