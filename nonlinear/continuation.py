@@ -17,6 +17,9 @@ from nonlinear.options import SolverOptions
 MAX_CORRECTIONS = 12
 TARGET_DEVIATION = 0.12  # distance of the corrected from the predicted point, relative to the step
 LARGEST_DEVIATION = 0.6
+KINK_STEP = 0.01  # steps this short may cross a kink: there the deviation does not shrink with the step
+KINK_DEVIATION = 4.0
+KINK_COSINE = 0.5
 RANGE_FRACTION = 0.1
 
 Tangent = tuple[Array, float]  # dx/ds (n,), dw/ds
@@ -27,6 +30,7 @@ class CurvePoint:
     """One solved point: unknown x (n,), w (rad/s), unit tangent (dx/ds, dw/ds) of growing arc, and how it was found.
 
     `determinant_sign` is that of det dR/dx: -1 where an odd number of real Floquet exponents is positive.
+    `orientation` is the sign of det [dR/dx, dR/dw; tangent], the same along a curve, kinks included.
     """
 
     unknown: Array
@@ -34,6 +38,7 @@ class CurvePoint:
     tangent: Tangent
     contact: ContactForces
     determinant_sign: int
+    orientation: int
     iterations: int
     arc: float
     step: float
@@ -49,6 +54,10 @@ class Metric:
     def norm(self, displacement: Array, frequency: float) -> float:
         """Length of a step."""
         return float(np.hypot(np.linalg.norm(displacement) / self.length, frequency / self.frequency))
+
+    def product(self, one: Tangent, other: Tangent) -> float:
+        """Scalar product of two steps."""
+        return float(one[0] @ other[0] / self.length**2 + one[1] * other[1] / self.frequency**2)
 
     def unit(self, tangent: Tangent) -> Tangent:
         """The same direction with length 1."""
@@ -81,10 +90,16 @@ class Continuation:
     ) -> CurvePoint:
         """The solved point (x, w) with its tangent on the side of `onward`."""
         at = self.balance.evaluate(unknown, frequency)
-        return self._with_tangent(unknown, frequency, at, onward, (iterations, arc, step))
+        return self._with_tangent(unknown, frequency, at, onward, 0, (iterations, arc, step))
 
     def _with_tangent(
-        self, unknown: Array, frequency: float, at: BalanceAt, onward: Tangent, record: tuple[int, float, float]
+        self,
+        unknown: Array,
+        frequency: float,
+        at: BalanceAt,
+        onward: Tangent,
+        orientation: int,
+        record: tuple[int, float, float],
     ) -> CurvePoint:
         """Tangent z from B z = e_last, B the bordered Jacobian; by Cramer's rule det dR/dx = z_last det B."""
         from scipy.linalg import lu_factor, lu_solve
@@ -94,11 +109,16 @@ class Continuation:
         last = np.zeros(factor.shape[0])
         last[-1] = 1.0
         solution = lu_solve((factor, pivots), last)
-        swaps = np.count_nonzero(pivots != np.arange(pivots.size))
-        sign = np.prod(np.sign(factor.diagonal())) * (-1) ** swaps * np.sign(solution[-1])
+        swaps = int(np.count_nonzero(pivots != np.arange(pivots.size)))
+        sign = int(np.prod(np.sign(factor.diagonal()))) * (-1) ** swaps
         tangent = metric.unit((solution[:-1] * metric.length, float(solution[-1] * metric.frequency)))
+        singular = sign * int(np.sign(solution[-1]))
+        # Past a sharp kink the curve may go on at more than a right angle: there the orientation decides.
+        cosine = metric.product(metric.unit(onward), tangent)
+        if orientation not in (0, sign) and cosine < KINK_COSINE:
+            tangent, sign = (-tangent[0], -tangent[1]), -sign
         iterations, arc, step = record
-        return CurvePoint(unknown, frequency, tangent, at.contact, int(sign), iterations, arc, step)
+        return CurvePoint(unknown, frequency, tangent, at.contact, singular, sign, iterations, arc, step)
 
     def correct(self, point: CurvePoint, step: float, tangent: Tangent | None = None) -> CurvePoint | None:
         """The point at arc length `step` beyond `point`, in the plane normal to the tangent; None if not reached."""
@@ -106,33 +126,43 @@ class Continuation:
         metric = self.metric(point.unknown)
         predicted = point.unknown + step * direction[0], point.frequency + step * direction[1]
         x, w = predicted
+        allowed = step * (KINK_DEVIATION if step <= KINK_STEP else LARGEST_DEVIATION)
+        before = np.inf
         for iteration in range(MAX_CORRECTIONS + 1):
             at = self.balance.evaluate(x, w)
             error = self.balance.relative_error(at.residual, x)
-            if error <= self.options.tolerance:
+            if self._solved(error, before):
                 break
+            before = error
             if iteration == MAX_CORRECTIONS or not np.isfinite(error):
                 return None
             dx, dw = _bordered_solve(at.jacobian, at.slope, direction, metric, -at.residual)
             x, w = x + dx, w + dw
-            if w <= 0.0 or metric.norm(x - predicted[0], w - predicted[1]) > LARGEST_DEVIATION * step + 1e-9:
+            if w <= 0.0 or metric.norm(x - predicted[0], w - predicted[1]) > allowed:
                 return None
         deviation = metric.norm(x - predicted[0], w - predicted[1]) / step
         following = step * float(np.clip(TARGET_DEVIATION / (deviation + 1e-12), 0.3, 2.0))
         if iteration > 6:
             following = min(following, 0.7 * step)
         record = (iteration, point.arc + step, min(following, self.options.max_step))
-        return self._with_tangent(x, w, at, direction, record)
+        return self._with_tangent(x, w, at, direction, point.orientation, record)
+
+    def _solved(self, error: float, before: float) -> bool:
+        """Within the tolerance, or as near as round-off lets it come."""
+        return error <= self.options.tolerance or (error <= self.options.round_off and error >= 0.3 * before)
 
     def at_frequency(self, point: CurvePoint, frequency: float) -> CurvePoint | None:
         """The point of the curve near `point` at a given w, along its tangent as first guess; None if not reached."""
         along = (frequency - point.frequency) / point.tangent[1]
         x = point.unknown + along * point.tangent[0]
+        before = np.inf
         for iteration in range(MAX_CORRECTIONS + 1):
             at = self.balance.evaluate(x, frequency)
-            if self.balance.relative_error(at.residual, x) <= self.options.tolerance:
+            error = self.balance.relative_error(at.residual, x)
+            if self._solved(error, before):
                 record = (iteration, point.arc + abs(along), point.step)
-                return self._with_tangent(x, frequency, at, point.tangent, record)
+                return self._with_tangent(x, frequency, at, point.tangent, point.orientation, record)
+            before = error
             try:
                 x = x + np.linalg.solve(at.jacobian, -at.residual)
             except np.linalg.LinAlgError:
@@ -146,7 +176,7 @@ class Continuation:
         step = min(point.step, self.options.max_step)
         while step >= self.options.min_step:
             found = self.correct(point, step)
-            if found is not None and not _folds_back(point, found, self.metric(point.unknown)):
+            if found is not None and not _turns_sharply(point, found, self.metric(point.unknown)):
                 return found
             step /= 3.0 if found is None else 2.0
         if previous is not None:
@@ -178,11 +208,10 @@ class Continuation:
             yield point
 
 
-def _folds_back(point: CurvePoint, found: CurvePoint, metric: Metric) -> bool:
-    """Whether the curve turned by more than about 60 degrees in one step: too coarse to be trusted."""
-    before, after = metric.unit(point.tangent), metric.unit(found.tangent)
-    cosine = before[0] @ after[0] / metric.length**2 + before[1] * after[1] / metric.frequency**2
-    return bool(cosine < 0.5 and found.arc - point.arc > 1e-4)
+def _turns_sharply(point: CurvePoint, found: CurvePoint, metric: Metric) -> bool:
+    """Whether the curve turned by more than 60 degrees in a step too long to be that of a kink."""
+    cosine = metric.product(metric.unit(point.tangent), metric.unit(found.tangent))
+    return cosine < KINK_COSINE and found.arc - point.arc > KINK_STEP
 
 
 def _bordered(jacobian: Array, slope: Array, border: Tangent, metric: Metric) -> Array:

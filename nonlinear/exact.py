@@ -8,6 +8,7 @@ from numba import njit
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.events import NEVER, RECONTACT, march_events
 from nonlinear.moments import add_gram, finish_node, mean_basis
+from nonlinear.slider import Integers
 from nonlinear.trigonometric import FULL_TURN, find_roots, value_and_slope
 
 
@@ -41,7 +42,7 @@ def _evaluate(
     laws: tuple[Array, Array, Array, Array, Array],
     force: Array,
     jacobian: Array,
-    worst: Array,
+    worst: Integers,
 ) -> None:
     """All nodes and directions."""
     normal_stiffness, tangential_stiffness, friction, interference, preload = laws

@@ -27,11 +27,13 @@ def newton(
     *,
     error: Callable[[Array, Array], float],
     tolerance: float,
+    round_off: float,
     max_iterations: int = MAX_ITERATIONS,
 ) -> NewtonResult:
     """Solve R(x) = 0 from `guess`; `linearise(x)` returns R (n,) and dR/dx (n, n).
 
-    Converged when the relative error `error(R, x)` is at most `tolerance`. A step that does not reduce |R| is
+    Converged when the relative error `error(R, x)` is at most `tolerance`, or at most `round_off` and no longer
+    falling. A step that does not reduce |R| is
     halved, down to a 256th; the shortest one is taken as it is, which lets a piecewise smooth problem leave a kink.
     """
     x = guess
@@ -53,5 +55,7 @@ def newton(
                 break
             damping /= 2.0
         x = trial
-        relative = error(residual, x)
+        before, relative = relative, error(residual, x)
+        if relative <= round_off and relative >= 0.3 * before:
+            return NewtonResult(x, True, iteration + 1, relative)
     return NewtonResult(x, bool(relative <= tolerance), max_iterations, relative)

@@ -32,7 +32,8 @@ class SolverOptions:
     samples : instants a period, at least 4 H + 4.
     method : "coupled" (static and dynamic balance together) or "static-first" (the classical two steps).
     output : name of the output that peaks are sought for.
-    tolerance : largest residual and last Newton step, relative to the displacement.
+    tolerance : residual relative to the displacement at which Newton's method stops; where round-off stands in the
+        way, it stops when nothing improves below `round_off`.
     step, max_step, min_step : first, largest and smallest arc length, relative to the local vibration amplitude.
     max_points : points after which a curve is given up.
     peak_tolerance : relative error of a peak's frequency.
@@ -44,7 +45,8 @@ class SolverOptions:
     samples: int = 1024
     method: Method = "coupled"
     output: str = "tip"
-    tolerance: float = 1e-11
+    tolerance: float = 1e-13
+    round_off: float = 1e-10
     step: float = 0.05
     max_step: float = 0.35
     min_step: float = 1e-6

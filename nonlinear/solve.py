@@ -86,7 +86,7 @@ def _first_point(balance: HarmonicBalance, contact: ContactParameters, options: 
     static = balance.frozen_static
     if static is None:
         static = static_displacement(balance.receptance, contact, options)
-    return periodic_start(balance, 2.0 * np.pi * options.frequency[0], static, options.tolerance)
+    return periodic_start(balance, 2.0 * np.pi * options.frequency[0], static, options)
 
 
 def _as_point(continuation: Continuation, start: NewtonResult) -> CurvePoint:

@@ -23,33 +23,33 @@ def static_displacement(receptance: RelativeReceptance, contact: ContactParamete
     """
     static = replace(receptance, harmonics=(0,), force=0.0)
     balance = HarmonicBalance(static, contact_element(contact, 0, options))
-    result = _solve(balance, 0.0, np.zeros(balance.size), options.tolerance)
+    result = _solve(balance, 0.0, np.zeros(balance.size), options)
     if not result.converged:
         # Friction off, then on by degrees: the sliders then leave the frictionless equilibrium one after another.
         guess = np.zeros(balance.size)
         for factor in (0.0, 0.1, 0.3, 0.6, 1.0):
             softened = replace(contact, friction=factor * contact.friction)
             element = contact_element(softened, 0, options)
-            result = _solve(replace(balance, element=element), 0.0, guess, options.tolerance)
+            result = _solve(replace(balance, element=element), 0.0, guess, options)
             guess = result.solution
     if not result.converged:
         raise ArithmeticError(f"no static equilibrium found: relative residual {result.residual:.2g}")
     return balance.displacement(result.solution)[0]
 
 
-def periodic_start(balance: HarmonicBalance, frequency: float, static: Array, tolerance: float) -> NewtonResult:
+def periodic_start(balance: HarmonicBalance, frequency: float, static: Array, options: SolverOptions) -> NewtonResult:
     """Solve the balance at `frequency` (rad/s) from the static state; under a growing force if need be."""
     rest = np.zeros((2 * len(balance.receptance.harmonics) - 1, balance.n_contacts, 3))
     rest[0] = static
     guess = balance.unknown(rest)
-    result = _solve(balance, frequency, guess, tolerance)
+    result = _solve(balance, frequency, guess, options)
     if result.converged:
         return result
     full = balance.receptance.force
     reached, step, iterations = 0.0, 0.1, result.iterations
     for _ in range(FORCE_STEPS_MAX):
         target = min(reached + step, 1.0)
-        result = _solve(balance.with_force(target * full), frequency, guess, tolerance)
+        result = _solve(balance.with_force(target * full), frequency, guess, options)
         iterations += result.iterations
         if result.converged:
             guess, reached, step = result.solution, target, 2.0 * step
@@ -60,9 +60,11 @@ def periodic_start(balance: HarmonicBalance, frequency: float, static: Array, to
     return replace(result, iterations=iterations)
 
 
-def _solve(balance: HarmonicBalance, frequency: float, guess: Array, tolerance: float) -> NewtonResult:
+def _solve(balance: HarmonicBalance, frequency: float, guess: Array, options: SolverOptions) -> NewtonResult:
     def linearise(unknown: Array) -> tuple[Array, Array]:
         at = balance.evaluate(unknown, frequency)
         return at.residual, at.jacobian
 
-    return newton(linearise, guess, error=balance.relative_error, tolerance=tolerance)
+    return newton(
+        linearise, guess, error=balance.relative_error, tolerance=options.tolerance, round_off=options.round_off
+    )
