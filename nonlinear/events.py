@@ -1,8 +1,8 @@
 """Events of a slider over one cycle: when it sticks, slips and lifts off, in the order of time (compiled)."""
 
 import numpy as np
-from numba import njit
 
+from nonlinear.compilation import compiled
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.trigonometric import FULL_TURN, bracketed_root, differentiate, find_roots, value_and_slope
 
@@ -10,7 +10,7 @@ NEVER, EXTREMUM, RECONTACT = -1, 0, 1
 ROUND_OFF = 1e-13  # slip shorter than this part of the motion is none
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def march_events(motion: Array, load: Array, load_roots: Array, mu: float, kt: float, stretches: Array) -> int:
     """Record the steady cycle of a slider as stretches; returns their number.
 
@@ -50,7 +50,7 @@ def march_events(motion: Array, load: Array, load_roots: Array, mu: float, kt: f
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _advance(
     interval: tuple[float, float],
     motion: Array,
@@ -82,7 +82,7 @@ def _advance(
     return _record(stretches, count, STICK, left, right, slider)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _record(stretches: Array, count: int, state: int, left: float, right: float, slider: Array) -> int:
     """Append a stretch."""
     row = stretches[count]

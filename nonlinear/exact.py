@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from nonlinear.compilation import compiled
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.events import NEVER, RECONTACT, march_events
 from nonlinear.moments import add_gram, finish_node, mean_basis
@@ -36,7 +36,7 @@ class ExactContact:
         return ContactForces(force, jacobian, state)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _evaluate(
     displacement: Array,
     laws: tuple[Array, Array, Array, Array, Array],
@@ -75,7 +75,7 @@ def _evaluate(
             finish_node(node, direction, law, displacement, force, jacobian)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _moments(left: float, right: float, cosine: Array, sine: Array) -> None:
     """Integrals of cos(m theta), sin(m theta) over [left, right], divided by 2 pi; m = 0 .. 2H."""
     cosine[0], sine[0] = (right - left) / FULL_TURN, 0.0
@@ -88,7 +88,7 @@ def _moments(left: float, right: float, cosine: Array, sine: Array) -> None:
         sine[m] = (clm - crm) / (m * FULL_TURN)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _add_pressed(law: tuple[Array, Array, Array], load: Array, roots: Array, stiffness: float, offset: float) -> bool:
     """Add kn v + offset over the stretches with N > 0 to `law`; returns whether the contact never opens."""
     own, _, constant = law
@@ -108,7 +108,7 @@ def _add_pressed(law: tuple[Array, Array, Array], load: Array, roots: Array, sti
     return always
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _basis_at(angle: float, basis: Array) -> None:
     """Write 1, cos, -sin, cos 2, ... at `angle`."""
     c, s = np.cos(angle), np.sin(angle)
@@ -119,7 +119,7 @@ def _basis_at(angle: float, basis: Array) -> None:
         basis[2 * h - 1], basis[2 * h] = ch, -sh
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _add_stretch(
     law: tuple[Array, Array, Array],
     stretch: Array,

@@ -5,12 +5,12 @@ samples or integrals over angles alike. All that is linear in the displacement o
 """
 
 import numpy as np
-from numba import njit
 
+from nonlinear.compilation import compiled
 from nonlinear.contact import Array
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def add_gram(gram: Array, cosine: Array, sine: Array, factor: float) -> None:
     """Add factor * sum phi_i phi_j to `gram` (2H+1, 2H+1) for phi = 1, cos, -sin, cos 2, -sin 2, ..."""
     n_harmonics = (gram.shape[0] - 1) // 2
@@ -30,7 +30,7 @@ def add_gram(gram: Array, cosine: Array, sine: Array, factor: float) -> None:
             gram[2 * h, 2 * g - 1] -= 0.5 * factor * (sine[plus] + sine_minus)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def mean_basis(vector: Array, cosine: Array, sine: Array) -> None:
     """Write sum phi_i into `vector` (2H+1,)."""
     vector[0] = cosine[0]
@@ -39,7 +39,7 @@ def mean_basis(vector: Array, cosine: Array, sine: Array) -> None:
         vector[2 * h] = -sine[h]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def finish_node(
     node: int, direction: int, law: tuple[Array, Array, Array], displacement: Array, force: Array, jacobian: Array
 ) -> None:

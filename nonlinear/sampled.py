@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
+from nonlinear.compilation import compiled
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.fourier import basis_table
 from nonlinear.moments import add_gram, finish_node, mean_basis, prefix_moments
@@ -52,7 +52,7 @@ class SampledContact:
         return ContactForces(force, jacobian, state)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def evaluate_normal(
     displacement: Array,
     motion: Array,
@@ -89,7 +89,7 @@ def evaluate_normal(
         force[0, node, 2] += preload[node]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def evaluate_tangential(
     displacement: Array,
     motion: Array,
@@ -134,13 +134,13 @@ def evaluate_tangential(
             finish_node(node, direction, law, displacement, force, jacobian)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _moved(state: Integers, source: Integers, k: int) -> bool:
     """Whether the slider stands elsewhere in the stick sample k than in the one before."""
     return state[k] == STICK and source[k] != source[k - 1]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _add_stretch(
     law: tuple[Array, Array, Array],
     moments: tuple[Array, Array],

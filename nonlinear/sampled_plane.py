@@ -1,16 +1,16 @@
 """Sampled evaluation of the coupled law: one slider in the plane of the contact, friction cone (compiled)."""
 
 import numpy as np
-from numba import njit
 
+from nonlinear.compilation import compiled
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array
-from nonlinear.slider import Integers, march_plane
+from nonlinear.slider import ROUND_OFF, Integers, march_plane
 
 MAX_TURNS = 200
 REPEAT_TOLERANCE = 1e-13
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def evaluate_plane(
     displacement: Array,
     motion: Array,
@@ -55,7 +55,7 @@ def evaluate_plane(
         _march_derivative(plane, limit, kt, slope, turns, table, jacobian[node])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _march_derivative(
     motion: Array, limit: Array, kt: float, slope: float, turns: int, table: Array, jacobian: Array
 ) -> None:
@@ -72,7 +72,7 @@ def _march_derivative(
         for k in range(n_samples):
             tx, ty = kt * (motion[k, 0] - x), kt * (motion[k, 1] - y)
             magnitude = np.sqrt(tx * tx + ty * ty)
-            stuck = limit[k] > 0.0 and magnitude <= limit[k]
+            stuck = limit[k] > 0.0 and magnitude <= limit[k] * (1.0 + ROUND_OFF)
             axx, axy, ayy, ex, ey = 1.0, 0.0, 1.0, 0.0, 0.0
             if limit[k] <= 0.0:
                 axx, ayy = 0.0, 0.0

@@ -7,16 +7,17 @@ in full stick ends with the static force projected on its admissible range (pape
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from nonlinear.compilation import compiled
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array
 
 Integers = NDArray[np.int64]
 NEVER = -1
+ROUND_OFF = 1e-13  # excess over the limit, relative, that does not count as slip
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def march(motion: Array, limit: Array, stiffness: float, state: Integers, source: Integers, sign: Integers) -> None:
     """Record the steady cycle of a 1D slider of `stiffness` kt > 0.
 
@@ -29,12 +30,13 @@ def march(motion: Array, limit: Array, stiffness: float, state: Integers, source
     for turn in range(2):
         for k in range(n_samples):
             reach = limit[k] / stiffness
+            slack = ROUND_OFF * (abs(motion[k]) + reach)
             moved = True
             if limit[k] <= 0.0:
                 position, last, direction = motion[k], k, 0
-            elif motion[k] - position > reach:
+            elif motion[k] - position > reach + slack:
                 position, last, direction = motion[k] - reach, k, 1
-            elif motion[k] - position < -reach:
+            elif motion[k] - position < -reach - slack:
                 position, last, direction = motion[k] + reach, k, -1
             else:
                 moved = False
@@ -43,7 +45,7 @@ def march(motion: Array, limit: Array, stiffness: float, state: Integers, source
                 source[k], sign[k] = last, direction
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def march_plane(
     motion: Array, limit: Array, stiffness: float, max_turns: int, tolerance: float, state: Integers, force: Array
 ) -> int:
@@ -63,7 +65,7 @@ def march_plane(
             magnitude = np.sqrt(tx * tx + ty * ty)
             if limit[k] <= 0.0:
                 state[k], tx, ty = LIFT_OFF, 0.0, 0.0
-            elif magnitude > limit[k]:
+            elif magnitude > limit[k] * (1.0 + ROUND_OFF):
                 state[k] = SLIP
                 tx *= limit[k] / magnitude
                 ty *= limit[k] / magnitude

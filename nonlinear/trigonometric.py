@@ -1,8 +1,8 @@
 """Trigonometric polynomials c_0 + sum_h Re_h cos(h theta) - Im_h sin(h theta): values and all roots (compiled)."""
 
 import numpy as np
-from numba import njit
 
+from nonlinear.compilation import compiled
 from nonlinear.contact import Array
 
 FULL_TURN = 2.0 * np.pi
@@ -10,7 +10,7 @@ NARROWEST = 1e-8  # half width (rad) below which two roots count as a touch with
 STACK = 256
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def value_and_slope(coefficients: Array, angle: float) -> tuple[float, float]:
     """g(theta) and g'(theta); coefficients (2H+1,) in the order 0, Re 1, Im 1, ..."""
     c, s = np.cos(angle), np.sin(angle)
@@ -24,7 +24,7 @@ def value_and_slope(coefficients: Array, angle: float) -> tuple[float, float]:
     return value, slope
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def differentiate(coefficients: Array, derivative: Array) -> None:
     """Write the coefficients of g' into `derivative`."""
     derivative[0] = 0.0
@@ -33,7 +33,7 @@ def differentiate(coefficients: Array, derivative: Array) -> None:
         derivative[2 * h] = h * coefficients[2 * h - 1]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def bracketed_root(coefficients: Array, level: float, left: float, right: float) -> float:
     """The root of g(theta) = level in [left, right], g monotone with a sign change: Newton kept in its bracket."""
     at_left = value_and_slope(coefficients, left)[0] - level
@@ -56,7 +56,7 @@ def bracketed_root(coefficients: Array, level: float, left: float, right: float)
     return angle
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def find_roots(coefficients: Array, roots: Array) -> int:
     """Write all simple roots of g in [0, 2 pi) into `roots` (room for 2H), ascending; returns their number.
 
@@ -99,7 +99,7 @@ def find_roots(coefficients: Array, roots: Array) -> int:
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _two_roots(coefficients: Array, roots: Array) -> int:
     """Roots of c_0 + R cos(theta + phase) = 0."""
     radius = np.hypot(coefficients[1], coefficients[2])
