@@ -11,7 +11,7 @@ from nonlinear.newton import NewtonResult, newton
 from nonlinear.options import SolverOptions
 from rom import RelativeReceptance
 
-FORCE_STEPS_MAX = 200
+SMALLEST_FORCE_STEP = 1e-5
 
 
 def static_displacement(receptance: RelativeReceptance, contact: ContactParameters, options: SolverOptions) -> Array:
@@ -47,17 +47,15 @@ def periodic_start(balance: HarmonicBalance, frequency: float, static: Array, op
         return result
     full = balance.receptance.force
     reached, step, iterations = 0.0, 0.1, result.iterations
-    for _ in range(FORCE_STEPS_MAX):
+    while reached < 1.0 and step > SMALLEST_FORCE_STEP:
         target = min(reached + step, 1.0)
         result = _solve(balance.with_force(target * full), frequency, guess, options)
         iterations += result.iterations
         if result.converged:
             guess, reached, step = result.solution, target, 2.0 * step
-            if reached == 1.0:
-                break
         else:
             step /= 4.0
-    return replace(result, iterations=iterations)
+    return replace(result, iterations=iterations, converged=reached == 1.0)
 
 
 def _solve(balance: HarmonicBalance, frequency: float, guess: Array, options: SolverOptions) -> NewtonResult:

@@ -1,0 +1,214 @@
+"""Continuation: turning points, the located peak, outcomes of curves that cannot be completed, two-step method."""
+
+import numpy as np
+import pytest
+from lumped import lumped_blade, oscillator
+from scipy.optimize import brentq
+
+from nonlinear import (
+    ContactError,
+    ContactParameters,
+    Ending,
+    Excitation,
+    OptionsError,
+    SolverOptions,
+    forced_response,
+    linear_response,
+)
+from rom import modal_model
+
+
+def stop(interference, stiffness=1.0):
+    """A one-sided elastic stop without friction."""
+    one = np.ones(1)
+    return ContactParameters(stiffness * one, 0 * one, 0 * one, interference * one, 0 * one)
+
+
+def gap_curve(**keys):
+    modal = modal_model(oscillator(tangential=False), damping_ratio=0.02)
+    return forced_response(modal, stop(-3.0), Excitation(0, 1.0), SolverOptions((0.05, 0.4), **keys))
+
+
+def describing_function(amplitude, static):
+    """Mean and first coefficient of N = max(-g + static + A cos, 0), g = 3, stiffness 1."""
+    threshold = (3.0 - static) / amplitude
+    half = np.arccos(np.clip(threshold, -1.0, 1.0))
+    mean = amplitude * (np.sin(half) - threshold * half) / np.pi
+    first = amplitude * (half - 0.5 * np.sin(2.0 * half)) / np.pi
+    return mean, first
+
+
+def test_every_point_of_a_one_sided_stop_satisfies_the_describing_function():
+    """Closed form of the one-harmonic balance: static -N0 = x0, and |1 - w^2 + N1 / A + i c w| A = 1."""
+    curve = gap_curve()
+    assert curve.outcome.complete
+    assert len(curve.turning_points) == 2
+    amplitude, static = curve.harmonic_m[:, 0], curve.static_m
+    omega = 2.0 * np.pi * curve.frequency_hz
+    mean, first = describing_function(amplitude, static)
+    assert -mean == pytest.approx(static, abs=1e-11)
+    residual = amplitude * np.abs(1.0 - omega**2 + first / amplitude + 0.04j * omega) - 1.0
+    assert np.max(np.abs(residual)) < 1e-9
+
+
+def test_the_peak_is_located_to_a_millionth():
+    """At the top of the first harmonic c w A = 1 in phase resonance; of |x0| + A, maximised in closed form."""
+    curve = gap_curve()
+
+    def static_of(amplitude):
+        return brentq(lambda x0: x0 + describing_function(amplitude, x0)[0], -amplitude, 0.0, xtol=1e-14)
+
+    def frequencies(amplitude):
+        """Both w at a given amplitude: |a - w^2 + i c w| = 1 / A is quadratic in w^2."""
+        static = static_of(amplitude)
+        stiffness = 1.0 + describing_function(amplitude, static)[1] / amplitude
+        half, c = stiffness - 0.5 * 0.04**2, 0.04
+        root = np.sqrt(max(half**2 - stiffness**2 + amplitude**-2, 0.0))
+        assert c > 0.0
+        return np.sqrt(half - root), np.sqrt(half + root)
+
+    highest = brentq(
+        lambda a: 1.0 / a - 0.04 * np.sqrt(1.0 + describing_function(a, static_of(a))[1] / a - 4e-4), 5, 40
+    )
+    # |x0| + A grows with A along the curve, so both peak together
+    assert curve.peak.located
+    assert curve.peak.amplitude_m == pytest.approx(highest + abs(static_of(highest)), rel=1e-9)
+    assert 2.0 * np.pi * curve.peak.frequency_hz == pytest.approx(frequencies(highest * (1 - 1e-15))[0], rel=1e-6)
+
+
+def test_stability_changes_at_the_turning_points():
+    curve = gap_curve()
+    first, second = curve.turning_points
+    assert np.all(curve.stable[: first - 1])
+    assert np.all(~curve.stable[first + 1 : second - 1])
+    assert np.all(curve.stable[second + 1 :])
+    assert np.count_nonzero(~curve.stable) > 3
+
+
+def test_the_end_points_lie_on_the_limits():
+    curve = gap_curve()
+    assert curve.frequency_hz[0] == pytest.approx(0.05, rel=1e-12)
+    assert curve.frequency_hz[-1] == pytest.approx(0.4, rel=1e-12)
+    assert np.all(np.diff(curve.arc) > 0.0)
+
+
+def test_progress_is_reported():
+    seen = []
+    modal = modal_model(lumped_blade(), damping_ratio=0.01)
+    contact = ContactParameters.shared(2, normal_stiffness=4.0, tangential_stiffness=3.0, friction=0.4)
+    curve = forced_response(
+        modal,
+        contact,
+        Excitation(4, 1.0),
+        SolverOptions((0.1, 0.7)),
+        lambda hertz, points: seen.append((hertz, points)),
+    )
+    assert [count for _, count in seen] == list(range(1, len(seen) + 1))
+    assert len(seen) >= 0.8 * curve.points
+
+
+def test_too_few_points_end_the_curve_with_a_reason():
+    curve = gap_curve(max_points=10)
+    assert not curve.outcome.complete
+    assert curve.outcome.ending is Ending.TOO_MANY_POINTS
+    assert "10 points" in curve.outcome.message
+    assert curve.points >= 10  # what was reached is there
+    assert f"{curve.outcome.frequency_hz:.6g}" in curve.outcome.message
+
+
+def test_a_start_that_fails_says_so():
+    # an undamped oscillator excited exactly at its resonance has no periodic solution
+    modal = modal_model(oscillator(tangential=False), damping_ratio=0.0)
+    options = SolverOptions((1.0 / (2.0 * np.pi), 0.4))
+    with np.errstate(all="ignore"):
+        curve = forced_response(modal, stop(-1e6, 0.0), Excitation(0, 1.0), options)
+    assert curve.outcome.ending is Ending.START_FAILED
+    assert curve.points == 0
+    assert curve.peak is None
+    assert "Hz" in curve.outcome.message
+
+
+def test_a_curve_that_only_rises_has_no_located_peak():
+    modal = modal_model(oscillator(tangential=False), damping_ratio=0.02)
+    curve = forced_response(modal, stop(-50.0), Excitation(0, 1.0), SolverOptions((0.05, 0.12)))
+    assert curve.outcome.complete
+    assert not curve.peak.located
+    assert curve.peak.index == curve.points - 1
+
+
+def test_peak_of_the_linear_response_is_the_closed_form():
+    modal = modal_model(oscillator(tangential=False), damping_ratio=0.02)
+    curve = forced_response(modal, stop(-1e6), Excitation(0, 1.0), SolverOptions((0.05, 0.4)))
+    assert 2.0 * np.pi * curve.peak.frequency_hz == pytest.approx(np.sqrt(1.0 - 2.0 * 0.02**2), rel=1e-6)
+    assert curve.peak.amplitude_m == pytest.approx(1.0 / (0.04 * np.sqrt(1.0 - 0.02**2)), rel=1e-12)
+
+
+class TestStaticFirst:
+    """The classical two steps against the coupled balance."""
+
+    def solve(self, interference, method, harmonics=1):
+        modal = modal_model(lumped_blade(), damping_ratio=0.01)
+        contact = ContactParameters.shared(
+            2, normal_stiffness=4.0, tangential_stiffness=3.0, friction=0.4, interference=interference
+        )
+        options = SolverOptions((0.1, 0.7), harmonics=harmonics, method=method)
+        return forced_response(modal, contact, Excitation(4, 1.0), options)
+
+    def test_agrees_where_the_contact_is_linear(self):
+        modal = modal_model(lumped_blade(), damping_ratio=0.01)
+        for interference in (-1e3, 1e3):
+            curve = self.solve(interference, "static-first")
+            springs = {"normal": 2.0, "tangential": 1.5} if interference > 0 else {}
+            linear = linear_response(modal, Excitation(4, 1.0), curve.frequency_hz, **springs)
+            assert np.max(np.abs(curve.output[:, 1] - linear)) < 1e-10 * np.max(np.abs(linear))
+
+    def test_freezes_the_static_displacement(self):
+        curve = self.solve(1.0, "static-first")
+        static = curve.relative_displacement[:, 0]
+        assert np.all(static == static[0])
+        free = self.solve(1.0, "coupled").relative_displacement[:, 0]
+        assert np.max(np.abs(free - free[0])) > 1e-3
+
+    def test_differs_where_lift_off_shifts_the_mean_load(self):
+        coupled, classical = (self.solve(-2.0, method) for method in ("coupled", "static-first"))
+        assert coupled.outcome.complete
+        assert classical.outcome.complete
+        assert abs(classical.peak.amplitude_m / coupled.peak.amplitude_m - 1.0) > 0.01
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"frequency": (2.0, 1.0)}, "frequency"),
+        ({"frequency": (0.0, 1.0)}, "frequency"),
+        ({"frequency": (1.0, 2.0), "harmonics": 0}, "harmonics"),
+        ({"frequency": (1.0, 2.0), "samples": 4}, "samples"),
+        ({"frequency": (1.0, 2.0), "integration": "fine"}, "integration"),
+        ({"frequency": (1.0, 2.0), "method": "both"}, "method"),
+    ],
+)
+def test_bad_options_are_named(keys, words):
+    with pytest.raises(OptionsError, match=words + r".*allowed"):
+        SolverOptions(**keys)
+
+
+def test_bad_contact_parameters_are_named():
+    one = np.ones(2)
+    with pytest.raises(ContactError, match=r"friction: -1\.0, allowed: 0 or more"):
+        ContactParameters(one, one, -one, one, one)
+    with pytest.raises(ContactError, match=r"interference.*finite"):
+        ContactParameters(one, one, one, np.nan * one, one)
+    with pytest.raises(ContactError, match=r"preload: shape"):
+        ContactParameters(one, one, one, one, np.ones(3))
+    with pytest.raises(ContactError, match="law"):
+        ContactParameters(one, one, one, one, one, "both")
+    modal = modal_model(oscillator(), damping_ratio=0.01)
+    with pytest.raises(ContactError, match="2 nodes, allowed: 1"):
+        forced_response(modal, ContactParameters(one, one, one, one, one), Excitation(0, 1.0), SolverOptions((1, 2)))
+    with pytest.raises(ContactError, match="closed form"):
+        forced_response(
+            modal,
+            ContactParameters(*(np.ones(1) for _ in range(5)), law="coupled"),
+            Excitation(0, 1.0),
+            SolverOptions((1, 2), integration="exact"),
+        )

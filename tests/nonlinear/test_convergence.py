@@ -1,0 +1,106 @@
+"""Convergence: in the number of harmonics, of samples towards the exact element, and of the roots of polynomials."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from lumped import oscillator
+from solving import solve_from
+
+from nonlinear import ContactParameters, Excitation, SolverOptions, contact_element, harmonic_balance
+from nonlinear.fourier import to_complex
+from nonlinear.start import periodic_start
+from nonlinear.trigonometric import find_roots, value_and_slope
+from rom import modal_model
+
+
+def den_hartog(beta, friction):
+    """k A / P of m x'' + k x + F sign(x') = P cos(w t) without stops (Den Hartog 1931), F / P = friction."""
+    response = 1.0 / (1.0 - beta**2)
+    damping = np.tan(np.pi / (2.0 * beta)) / beta
+    return np.sqrt(response**2 - (friction * damping) ** 2)
+
+
+def nearly_rigid_slider(modal, harmonics, beta):
+    """Solve with a slider stiffened step by step, up to an elastic travel of 3e-7 of the static deflection."""
+    unit = np.ones(1)
+    options = SolverOptions((0.1, 0.2), harmonics=harmonics)
+    start = None
+    for stiffness in (1e1, 1e2, 1e3, 1e4, 1e5, 1e6):
+        contact = ContactParameters(0 * unit, stiffness * unit, unit, 0 * unit, 0.3 * unit)
+        balance = harmonic_balance(modal, contact, Excitation(0, 1.0), options)
+        if start is None:
+            start = periodic_start(balance, beta, np.zeros((1, 3)), options)
+        else:
+            start = solve_from(balance, beta, start.solution, options)
+    return start, balance
+
+
+@pytest.mark.parametrize(("beta", "exact", "one"), [(0.8, 2.626105, 2.567150), (1.25, 1.617065, 1.642976)])
+def test_den_hartog(beta, exact, one):
+    assert den_hartog(beta, 0.3) == pytest.approx(exact, abs=6e-7)
+    modal = modal_model(oscillator(), damping_ratio=0.0)
+    errors = []
+    for harmonics in (1, 3, 7, 15):
+        start, balance = nearly_rigid_slider(modal, harmonics, beta)
+        assert start.converged
+        x = to_complex(balance.displacement(start.solution))[:, 0, 0]
+        theta = np.linspace(0.0, 2.0 * np.pi, 20001)
+        amplitude = np.max((np.exp(1j * np.outer(theta, np.arange(x.size))) @ x).real)
+        if harmonics == 1:
+            assert amplitude == pytest.approx(one, rel=3e-4)
+        errors.append(abs(amplitude / exact - 1.0))
+    assert errors[-1] < 4e-3
+    assert errors[3] < errors[2] < errors[1] < errors[0]
+
+
+@pytest.mark.parametrize("harmonics", [1, 3])
+def test_samples_converge_to_the_exact_element(harmonics):
+    """Errors of the sampled force fall at least linearly in the sample spacing, on average over random states."""
+    rng = np.random.default_rng(2)
+    contact = ContactParameters.shared(
+        40, normal_stiffness=40.0, tangential_stiffness=30.0, friction=0.5, interference=rng.normal(size=40)
+    )
+    rows = rng.normal(size=(2 * harmonics + 1, 40, 3))
+
+    def force(integration, samples):
+        options = SolverOptions((1.0, 2.0), harmonics=harmonics, integration=integration, samples=samples)
+        return contact_element(contact, harmonics, options).evaluate(rows).force
+
+    exact = force("exact", 64)
+    counts = np.array([64, 256, 1024, 4096, 16384])
+    errors = np.array([np.sqrt(np.mean((force("sampled", int(n)) - exact) ** 2)) for n in counts])
+    rate = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    assert rate > 0.9
+    assert errors[-1] < 1e-4 * np.abs(exact).max()
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 9), st.floats(-3.0, 3.0))
+def test_all_roots_are_found(seed, harmonics, level):
+    """Against the companion matrix: g(theta) = 0 is a polynomial equation of degree 2H in exp(i theta)."""
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(size=2 * harmonics + 1)
+    rows[0] = level
+    found = np.empty(2 * harmonics)
+    count = find_roots(rows, found)
+    complex_rows = (rows[1::2] + 1j * rows[2::2]) / 2.0
+    polynomial = np.concatenate([complex_rows[::-1], [rows[0]], np.conj(complex_rows)])
+    z = np.roots(polynomial)
+    reference = np.sort(np.angle(z[np.abs(np.abs(z) - 1.0) < 1e-9]) % (2.0 * np.pi))
+    assert count == reference.size
+    assert found[:count] == pytest.approx(reference, abs=1e-6)
+    for root in found[:count]:
+        assert abs(value_and_slope(rows, root)[0]) < 1e-12 * np.abs(rows).sum() * harmonics
+
+
+def test_touching_roots_do_not_hang_or_cross():
+    # 1 + cos(theta) touches zero at pi; cos(2 theta) + 1 at pi / 2 and 3 pi / 2
+    touching = np.array([1.0, 0.0, 0.0, 1.0, 0.0])
+    found = np.empty(4)
+    count = find_roots(touching, found)
+    assert count in (0, 2, 4)
+    shifted = touching.copy()
+    shifted[0] = 1.0 - 1e-9
+    assert find_roots(shifted, found) == 4
+    assert np.diff(found[:2])[0] == pytest.approx(2.0 * np.arccos(-1.0 + 1e-9) * -0.5 + np.pi, rel=1e-3)
