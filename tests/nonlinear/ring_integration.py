@@ -38,7 +38,7 @@ def march_ring(matrices, right, left, external, laws, eta, rate, slider, n_steps
     placed = slider.copy()
     for step in range(n_steps + 1):
         after = step % period
-        for iteration in range(1 if step == 0 else 4):
+        for _iteration in range(1 if step == 0 else 4):
             # contact forces at the trial state
             force = external[after].copy()
             for blade in range(n_blades):

@@ -1,0 +1,109 @@
+"""The file of a reduced model: what is written is read, and what is wrong is named."""
+
+import h5py
+import numpy as np
+import pytest
+from test_receptance import random_model
+
+from rom import ReducedModelError, read_reduced_model, write_reduced_model
+
+ARRAYS = (
+    "mass",
+    "stiffness",
+    "contact_right",
+    "contact_left",
+    "contact_position",
+    "contact_area",
+    "force_excitation",
+    "force_centrifugal",
+    "force_static",
+    "basis",
+)
+
+
+@pytest.mark.parametrize("ground", [False, True])
+def test_round_trip_is_exact(tmp_path, ground):
+    model = random_model(ground=ground, complex_force=True)
+    write_reduced_model(tmp_path / "rom.h5", model)
+    again = read_reduced_model(tmp_path / "rom.h5")
+    for name in ARRAYS:
+        before, after = getattr(model, name), getattr(again, name)
+        assert (before is None) == (after is None)
+        if before is not None:
+            assert np.array_equal(before, after)
+            assert before.dtype == after.dtype
+    assert again.n_blades == model.n_blades
+    assert again.producer == model.producer
+    assert {name: list(vector) for name, vector in again.outputs.items()} == {
+        name: list(vector) for name, vector in model.outputs.items()
+    }
+
+
+def test_the_layout_is_the_documented_one(tmp_path):
+    write_reduced_model(tmp_path / "rom.h5", random_model())
+    with h5py.File(tmp_path / "rom.h5") as file:
+        names = []
+        file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+        assert {"mass", "stiffness", "contact/right", "contact/left", "contact/position", "force/excitation"} <= set(
+            names
+        )
+        assert {"force/centrifugal", "force/static", "output/tip", "output/root"} <= set(names)
+        assert file.attrs["format"] == "1"
+        assert file.attrs["n_blades"] == 9
+
+
+def damage(path, name, change):
+    with h5py.File(path, "r+") as file:
+        if name in file.attrs:
+            file.attrs[name] = change
+            return
+        value = None if change is None else change(file[name][()])
+        del file[name]
+        if value is not None:
+            file[name] = value
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "words"),
+    [
+        ("mass", None, "mass: missing"),
+        ("mass", lambda a: a[:4], r"mass: shape"),
+        ("mass", lambda a: a + np.triu(np.ones_like(a), 1), "mass: asymmetric"),
+        ("mass", lambda a: a.astype("S5"), "mass: type"),
+        ("mass", lambda a: 3.0, "mass: shape"),
+        ("stiffness", lambda a: a * np.nan, "stiffness: holds values that are not finite"),
+        ("stiffness", lambda a: a + 1j, "stiffness: type"),
+        ("contact/right", lambda a: a[:5], "contact/right: shape"),
+        ("contact/position", lambda a: a[:1], "contact/right: shape|contact/left: shape"),
+        ("contact/position", lambda a: a[:, :2], "contact/position: shape"),
+        ("force/excitation", None, "force/excitation: missing"),
+        ("force/static", lambda a: a[:3], "force/static: shape"),
+        ("output/tip", None, "output/tip: missing"),
+        ("output/root", lambda a: a[:2], "output/root: shape"),
+        ("format", "7", "format: '7', allowed: '1'"),
+        ("n_blades", 0, "n_blades: 0, allowed: 1 or more"),
+        ("n_blades", 2.5, "n_blades.*whole number"),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path, name, change, words):
+    path = tmp_path / "rom.h5"
+    write_reduced_model(path, random_model())
+    damage(path, name, change)
+    with pytest.raises(ReducedModelError, match=words) as caught:
+        read_reduced_model(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_files_that_are_no_models_are_named(tmp_path):
+    with pytest.raises(ReducedModelError, match="no such file"):
+        read_reduced_model(tmp_path / "absent.h5")
+    (tmp_path / "text.h5").write_text("not HDF5")
+    with pytest.raises(ReducedModelError, match=r"text\.h5: not readable"):
+        read_reduced_model(tmp_path / "text.h5")
+    write_reduced_model(tmp_path / "cut.h5", random_model())
+    (tmp_path / "cut.h5").write_bytes((tmp_path / "cut.h5").read_bytes()[:700])
+    with pytest.raises(ReducedModelError, match=r"cut\.h5"):
+        read_reduced_model(tmp_path / "cut.h5")
+    with pytest.raises(ReducedModelError, match="no such file"):
+        read_reduced_model(tmp_path)
