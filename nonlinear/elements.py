@@ -2,6 +2,7 @@
 
 from nonlinear.contact import ContactElement, ContactError, ContactParameters
 from nonlinear.options import Integration, SolverOptions
+from nonlinear.static_contact import StaticContact
 
 
 def integration_of(contact: ContactParameters, options: SolverOptions) -> Integration:
@@ -22,11 +23,13 @@ def integration_of(contact: ContactParameters, options: SolverOptions) -> Integr
 
 def contact_element(contact: ContactParameters, n_harmonics: int, options: SolverOptions) -> ContactElement:
     """The contact element that the options ask for, for `n_harmonics` harmonics (0: statics)."""
-    from nonlinear.exact import ExactContact
+    integration = integration_of(contact, options)
+    if n_harmonics == 0:
+        return StaticContact(contact)
+    if integration == "exact":
+        from nonlinear.exact import ExactContact
+
+        return ExactContact(contact, n_harmonics)
     from nonlinear.sampled import SampledContact
 
-    if n_harmonics == 0:
-        return SampledContact(contact, 0, 1)
-    if integration_of(contact, options) == "exact":
-        return ExactContact(contact, n_harmonics)
     return SampledContact(contact, n_harmonics, max(options.samples, 4 * n_harmonics + 4))

@@ -11,12 +11,14 @@ ROUND_OFF = 1e-13  # slip shorter than this part of the motion is none
 
 
 @compiled
-def march_events(motion: Array, load: Array, load_roots: Array, mu: float, kt: float, stretches: Array) -> int:
+def march_events(
+    motion: Array, load: Array, load_roots: Array, n_roots: int, mu: float, kt: float, stretches: Array
+) -> int:
     """Record the steady cycle of a slider as stretches; returns their number.
 
-    motion u, load N (not clipped): coefficients (2H+1,); load_roots: roots of N. Each row of `stretches`: state, left
-    and right angle, sign of the last slip, what set the slider (NEVER, EXTREMUM, RECONTACT) and at which angle. The
-    slider starts at w = 0; one turn brings it to its steady cycle, the second is recorded.
+    motion u, load N (not clipped): coefficients (2H+1,); load_roots: the n_roots roots of N. Each row of `stretches`:
+    state, left and right angle, sign of the last slip, what set the slider (NEVER, EXTREMUM, RECONTACT) and at which
+    angle. The slider starts at w = 0; one turn brings it to its steady cycle, the second is recorded.
     """
     size = motion.shape[0]
     limits = np.empty(
@@ -25,29 +27,39 @@ def march_events(motion: Array, load: Array, load_roots: Array, mu: float, kt: f
     slope, found = np.empty(size), np.empty(size)
     breaks = np.empty(3 * size + 2)
     breaks[0], n_breaks = 0.0, 1
-    for root in load_roots:
-        breaks[n_breaks] = root
-        n_breaks += 1
+    for k in range(n_roots):
+        n_breaks = _insert(breaks, n_breaks, load_roots[k])
     for side in range(2):
         for j in range(size):
             limits[side, j] = motion[j] + (2 * side - 1) * mu * load[j] / kt
         differentiate(limits[side], slope)
         for k in range(find_roots(slope, found)):
-            breaks[n_breaks] = found[k]
-            n_breaks += 1
+            n_breaks = _insert(breaks, n_breaks, found[k])
     breaks[n_breaks] = FULL_TURN
-    ordered = np.sort(breaks[: n_breaks + 1])
-    scale = np.abs(motion).sum() + mu / kt * np.abs(load).sum()
+    scale = 0.0
+    for j in range(size):
+        scale += abs(motion[j]) + mu / kt * abs(load[j])
     slider = np.array([0.0, 0.0, float(NEVER), 0.0])  # position, sign, kind, angle
     count = 0
     for turn in range(2):
-        for k in range(ordered.shape[0] - 1):
-            if ordered[k + 1] > ordered[k]:
-                interval = (ordered[k], ordered[k + 1])
+        for k in range(n_breaks):
+            if breaks[k + 1] > breaks[k]:
+                interval = (breaks[k], breaks[k + 1])
                 count = _advance(interval, motion, load, limits, slider, ROUND_OFF * scale, stretches, count)
         if turn == 0:
             count = 0
     return count
+
+
+@compiled
+def _insert(ascending: Array, count: int, value: float) -> int:
+    """Insert `value` in its place among the first `count`; returns the new count."""
+    place = count
+    while place > 0 and ascending[place - 1] > value:
+        ascending[place] = ascending[place - 1]
+        place -= 1
+    ascending[place] = value
+    return count + 1
 
 
 @compiled

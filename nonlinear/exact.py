@@ -7,7 +7,7 @@ import numpy as np
 from nonlinear.compilation import compiled
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.events import NEVER, RECONTACT, march_events
-from nonlinear.moments import add_gram, finish_node, mean_basis
+from nonlinear.moments import add_gram, add_scaled, finish_node, mean_basis
 from nonlinear.slider import Integers
 from nonlinear.trigonometric import FULL_TURN, find_roots, value_and_slope
 
@@ -53,21 +53,24 @@ def _evaluate(
     none = np.zeros((size, size))
     for node in range(force.shape[1]):
         kn, kt, mu = normal_stiffness[node], tangential_stiffness[node], friction[node]
-        load[:] = kn * displacement[:, node, 2]
+        for j in range(size):
+            load[j] = kn * displacement[j, node, 2]
         load[0] += preload[node] + kn * interference[node]
         offset = preload[node] + kn * interference[node]
         n_roots = find_roots(load, roots)
         law = (np.zeros((size, size)), none, np.zeros(size))
-        worst[node] = STICK if _add_pressed(law, load, roots[:n_roots], kn, offset) else LIFT_OFF
+        worst[node] = STICK if _add_pressed(law, load, roots, n_roots, kn, offset) else LIFT_OFF
         finish_node(node, 2, law, displacement, force, jacobian)
         force[0, node, 2] += preload[node]
         for direction in range(2):
             if kt == 0.0:
                 continue
-            motion[:] = displacement[:, node, direction]
-            count = march_events(motion, load, roots[:n_roots], mu, kt, stretches)
+            for j in range(size):
+                motion[j] = displacement[j, node, direction]
+            count = march_events(motion, load, roots, n_roots, mu, kt, stretches)
             law = (np.zeros((size, size)), np.zeros((size, size)), np.zeros(size))
-            for stretch in stretches[:count]:
+            for k in range(count):
+                stretch = stretches[k]
                 if stretch[0] == SLIP:
                     worst[node] = max(worst[node], SLIP)
                 if stretch[0] != LIFT_OFF:
@@ -89,19 +92,21 @@ def _moments(left: float, right: float, cosine: Array, sine: Array) -> None:
 
 
 @compiled
-def _add_pressed(law: tuple[Array, Array, Array], load: Array, roots: Array, stiffness: float, offset: float) -> bool:
+def _add_pressed(
+    law: tuple[Array, Array, Array], load: Array, roots: Array, n_roots: int, stiffness: float, offset: float
+) -> bool:
     """Add kn v + offset over the stretches with N > 0 to `law`; returns whether the contact never opens."""
     own, _, constant = law
     size = constant.shape[0]
     cosine, sine, mean = np.empty(size), np.empty(size), np.empty(size)
     left, always = 0.0, True
-    for k in range(roots.shape[0] + 1):
-        right = roots[k] if k < roots.shape[0] else FULL_TURN
+    for k in range(n_roots + 1):
+        right = roots[k] if k < n_roots else FULL_TURN
         if value_and_slope(load, 0.5 * (left + right))[0] > 0.0:
             _moments(left, right, cosine, sine)
             add_gram(own, cosine, sine, stiffness)
             mean_basis(mean, cosine, sine)
-            constant += offset * mean
+            add_scaled(constant, offset, mean)
         elif right > left:
             always = False
         left = right
@@ -142,7 +147,7 @@ def _add_stretch(
     mean_basis(mean, cosine, sine)
     if stretch[0] == SLIP:  # T = sign mu N
         add_gram(normal, cosine, sine, sign * mu * kn)
-        constant += sign * mu * offset * mean
+        add_scaled(constant, sign * mu * offset, mean)
         return
     add_gram(own, cosine, sine, kt)
     if kind == NEVER:

@@ -40,6 +40,13 @@ def mean_basis(vector: Array, cosine: Array, sine: Array) -> None:
 
 
 @compiled
+def add_scaled(total: Array, factor: float, vector: Array) -> None:
+    """Add factor * vector to `total`; a loop, since array expressions take long to compile."""
+    for i in range(total.shape[0]):
+        total[i] += factor * vector[i]
+
+
+@compiled
 def finish_node(
     node: int, direction: int, law: tuple[Array, Array, Array], displacement: Array, force: Array, jacobian: Array
 ) -> None:

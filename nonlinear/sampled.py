@@ -8,7 +8,7 @@ import numpy as np
 from nonlinear.compilation import compiled
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.fourier import basis_table
-from nonlinear.moments import add_gram, finish_node, mean_basis, prefix_moments
+from nonlinear.moments import add_gram, add_scaled, finish_node, mean_basis, prefix_moments
 from nonlinear.sampled_plane import evaluate_plane
 from nonlinear.slider import NEVER, Integers, march
 
@@ -83,7 +83,7 @@ def evaluate_normal(
                 sine = (prefix_sine[:, k] - prefix_sine[:, start]) / n_samples
                 add_gram(gram, cosine, sine, stiffness)
                 mean_basis(mean, cosine, sine)
-                constant += offset * mean
+                add_scaled(constant, offset, mean)
                 start = NEVER
         finish_node(node, 2, (gram, none, constant), displacement, force, jacobian)
         force[0, node, 2] += preload[node]
@@ -158,7 +158,7 @@ def _add_stretch(
     mean_basis(mean, cosine, sine)
     if state == SLIP:  # T = sign mu N
         add_gram(normal, cosine, sine, sign * mu * kn)
-        constant += sign * mu * offset * mean
+        add_scaled(constant, sign * mu * offset, mean)
     elif state == STICK:  # T = kt (u - u_source) + sign mu N_source
         add_gram(own, cosine, sine, kt)
         if source != NEVER:
@@ -166,4 +166,4 @@ def _add_stretch(
                 for j in range(mean.shape[0]):
                     own[i, j] -= kt * mean[i] * table[source, j]
                     normal[i, j] += sign * mu * kn * mean[i] * table[source, j]
-            constant += sign * mu * offset * mean
+            add_scaled(constant, sign * mu * offset, mean)

@@ -165,3 +165,26 @@ def test_cycle_agrees_with_the_element():
     assert -cycle.force.mean(axis=0) == pytest.approx(result.force[0], abs=1e-12)
     assert cycle.state.max(axis=0) == pytest.approx(result.state)
     assert np.all(np.abs(cycle.force[:, :, :2]) <= 0.4 * cycle.force[:, :, 2:] + 1e-12)
+
+
+@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+def test_static_element_is_the_sampled_one_without_vibration(law):
+    from nonlinear.sampled import SampledContact
+
+    rng = np.random.default_rng(8)
+    contact = ContactParameters.shared(
+        60,
+        normal_stiffness=60.0,
+        tangential_stiffness=50.0,
+        friction=0.5,
+        interference=rng.normal(size=60),
+        preload=rng.random(60),
+        law=law,
+    )
+    rows = rng.normal(size=(1, 60, 3))
+    static = contact_element(contact, 0, SolverOptions((1.0, 2.0))).evaluate(rows)
+    sampled = SampledContact(contact, 0, 1).evaluate(rows)
+    assert static.force == pytest.approx(sampled.force, abs=1e-13)
+    assert static.jacobian == pytest.approx(sampled.jacobian, abs=1e-13)
+    assert np.array_equal(static.state == LIFT_OFF, sampled.state == LIFT_OFF)
+    assert set(static.state) == {STICK, SLIP, LIFT_OFF}
