@@ -101,21 +101,10 @@ class Continuation:
         orientation: int,
         record: tuple[int, float, float],
     ) -> CurvePoint:
-        """Tangent z from B z = e_last, B the bordered Jacobian; by Cramer's rule det dR/dx = z_last det B."""
-        from scipy.linalg import lu_factor, lu_solve
-
+        """The point with its tangent; its orientation wins over the angle where the curve turns sharply (a kink)."""
         metric = self.metric(unknown)
-        factor, pivots = lu_factor(_bordered(at.jacobian, at.slope, metric.unit(onward), metric), overwrite_a=True)
-        last = np.zeros(factor.shape[0])
-        last[-1] = 1.0
-        solution = lu_solve((factor, pivots), last)
-        swaps = int(np.count_nonzero(pivots != np.arange(pivots.size)))
-        sign = int(np.prod(np.sign(factor.diagonal()))) * (-1) ** swaps
-        tangent = metric.unit((solution[:-1] * metric.length, float(solution[-1] * metric.frequency)))
-        singular = sign * int(np.sign(solution[-1]))
-        # Past a sharp kink the curve may go on at more than a right angle: there the orientation decides.
-        cosine = metric.product(metric.unit(onward), tangent)
-        if orientation not in (0, sign) and cosine < KINK_COSINE:
+        tangent, sign, singular = _tangent(at, onward, metric)
+        if orientation not in (0, sign) and metric.product(metric.unit(onward), tangent) < KINK_COSINE:
             tangent, sign = (-tangent[0], -tangent[1]), -sign
         iterations, arc, step = record
         return CurvePoint(unknown, frequency, tangent, at.contact, singular, sign, iterations, arc, step)
@@ -186,6 +175,23 @@ class Continuation:
                 found = self.correct(point, float(step), secant)
                 if found is not None:
                     return replace(found, step=self.options.step)
+        return self._beyond_kink(point)
+
+    def _beyond_kink(self, point: CurvePoint) -> CurvePoint | None:
+        """The next point where a kink turns the curve by more than a right angle, so that no plane ahead meets it.
+
+        The tangent on the far side is that of the equations a little ahead, oriented like the curve so far.
+        """
+        metric = self.metric(point.unknown)
+        for ahead in np.geomspace(KINK_STEP, self.options.min_step, 13):
+            x = point.unknown + ahead * point.tangent[0]
+            at = self.balance.evaluate(x, point.frequency + ahead * point.tangent[1])
+            tangent, sign, _ = _tangent(at, point.tangent, metric)
+            beyond = tangent if sign == point.orientation else (-tangent[0], -tangent[1])
+            for step in (ahead, 10.0 * ahead):
+                found = self.correct(point, step, beyond)
+                if found is not None and metric.product(metric.unit(found.tangent), beyond) > KINK_COSINE:
+                    return found
         return None
 
     def trace(self, start: CurvePoint, progress: Callable[[float, int], None] | None = None) -> Iterator[CurvePoint]:
@@ -206,6 +212,23 @@ class Continuation:
             if progress is not None:
                 progress(point.frequency / (2.0 * np.pi), count)
             yield point
+
+
+def _tangent(at: BalanceAt, onward: Tangent, metric: Metric) -> tuple[Tangent, int, int]:
+    """Unit tangent on the side of `onward`, the sign of det [dR/dx, dR/dw; tangent], and that of det dR/dx.
+
+    z solves B z = e_last with B bordered by `onward`; by Cramer's rule det dR/dx = z_last det B.
+    """
+    from scipy.linalg import lu_factor, lu_solve
+
+    factor, pivots = lu_factor(_bordered(at.jacobian, at.slope, metric.unit(onward), metric), overwrite_a=True)
+    last = np.zeros(factor.shape[0])
+    last[-1] = 1.0
+    solution = lu_solve((factor, pivots), last)
+    swaps = int(np.count_nonzero(pivots != np.arange(pivots.size)))
+    sign = int(np.prod(np.sign(factor.diagonal()))) * (-1) ** swaps
+    tangent = metric.unit((solution[:-1] * metric.length, float(solution[-1] * metric.frequency)))
+    return tangent, sign, sign * int(np.sign(solution[-1]))
 
 
 def _turns_sharply(point: CurvePoint, found: CurvePoint, metric: Metric) -> bool:
