@@ -1,1 +1,27 @@
-"""geometry"""
+"""Blade and shroud geometry and its mesh: no material, no matrices, no frequencies."""
+
+from geometry.build import build_sector
+from geometry.checks import check_parameters
+from geometry.errors import GeometryError, SectorFileError
+from geometry.exchange import export_sector, import_sector
+from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
+from geometry.quality import hexahedron_scaled_jacobian
+from geometry.sector import ContactFace, SectorMesh
+from geometry.storage import load_sector, save_sector
+
+__all__ = [
+    "BladeParameters",
+    "ContactFace",
+    "GeometryError",
+    "MeshParameters",
+    "SectorFileError",
+    "SectorMesh",
+    "ShroudParameters",
+    "build_sector",
+    "check_parameters",
+    "export_sector",
+    "hexahedron_scaled_jacobian",
+    "import_sector",
+    "load_sector",
+    "save_sector",
+]

@@ -46,7 +46,7 @@ class SolverOptions:
     method: Method = "coupled"
     output: str = "tip"
     tolerance: float = 1e-13
-    round_off: float = 1e-10
+    round_off: float = 1e-12
     step: float = 0.05
     max_step: float = 0.35
     min_step: float = 1e-6

@@ -1,26 +1,20 @@
 """The nonlinear forced response of a blade: one call from modes, contact and excitation to a curve."""
 
 import time
-from collections.abc import Callable
-from itertools import pairwise
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from nonlinear.balance import HarmonicBalance
-from nonlinear.contact import ContactError, ContactParameters
-from nonlinear.continuation import Continuation, CurvePoint
+from nonlinear.contact import ContactElement, ContactError, ContactParameters
+from nonlinear.continuation import Continuation
 from nonlinear.curve import CurveData, ResponseCurve, assemble_curve
 from nonlinear.elements import contact_element
-from nonlinear.newton import NewtonResult
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.outcome import Ending, Outcome
-from nonlinear.peaks import locate_peak
-from nonlinear.start import periodic_start, static_displacement
+from nonlinear.start import static_displacement
+from nonlinear.tracing import Progress, trace_range
 from nonlinear.truncation import truncation_error
 from rom import ModalModel, RelativeReceptance
-
-Progress = Callable[[float, int], None]
 
 
 def forced_response(
@@ -46,21 +40,20 @@ def forced_response(
     began = time.perf_counter()
     # The matrices are small: more threads than one make each product slower.
     with threadpool_limits(1, "blas"):
-        balance = harmonic_balance(modal, contact, excitation, options)
+        receptance, element = _parts(modal, contact, excitation, options)
         try:
-            start = _first_point(balance, contact, options)
+            static = static_displacement(receptance, contact, options)
         except ArithmeticError as error:
-            return _failed_start(balance, options, began, str(error))
-        if not start.converged:
-            reason = f"no periodic solution found: relative residual {start.residual:.2g}"
-            return _failed_start(balance, options, began, reason)
-        continuation = Continuation(balance, options)
-        points = list(continuation.trace(_as_point(continuation, start), progress))
-        outcome = _outcome(points, options)
-        points, peak_indices = _insert_peaks(continuation, points)
-        truncation = truncation_error(balance, contact, points, peak_indices, options)
-        seconds = time.perf_counter() - began
-        return assemble_curve(balance, options.output, CurveData(points, peak_indices, outcome, seconds, truncation))
+            message = f"no start at {options.frequency[0]:.6g} Hz: {error}"
+            outcome = Outcome(Ending.START_FAILED, options.frequency[0], message)
+            data = CurveData([], [], outcome, time.perf_counter() - began, float("nan"))
+            return assemble_curve(HarmonicBalance(receptance, element), options.output, data)
+        frozen = static if options.method == "static-first" else None
+        balance = HarmonicBalance(receptance, element, frozen)
+        trace = trace_range(Continuation(balance, options), static, progress)
+        truncation = truncation_error(balance, contact, trace.points, trace.peak_indices, options)
+        data = CurveData(*trace, time.perf_counter() - began, truncation)
+        return assemble_curve(balance, options.output, data)
 
 
 def harmonic_balance(
@@ -72,63 +65,14 @@ def harmonic_balance(
     ------
     ArithmeticError : method "static-first" and no static equilibrium.
     """
+    receptance, element = _parts(modal, contact, excitation, options)
+    static = static_displacement(receptance, contact, options) if options.method == "static-first" else None
+    return HarmonicBalance(receptance, element, static)
+
+
+def _parts(
+    modal: ModalModel, contact: ContactParameters, excitation: Excitation, options: SolverOptions
+) -> tuple[RelativeReceptance, ContactElement]:
     harmonics = tuple(range(options.harmonics + 1))
-    phase = modal.phase(excitation.engine_order)
-    receptance = RelativeReceptance(modal, phase, harmonics, excitation.force)
-    element = contact_element(contact, options.harmonics, options)
-    if options.method == "static-first":
-        static = static_displacement(receptance, contact, options)
-        return HarmonicBalance(receptance, element, static)
-    return HarmonicBalance(receptance, element)
-
-
-def _first_point(balance: HarmonicBalance, contact: ContactParameters, options: SolverOptions) -> NewtonResult:
-    static = balance.frozen_static
-    if static is None:
-        static = static_displacement(balance.receptance, contact, options)
-    return periodic_start(balance, 2.0 * np.pi * options.frequency[0], static, options)
-
-
-def _as_point(continuation: Continuation, start: NewtonResult) -> CurvePoint:
-    low, _ = continuation.span
-    at = continuation.balance.evaluate(start.solution, low)
-    forward = np.asarray(np.linalg.solve(at.jacobian, -at.slope), dtype=np.float64), 1.0
-    return continuation.point(start.solution, low, forward, start.iterations, 0.0, continuation.options.step)
-
-
-def _failed_start(balance: HarmonicBalance, options: SolverOptions, began: float, reason: str) -> ResponseCurve:
-    low = options.frequency[0]
-    outcome = Outcome(Ending.START_FAILED, low, f"no start at {low:.6g} Hz: {reason}")
-    seconds = time.perf_counter() - began
-    return assemble_curve(balance, options.output, CurveData([], [], outcome, seconds, float("nan")))
-
-
-def _outcome(points: list[CurvePoint], options: SolverOptions) -> Outcome:
-    low, high = options.frequency
-    last = points[-1].frequency / (2.0 * np.pi)
-    if last >= high * (1.0 - 1e-12):
-        return Outcome(Ending.COMPLETE, last, f"complete: {low:g} to {high:g} Hz in {len(points)} points")
-    if len(points) > 1 and last <= low * (1.0 + 1e-12):
-        return Outcome(
-            Ending.TURNED_BACK,
-            last,
-            f"the curve turned back and left the range at its low end, {low:g} Hz: start lower",
-        )
-    if len(points) >= options.max_points:
-        return Outcome(Ending.TOO_MANY_POINTS, last, f"given up at {last:.6g} Hz after {len(points)} points")
-    return Outcome(
-        Ending.STEP_TOO_SMALL, last, f"no next point found at {last:.6g} Hz with steps down to {options.min_step:g}"
-    )
-
-
-def _insert_peaks(continuation: Continuation, points: list[CurvePoint]) -> tuple[list[CurvePoint], list[int]]:
-    """The points with the located maxima among them, and the indices of these."""
-    result, indices = points[:1], []
-    for before, after in pairwise(points):
-        peak = locate_peak(continuation, before, after)
-        if peak is not None:
-            if peak is not before and peak is not after:
-                result.append(peak)
-            indices.append(len(result) - 1 if peak is not after else len(result))
-        result.append(after)
-    return result, indices
+    receptance = RelativeReceptance(modal, modal.phase(excitation.engine_order), harmonics, excitation.force)
+    return receptance, contact_element(contact, options.harmonics, options)

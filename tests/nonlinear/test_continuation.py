@@ -13,9 +13,11 @@ from nonlinear import (
     OptionsError,
     SolverOptions,
     forced_response,
+    harmonic_balance,
     linear_response,
 )
-from rom import modal_model
+from nonlinear.fourier import to_real
+from rom import ReducedModel, modal_model
 
 
 def stop(interference, stiffness=1.0):
@@ -116,16 +118,48 @@ def test_too_few_points_end_the_curve_with_a_reason():
     assert f"{curve.outcome.frequency_hz:.6g}" in curve.outcome.message
 
 
+def two_undamped_modes():
+    """Resonances at 1 and 3 rad/s, both driven, no damping."""
+    return ReducedModel(
+        mass=np.eye(2),
+        stiffness=np.diag([1.0, 9.0]),
+        contact_right=np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 1.0]]),
+        contact_position=np.zeros((1, 3)),
+        force_excitation=np.ones(2),
+        outputs={"tip": np.ones(2)},
+    )
+
+
 def test_a_start_that_fails_says_so():
-    # an undamped oscillator excited exactly at its resonance has no periodic solution
-    modal = modal_model(oscillator(tangential=False), damping_ratio=0.0)
-    options = SolverOptions((1.0 / (2.0 * np.pi), 0.4))
+    # excited exactly at an undamped resonance at both ends of the range, a structure has no periodic solution there
+    modal = modal_model(two_undamped_modes(), damping_ratio=0.0)
+    low, high = modal.angular_frequency / (2.0 * np.pi)
     with np.errstate(all="ignore"):
-        curve = forced_response(modal, stop(-1e6, 0.0), Excitation(0, 1.0), options)
+        curve = forced_response(modal, stop(-1e6, 0.0), Excitation(0, 1.0), SolverOptions((low, high)))
     assert curve.outcome.ending is Ending.START_FAILED
     assert curve.points == 0
     assert curve.peak is None
-    assert "Hz" in curve.outcome.message
+    assert f"no start at {low:.6g} Hz" in curve.outcome.message
+
+
+def test_a_range_that_starts_badly_is_traced_from_its_high_end():
+    """A softening stop, range cut in its overhang: the branch at rest turns back, the other goes through."""
+    modal = modal_model(oscillator(tangential=False), damping_ratio=0.02)
+    whole = forced_response(modal, stop(3.0), Excitation(0, 1.0), SolverOptions((0.05, 0.4)))
+    assert len(whole.turning_points) == 2
+    low = float(whole.frequency_hz[whole.turning_points].mean())  # three solutions
+    part = forced_response(modal, stop(3.0), Excitation(0, 1.0), SolverOptions((low, 0.4)))
+    assert part.outcome.complete
+    assert "from the high end down" in part.outcome.message
+    assert part.frequency_hz[0] == pytest.approx(low, rel=1e-9)
+    assert part.frequency_hz[-1] == pytest.approx(0.4, rel=1e-9)
+    assert np.all(np.diff(part.arc) > 0.0)
+    assert part.peak.amplitude_m == pytest.approx(whole.peak.amplitude_m, rel=1e-9)
+    balance = harmonic_balance(modal, stop(3.0), Excitation(0, 1.0), SolverOptions((low, 0.4)))
+    for hertz, displacement in zip(part.frequency_hz, part.relative_displacement, strict=True):
+        unknown = to_real(displacement).reshape(-1)
+        residual = balance.evaluate(unknown, 2.0 * np.pi * hertz).residual
+        assert balance.relative_error(residual, unknown) < 1e-9
 
 
 def test_a_curve_that_only_rises_has_no_located_peak():

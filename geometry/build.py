@@ -1,0 +1,85 @@
+"""From parameters to the mesh of a sector."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from geometry.checks import check_parameters
+from geometry.contact import contact_faces
+from geometry.divisions import contact_fractions, grid_fractions
+from geometry.errors import GeometryError
+from geometry.layout import MeshingError
+from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
+from geometry.planform import is_mirrored, planform
+from geometry.planform_mesh import PlanformMesh, mesh_planform
+from geometry.quality import hexahedron_scaled_jacobian
+from geometry.sector import FloatArray, IntArray, SectorMesh
+from geometry.solid import sweep
+
+MIRRORED_CORNERS = [0, 3, 2, 1, 4, 7, 6, 5]  # a mirror image turns hexahedra inside out; this order turns them back
+
+
+def build_sector(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> SectorMesh:
+    """Mesh one blade with its shroud: gmsh quadrilaterals of the planform, extruded, bent, tapered and twisted.
+
+    The same parameters give the same mesh bit for bit. The mesh is its own image under a half turn about the stacking
+    axis (x, y -> -x, -y), and that of alpha > 90 is the exact mirror image (x -> -x) of the one at 180 - alpha with
+    the opposite twist. Left and right contact nodes match under rotation by one pitch less the gap.
+
+    gmsh has one state for the whole process: call this from any thread, but not from two at a time.
+
+    Raises ``GeometryError`` for parameters that ``check_parameters`` refuses, and where gmsh gives no valid mesh.
+    """
+    check_parameters(blade, shroud, mesh)
+    mirrored = is_mirrored(shroud)
+    upright = replace(blade, twist=-blade.twist) if mirrored else blade
+    plan = planform(blade, shroud)
+    try:
+        flat = mesh_planform(plan, mesh.size, mesh.contact_grid[0])
+    except MeshingError as error:
+        raise GeometryError("mesh", "size", mesh.size, f"gives no valid mesh, try a smaller one ({error})") from error
+    points, hexahedra = sweep(plan, flat, upright, shroud, mesh)
+    if mirrored:
+        # 0 - x, not -x: the zeros of the axial coordinate stay +0
+        points = np.stack([0.0 - points[:, 0], points[:, 1], points[:, 2]], axis=1)
+        hexahedra = hexahedra[:, MIRRORED_CORNERS]
+    worst = float(hexahedron_scaled_jacobian(points, hexahedra).min())
+    if not worst > 0:
+        reason = f"gives folded elements (worst scaled Jacobian {worst:.2g}), try a smaller one"
+        raise GeometryError("mesh", "size", mesh.size, reason)
+    return _with_faces(points, hexahedra, flat, blade, shroud, mesh)
+
+
+def _with_faces(
+    points: FloatArray,
+    hexahedra: IntArray,
+    flat: PlanformMesh,
+    blade: BladeParameters,
+    shroud: ShroudParameters,
+    mesh: MeshParameters,
+) -> SectorMesh:
+    """Name the node sets and make the contact faces; the layers of the shroud come first among the points."""
+    layers = contact_fractions(mesh.contact_grid[1], shroud.thickness, mesh.size)
+    grid = [int(np.argmin(np.abs(layers - f))) for f in grid_fractions(mesh.contact_grid[1])]
+    n, order = len(flat.points), slice(None, None, -1 if is_mirrored(shroud) else 1)
+
+    def on_layers(nodes: IntArray, chosen: list[int] | range) -> IntArray:
+        return np.concatenate([k * n + nodes[order] for k in chosen])
+
+    right, left = on_layers(flat.right, grid), on_layers(flat.left, grid)
+    area = shroud.contact_length * shroud.thickness
+    faces = contact_faces(points, right, left, shroud.angle, area, blade.n_blades)
+    top = (len(layers) - 1) * n
+    foot = len(np.unique(flat.quads[flat.airfoil]))
+    root = len(layers) * n + np.arange(foot)
+    node_sets = {
+        "root": root,
+        "tip": np.array([top + flat.origin]),
+        "tip_surface": np.arange(top, top + n),
+        "contact_right": right,
+        "contact_left": left,
+        "face_right": on_layers(flat.right_face, range(len(layers))),
+        "face_left": on_layers(flat.left_face, range(len(layers))),
+    }
+    node_sets = {name: nodes.astype(np.int64) for name, nodes in node_sets.items()}
+    return SectorMesh(points, hexahedra, node_sets, *faces, blade.n_blades)

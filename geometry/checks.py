@@ -1,0 +1,137 @@
+"""What a blade must be, said before anything is built."""
+
+from dataclasses import replace
+from math import isfinite, pi
+from numbers import Integral, Real
+
+from geometry.errors import GeometryError
+from geometry.fitting import airfoil_fits, edges_fit, fits, largest, nearest_angle, without_notch
+from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
+from geometry.planform import Planform, mid_radius, planform
+
+SECTIONS = ("rectangle", "lens")
+LARGEST_TWIST = 80.0  # degrees
+LARGEST_GRID = 100
+LARGEST_MESH = 3_000_000  # elements
+
+
+def check_parameters(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> None:
+    """Raise ``GeometryError`` for the first thing that is wrong, with the nearest value that would fit.
+
+    Cheap: no gmsh; a few milliseconds for parameters that fit, about a tenth of a second to find what would.
+    """
+    _check_blade(blade)
+    _check_shroud(blade, shroud)
+    _check_fit(blade, shroud)
+    _check_mesh(blade, shroud, mesh)
+
+
+def _require(condition: bool, table: str, parameter: str, value: object, allowed: str) -> None:
+    if not condition:
+        raise GeometryError(table, parameter, value, allowed)
+
+
+def _number(table: str, parameter: str, value: object, *, positive: bool = True) -> None:
+    """A finite real number, positive unless said otherwise."""
+    real = isinstance(value, Real) and not isinstance(value, bool) and isfinite(value)
+    kind = "positive" if positive else "finite"
+    _require(real and not (positive and float(value) <= 0), table, parameter, value, f"must be a {kind} number")  # type: ignore[arg-type]
+
+
+def _integer(table: str, parameter: str, value: object, low: int, high: int) -> None:
+    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    allowed = f"must be an integer from {low} to {high}"
+    _require(whole and low <= int(value) <= high, table, parameter, value, allowed)  # type: ignore[call-overload]
+
+
+def _check_blade(blade: BladeParameters) -> None:
+    _integer("blade", "n_blades", blade.n_blades, 3, 10_000)
+    for name in ("hub_radius", "length", "chord", "thickness"):
+        _number("blade", name, getattr(blade, name))
+    if blade.tip_thickness is not None:
+        _number("blade", "tip_thickness", blade.tip_thickness)
+    _number("blade", "twist", blade.twist, positive=False)
+    within = f"must lie within -{LARGEST_TWIST:g} and {LARGEST_TWIST:g} degrees"
+    _require(abs(blade.twist) <= LARGEST_TWIST, "blade", "twist", blade.twist, within)
+    _require(blade.section in SECTIONS, "blade", "section", blade.section, f"must be one of {', '.join(SECTIONS)}")
+    for name in ("thickness", "tip_thickness"):
+        value = getattr(blade, name)
+        allowed = f"must be less than the chord ({blade.chord:g} m)"
+        _require(value is None or value < blade.chord, "blade", name, value, allowed)
+    pitch = 2 * pi * blade.hub_radius / blade.n_blades
+    allowed = f"must be less than the pitch at the hub ({pitch:.6g} m)"
+    _require(blade.thickness < pitch, "blade", "thickness", blade.thickness, allowed)
+
+
+def _check_shroud(blade: BladeParameters, shroud: ShroudParameters) -> None:
+    for name in ("thickness", "axial_width", "contact_length"):
+        _number("shroud", name, getattr(shroud, name))
+    for name in ("angle", "gap"):
+        _number("shroud", name, getattr(shroud, name), positive=False)
+    in_range = 0 < shroud.angle <= 180
+    _require(in_range, "shroud", "angle", shroud.angle, "must be above 0 and at most 180 degrees")
+    allowed = f"must be less than the blade's length ({blade.length:g} m)"
+    _require(shroud.thickness < blade.length, "shroud", "thickness", shroud.thickness, allowed)
+    pitch = 2 * pi * mid_radius(blade, shroud) / blade.n_blades
+    allowed = f"must be from 0 to half the pitch at the shroud ({pitch / 2:.6g} m)"
+    _require(0 <= shroud.gap <= pitch / 2, "shroud", "gap", shroud.gap, allowed)
+
+
+def _check_fit(blade: BladeParameters, shroud: ShroudParameters) -> None:
+    """The profile and the airfoil on the planform; says the nearest angle and the longest contact that fit."""
+    plan = planform(blade, shroud)
+    profile, airfoil = edges_fit(plan), airfoil_fits(plan)
+    if fits(plan):
+        return
+    if not airfoil_fits(without_notch(plan)):
+        _refuse_airfoil(blade, plan)
+    if not profile:
+        reason = "contact_length |cos(angle)| leaves no side edge within axial_width"
+    elif not airfoil:
+        reason = "the notch of the profile would cut the airfoil"
+    else:
+        reason = "the airfoil, turned by the twist, leaves no way along the middle of the platform"
+    ways = []
+    angle = nearest_angle(lambda value: planform(blade, replace(shroud, angle=value)), shroud.angle)
+    if angle is not None:
+        ways.append(f"the nearest angle that fits is {angle:g}")
+    length = largest(lambda value: planform(blade, replace(shroud, contact_length=value)), shroud.contact_length)
+    if length is not None:
+        ways.append(f"contact_length at most {length:.6g} fits at this angle")
+    raise GeometryError("shroud", "angle", shroud.angle, f"{reason}; {', or '.join(ways) or 'make the pitch larger'}")
+
+
+def _refuse_airfoil(blade: BladeParameters, plan: Planform) -> None:
+    """The airfoil does not fit on a platform with straight sides either: say what about it is too large."""
+    straight = without_notch(plan)
+    platform = f"{plan.width:g} m x {plan.pitch:.6g} m"
+    where = f"the section, turned by the twist of {blade.twist:g} degrees, must fit on the shroud of {platform}"
+    chord = largest(lambda value: replace(straight, chord=value), plan.chord)
+    if chord is not None and chord > plan.thickness:
+        raise GeometryError("blade", "chord", blade.chord, f"{where}: at most {chord:.6g} fits")
+    name = "thickness" if blade.tip_thickness is None else "tip_thickness"
+    thickness = largest(lambda value: replace(straight, thickness=value), plan.thickness)
+    more = "" if thickness is None else f": at most {thickness:.6g} fits"
+    raise GeometryError("blade", name, plan.thickness, where + more)
+
+
+def _check_mesh(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> None:
+    grid = mesh.contact_grid
+    pair = isinstance(grid, tuple | list) and len(grid) == 2
+    _require(pair, "mesh", "contact_grid", grid, "must be two integers: nodes along the contact and along its height")
+    for count in grid:
+        _integer("mesh", "contact_grid", count, 1, LARGEST_GRID)
+    _number("mesh", "size", mesh.size)
+    most = min(blade.length - shroud.thickness, shroud.axial_width) / 2
+    allowed = f"must be at most half the airfoil's length and half the axial width ({most:.6g} m)"
+    _require(mesh.size <= most, "mesh", "size", mesh.size, allowed)
+    least = _smallest_size(blade, shroud)
+    allowed = f"must be at least {least:.2g} m: a finer mesh has more than {LARGEST_MESH} elements"
+    _require(mesh.size >= least, "mesh", "size", mesh.size, allowed)
+
+
+def _smallest_size(blade: BladeParameters, shroud: ShroudParameters) -> float:
+    """Size (m) at which cubes would fill the sector ``LARGEST_MESH`` times."""
+    platform = planform(blade, shroud).pitch * shroud.axial_width * shroud.thickness
+    airfoil = blade.chord * blade.thickness * (blade.length - shroud.thickness)
+    return float(((platform + airfoil) / LARGEST_MESH) ** (1 / 3))

@@ -1,0 +1,31 @@
+"""How curves and layers are divided: node positions as fractions of a length."""
+
+from math import ceil
+
+import numpy as np
+
+from geometry.sector import FloatArray
+
+
+def grid_fractions(count: int) -> FloatArray:
+    """Centres of ``count`` equal parts of [0, 1]."""
+    return (np.arange(count) + 0.5) / count
+
+
+def contact_fractions(count: int, length: float, size: float, *, even: bool = False) -> FloatArray:
+    """Node positions on [0, 1] that hold the centres of ``count`` equal parts, steps at most ``size`` / ``length``.
+
+    The steps are symmetric about 1/2; with ``even`` their number is even (the middle step is halved if need be).
+    """
+    knots = np.concatenate([[0.0], grid_fractions(count), [1.0]])
+    parts = [max(1, ceil(step * length / size - 1e-6)) for step in np.diff(knots)]
+    if even and sum(parts) % 2:
+        parts[count // 2] += 1  # an odd number of steps means an even number of centres, so this is the middle part
+    pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(knots[:-1], knots[1:], parts, strict=True)]
+    fractions = np.concatenate([*pieces, [1.0]])
+    return (fractions + (1 - fractions[::-1])) / 2
+
+
+def uniform_fractions(length: float, size: float, least: int = 1) -> FloatArray:
+    """Equal steps on [0, 1], at most ``size`` / ``length`` long and at least ``least`` of them."""
+    return np.linspace(0.0, 1.0, max(least, ceil(length / size - 1e-6)) + 1)

@@ -1,0 +1,91 @@
+"""A sector as .msh (gmsh) or .vtu (ParaView) and back, by meshio.
+
+Both formats carry points, hexahedra and fields, so everything else travels as fields. On the points: for a set of
+nodes ``set_NAME`` (0 outside the set, else 1 + place in it, so that the order of the contact nodes survives), for the
+faces ``right_t1``, ``right_t2``, ``right_n`` (3-vectors) and ``right_area``, likewise ``left_...``, zero off the
+contact nodes. On the hexahedra: ``n_blades``.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geometry.errors import SectorFileError
+from geometry.sector import ContactFace, IntArray, SectorMesh
+from geometry.storage import check_sector
+
+FORMATS = {".msh": "gmsh22", ".vtu": "vtu"}
+AXES = ("t1", "t2", "n")
+SET = "set_"
+
+
+def _format(path: str | Path) -> str:
+    suffix = Path(path).suffix.lower()
+    if suffix not in FORMATS:
+        raise SectorFileError(f"{path}: the suffix must be one of {', '.join(FORMATS)}")
+    return FORMATS[suffix]
+
+
+def export_sector(path: str | Path, sector: SectorMesh) -> None:
+    """Write ``sector`` as .msh or .vtu by suffix; ``import_sector`` reads either back identically.
+
+    Raises ``SectorFileError`` for any other suffix.
+    """
+    import meshio
+
+    file_format = _format(path)
+    count, cells = len(sector.points), len(sector.hexahedra)
+    fields: dict[str, np.ndarray] = {}
+    for name, nodes in sector.node_sets.items():
+        fields[SET + name] = np.zeros(count)
+        fields[SET + name][nodes] = 1 + np.arange(len(nodes))
+    for side, face in (("right", sector.right), ("left", sector.left)):
+        for k, axis in enumerate(AXES):
+            fields[f"{side}_{axis}"] = np.zeros((count, 3))
+            fields[f"{side}_{axis}"][face.nodes] = face.frame[:, k]
+        fields[f"{side}_area"] = np.zeros(count)
+        fields[f"{side}_area"][face.nodes] = face.area
+    cell_fields: dict[str, Any] = {"n_blades": [np.full(cells, float(sector.n_blades))]}
+    if file_format == "gmsh22":
+        tags = np.ones(cells, dtype=np.int32)
+        cell_fields |= {"gmsh:physical": [tags], "gmsh:geometrical": [tags]}
+    mesh = meshio.Mesh(sector.points, [("hexahedron", sector.hexahedra)], fields, cell_fields)
+    meshio.write(path, mesh, file_format=file_format)
+
+
+def import_sector(path: str | Path) -> SectorMesh:
+    """Read a sector that ``export_sector`` wrote. Raises ``SectorFileError`` for anything else."""
+    import meshio
+
+    # not meshio.read, which ends the program on a bad file
+    read = meshio.gmsh.read if _format(path) == "gmsh22" else meshio.vtu.read
+    try:
+        mesh = read(str(path))
+    except Exception as error:  # meshio raises whatever its parsers stumble over
+        raise SectorFileError(
+            f"{path}: cannot be read: {' '.join(str(error).split()) or type(error).__name__}"
+        ) from error
+    try:
+        fields = mesh.point_data
+        sets = {name.removeprefix(SET): _members(field) for name, field in fields.items() if name.startswith(SET)}
+        right, left = (_face(fields, mesh.points, side, sets[f"contact_{side}"]) for side in ("right", "left"))
+        hexahedra = mesh.cells_dict["hexahedron"].astype(np.int64)
+        n_blades = round(float(mesh.cell_data_dict["n_blades"]["hexahedron"][0]))
+    except KeyError as error:
+        raise SectorFileError(f"{path}: not a sector: {error} is missing") from error
+    sector = SectorMesh(np.ascontiguousarray(mesh.points, dtype=np.float64), hexahedra, sets, right, left, n_blades)
+    check_sector(path, sector)
+    return sector
+
+
+def _members(field: np.ndarray) -> IntArray:
+    place = np.asarray(field).ravel()
+    nodes = np.flatnonzero(place)
+    return nodes[np.argsort(place[nodes], kind="stable")].astype(np.int64)
+
+
+def _face(fields: dict[str, np.ndarray], points: np.ndarray, side: str, nodes: IntArray) -> ContactFace:
+    frame = np.stack([fields[f"{side}_{axis}"][nodes] for axis in AXES], axis=1)
+    area = fields[f"{side}_area"].ravel()[nodes]
+    return ContactFace(nodes, np.ascontiguousarray(points[nodes]), frame, area)

@@ -1,0 +1,196 @@
+"""Three ways to cut the upper half of a planform into patches, for shallow, steep and odd profiles.
+
+The half lies above the airfoil's chord line and its straight continuation to the two axial edges of the platform;
+turned by 180 degrees it gives the other half. Names of points, from left (-x) to right:
+
+    RB -- Q1 -- CB            CT -- Q2 -- RT      the profile: side edge, contact CB-CT, side edge
+    F1 -- LT -- T1 .. T2 -- TT -- F2              the airfoil's upper flank between its corners LT and TT
+    E1 -- LE -- P1 .. P2 -- TE -- E2              the chord line between the airfoil's ends LE and TE
+"""
+
+from math import ceil
+
+import numpy as np
+
+from geometry.cut import continuation
+from geometry.divisions import contact_fractions
+from geometry.layout import Curve, Layout, MeshingError, Patch, equal_steps
+from geometry.planform import Planform, section_half_thickness
+from geometry.sector import FloatArray
+
+SLACK = 0.25  # a step may exceed the size aimed at by this part of it before it is divided once more
+SPLINE_POINTS = 8
+
+
+def half_layouts(plan: Planform, size: float, contact_nodes: int) -> list[Layout]:
+    """Candidate layouts of the upper half; ``contact_nodes`` along the contact segment. Not all need to be usable."""
+    return [
+        _fan_layout(plan, size, contact_nodes),
+        _step_layout(plan, size, contact_nodes),
+        _free_layout(plan, size, contact_nodes),
+    ]
+
+
+def _steps(length: float, size: float, least: int = 1) -> int:
+    return max(least, ceil(length / size - SLACK))
+
+
+def _even_steps(length: float, size: float) -> int:
+    return 2 * _steps(length / 2, size)
+
+
+def _distance(points: dict[str, FloatArray], a: str, b: str) -> float:
+    return float(np.linalg.norm(points[a] - points[b]))
+
+
+def _corners(plan: Planform) -> dict[str, FloatArray]:
+    """The points that every layout has."""
+    half = plan.chord / 2
+    edge = float(section_half_thickness(plan.section, plan.chord, plan.thickness, np.array(half)))
+    ends = plan.place(np.array([[-half, 0.0], [half, 0.0], [half, edge], [-half, edge]]))
+    points = dict(zip(("LE", "TE", "TT", "LT"), ends, strict=True))
+    points |= dict(zip(("RB", "CB", "CT", "RT"), plan.right_profile(), strict=True))
+    path = continuation(plan)
+    if path is None:
+        raise MeshingError("no room to continue the chord line to the axial edges of the platform")
+    points |= {"E2": path[-1], "E1": -path[-1]}
+    if len(path) == 3:
+        points |= {"M2": path[1], "M1": -path[1]}
+    return points
+
+
+def _flank(plan: Planform, start: float, end: float) -> FloatArray:
+    """Inner points of the airfoil's upper flank between two positions along the chord, (k, 2); none if straight."""
+    if plan.section == "rectangle":
+        return np.empty((0, 2))
+    along = np.linspace(start, end, SPLINE_POINTS + 2)[1:-1]
+    across = section_half_thickness(plan.section, plan.chord, plan.thickness, along)
+    return plan.place(np.stack([along, across], axis=-1))
+
+
+def _on_section(plan: Planform, along: float, *, flank: bool) -> FloatArray:
+    across = section_half_thickness(plan.section, plan.chord, plan.thickness, np.array(along)) if flank else 0.0
+    return plan.place(np.array([along, float(across)]))
+
+
+def _between(points: dict[str, FloatArray], a: str, b: str, fraction: float) -> FloatArray:
+    return points[a] + fraction * (points[b] - points[a])
+
+
+def _axial_edges(points: dict[str, FloatArray], rows: int, left_above: int, right_above: int) -> None:
+    """Add F1 and F2, where the row of the airfoil's flank meets the axial edges.
+
+    Half-way between keeping the airfoil's half thickness and sharing the edge evenly among the rows.
+    """
+    thickness = _distance(points, "TE", "TT")
+    for f, e, top, above in (("F1", "E1", "RB", left_above), ("F2", "E2", "RT", right_above)):
+        even = rows / (rows + above)
+        kept = min(thickness / _distance(points, e, top), even)
+        points[f] = _between(points, e, top, (even + kept) / 2)
+
+
+def _fan_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
+    """Shallow profiles: columns from the chord line all the way up, the contact on top of those at mid chord."""
+    points = _corners(plan)
+    contact = contact_fractions(contact_nodes, plan.contact_length, size, even=True)
+    n_k, half = len(contact) - 1, plan.chord / 2
+    foot = min((plan.contact_half[0] + n_k / 2 * size) / 2, 0.75 * half)
+    n_o = _steps(half - foot, size)
+    points["P1"], points["P2"] = (_on_section(plan, x, flank=False) for x in (-foot, foot))
+    points["T1"], points["T2"] = (_on_section(plan, x, flank=True) for x in (-foot, foot))
+    n_e, n_h = _steps(_distance(points, "TE", "E2"), size), _steps(plan.thickness / 2, size)
+    n_v = _steps((_distance(points, "T1", "CB") + _distance(points, "T2", "CT")) / 2, size)
+    _axial_edges(points, n_h, n_v, n_v)
+    share = (half - foot) / (half - foot + _distance(points, "TE", "E2"))
+    points["Q1"] = _between(points, "CB", "RB", share)
+    points["Q2"] = _between(points, "CT", "RT", share)
+    rows = [("E1", "LE", "P1", "P2", "TE", "E2"), ("F1", "LT", "T1", "T2", "TT", "F2")]
+    rows.append(("RB", "Q1", "CB", "CT", "Q2", "RT"))
+    columns = [n_e, n_o, n_k, n_o, n_e]
+    curves = {(a, b): Curve(equal_steps(n)) for row in rows for a, b, n in zip(row, row[1:], columns, strict=False)}
+    curves["CB", "CT"] = Curve(contact)
+    for a, b, x, y in (("LT", "T1", -half, -foot), ("T1", "T2", -foot, foot), ("T2", "TT", foot, half)):
+        curves[a, b] = Curve(curves[a, b].fractions, _flank(plan, x, y))
+    curves |= {(a, b): Curve(equal_steps(n_h)) for a, b in zip(rows[0], rows[1], strict=True) if a[0] != "P"}
+    curves |= {(a, b): Curve(equal_steps(n_v)) for a, b in zip(rows[1], rows[2], strict=True)}
+    low, mid, high = rows
+    patches = [
+        Patch(low[1:5] + mid[4:0:-1], ("LE", "TE", "TT", "LT"), airfoil=True),
+        *(_cell(low[k : k + 2] + mid[k : k + 2]) for k in (0, 4)),
+        *(_cell(mid[k : k + 2] + high[k : k + 2]) for k in range(5)),
+    ]
+    return Layout("fan", points, curves, tuple(patches), cut=low, flank=mid[1:5])
+
+
+def _cell(names: tuple[str, ...]) -> Patch:
+    """Four-sided patch from its two lower and two upper corners, each from left to right."""
+    a, b, c, d = names
+    return Patch((a, b, d, c), (a, b, d, c))
+
+
+def _step_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
+    """Steep profiles: the contact is the left side of a block that stands on the right part of the lower band."""
+    points = _corners(plan)
+    contact = contact_fractions(contact_nodes, plan.contact_length, size)
+    n_k, n_c = len(contact) - 1, _even_steps(plan.chord, size)
+    foot = int(np.clip(round(n_c / 2 - plan.contact_half[0] / plan.chord * n_c), 1, n_c - 1))
+    n_e, n_h = _steps(_distance(points, "TE", "E2"), size), _steps(plan.thickness / 2, size)
+    at = (foot / n_c - 0.5) * plan.chord
+    points["T1"] = _on_section(plan, at, flank=True)
+    n_v = _steps((_distance(points, "LT", "RB") + 3 * _distance(points, "T1", "CB")) / 4, size)
+    _axial_edges(points, n_h, n_v, n_v + n_k)
+    outer = _distance(points, "TE", "E2")
+    left, right = plan.chord / 2 + at, plan.chord / 2 - at
+    points["Q1"] = _between(points, "CB", "RB", left / (left + outer))
+    points["Q2"] = _between(points, "CT", "RT", right / (right + outer))
+    points["Q3"] = _between(points, "TT", "Q2", n_v / (n_v + n_k))
+    points["G"] = _between(points, "F2", "RT", n_v / (n_v + n_k))
+    curves = {}
+    for count, names in [
+        (n_e, "E1-LE F1-LT RB-Q1 TE-E2 TT-F2 Q3-G Q2-RT"),
+        (foot, "LT-T1 Q1-CB"),
+        (n_c, "LE-TE"),
+        (n_c - foot, "T1-TT CB-Q3 CT-Q2"),
+        (n_h, "E1-F1 LE-LT TE-TT E2-F2"),
+        (n_v, "F1-RB LT-Q1 T1-CB TT-Q3 F2-G"),
+        (n_k, "Q3-Q2 G-RT"),
+    ]:
+        for name in names.split():
+            a, b = name.split("-")
+            curves[a, b] = Curve(equal_steps(count))
+    curves["CB", "CT"] = Curve(contact)
+    half = plan.chord / 2
+    curves["LT", "T1"] = Curve(curves["LT", "T1"].fractions, _flank(plan, -half, at))
+    curves["T1", "TT"] = Curve(curves["T1", "TT"].fractions, _flank(plan, at, half))
+    cells = "E1 LE F1 LT,TE E2 TT F2,F1 LT RB Q1,LT T1 Q1 CB,T1 TT CB Q3,TT F2 Q3 G,CB Q3 CT Q2,Q3 G Q2 RT"
+    patches = [
+        Patch(("LE", "TE", "TT", "T1", "LT"), ("LE", "TE", "TT", "LT"), airfoil=True),
+        *(_cell(tuple(cell.split())) for cell in cells.split(",")),
+    ]
+    cut = ("E1", "LE", "TE", "E2")
+    return Layout("step", points, curves, tuple(patches), cut, flank=("LT", "T1", "TT"))
+
+
+def _free_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
+    """Anything else: the airfoil row by row, the rest left to the unstructured mesher.
+
+    Its full-quad recombination wants an even number of steps on every curve.
+    """
+    points = _corners(plan)
+    half = plan.chord / 2
+    airfoil = ("LE", "TE", "TT", "LT")
+    loop: tuple[str, ...] = ("TE", "E2", "RT", "CT", "CB", "RB", "E1", "LE")
+    cut: tuple[str, ...] = ("E1", "LE", "TE", "E2")
+    if "M2" in points:
+        loop = ("TE", "M2", *loop[1:7], "M1", "LE")
+        cut = ("E1", "M1", "LE", "TE", "M2", "E2")
+    curves = {}
+    for names in (airfoil, loop):
+        for a, b in zip(names, names[1:] + names[:1] if names is airfoil else names[1:], strict=False):
+            curves[a, b] = Curve(equal_steps(_even_steps(_distance(points, a, b), size)))
+    curves["TT", "LT"] = Curve(curves["LE", "TE"].fractions, _flank(plan, half, -half))
+    fractions = contact_fractions(contact_nodes, plan.contact_length, size, even=True)
+    del curves["CT", "CB"]
+    curves["CB", "CT"] = Curve(fractions)
+    patches = (Patch(airfoil, airfoil, airfoil=True), Patch((*loop, "LT", "TT")))
+    return Layout("free", points, curves, patches, cut, flank=("LT", "TT"))

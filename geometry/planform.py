@@ -1,0 +1,118 @@
+"""The shroud seen from the tip: the outline of the platform and of the airfoil, in the developed plane (x, s).
+
+s is the arc length along the circumference at the mid radius of the shroud. Only angles up to 90 degrees are drawn
+here: the profile at alpha > 90 is the mirror image (x -> -x) of the one at 180 - alpha, twist turned round as well,
+so that the two are the same numbers. Every outline is symmetric under (x, s) -> (-x, -s).
+"""
+
+from dataclasses import dataclass
+from math import cos, pi, radians, sin
+
+import numpy as np
+
+from geometry.parameters import BladeParameters, ShroudParameters
+from geometry.sector import FloatArray
+
+EDGE_FRACTION = 0.25  # thickness of a lens at its edges, relative to its largest
+
+
+@dataclass(frozen=True)
+class Planform:
+    """Lengths in metres in the plane (x, s), ``angle`` in degrees, 0 <= angle <= 90; ``stagger`` in degrees.
+
+    ``stretch`` = (mid radius of the shroud) / (its inner radius): an arc at the inner surface, where the airfoil
+    ends, is longer by it when it is drawn at the mid radius.
+    """
+
+    angle: float
+    width: float
+    pitch: float
+    contact_length: float
+    chord: float
+    thickness: float
+    stagger: float
+    section: str
+    stretch: float
+
+    @property
+    def contact_half(self) -> tuple[float, float]:
+        """Half extent of the contact segment along x and along s, m."""
+        half = self.contact_length / 2
+        # cos(90 degrees) is not 0 in floating point; the axial face must be exactly axial
+        along_x = 0.0 if self.angle == 90.0 else half * cos(radians(self.angle))
+        return along_x, half * sin(radians(self.angle))
+
+    def right_profile(self) -> FloatArray:
+        """Corners of the +y side along +x, (4, 2): side edge, contact segment, side edge (design section 3)."""
+        dx, ds = self.contact_half
+        middle = self.pitch / 2
+        return np.array(
+            [
+                [-self.width / 2, middle - ds],
+                [-dx, middle - ds],
+                [dx, middle + ds],
+                [self.width / 2, middle + ds],
+            ]
+        )
+
+    def outline(self) -> FloatArray:
+        """Corners of the platform, (8, 2), counterclockwise."""
+        right = self.right_profile()
+        return np.vstack([-right[::-1], right[::-1]])
+
+    def place(self, section: FloatArray) -> FloatArray:
+        """Section coordinates (along chord, across), (..., 2) m, to (x, s)."""
+        c, s = cos(radians(self.stagger)), sin(radians(self.stagger))
+        x = section[..., 0] * c - section[..., 1] * s
+        arc = section[..., 0] * s + section[..., 1] * c
+        return np.stack([x, arc * self.stretch], axis=-1)
+
+    def unplace(self, points: FloatArray) -> FloatArray:
+        """Inverse of ``place``."""
+        c, s = cos(radians(self.stagger)), sin(radians(self.stagger))
+        x, arc = points[..., 0], points[..., 1] / self.stretch
+        return np.stack([x * c + arc * s, arc * c - x * s], axis=-1)
+
+
+def section_half_thickness(section: str, chord: float, thickness: float, along: FloatArray) -> FloatArray:
+    """Half thickness (m) of a section at the distance ``along`` (m) from mid chord.
+
+    "rectangle": constant. "lens": parabolic on both sides, from ``thickness`` at mid chord to a quarter of it at the
+    two edges (a sharp edge would leave no room for a hexahedron); its area is 3/4 chord * thickness.
+    """
+    if section == "rectangle":
+        return np.full(np.shape(along), thickness / 2)
+    bulge = 1 - (2 * np.asarray(along) / chord) ** 2
+    return thickness / 2 * (EDGE_FRACTION + (1 - EDGE_FRACTION) * bulge)
+
+
+def mid_radius(blade: BladeParameters, shroud: ShroudParameters) -> float:
+    """Mid radius of the shroud, m: lengths along the circumference are measured there."""
+    return blade.hub_radius + blade.length - shroud.thickness / 2
+
+
+def inner_radius(blade: BladeParameters, shroud: ShroudParameters) -> float:
+    """Radius of the shroud's inner surface, m, where the airfoil ends."""
+    return blade.hub_radius + blade.length - shroud.thickness
+
+
+def is_mirrored(shroud: ShroudParameters) -> bool:
+    """True where the sector is built as the mirror image of the one at 180 - alpha."""
+    return shroud.angle > 90.0
+
+
+def planform(blade: BladeParameters, shroud: ShroudParameters) -> Planform:
+    """The planform of a blade, that of its mirror image for alpha > 90."""
+    mirrored = is_mirrored(shroud)
+    radius = mid_radius(blade, shroud)
+    return Planform(
+        angle=180.0 - shroud.angle if mirrored else shroud.angle,
+        width=shroud.axial_width,
+        pitch=2 * pi * radius / blade.n_blades - shroud.gap,
+        contact_length=shroud.contact_length,
+        chord=blade.chord,
+        thickness=blade.thickness if blade.tip_thickness is None else blade.tip_thickness,
+        stagger=-blade.twist if mirrored else blade.twist,
+        section=blade.section,
+        stretch=radius / inner_radius(blade, shroud),
+    )

@@ -1,0 +1,28 @@
+"""Scaled Jacobians: the smallest over the corners of an element, 1 for a brick, 0 or less for a folded one."""
+
+import numpy as np
+
+from geometry.sector import FloatArray, IntArray
+
+# corner -> its three neighbours, in the order that makes a right-handed triple (VTK hexahedron)
+HEXAHEDRON_NEIGHBOURS = np.array(
+    [[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]]
+)
+
+
+def hexahedron_scaled_jacobian(points: FloatArray, hexahedra: IntArray) -> FloatArray:
+    """Smallest scaled Jacobian of each hexahedron, (E,), from ``points`` (N, 3) and ``hexahedra`` (E, 8)."""
+    corners = points[hexahedra]
+    edges = corners[:, HEXAHEDRON_NEIGHBOURS] - corners[:, :, None, :]
+    edges /= np.linalg.norm(edges, axis=-1, keepdims=True)
+    return np.linalg.det(edges).min(axis=1)
+
+
+def quadrilateral_scaled_jacobian(points: FloatArray, quads: IntArray) -> FloatArray:
+    """Smallest scaled Jacobian of each plane quadrilateral, (Q,), from ``points`` (N, 2) and ``quads`` (Q, 4)."""
+    corners = points[quads]
+    ahead = np.roll(corners, -1, axis=1) - corners
+    behind = np.roll(corners, 1, axis=1) - corners
+    cross = ahead[..., 0] * behind[..., 1] - ahead[..., 1] * behind[..., 0]
+    length = np.linalg.norm(ahead, axis=-1) * np.linalg.norm(behind, axis=-1)
+    return (cross / length).min(axis=1)

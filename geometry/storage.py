@@ -1,0 +1,94 @@
+"""A sector in an HDF5 file, exactly: every number comes back bit for bit."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geometry.errors import SectorFileError
+from geometry.sector import ContactFace, SectorMesh
+
+FORMAT = "1"
+FACE_FIELDS = ("nodes", "position", "frame", "area")
+
+
+def save_sector(path: str | Path, sector: SectorMesh) -> None:
+    """Write ``sector`` to an HDF5 file: ``points``, ``hexahedra``, groups ``node_sets``, ``right`` and ``left``.
+
+    Writes in place: making it atomic is the caller's business.
+    """
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        file.attrs["format"] = FORMAT
+        file.attrs["n_blades"] = sector.n_blades
+        file["points"] = sector.points
+        file["hexahedra"] = sector.hexahedra
+        for name, nodes in sector.node_sets.items():
+            file[f"node_sets/{name}"] = nodes
+        for side in ("right", "left"):
+            for field in FACE_FIELDS:
+                file[f"{side}/{field}"] = getattr(getattr(sector, side), field)
+
+
+def load_sector(path: str | Path) -> SectorMesh:
+    """Read what ``save_sector`` wrote. Raises ``SectorFileError`` if it is missing or holds something else."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            if file.attrs.get("format") != FORMAT:
+                raise SectorFileError(f"{path}: not a sector of format {FORMAT}")
+            sets = {name: _integers(nodes) for name, nodes in file["node_sets"].items()}
+            sector = SectorMesh(
+                points=_reals(file["points"]),
+                hexahedra=_integers(file["hexahedra"]),
+                node_sets=sets,
+                right=_face(file["right"]),
+                left=_face(file["left"]),
+                n_blades=int(file.attrs["n_blades"]),
+            )
+    except (OSError, KeyError, AttributeError, TypeError) as error:
+        reason = str(error).strip("'\"").splitlines()[0]
+        raise SectorFileError(f"{path}: not a sector: {reason}") from error
+    check_sector(path, sector)
+    return sector
+
+
+def check_sector(path: str | Path, sector: SectorMesh) -> None:
+    """Raise ``SectorFileError`` where the arrays of a sector read from ``path`` do not belong together."""
+    points, count = sector.points, len(sector.points)
+    shapes = (
+        points.ndim == 2 and points.shape[1] == 3 and sector.hexahedra.ndim == 2 and sector.hexahedra.shape[1] == 8
+    )
+    tables = [sector.hexahedra, *sector.node_sets.values()]
+    for face in (sector.right, sector.left):
+        n = len(face.nodes)
+        shapes &= face.position.shape == (n, 3) and face.frame.shape == (n, 3, 3) and face.area.shape == (n,)
+        tables.append(face.nodes)
+    if not shapes or len(sector.right.nodes) != len(sector.left.nodes):
+        raise SectorFileError(f"{path}: not a sector: arrays of the wrong shape")
+    if not np.isfinite(points).all():
+        raise SectorFileError(f"{path}: not a sector: a point is not finite")
+    if any(table.size and (table.min() < 0 or table.max() >= count) for table in tables):
+        raise SectorFileError(f"{path}: not a sector: a node number beyond the {count} points")
+
+
+def _face(group: Any) -> ContactFace:
+    return ContactFace(
+        _integers(group["nodes"]), _reals(group["position"]), _reals(group["frame"]), _reals(group["area"])
+    )
+
+
+def _integers(dataset: Any) -> np.ndarray:
+    values = np.asarray(dataset)
+    if values.dtype.kind not in "iu":
+        raise TypeError(f"{dataset.name} holds no integers")
+    return values.astype(np.int64)
+
+
+def _reals(dataset: Any) -> np.ndarray:
+    values = np.asarray(dataset)
+    if values.dtype.kind != "f":
+        raise TypeError(f"{dataset.name} holds no real numbers")
+    return values.astype(np.float64)
