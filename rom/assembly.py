@@ -1,7 +1,8 @@
 """Stiffness and mass matrices of linear elasticity.
 
-scikit-fem's own vector forms evaluate every pair of vector shape functions in Python; here its scalar gradients go through
-batched matrix products instead, 3 x 3 block by block, a bounded number of elements at a time. Same integrals, 30 times quicker.
+scikit-fem's own vector forms evaluate every pair of vector shape functions in Python; here its scalar gradients
+go through batched matrix products instead, 3 x 3 block by block, a bounded number of elements at a time. Same
+integrals to round-off, some 30 times quicker.
 """
 
 from __future__ import annotations
@@ -49,8 +50,8 @@ def elastic_matrices(discretisation: Discretisation, material: Material) -> tupl
 def geometric_stiffness(discretisation: Discretisation, stress: NDArray[np.float64]) -> csr_matrix:
     """Initial-stress stiffness (3n, 3n) [N/m] of a Cauchy stress (E, q, 3, 3) [Pa] at the quadrature points.
 
-    Node pair (a, b): (int grad N_a . stress grad N_b dV) times the 3 x 3 identity (Bathe, Finite Element Procedures, section 6.2,
-    nonlinear strain stiffness of the total Lagrangian form at small displacements).
+    Node pair (a, b): (int grad N_a . stress grad N_b dV) times the 3 x 3 identity, the nonlinear strain
+    stiffness of the total Lagrangian form at small displacements (Bathe, Finite Element Procedures, chapter 6).
     """
     pattern = node_pattern(discretisation.element_nodes, discretisation.n_nodes)
     values = np.zeros(pattern.n_pairs)

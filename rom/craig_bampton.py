@@ -11,14 +11,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rom.checks import require_between
 from rom.errors import RomParameterError
 from rom.factorisation import factorise
 from rom.fixed_interface import lowest_modes, modes_up_to
-from rom.full_model import FullModel
+from rom.full_model import FullModel, node_dofs
 from rom.kept_dofs import KeptDofs, choose_kept_dofs
 from rom.reduced_model import ReducedModel
+from rom.threads import one_blas_thread
 
 if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
     from geometry import SectorMesh
 
 
@@ -39,12 +43,16 @@ class ReductionOptions:
         limit, modes = self.frequency_limit, self.modes
         if limit is None and modes is None:
             raise RomParameterError("rom", "modes", modes, "give modes (a number) or frequency_limit (Hz)")
-        if limit is not None and not 0.0 < limit < np.inf:
-            raise RomParameterError("rom", "frequency_limit", limit, "must be a frequency above 0 (Hz)")
-        if modes is not None and (isinstance(modes, bool) or int(modes) != modes or modes < 0):
-            raise RomParameterError("rom", "modes", modes, "must be a whole number, 0 or more")
+        if limit is not None:
+            require_between("rom", "frequency_limit", limit, 0.0, np.inf, "must be a frequency above 0 (Hz)")
+        if modes is not None:
+            whole = "must be a whole number, 0 or more"
+            require_between("rom", "modes", modes, -1.0, np.inf, whole)
+            if int(modes) != modes:
+                raise RomParameterError("rom", "modes", modes, whole)
 
 
+@one_blas_thread()
 def reduce(
     full: FullModel,
     sector: SectorMesh,
@@ -55,23 +63,25 @@ def reduce(
 ) -> ReducedModel:
     """Reduce a sector to its contact, tip and loaded dofs and a few fixed-interface modes.
 
-    Coordinates q: right contact nodes (t1, t2, n each), left ones in their own frame, tip x, y, z, loaded node x, y, z if it
-    is another one, modal coordinates. Static answers at the kept dofs to any load are those of the full model.
-    The excitation is 1 N along excitation_direction (3,), of any length, at "tip" or at the vertex nearest to a position (3,) [m]; output `tip` is
-    the displacement of that node along that direction, `tip_x`, `tip_y`, `tip_z` are those of the tip.
-    Raises RomParameterError for options out of range, FactorisationError when the structure is not held or not stable.
+    Coordinates q: right contact nodes (t1, t2, n each), left ones in their own frame, tip x, y, z, loaded
+    node x, y, z if it is another one, modal coordinates. Static answers at the kept dofs to any load are
+    those of the full model. The excitation is 1 N along excitation_direction (3,), of any length, at "tip"
+    or at the vertex nearest to a position (3,) [m]; output `tip` is the displacement of that node along that
+    direction, `tip_x`, `tip_y`, `tip_z` are those of the tip.
+    Raises RomParameterError for options out of range, FactorisationError when the structure is not held or
+    not stable.
     """
     direction = _unit_vector(excitation_direction)
     kept = choose_kept_dofs(full, sector, excitation_at)
     interior = _interior_nodes(full, kept)
     stiffness, mass, shapes, backend = _reduced_matrices(full, kept, interior, options)
     n = len(mass)
-    centrifugal = np.zeros(n)
-    centrifugal[: kept.size] = kept.rotation @ full.centrifugal[kept.dofs]
-    centrifugal += shapes.T @ full.centrifugal[interior]
+    centrifugal = shapes.T @ full.centrifugal[node_dofs(interior).ravel()]
+    centrifugal[: kept.size] += kept.rotation @ full.centrifugal[kept.dofs]
     load = direction @ kept.displacement(kept.loaded, n)
     tip = kept.displacement(kept.tip, n)
     right, left = np.eye(n)[: 6 * kept.n_contacts].reshape(2, 3 * kept.n_contacts, n)
+    made_of = f"{full.element}, {full.n_dofs} dofs, {n - kept.size} modes, {full.speed_rpm:g} rpm, {backend}"
     return ReducedModel(
         mass=mass,
         stiffness=stiffness,
@@ -84,36 +94,49 @@ def reduce(
         outputs={"tip": load, "tip_x": tip[0], "tip_y": tip[1], "tip_z": tip[2]},
         basis=_basis(full, kept, interior, shapes) if options.store_basis else None,
         n_blades=sector.n_blades,
-        producer=f"shroud: {full.element}, {full.n_dofs} dofs, {n - kept.size} modes, {full.speed_rpm:g} rpm, {backend}",
+        producer=f"shroud: {made_of}",
     )
+
+
+def _interior_nodes(full: FullModel, kept: KeptDofs) -> NDArray[np.int64]:
+    """Nodes (i,) that are neither kept nor clamped."""
+    inside = np.ones(len(full.positions), dtype=bool)
+    inside[kept.nodes] = False
+    inside[full.fixed // 3] = False
+    return np.flatnonzero(inside)
 
 
 def _reduced_matrices(
     full: FullModel, kept: KeptDofs, interior: NDArray[np.int64], options: ReductionOptions
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], str]:
-    """Stiffness (n, n), mass (n, n), interior rows (i, n) of the basis, name of the factorisation."""
-    k_rows, m_rows = full.stiffness[interior], full.mass[interior]
-    k_ii, m_ii = k_rows[:, interior], m_rows[:, interior]
-    rotation, dofs = kept.rotation, kept.dofs
+    """Stiffness (n, n), mass (n, n), interior rows (3i, n) of the basis, name of the factorisation."""
+    k_ii, k_ib, k_bb = _partition(full.stiffness, interior, kept)
+    m_ii, m_ib, m_bb = _partition(full.mass, interior, kept)
     factor = factorise(k_ii, options.backend)
     if options.frequency_limit is not None:
         angular, modes = modes_up_to(k_ii, m_ii, factor, options.frequency_limit)
     else:
         angular, modes = lowest_modes(k_ii, m_ii, factor, int(options.modes or 0))
-    k_ib = k_rows[:, dofs].toarray() @ rotation.T
-    m_ib = m_rows[:, dofs].toarray() @ rotation.T
     constraint = -factor.solve(k_ib)
-    size, kept_size = kept.size + len(angular), kept.size
-    stiffness, mass = np.zeros((size, size)), np.eye(size)
-    k_bb = rotation @ full.stiffness[dofs][:, dofs].toarray() @ rotation.T
-    m_bb = rotation @ full.mass[dofs][:, dofs].toarray() @ rotation.T
     loaded = m_ib + m_ii @ constraint
-    stiffness[:kept_size, :kept_size] = _symmetric(k_bb + k_ib.T @ constraint)
-    stiffness[kept_size:, kept_size:] = np.diag(angular**2)
-    mass[:kept_size, :kept_size] = _symmetric(m_bb + m_ib.T @ constraint + constraint.T @ loaded)
-    mass[:kept_size, kept_size:] = loaded.T @ modes
-    mass[kept_size:, :kept_size] = mass[:kept_size, kept_size:].T
+    b, n = kept.size, kept.size + len(angular)
+    stiffness, mass = np.zeros((n, n)), np.eye(n)
+    stiffness[:b, :b] = _symmetric(k_bb + k_ib.T @ constraint)
+    stiffness[b:, b:] = np.diag(angular**2)
+    mass[:b, :b] = _symmetric(m_bb + m_ib.T @ constraint + constraint.T @ loaded)
+    mass[:b, b:] = loaded.T @ modes
+    mass[b:, :b] = mass[:b, b:].T
     return stiffness, mass, np.hstack([constraint, modes]), factor.backend
+
+
+def _partition(
+    matrix: csr_matrix, interior: NDArray[np.int64], kept: KeptDofs
+) -> tuple[csr_matrix, NDArray[np.float64], NDArray[np.float64]]:
+    """Blocks (interior, interior) sparse, (interior, kept) and (kept, kept) dense, kept dofs in their frames."""
+    inside, dofs, rotation = node_dofs(interior).ravel(), kept.dofs, kept.rotation
+    rows = matrix[inside]
+    corner = rotation @ matrix[dofs][:, dofs].toarray() @ rotation.T
+    return rows[:, inside], rows[:, dofs].toarray() @ rotation.T, corner
 
 
 def _basis(
@@ -121,7 +144,7 @@ def _basis(
 ) -> NDArray[np.float64]:
     """Mesh displacements (N, n) of the reduced coordinates; zero on the clamped root."""
     basis = np.zeros((full.n_dofs, shapes.shape[1]))
-    basis[interior] = shapes
+    basis[node_dofs(interior).ravel()] = shapes
     basis[kept.dofs, : kept.size] = kept.rotation.T
     return basis
 

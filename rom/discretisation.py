@@ -29,7 +29,8 @@ class Discretisation:
 
     positions (n, 3) [m]; element_nodes (E, b); corners (E, 8, 3) [m]; values (q, b), gradients (q, 3, b) of the
     shape functions and corner_gradients (q, 8, 3) of the geometry on the reference cube; weights (q,).
-    vertex_node (V,): node index of each mesh vertex; support (b, 8): the corners between which each node of an element lies.
+    vertex_node (V,): node index of each mesh vertex; support (b, 8): the corners between which each node of an
+    element lies.
     """
 
     element: str
@@ -82,12 +83,15 @@ def discretise(
 ) -> Discretisation:
     """Place the nodes of `element` on a mesh of points (V, 3) [m] and hexahedra (E, 8) in VTK node order.
 
-    Quadrature: 3 x 3 x 3 Gauss points (order 5) for the quadratic elements: the stiffness of undistorted elements and every
-    patch test are exact, and higher orders change nothing visible; 2 x 2 x 2 for hex8.
-    Raises RomParameterError for an unknown element.
+    Quadrature: 3 x 3 x 3 Gauss points (order 5) for the quadratic elements, 2 x 2 x 2 for hex8: exact for the
+    stiffness of parallelepipeds and for constant strain in any shape.
+    Raises RomParameterError for an unknown element or a mesh with vertices that no element uses.
     """
     if element not in ELEMENTS:
         raise RomParameterError("mesh", "element", element, f"must be one of {', '.join(ELEMENTS)}")
+    unused = np.setdiff1d(np.arange(len(points)), hexahedra)
+    if len(unused):
+        raise RomParameterError("mesh", "points", int(unused[0]), "this vertex belongs to no element")
     from skfem import Dofs, ElementHex1, ElementHex2, ElementHexS2, MeshHex1
     from skfem.quadrature import get_quadrature
     from skfem.refdom import RefHex

@@ -20,3 +20,7 @@ class RomParameterError(ValueError):
 
 class FactorisationError(ArithmeticError):
     """A stiffness matrix could not be factorised; the message is one line and names the likely cause."""
+
+
+class FullModelFileError(ValueError):
+    """A file that is not a full model; the message names the file."""

@@ -11,8 +11,9 @@ from rom.reduced_model import ReducedModel, ReducedModelError
 
 
 def expand(model: ReducedModel, coordinates: NDArray[Any]) -> NDArray[Any]:
-    """Displacements (..., n_nodes, 3) [m] of all nodes (mesh vertices first) from reduced coordinates (..., n), real or complex.
+    """Displacements (..., n_nodes, 3) [m] of all nodes from reduced coordinates (..., n), real or complex.
 
+    The mesh vertices are the first nodes, in their own order; mid-side nodes follow.
     Raises ReducedModelError when the model was stored without its basis.
     """
     if model.basis is None:

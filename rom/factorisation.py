@@ -38,14 +38,11 @@ class Factor(Protocol):
         """A^-1 rhs for one (n,) or many (n, k) right-hand sides; rhs is left as it is."""
 
 
-def factorise(
-    matrix: csr_matrix, backend: str = "auto", order: NDArray[np.integer[Any]] | None = None
-) -> Factor:
+def factorise(matrix: csr_matrix, backend: str = "auto") -> Factor:
     """Factorise a symmetric positive definite sparse matrix (n, n).
 
-    backend: "cholmod", "superlu", or "auto" for the first that is installed. order (n,): elimination order,
-    see `nested_dissection`; without it the library's minimum degree. Raises FactorisationError when the
-    matrix is singular or indefinite (SuperLU notices only exact singularity), ValueError for an unknown or
+    backend: "cholmod", "superlu", or "auto" for the first that is installed. Raises FactorisationError when
+    the matrix is singular or indefinite (SuperLU notices only exact singularity), ValueError for an unknown or
     missing backend.
     """
     if backend not in BACKENDS:
@@ -54,15 +51,15 @@ def factorise(
     if backend == "cholmod" and not installed:
         raise ValueError("backend = 'cholmod': needs the package cvxopt (pip install 'shroud[cholmod]')")
     chosen = _Superlu if backend == "superlu" or not installed else _Cholmod
-    return chosen(matrix, order)
+    return chosen(matrix)
 
 
 class _Cholmod:
-    """Supernodal Cholesky factor."""
+    """Supernodal Cholesky factor with an approximate minimum degree ordering."""
 
     backend = "cholmod"
 
-    def __init__(self, matrix: csr_matrix, order: NDArray[np.integer[Any]] | None) -> None:
+    def __init__(self, matrix: csr_matrix) -> None:
         import cvxopt
         from cvxopt import cholmod
         from scipy.sparse import triu
@@ -70,12 +67,9 @@ class _Cholmod:
         # The upper triangle by rows is the lower triangle by columns, which is what CHOLMOD reads.
         upper = triu(matrix, format="coo")
         rows, columns = upper.col.astype(np.int64), upper.row.astype(np.int64)
-        lower = cvxopt.spmatrix(
-            cvxopt.matrix(upper.data), cvxopt.matrix(rows), cvxopt.matrix(columns), matrix.shape
-        )
-        given = None if order is None else cvxopt.matrix(np.asarray(order, dtype=np.int64))
+        lower = cvxopt.spmatrix(cvxopt.matrix(upper.data), cvxopt.matrix(rows), cvxopt.matrix(columns), matrix.shape)
         self._library, self._cholmod = cvxopt, cholmod
-        self._factor: Any = cholmod.symbolic(lower, given)
+        self._factor: Any = cholmod.symbolic(lower)
         try:
             cholmod.numeric(lower, self._factor)
         except ArithmeticError:
@@ -103,15 +97,13 @@ class _Superlu:
 
     backend = "superlu"
 
-    def __init__(self, matrix: csr_matrix, order: NDArray[np.integer[Any]] | None) -> None:
+    def __init__(self, matrix: csr_matrix) -> None:
         from scipy.sparse.linalg import splu
 
-        self._order = np.arange(matrix.shape[0]) if order is None else np.asarray(order)
-        permuted = matrix if order is None else matrix[self._order][:, self._order]
         try:
             self._factor = splu(
-                permuted.tocsc(),
-                permc_spec="MMD_AT_PLUS_A" if order is None else "NATURAL",
+                matrix.tocsc(),
+                permc_spec="MMD_AT_PLUS_A",
                 diag_pivot_thresh=0.0,
                 options={"SymmetricMode": True},
             )
@@ -121,8 +113,7 @@ class _Superlu:
     def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
         """See Factor."""
         rhs = np.asarray(rhs, dtype=float)
-        solution = np.empty(rhs.shape)
+        if rhs.ndim == 1:
+            return self._factor.solve(rhs)
         # One at a time: SuperLU slows down several-fold with many columns at once.
-        for column, answer in zip(np.atleast_2d(rhs.T), np.atleast_2d(solution.T), strict=True):
-            answer[self._order] = self._factor.solve(column[self._order])
-        return solution
+        return np.column_stack([self._factor.solve(column) for column in rhs.T])

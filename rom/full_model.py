@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rom.assembly import elastic_matrices
 from rom.discretisation import Discretisation, discretise
 from rom.material import Material
+from rom.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -48,6 +49,7 @@ class FullModel:
         return 3 * len(self.positions)
 
 
+@one_blas_thread()
 def assemble(sector: SectorMesh, material: Material, element: str = "hex20") -> FullModel:
     """Stiffness, mass and centrifugal force of a sector; all of its node set `root` is clamped.
 

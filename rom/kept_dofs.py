@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 class KeptDofs:
     """Kept nodes in the order of the reduced coordinates: right contact, left contact, tip, loaded node.
 
-    nodes (k,); frames (k, 3, 3): rows are the directions whose displacements are the coordinates (t1, t2, n for contact nodes,
-    x, y, z for the others), so q = frame @ u at each node; n_contacts per face; tip and loaded: positions in `nodes`.
+    nodes (k,); frames (k, 3, 3): rows are the directions whose displacements are the coordinates (t1, t2, n for
+    contact nodes, x, y, z for the others), so q = frame @ u at each node; n_contacts per face; tip and loaded:
+    positions in `nodes`.
     """
 
     nodes: NDArray[np.int64]
@@ -55,9 +56,10 @@ class KeptDofs:
 
 
 def choose_kept_dofs(full: FullModel, sector: SectorMesh, excitation_at: str | ArrayLike) -> KeptDofs:
-    """Contact nodes in the contact frame, the tip, and the node nearest to `excitation_at` ("tip" or (3,) metres).
+    """Contact nodes in the contact frame, the tip, and the node nearest to `excitation_at`: "tip" or (3,) metres.
 
-    A tip or loaded node that is already kept is not kept twice. Raises RomParameterError when a node to keep is clamped.
+    A tip or loaded node that is already kept is not kept twice. Raises RomParameterError when a node to keep
+    is clamped.
     """
     contact = np.concatenate([sector.right.nodes, sector.left.nodes])
     nodes = [int(node) for node in full.vertex_node[contact]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from rom.errors import RomParameterError
+from rom.checks import require_between
 
 
 @dataclass(frozen=True)
@@ -21,19 +21,15 @@ class Material:
     density: float
 
     def __post_init__(self) -> None:
-        _require(self.young_modulus, "young_modulus", 0.0, math.inf, "a number above 0 (Pa)")
-        _require(self.density, "density", 0.0, math.inf, "a number above 0 (kg/m^3)")
-        _require(self.poisson_ratio, "poisson_ratio", -1.0, 0.4999, "between -1 and 0.4999, both excluded")
+        positive = "must be a number above 0"
+        require_between("material", "young_modulus", self.young_modulus, 0.0, math.inf, f"{positive} (Pa)")
+        require_between("material", "density", self.density, 0.0, math.inf, f"{positive} (kg/m^3)")
+        require_between(
+            "material", "poisson_ratio", self.poisson_ratio, -1.0, 0.4999, "must lie between -1 and 0.4999"
+        )
 
     @property
     def lame(self) -> tuple[float, float]:
         """Lame's constants (lambda, mu) in Pa."""
         e, nu = self.young_modulus, self.poisson_ratio
         return e * nu / ((1 + nu) * (1 - 2 * nu)), e / (2 * (1 + nu))
-
-
-def _require(value: object, name: str, low: float, high: float, allowed: str) -> None:
-    """Raise unless value is a finite number strictly between low and high."""
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not number or not low < float(value) < high:  # type: ignore[arg-type]
-        raise RomParameterError("material", name, value, allowed)

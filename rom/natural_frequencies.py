@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rom.expansion import expand
 from rom.reduced_model import ReducedModel
+from rom.threads import one_blas_thread
 
 
 def natural_frequencies(
@@ -14,8 +15,9 @@ def natural_frequencies(
 ) -> NDArray[np.float64]:
     """The `count` lowest natural frequencies (count,) in Hz at the inter-blade phase angle `phase` [rad].
 
-    Linear contact springs, N/m for each contact node, (n_c,) or one number: normal = tangential = 0 is free, normal alone
-    sliding without friction, both stuck. Eigenvalues of K + B^H diag(k) B, B = right - exp(i phase) left.
+    Linear contact springs, N/m for each contact node, (n_c,) or one number: normal = tangential = 0 is free,
+    normal alone sliding without friction, both stuck. Eigenvalues of K + B^H diag(k) B, B = right -
+    exp(i phase) left.
     """
     squared, _ = _cyclic_modes(model, phase, normal, tangential, count)
     return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi)
@@ -26,18 +28,20 @@ def mode_shapes(
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
     """As `natural_frequencies`, with the mass-normalised shapes on the mesh: Hz (count,), shapes (count, n_nodes, 3).
 
-    Blade j moves with shape * exp(i j phase), turned by j pitches. Raises ReducedModelError when the model holds no basis.
+    Blade j moves with shape * exp(i j phase), turned by j pitches. Raises ReducedModelError when the model
+    holds no basis.
     """
     squared, vectors = _cyclic_modes(model, phase, normal, tangential, count)
     return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi), expand(model, vectors.T)
 
 
 def contact_motion(model: ReducedModel, phase: float) -> NDArray[np.complex128]:
-    """B (3 n_c, n): relative contact displacement right - exp(i phase) left (contact frame) of the reduced coordinates."""
+    """B (3 n_c, n) with relative contact displacement right - exp(i phase) left = B q in the contact frame."""
     right = model.contact_right.astype(complex)
     return right if model.contact_left is None else right - np.exp(1j * phase) * model.contact_left
 
 
+@one_blas_thread()
 def _cyclic_modes(
     model: ReducedModel, phase: float, normal: ArrayLike, tangential: ArrayLike, count: int
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:

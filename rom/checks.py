@@ -1,0 +1,14 @@
+"""Checks of single parameters."""
+
+from __future__ import annotations
+
+import numbers
+
+from rom.errors import RomParameterError
+
+
+def require_between(table: str, parameter: str, value: object, low: float, high: float, allowed: str) -> None:
+    """Raise RomParameterError unless value is a number strictly between low and high (so never NaN or infinite)."""
+    number = isinstance(value, numbers.Real) and not isinstance(value, bool)
+    if not number or not low < float(value) < high:  # type: ignore[arg-type]
+        raise RomParameterError(table, parameter, value, allowed)

@@ -1,0 +1,75 @@
+"""The full model on disk (HDF5): what reduction needs of it, nothing else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rom.errors import FullModelFileError
+from rom.full_model import FullModel
+
+if TYPE_CHECKING:
+    import h5py
+    from scipy.sparse import csr_matrix
+
+_FORMAT = "shroud-full-model-1"
+_ARRAYS = ("positions", "vertex_node", "fixed", "centrifugal")
+
+
+def save_full_model(path: str | Path, full: FullModel) -> None:
+    """Write a full model; exact, the two matrices share their pattern. A partial file is the caller's to avoid."""
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        file.attrs["format"] = _FORMAT
+        file.attrs["element"] = full.element
+        file.attrs["speed_rpm"] = full.speed_rpm
+        for name in _ARRAYS:
+            file[name] = getattr(full, name)
+        for name, matrix in (("stiffness", full.stiffness), ("mass", full.mass)):
+            _write_upper(file.create_group(name), matrix)
+
+
+def load_full_model(path: str | Path) -> FullModel:
+    """Read what `save_full_model` wrote. Raises FullModelFileError when the file is missing or is not one."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            if file.attrs.get("format") != _FORMAT:
+                raise FullModelFileError(f"{path}: not a full model ({_FORMAT})")
+            size = file["centrifugal"].shape[0]
+            return FullModel(
+                stiffness=_read_upper(file["stiffness"], size),
+                mass=_read_upper(file["mass"], size),
+                element=str(file.attrs["element"]),
+                speed_rpm=float(file.attrs["speed_rpm"]),
+                **{name: file[name][()] for name in _ARRAYS},
+            )
+    except (OSError, KeyError, ValueError) as error:
+        if isinstance(error, FullModelFileError):
+            raise
+        # HDF5 adds the date and its internals on further lines.
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise FullModelFileError(f"{path}: cannot be read as a full model: {reason}") from None
+
+
+def _write_upper(group: h5py.Group, matrix: csr_matrix) -> None:
+    """Upper triangle: half of the entries."""
+    from scipy.sparse import triu
+
+    upper = triu(matrix, format="csr")
+    group["indptr"], group["indices"], group["data"] = upper.indptr, upper.indices.astype(np.int32), upper.data
+
+
+def _read_upper(group: h5py.Group, size: int) -> csr_matrix:
+    """Symmetric CSR matrix from its upper triangle, entry for entry as it was."""
+    from scipy.sparse import coo_matrix, csr_matrix
+
+    upper = csr_matrix((group["data"][()], group["indices"][()], group["indptr"][()]), shape=(size, size)).tocoo()
+    beside = upper.row != upper.col
+    rows = np.concatenate([upper.row, upper.col[beside]])
+    columns = np.concatenate([upper.col, upper.row[beside]])
+    return coo_matrix((np.concatenate([upper.data, upper.data[beside]]), (rows, columns)), (size, size)).tocsr()

@@ -1,0 +1,173 @@
+"""Centrifugal force, stress stiffening and spin softening against closed forms."""
+
+import numpy as np
+import pytest
+from rom_meshes import annulus, box, box_sector, sector_of
+from rom_reference import lowest_hz, rotating_beam_ratio
+from scipy.sparse.linalg import spsolve
+
+from rom import (
+    Material,
+    ReductionOptions,
+    RomParameterError,
+    assemble,
+    centrifugal_displacement,
+    natural_frequencies,
+    reduce,
+    spin,
+)
+from rom.assembly import elastic_matrices, geometric_stiffness, stress_at_quadrature
+from rom.discretisation import discretise
+from rom.full_model import centrifugal_force
+
+RPM = 30.0 / np.pi
+NO_POISSON = Material(young_modulus=2.1e11, poisson_ratio=0.0, density=7800.0)
+
+
+def bar(divisions, lengths, hub, centre_y=0.0):
+    """Radial bar along z clamped at the radius `hub`; its contact nodes are only there to make it a sector."""
+    lx, ly, _ = lengths
+    points, hexahedra = box(divisions, lengths, (-lx / 2, centre_y - ly / 2, hub))
+    root = np.flatnonzero(points[:, 2] < hub + 1e-9)
+    sides = [np.flatnonzero((points[:, 2] > hub + 1e-9) & (points[:, 1] == y)) for y in np.unique(points[:, 1])]
+    return sector_of(points, hexahedra, root, len(points) - 1, sides[-1], sides[0], np.eye(3), 30)
+
+
+def test_total_centrifugal_force_and_moment_of_a_block_off_the_radius():
+    lengths = np.array([0.03, 0.02, 0.1])
+    full = assemble(bar((2, 2, 4), lengths, hub=0.3, centre_y=0.05), NO_POISSON)
+    mass, arm = NO_POISSON.density * lengths.prod(), np.array([0.0, 0.05, 0.35])
+    force = full.centrifugal.reshape(-1, 3)
+    np.testing.assert_allclose(force.sum(axis=0), mass * arm, rtol=1e-12, atol=1e-15)
+    moment = np.cross(full.positions, force).sum(axis=0)
+    np.testing.assert_allclose(moment, np.zeros(3), atol=1e-12 * mass)
+    # Work of the force in a shift of every point along its own radius: the moment of inertia about x.
+    radial = np.sum(force * full.positions * [0.0, 1.0, 1.0])
+    inertia = mass * (np.sum(lengths[1:] ** 2) / 12 + np.sum(arm**2))
+    assert radial == pytest.approx(inertia, rel=1e-12)
+
+
+def test_rotating_bar_stretches_as_in_the_closed_form():
+    hub, length = 0.3, 0.2
+    full = assemble(bar((1, 1, 10), (0.002, 0.002, length), hub), NO_POISSON)
+    displacement = centrifugal_displacement(full).reshape(-1, 3)
+    r = full.positions[:, 2]
+    tip = hub + length
+    exact = NO_POISSON.density / NO_POISSON.young_modulus * (tip**2 / 2 * (r - hub) - (r**3 - hub**3) / 6)
+    np.testing.assert_allclose(displacement[:, 2], exact, atol=1e-4 * exact.max())
+
+
+def beam_under_tension(tension, lengths=(1.0, 0.02, 0.02), divisions=(24, 1, 1)):
+    """First three frequencies of a simply supported beam under an axial stress, motion in the x-y plane only."""
+    points, hexahedra = box(divisions, lengths)
+    mesh = discretise(points, hexahedra)
+    stiffness, mass = elastic_matrices(mesh, NO_POISSON)
+    stress = np.zeros((len(hexahedra), len(mesh.weights), 3, 3))
+    stress[..., 0, 0] = tension / (lengths[1] * lengths[2])
+    x, y, _ = mesh.positions.T
+    ends = np.flatnonzero((x < 1e-9) | (x > lengths[0] - 1e-9))
+    corner = np.flatnonzero((x < 1e-9) & (np.abs(y - lengths[1] / 2) < 1e-9))
+    held = np.concatenate([3 * np.arange(mesh.n_nodes) + 2, 3 * ends + 1, 3 * corner])
+    return lowest_hz(stiffness + geometric_stiffness(mesh, stress), mass, 3, np.unique(held))
+
+
+def test_prestressed_beam_against_the_closed_form():
+    inertia = 0.02**4 / 12
+    euler = np.pi**2 * NO_POISSON.young_modulus * inertia
+    free = beam_under_tension(0.0)
+    plain = np.pi / 2 * np.sqrt(NO_POISSON.young_modulus * inertia / (NO_POISSON.density * 0.02**2))
+    assert free[0] == pytest.approx(plain, rel=1e-3)
+    for load in (-0.9, -0.5, 1.0, 20.0):
+        found = beam_under_tension(load * euler)
+        mode = np.arange(1, 4)
+        np.testing.assert_allclose(found / free, np.sqrt(1 + load / mode**2), rtol=5e-3)
+
+
+def test_strong_tension_makes_a_string():
+    lengths = (1.0, 0.002, 0.02)
+    area, inertia = 0.002 * 0.02, 0.02 * 0.002**3 / 12
+    tension = 2000 * np.pi**2 * NO_POISSON.young_modulus * inertia
+    string = np.arange(1, 4) / 2 * np.sqrt(tension / (NO_POISSON.density * area))
+    np.testing.assert_allclose(beam_under_tension(tension, lengths), string, rtol=5e-3)
+
+
+@pytest.fixture(scope="module")
+def slender():
+    """Square blade, length 0.5 m from the axis, so that x and y bending are the same at rest."""
+    sector = bar((1, 1, 24), (0.01, 0.01, 0.5), hub=0.0)
+    return sector, assemble(sector, NO_POISSON)
+
+
+def bending(full, count=2):
+    """Lowest frequencies [rad/s] of motions along x (flap) and along y (lag), each with the other held."""
+    held = [np.union1d(full.fixed, np.arange(axis, full.n_dofs, 3)) for axis in (1, 0)]
+    return [2 * np.pi * lowest_hz(full.stiffness, full.mass, count, fixed) for fixed in held]
+
+
+@pytest.mark.parametrize("ratio", [1.0, 3.0])
+def test_rotating_beam_stiffens_like_the_ritz_solution_and_softens_in_plane(slender, ratio):
+    sector, full = slender
+    unit = 0.01 / 0.5**2 * np.sqrt(NO_POISSON.young_modulus / (12 * NO_POISSON.density))
+    speed = ratio * unit
+    flap, lag = bending(spin(full, sector, NO_POISSON, speed * RPM))
+    np.testing.assert_allclose(flap / unit, rotating_beam_ratio(ratio, hub=0.0, count=2), rtol=2e-3)
+    # In the plane of rotation the centrifugal force turns with the blade: W^2 less, but for the sections' turning.
+    np.testing.assert_allclose(flap**2 - lag**2, speed**2, rtol=3e-3)
+
+
+def test_ritz_reference_is_the_known_one():
+    """First flap root of the uniform cantilever at rest, and hub radius stiffens."""
+    assert rotating_beam_ratio(0.0, 0.0)[0] == pytest.approx(1.8751041**2, rel=1e-7)
+    assert rotating_beam_ratio(3.0, 1.0)[0] > rotating_beam_ratio(3.0, 0.0)[0]
+
+
+def test_southwell_coefficient_with_a_hub(slender):
+    sector = bar((1, 1, 24), (0.01, 0.01, 0.5), hub=0.5)
+    full = assemble(sector, NO_POISSON)
+    unit = 0.01 / 0.5**2 * np.sqrt(NO_POISSON.young_modulus / (12 * NO_POISSON.density))
+    at_rest, turning = (bending(spin(full, sector, NO_POISSON, w * unit * RPM), 1)[0] / unit for w in (0.0, 0.5))
+    found = (turning**2 - at_rest**2) / 0.5**2
+    exact = (rotating_beam_ratio(0.5, 1.0) ** 2 - rotating_beam_ratio(0.0, 1.0) ** 2) / 0.5**2
+    np.testing.assert_allclose(found, exact, rtol=2e-3)
+
+
+def test_stiffening_and_softening_cancel_when_a_whole_ring_turns():
+    """A small turn of a free spinning ring about its axis costs nothing: an exact identity of the discrete model."""
+    material = Material(2.1e11, 0.3, 7800.0)
+    points, hexahedra = annulus((2, 12, 1), 0.1, 0.2, 0.02)
+    mesh = discretise(points, hexahedra)
+    stiffness, mass = elastic_matrices(mesh, material)
+    force = centrifugal_force(mesh, mass)
+    first = np.argsort(mesh.positions[:, 1])[:2]
+    far = int(np.argmax(mesh.positions[:, 1]))
+    # Six dofs that hold the ring without a reaction, for the load is in balance.
+    held = [3 * first[0], 3 * first[0] + 1, 3 * first[0] + 2, 3 * far, 3 * far + 2]
+    held.append(3 * int(np.argmax(mesh.positions[:, 2])))
+    free = np.setdiff1d(np.arange(len(force)), held)
+    displacement = np.zeros(len(force))
+    displacement[free] = spsolve(stiffness[free][:, free].tocsc(), force[free])
+    geometric = geometric_stiffness(mesh, stress_at_quadrature(mesh, material, displacement))
+    turn = np.cross([1.0, 0.0, 0.0], mesh.positions).ravel()
+    np.testing.assert_allclose(geometric @ turn, mass @ turn, atol=1e-9 * np.max(np.abs(mass @ turn)))
+
+
+def test_no_speed_changes_nothing_and_speed_scales_with_its_square():
+    sector = box_sector(divisions=(4, 2, 4))
+    full = assemble(sector, NO_POISSON)
+    assert spin(full, sector, NO_POISSON, 0.0) is full
+    slow, fast = (spin(full, sector, NO_POISSON, speed) for speed in (1000.0, -2000.0))
+    assert (slow.speed_rpm, fast.speed_rpm) == (1000.0, -2000.0)
+    difference = (fast.stiffness - full.stiffness) - 4 * (slow.stiffness - full.stiffness)
+    assert abs(difference).max() < 1e-13 * abs(full.stiffness).max()
+    assert abs(fast.stiffness - fast.stiffness.T).max() < 1e-15 * abs(full.stiffness).max()
+    hz = [natural_frequencies(reduce(m, sector, ReductionOptions()), 0.0)[0] for m in (full, slow, fast)]
+    assert hz[0] < hz[1] < hz[2]
+
+
+def test_bad_speed_is_refused_in_one_line():
+    sector = box_sector(divisions=(4, 2, 4))
+    full = assemble(sector, NO_POISSON, "hex8")
+    with pytest.raises(RomParameterError, match=r"load.speed_rpm = nan: must be a finite number"):
+        spin(full, sector, NO_POISSON, float("nan"))
+    with pytest.raises(RomParameterError, match="model at rest"):
+        spin(spin(full, sector, NO_POISSON, 100.0), sector, NO_POISSON, 200.0)
