@@ -1,11 +1,42 @@
+# make run    set up what is needed, then run a scene from geometry to figures
+# make test   set up what is needed, then format, lint, types and tests
+#
+# SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes.
+
+SCENE ?= scenes/dummy.toml
+OUT ?=
+JOBS ?= 1
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) --jobs $(JOBS)
 
-.PHONY: setup
+.DEFAULT_GOAL := run
+.PHONY: setup run mesh assemble reduce respond render figures test clean
+
 setup: $(VENV)/.installed
 
 $(VENV)/.installed: pyproject.toml
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet -e '.[cholmod,dev]'
-	touch $@
+	@$(PYTHON) pipeline/bootstrap.py
+	@echo "setting up $(VENV), once"
+	@$(PYTHON) -m venv $(VENV)
+	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[cholmod,dev]'
+	@touch $@
+
+run: setup
+	@$(SHROUD)
+
+mesh assemble reduce respond render figures: setup
+	@$(SHROUD) --until $@
+
+# Small matrices: more BLAS threads than one for each test process only get in each other's way.
+test: export OPENBLAS_NUM_THREADS = 1
+test: setup
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/pytest -n 2 --dist loadgroup
+
+clean:
+	rm -rf out build dist .pytest_cache .mypy_cache .ruff_cache
+	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +

@@ -1,0 +1,158 @@
+"""The command line `shroud`: arguments in, exit status out. Each command imports what it needs."""
+
+from __future__ import annotations
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from pipeline.request import Outcome, Request
+
+COMPUTED, NOT_REACHED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+app = typer.Typer(
+    name="shroud",
+    help="Nonlinear forced response of shrouded turbine blades, from blade geometry to response curves.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+
+class Stage(StrEnum):
+    """The stages of a run, in their order."""
+
+    mesh = "mesh"
+    assemble = "assemble"
+    reduce = "reduce"
+    respond = "respond"
+    render = "render"
+    figures = "figures"
+
+
+SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.")]
+OutOption = Annotated[Path | None, typer.Option("--out", help="Output folder; out/<scene name> by default.")]
+ForceOption = Annotated[bool, typer.Option("--force", help="Make everything again, whatever is there.")]
+JobsOption = Annotated[int, typer.Option("--jobs", min=1, max=256, help="Curves solved at once, in processes.")]
+QuietOption = Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")]
+
+
+@app.command()
+def run(
+    scene: SceneArgument,
+    out: OutOption = None,
+    until: Annotated[Stage | None, typer.Option(help="Stage whose result is wanted.")] = None,
+    force: ForceOption = False,
+    jobs: JobsOption = 1,
+    quiet: QuietOption = False,
+) -> None:
+    """Run a scene: whatever is missing or out of date, nothing else."""
+    from pipeline.request import Request
+    from pipeline.scene_file import read_scene
+
+    file = read_scene(scene)
+    target = out or Path("out") / file.first.name
+    _finish(Request(file, target, until.value if until else None, force, jobs), quiet)
+
+
+@app.command()
+def respond(
+    scene: SceneArgument,
+    rom: Annotated[Path, typer.Option("--rom", metavar="FILE.h5", help="Reduced model, HDF5.")],
+    out: OutOption = None,
+    force: ForceOption = False,
+    jobs: JobsOption = 1,
+    quiet: QuietOption = False,
+) -> None:
+    """Run the nonlinear stage alone, on any reduced model; the scene needs no blade."""
+    from pipeline.request import Request
+    from pipeline.scene_file import read_scene
+
+    file = read_scene(scene, given_model=True)
+    _finish(Request(file, out or Path("out") / file.first.name, None, force, jobs, rom), quiet)
+
+
+@app.command()
+def info(file: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.")]) -> None:
+    """Say what a result or a reduced model holds."""
+    from pipeline.info import describe
+
+    for line in describe(file):
+        print(line)
+
+
+@app.command()
+def validate(scene: SceneArgument) -> None:
+    """Check a scene and run nothing."""
+    from pipeline.checks import check_scene
+    from pipeline.scene_file import read_scene
+
+    file = read_scene(scene)
+    check_scene(file)
+    curves = f"{len(file.members)} curve{'s' if len(file.members) > 1 else ''}"
+    print(f"{scene}: valid, {curves}" + (f" over {', '.join(file.swept)}" if file.swept else ""))
+
+
+def main() -> None:
+    """Entry point: exit status 0 all computed, 1 something not reached, 2 bad input, 130 interrupted."""
+    sys.exit(command(sys.argv[1:]))
+
+
+def command(arguments: list[str]) -> int:
+    """Run one command line; returns its exit status. Errors of any kind are one line on stderr."""
+    from typer.exceptions import Abort, Exit, TyperException
+
+    from pipeline.errors import InputError, one_line, reason_of
+
+    try:
+        status = app(args=arguments or ["--help"], prog_name="shroud", standalone_mode=False)
+        status = int(status) if isinstance(status, int) else COMPUTED
+    except Exit as stop:
+        status = stop.exit_code
+    except TyperException as error:
+        print(f"shroud: {one_line(error.format_message())} (shroud --help)", file=sys.stderr)
+        return BAD_INPUT
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return BAD_INPUT
+    except (KeyboardInterrupt, Abort):
+        status = INTERRUPTED
+    except BrokenPipeError:
+        return NOT_REACHED
+    except Exception as error:
+        print(f"shroud: {type(error).__name__}: {reason_of(error)}", file=sys.stderr)
+        return NOT_REACHED
+    if status == INTERRUPTED:
+        print("shroud: interrupted; what is done is kept, the same command goes on from there", file=sys.stderr)
+    return status
+
+
+def _finish(request: Request, quiet: bool) -> None:
+    """Execute, tell people what came of it, and exit with the status that says so."""
+    from pipeline.progress import Reporter
+    from pipeline.run import execute
+
+    outcome = execute(request, Reporter(quiet))
+    if not quiet:
+        _tell(request, outcome)
+    for problem in outcome.problems:
+        print(problem, file=sys.stderr)
+    failed = [curve for curve in outcome.curves if not curve.complete]
+    if failed:
+        first = failed[0].reason
+        print(f"{len(failed)} of {len(outcome.curves)} curves not completed: {first}", file=sys.stderr)
+    raise typer.Exit(COMPUTED if outcome.complete else NOT_REACHED)
+
+
+def _tell(request: Request, outcome: Outcome) -> None:
+    from rich.console import Console
+
+    from pipeline.tables import curve_table
+
+    if outcome.curves:
+        Console().print(curve_table(outcome))
+    print(f"{outcome.seconds:.2f} s, results in {request.out}")

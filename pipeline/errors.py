@@ -1,0 +1,52 @@
+"""What the pipeline raises for its users; every message is one line."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+_LONGEST_VALUE = 80
+
+
+class InputError(Exception):
+    """Bad input: the message names the file, the dotted key, the value found and what is allowed."""
+
+
+class StageError(Exception):
+    """A stage could not make its result; the message names the stage and the reason, `cause` is what was raised."""
+
+    def __init__(self, stage: str, cause: Exception) -> None:
+        self.cause = cause
+        super().__init__(f"{stage}: {reason_of(cause)}")
+
+    @property
+    def is_input(self) -> bool:
+        """Whether the cause names a key of the scene."""
+        return all(hasattr(self.cause, name) for name in ("table", "parameter", "value", "allowed"))
+
+
+def input_error(source: str | os.PathLike[str], key: str, found: str, allowed: str) -> InputError:
+    """Make the one line that every complaint about input has: `source: key: found, allowed: ...`."""
+    where = f"{os.fspath(source)}: {key}" if key else os.fspath(source)
+    return InputError(one_line(f"{where}: {found}, allowed: {allowed}"))
+
+
+def shown(value: Any) -> str:
+    """The value as a user typed it, on one line and of bounded length."""
+    try:
+        text = f'"{value}"' if isinstance(value, str) else repr(value)
+    except ValueError:  # Python refuses to print whole numbers of thousands of digits
+        text = "a number of thousands of digits"
+    text = {"True": "true", "False": "false"}.get(text, text)
+    text = one_line(text)
+    return text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + "..."
+
+
+def one_line(text: str) -> str:
+    """`text` with line breaks, tabs and other unprintable characters turned into spaces."""
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+
+
+def reason_of(error: BaseException) -> str:
+    """What an exception says, on one line; its type where it says nothing."""
+    return one_line(str(error)) or type(error).__name__

@@ -1,0 +1,1 @@
+"""Figures of a sweep: response curves, peaks against the swept parameter, contact hysteresis loops."""

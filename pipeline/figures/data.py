@@ -1,0 +1,71 @@
+"""What the figures need of a solved curve, read from its file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.labels import member_label
+from pipeline.respond import Solved
+from pipeline.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PlottedCurve:
+    """Points (P,) of one curve, its highest point, and the contact motion there (H+1, n_c, 3) complex."""
+
+    index: int
+    label: str
+    scene: Scene
+    parameters: dict[str, Any]
+    rom: Path
+    frequency_hz: Array
+    amplitude_m: Array
+    stable: NDArray[np.bool_]
+    dissipated_j: Array
+    peak_index: int
+    peak_displacement: NDArray[np.complex128] | None
+    contact: dict[str, Any]
+
+    @property
+    def peak(self) -> tuple[float, float]:
+        """Frequency, Hz, and amplitude, m, of the highest point; nan where there is none."""
+        if self.peak_index < 0:
+            return float("nan"), float("nan")
+        return float(self.frequency_hz[self.peak_index]), float(self.amplitude_m[self.peak_index])
+
+
+def plotted_curves(curves: Sequence[Solved]) -> list[PlottedCurve]:
+    """The curves that have points."""
+    return [
+        _read(i, c, c.file, c.rom) for i, c in enumerate(curves) if c.file and c.rom and c.facts and c.facts.points
+    ]
+
+
+def _read(index: int, curve: Solved, file: Path, rom: Path) -> PlottedCurve:
+    import h5py
+
+    with h5py.File(file, "r") as source:
+        peak = int(source.attrs["peak_index"])
+        contact = {key.partition(".")[2]: value for key, value in source.attrs.items() if key.startswith("contact.")}
+        return PlottedCurve(
+            index=index,
+            label=member_label(curve.member),
+            scene=curve.member.scene,
+            parameters=dict(curve.member.parameters),
+            rom=rom,
+            frequency_hz=source["frequency_hz"][()],
+            amplitude_m=source["amplitude_m"][()],
+            stable=source["stable"][()].astype(bool),
+            dissipated_j=source["dissipated_j"][()],
+            peak_index=peak,
+            peak_displacement=source["relative_displacement"][peak] if peak >= 0 else None,
+            contact={key: tuple(v) if isinstance(v, np.ndarray) else v for key, v in contact.items()},
+        )

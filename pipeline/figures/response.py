@@ -1,0 +1,99 @@
+"""Response curves of a sweep with their linear limits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipeline.figures.data import Array, PlottedCurve
+from pipeline.figures.limits import Limit
+from pipeline.figures.style import LIMIT_COLOUR, LOG_FROM, ordered_colours, plain_log_labels, scale
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_DEPTH = 0.15  # how far below the lowest peak a logarithmic axis reaches
+
+
+def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str) -> Figure:
+    """Amplitude against frequency: one line a curve, dashed where unstable, a circle on each peak."""
+    from matplotlib import pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(8.4, 4.8), layout="constrained")
+    factor, unit = scale(np.concatenate([curve.amplitude_m for curve in curves]), "m")
+    colours = ordered_colours(len(curves))
+    for curve, colour in zip(curves, colours, strict=True):
+        _draw_curve(axes, curve, colour, factor)
+    _draw_limits(axes, limits, colours, factor)
+    _set_range(axes, curves, limits, factor)
+    axes.set(title=title, xlabel="excitation frequency [Hz]", ylabel=f"largest displacement over a period [{unit}]")
+    if len(curves) > 1 or limits:
+        columns = 1 if len(curves) <= 16 else 2
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9, ncols=columns)
+    return figure
+
+
+def _draw_curve(axes: Axes, curve: PlottedCurve, colour: Any, factor: float) -> None:
+    amplitude = curve.amplitude_m * factor
+    label: str | None = curve.label
+    for start, stop, stable in stretches(curve.stable):
+        part = slice(start, stop)
+        style = "-" if stable else (0, (3, 1.5))
+        axes.plot(curve.frequency_hz[part], amplitude[part], color=colour, linestyle=style, label=label)
+        label = None
+    frequency, height = curve.peak
+    axes.plot(frequency, height * factor, "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
+
+
+def stretches(stable: np.ndarray) -> list[tuple[int, int, bool]]:
+    """(start, stop, stable) of the parts of equal stability; unstable ones reach to the stable points beside them."""
+    changes = np.flatnonzero(np.diff(stable.astype(int))) + 1
+    edges = [0, *changes.tolist(), len(stable)]
+    reach = [0 if stable[start] else 1 for start in edges[:-1]]
+    return [
+        (max(start - more, 0), min(stop + more, len(stable)), bool(stable[start]))
+        for (start, stop), more in zip(pairwise(edges), reach, strict=True)
+    ]
+
+
+def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Sequence[Any], factor: float) -> None:
+    """Free and stuck, over the curves in black where there is one of a kind, else pale in their curves' colours."""
+    for kind, style in (("free", (0, (1, 1.2))), ("stuck", (0, (4, 1.5, 1, 1.5)))):
+        chosen = [limit for limit in limits if limit.kind == kind]
+        for number, limit in enumerate(chosen):
+            alone = len(chosen) == 1
+            axes.plot(
+                limit.frequency_hz,
+                limit.amplitude_m * factor,
+                color=LIMIT_COLOUR if alone else colours[limit.curves[0]],
+                linestyle=style,
+                linewidth=1.0 if alone else 0.8,
+                alpha=1.0 if alone else 0.45,
+                label=f"linear, {kind}" if number == 0 else None,
+                zorder=3 if alone else 1.5,
+            )
+
+
+def _set_range(axes: Axes, curves: Sequence[PlottedCurve], limits: Sequence[Limit], factor: float) -> None:
+    low = min(curve.scene.response.frequency[0] for curve in curves)
+    high = max(curve.scene.response.frequency[1] for curve in curves)
+    axes.set_xlim(low, high)
+    peaks = np.array([curve.peak[1] for curve in curves] + [limit.peak[1] for limit in limits])
+    peaks = peaks[np.isfinite(peaks) & (peaks > 0.0)] * factor
+    if peaks.size == 0:
+        return
+    if peaks.max() > LOG_FROM * peaks.min():
+        axes.set_yscale("log")
+        plain_log_labels(axes.yaxis)
+        axes.set_ylim(_floor(curves, factor, peaks), 1.6 * peaks.max())
+    else:
+        axes.set_ylim(0.0, 1.06 * peaks.max())
+
+
+def _floor(curves: Sequence[PlottedCurve], factor: float, peaks: Array) -> float:
+    lowest = min(float(np.min(curve.amplitude_m)) for curve in curves) * factor
+    return max(_DEPTH * float(peaks.min()), 0.7 * lowest)

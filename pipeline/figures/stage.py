@@ -1,0 +1,62 @@
+"""The stage figures: drawn once for a set of curves, kept in the store, put into `figures/` of the output folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipeline.fingerprint import fingerprint
+from pipeline.publishing import publish, retire
+from pipeline.request import Run
+from pipeline.respond import Solved
+
+NAMES = ("response", "peaks", "hysteresis", "hysteresis_sweep")
+
+
+def figure_stage(run: Run, curves: Sequence[Solved]) -> list[Path]:
+    """Draw what is missing; returns the files in the output folder."""
+    title = _title(run)
+    content = {
+        "title": title,
+        "curves": [[c.file.parent.name if c.file else None, c.reason, dict(c.member.parameters)] for c in curves],
+        "code": run.versions.figures,
+    }
+    entry = run.store.find("figures", key := fingerprint(content))
+    if entry is None:
+        with run.reporter.working("drawing figures"):
+            entry = run.store.get("figures", key, lambda folder: draw(folder, curves, title))
+    run.log.note("figures", entry.ran)
+    files = publish(run.store, entry.folder, run.request.out / "figures")
+    retire(run.request.out / "figures", [f"{name}.*" for name in NAMES], files)
+    return files
+
+
+def draw(folder: Path, curves: Sequence[Solved], title: str) -> None:
+    """Draw every figure that the curves allow."""
+    from pipeline.figures.data import plotted_curves
+    from pipeline.figures.hysteresis import most_damped, node_figure, sweep_figure
+    from pipeline.figures.limits import linear_limits
+    from pipeline.figures.response import response_figure
+    from pipeline.figures.style import save, styled
+    from pipeline.figures.trend import trend_figure
+
+    shown = plotted_curves(curves)
+    if not shown:
+        return
+    limits = linear_limits(shown)
+    with styled():
+        save(response_figure(shown, limits, title), folder, "response")
+        if len(shown) > 1:
+            save(trend_figure(shown, limits, title), folder, "peaks")
+        telling = most_damped(shown)
+        loops = None if telling is None else node_figure(telling, title)
+        if loops is not None:
+            save(loops, folder, "hysteresis")
+        loops = sweep_figure(shown, title)
+        if loops is not None:
+            save(loops, folder, "hysteresis_sweep")
+
+
+def _title(run: Run) -> str:
+    first = run.request.scene.first
+    return first.title or first.name

@@ -1,0 +1,81 @@
+"""One look for all figures: colour-blind-safe, legible in grey, units by an engineering prefix."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from pipeline.labels import prefixed
+
+if TYPE_CHECKING:
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's palette without its yellow, for things that have no order.
+DISTINCT = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+LIMIT_COLOUR = "0.0"
+LOG_FROM = 8.0  # ratio of the highest to the lowest peak from which a logarithmic axis reads better
+_SETTINGS: dict[str, Any] = {
+    "font.size": 10.0,
+    "axes.titlesize": 11.0,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "0.9",
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "lines.linewidth": 1.5,
+    "savefig.dpi": 160,
+    "svg.hashsalt": "shroud",
+    "svg.fonttype": "none",
+}
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """matplotlib with the house style and without a display."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    with mpl.rc_context(cast(Any, _SETTINGS)):
+        yield
+
+
+def ordered_colours(count: int) -> list[Any]:
+    """Colours from dark to light in the order of a sweep; their lightness tells them apart in grey, too."""
+    import matplotlib as mpl
+
+    if count <= 3:
+        return list(DISTINCT[:count])
+    return [mpl.colormaps["viridis"](x) for x in np.linspace(0.0, 0.9, count)]
+
+
+def scale(values: Sequence[float] | np.ndarray, unit: str) -> tuple[float, str]:
+    """Factor and prefixed unit that bring the largest of the values between 1 and 1000."""
+    finite = np.abs(np.asarray(values, dtype=float))
+    finite = finite[np.isfinite(finite)]
+    return prefixed(float(finite.max()) if finite.size else 0.0, unit)
+
+
+def plain_log_labels(axis: Axis) -> None:
+    """Labels 0.2, 1, 10 instead of powers of ten; between the decades 2 and 5 only."""
+    from matplotlib.ticker import FuncFormatter, LogLocator
+
+    axis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0), numticks=20))
+    axis.set_minor_locator(LogLocator(10.0, "all", numticks=20))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+
+
+def save(figure: Figure, folder: Path, name: str) -> None:
+    """Write the figure as PNG and SVG, the same bytes for the same content."""
+    from matplotlib import pyplot as plt
+
+    figure.savefig(folder / f"{name}.png", metadata={"Software": None})
+    figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
+    plt.close(figure)

@@ -1,0 +1,99 @@
+"""Height and frequency of the peaks against what was swept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipeline.figures.data import PlottedCurve
+from pipeline.figures.limits import Limit
+from pipeline.figures.style import DISTINCT, LIMIT_COLOUR, LOG_FROM, plain_log_labels, scale
+from pipeline.labels import quantity, value_label
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SYMLOG_FROM = 8.0  # ratio of the largest to the median value from which the axis is stretched around 0
+
+
+def trend_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str) -> Figure:
+    """Peak amplitude above, peak frequency below, against the parameter with the most values; one line for each
+    combination of the other swept parameters."""
+    from matplotlib import pyplot as plt
+
+    figure, (upper, lower) = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True, layout="constrained")
+    key = _main_parameter(curves)
+    factor, unit = scale([curve.peak[1] for curve in curves], "m")
+    names = _categories(curves, key)
+    for number, (label, members) in enumerate(_lines(curves, key).items()):
+        x = [_position(curve.parameters[key], key, names) for curve in members]
+        look = {"marker": "o", "markersize": 5, "color": DISTINCT[number % len(DISTINCT)], "label": label or None}
+        upper.plot(x, [curve.peak[1] * factor for curve in members], **look)
+        lower.plot(x, [curve.peak[0] for curve in members], **look)
+    _draw_limits(upper, lower, limits, factor)
+    _set_axes(upper, lower, curves, key, names)
+    upper.set(title=title, ylabel=f"peak amplitude [{unit}]")
+    lower.set(xlabel=quantity(key).axis(), ylabel="peak frequency [Hz]")
+    if upper.get_legend_handles_labels()[0]:
+        upper.legend(fontsize=9)
+    return figure
+
+
+def _main_parameter(curves: Sequence[PlottedCurve]) -> str:
+    keys = curves[0].parameters
+    return max(keys, key=lambda key: len({str(curve.parameters[key]) for curve in curves}))
+
+
+def _lines(curves: Sequence[PlottedCurve], key: str) -> dict[str, list[PlottedCurve]]:
+    lines: dict[str, list[PlottedCurve]] = {}
+    for curve in curves:
+        others = (value_label(k, v) for k, v in curve.parameters.items() if k != key)
+        lines.setdefault(", ".join(others), []).append(curve)
+    return lines
+
+
+def _categories(curves: Sequence[PlottedCurve], key: str) -> list[str] | None:
+    """Names along the axis where the swept values are not numbers."""
+    values = [curve.parameters[key] for curve in curves]
+    if all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
+        return None
+    return list(dict.fromkeys(quantity(key).value(v) for v in values))
+
+
+def _position(value: Any, key: str, names: list[str] | None) -> float:
+    if names is None:
+        return float(value) * quantity(key).factor
+    return float(names.index(quantity(key).value(value)))
+
+
+def _draw_limits(upper: Axes, lower: Axes, limits: Sequence[Limit], factor: float) -> None:
+    """Levels of the linear limits, where there is one of a kind."""
+    for kind, style in (("free", (0, (1, 1))), ("stuck", (0, (6, 1.5, 1, 1.5)))):
+        chosen = [limit for limit in limits if limit.kind == kind]
+        if len(chosen) == 1:
+            frequency, amplitude = chosen[0].peak
+            look: dict[str, Any] = {"color": LIMIT_COLOUR, "linestyle": style, "linewidth": 1.0}
+            upper.axhline(amplitude * factor, label=f"linear, {kind}", **look)
+            lower.axhline(frequency, **look)
+
+
+def _set_axes(upper: Axes, lower: Axes, curves: Sequence[PlottedCurve], key: str, names: list[str] | None) -> None:
+    if names is not None:
+        lower.set_xticks(range(len(names)), names)
+    else:
+        values = np.abs([curve.parameters[key] for curve in curves]).astype(float) * quantity(key).factor
+        above = values[values > 0.0]
+        if above.size and above.max() > _SYMLOG_FROM * np.median(above):
+            threshold = float(np.median(above))
+            lower.set_xscale("symlog", linthresh=threshold, linscale=1.0)
+            lower.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    heights = np.array([curve.peak[1] for curve in curves])
+    heights = heights[np.isfinite(heights) & (heights > 0.0)]
+    if heights.size and heights.max() > LOG_FROM * heights.min():
+        upper.set_yscale("log")
+        plain_log_labels(upper.yaxis)
+    else:
+        upper.set_ylim(bottom=0.0)

@@ -1,0 +1,81 @@
+"""Keys of the store: what each stage's result depends on, and nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pipeline.curve import nonlinear_values
+from pipeline.fingerprint import fingerprint, source_fingerprint
+from pipeline.scene import Scene
+
+
+@dataclass(frozen=True)
+class Versions:
+    """Fingerprints of the code behind each stage: packages of the house, the pipeline's own makers, and libraries."""
+
+    mesh: str
+    rom: str
+    curve: str
+    figures: str
+    render: str
+
+    @classmethod
+    def current(cls) -> Versions:
+        """Of the code as it is on disk now."""
+        return cls(
+            mesh=source_fingerprint(["geometry", "pipeline/making.py"], ["gmsh", "meshio", "numpy", "h5py"]),
+            rom=source_fingerprint(["rom", "pipeline/making.py"], ["numpy", "scipy", "scikit-fem", "h5py"]),
+            curve=source_fingerprint(
+                ["rom", "nonlinear", "pipeline/curve.py", "pipeline/contact_values.py"], ["numpy", "scipy", "numba"]
+            ),
+            figures=source_fingerprint(["rom", "nonlinear", "pipeline/figures"], ["matplotlib", "numpy", "scipy"]),
+            render=source_fingerprint(["rom", "pipeline/render"], ["pyvista", "vtk"]),
+        )
+
+
+@dataclass(frozen=True)
+class ModelKeys:
+    """Keys of the mesh, the full model and the reduced model behind a curve."""
+
+    mesh: str
+    assemble: str
+    reduce: str
+
+
+def model_keys(scene: Scene, versions: Versions) -> ModelKeys:
+    """Keys of the three stages that make a reduced model of the scene's blade."""
+    assert scene.mesh is not None  # a scene that describes a blade has all of these
+    assert scene.blade is not None
+    assert scene.shroud is not None
+    assert scene.material is not None
+    mesh = fingerprint(
+        {
+            "blade": scene.blade.model_dump(),
+            "shroud": scene.shroud.model_dump(),
+            "mesh": scene.mesh.model_dump(exclude={"element"}),
+            "code": versions.mesh,
+        }
+    )
+    assemble = fingerprint(
+        {
+            "mesh": mesh,
+            "material": scene.material.model_dump(),
+            "element": scene.mesh.element,
+            "code": versions.rom,
+        }
+    )
+    reduced = fingerprint(
+        {
+            "assemble": assemble,
+            "rom": scene.rom.model_dump(),
+            "speed_rpm": scene.load.speed_rpm,
+            "direction": scene.excitation.unit_direction,
+            "at": scene.excitation.at,
+        }
+    )
+    return ModelKeys(mesh, assemble, reduced)
+
+
+def curve_key(scene: Scene, reduced: str, versions: Versions) -> str:
+    """Key of a response curve on the reduced model with the key `reduced`."""
+    return fingerprint({"reduce": reduced, "code": versions.curve, **nonlinear_values(scene)})

@@ -1,0 +1,91 @@
+"""The chain from blade to reduced model: a stage runs only when its result is asked for and not in the store."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pipeline.errors import StageError
+from pipeline.keys import ModelKeys
+from pipeline.making import (
+    FACTS,
+    FULL_MODEL,
+    MESH_FILES,
+    REDUCED_MODEL,
+    SECTOR,
+    make_full_model,
+    make_mesh,
+    make_reduced_model,
+)
+from pipeline.progress import Reporter
+from pipeline.scene import Scene
+from pipeline.stage_log import StageLog
+from pipeline.store import Entry, Store
+
+
+@dataclass(frozen=True)
+class BuiltModel:
+    """A reduced model in the store: its file, the mesh behind it (None for a given model), and its sizes."""
+
+    key: str
+    rom: Path
+    mesh: Path | None
+    facts: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class ModelChain:
+    """Makes or finds mesh, full model and reduced model of scenes, and notes which of the two it was."""
+
+    store: Store
+    log: StageLog
+    reporter: Reporter
+
+    def mesh(self, scene: Scene, keys: ModelKeys) -> Entry:
+        """The sector's mesh."""
+        return self._get("mesh", keys.mesh, "meshing", lambda folder: make_mesh(folder, scene))
+
+    def full_model(self, scene: Scene, keys: ModelKeys, mesh: Entry) -> Entry:
+        """The assembled matrices of a mesh."""
+        sector = mesh.file(SECTOR)
+        return self._get(
+            "assemble", keys.assemble, "assembling", lambda folder: make_full_model(folder, sector, scene)
+        )
+
+    def reduced_model(self, scene: Scene, keys: ModelKeys) -> BuiltModel:
+        """The reduced model. The full model is only made, or even looked at in depth, when this one is missing."""
+        mesh = self.mesh(scene, keys)
+        entry = self._find("reduce", keys.reduce)
+        if entry is None:
+            full = self.full_model(scene, keys, mesh).file(FULL_MODEL)
+            entry = self._get(
+                "reduce",
+                keys.reduce,
+                "reducing",
+                lambda folder: make_reduced_model(folder, mesh.file(SECTOR), full, scene),
+            )
+        elif self.store.find("assemble", keys.assemble, thorough=False):
+            self.log.note("assemble", ran=False)
+        facts = json.loads(entry.file(FACTS).read_text())
+        return BuiltModel(keys.reduce, entry.file(REDUCED_MODEL), mesh.file(MESH_FILES[0]), facts)
+
+    def _find(self, stage: str, key: str) -> Entry | None:
+        with self.log.timed(stage):
+            entry = self.store.find(stage, key)
+        if entry is not None:
+            self.log.note(stage, ran=False)
+        return entry
+
+    def _get(self, stage: str, key: str, verb: str, build: Callable[[Path], None]) -> Entry:
+        entry = self._find(stage, key)
+        if entry is None:
+            with self.log.timed(stage), self.reporter.working(verb):
+                try:
+                    entry = self.store.get(stage, key, build)
+                except Exception as error:  # one member of a sweep may fail while the others go on
+                    raise StageError(stage, error) from error
+            self.log.note(stage, ran=True)
+        return entry

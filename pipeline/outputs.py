@@ -1,0 +1,112 @@
+"""The files a run leaves for its user: response.h5, response.csv and summary.json, each replaced in one step."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.curve import COLUMNS, plain
+from pipeline.respond import Solved
+from pipeline.store import Store
+
+if TYPE_CHECKING:
+    import h5py
+
+WHOLE_COLUMNS = ("stable", "sticking", "slipping", "separating", "iterations")
+
+
+def relative_path(path: Path, out: Path) -> str:
+    """A path as the output files name it: relative to the output folder."""
+    return Path(os.path.relpath(path, out)).as_posix()
+
+
+def write_response(store: Store, out: Path, curves: Sequence[Solved], swept: Sequence[str]) -> None:
+    """response.h5 (a group for every curve that has an outcome) and response.csv (a row for every point)."""
+    import h5py
+
+    with store.replacing(out / "response.h5") as path, h5py.File(path, "w") as target:
+        target.attrs["format"] = "1"
+        groups = target.create_group("curve")
+        for index, curve in enumerate(curves):
+            if curve.file is not None:
+                with h5py.File(curve.file, "r") as source:
+                    _copy(source, groups.create_group(str(index)), curve)
+    highest = max((curve.facts.harmonics for curve in curves if curve.facts), default=1)
+    with store.replacing(out / "response.csv") as path, path.open("w", newline="", encoding="utf-8") as text:
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(csv_header(swept, highest))
+        for index, curve in enumerate(curves):
+            if curve.file is not None:
+                with h5py.File(curve.file, "r") as source:
+                    writer.writerows(_rows(index, curve, swept, source, highest))
+
+
+def csv_header(swept: Iterable[str], harmonics: int) -> list[str]:
+    """Names of the columns: curve, the swept parameters, then the quantities of a point."""
+    first, *rest = (name for name in COLUMNS if name != "amplitude_m")
+    return ["curve", *swept, first, "amplitude_m", *(f"harmonic_{h + 1}_m" for h in range(harmonics)), *rest]
+
+
+def _copy(source: h5py.File, group: h5py.Group, curve: Solved) -> None:
+    for name in source:
+        source.copy(name, group)
+    for key, value in source.attrs.items():
+        group.attrs[key] = value
+    # a curve in the store may be shared with a scene that swept other keys
+    for key, value in curve.member.parameters.items():
+        if key not in group.attrs:
+            group.attrs[key] = value
+
+
+def _rows(index: int, curve: Solved, swept: Sequence[str], source: h5py.File, harmonics: int) -> Iterator[list[Any]]:
+    points = len(source["frequency_hz"])
+    head = [index, *(plain(curve.member.parameters[key]) for key in swept)]
+    columns: list[list[Any]] = []
+    for name in csv_header((), harmonics)[1:]:
+        if name not in source:  # a curve with fewer harmonics than the others of its sweep
+            columns.append([""] * points)
+            continue
+        values = source[name][()]
+        columns.append([int(v) for v in values] if name in WHOLE_COLUMNS else [repr(float(v)) for v in values])
+    for row in zip(*columns, strict=True):
+        yield [*head, *row]
+
+
+def curve_summary(curve: Solved, out: Path) -> dict[str, Any]:
+    """One entry of `curves` in summary.json; what is not known is null."""
+    facts = curve.facts
+    numbers: dict[str, Any] = dict.fromkeys(("peak_frequency_hz", "peak_amplitude_m", "energy_error"))
+    numbers |= dict.fromkeys(("truncation_error",)) | {"points": 0, "iterations": 0, "seconds": 0.0}
+    numbers["harmonics"] = curve.member.scene.response.harmonics
+    if facts is not None:
+        for name in ("peak_frequency_hz", "peak_amplitude_m", "energy_error", "truncation_error"):
+            numbers[name] = number_or_null(getattr(facts, name))
+        numbers["points"], numbers["iterations"] = facts.points, facts.total_iterations
+        numbers["seconds"], numbers["harmonics"] = facts.seconds, facts.harmonics
+    return {
+        "parameters": {key: _plain_list(value) for key, value in curve.member.parameters.items()},
+        "rom": None if curve.rom is None else relative_path(curve.rom, out),
+        **numbers,
+        "complete": curve.complete,
+        "reason": curve.reason,
+    }
+
+
+def write_summary(store: Store, out: Path, summary: dict[str, Any]) -> None:
+    """summary.json, without NaN (JSON has none)."""
+    with store.replacing(out / "summary.json") as path:
+        path.write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def number_or_null(value: float) -> float | None:
+    """JSON has neither NaN nor infinity."""
+    return value if math.isfinite(value) else None
+
+
+def _plain_list(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value

@@ -1,0 +1,36 @@
+"""What the drawing process is told, as JSON on its command line."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+
+
+@dataclass(frozen=True)
+class RenderJob:
+    """Files, modes and springs of one set of pictures; `phase` in rad, springs in N/m for each contact node."""
+
+    sector: str
+    rom: str
+    folder: str
+    prefix: str
+    title: str
+    modes: tuple[int, ...]
+    deformation: float
+    contact: str
+    blades: int
+    phase: float
+    normal: tuple[float, ...]
+    tangential: tuple[float, ...]
+
+    def to_json(self) -> str:
+        """One line."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> RenderJob:
+        """The job that `to_json` wrote."""
+        values = json.loads(text)
+        for name in ("modes", "normal", "tangential"):
+            values[name] = tuple(values[name])
+        return cls(**values)

@@ -1,0 +1,78 @@
+"""What a user asked for, what a run works with, and what it came to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pipeline.keys import Versions
+from pipeline.progress import Reporter
+from pipeline.respond import Solved
+from pipeline.scene_file import SceneFile
+from pipeline.stage_log import StageLog
+from pipeline.store import Store
+
+_NEEDS = {
+    "mesh": ("mesh",),
+    "assemble": ("mesh", "assemble"),
+    "reduce": ("mesh", "assemble", "reduce"),
+    "respond": ("mesh", "assemble", "reduce", "respond"),
+    "render": ("mesh", "assemble", "reduce", "render"),
+    "figures": ("mesh", "assemble", "reduce", "respond", "figures"),
+}
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a user asked for.
+
+    `until`: the stage whose result is wanted, None for everything that the scene asks for; `rom`: a reduced model
+    from elsewhere in place of the first three stages.
+    """
+
+    scene: SceneFile
+    out: Path
+    until: str | None = None
+    force: bool = False
+    jobs: int = 1
+    rom: Path | None = None
+
+    @property
+    def wanted(self) -> frozenset[str]:
+        """The stages that may run; the others are not needed."""
+        if self.until is not None:
+            return frozenset(_NEEDS[self.until])
+        stages = set(_NEEDS["figures"])
+        if self.rom is not None:
+            stages -= {"mesh", "assemble", "reduce"}
+        elif self.scene.first.render is not None:
+            stages.add("render")
+        return frozenset(stages)
+
+
+@dataclass(frozen=True)
+class Run:
+    """What every stage of one run works with."""
+
+    request: Request
+    store: Store
+    log: StageLog
+    reporter: Reporter
+    versions: Versions
+
+
+@dataclass
+class Outcome:
+    """What a run came to. `problems`: what could not be made apart from curves, one line each."""
+
+    curves: list[Solved] = field(default_factory=list)
+    models: list[dict[str, Any]] = field(default_factory=list)
+    pictures: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+
+    @property
+    def complete(self) -> bool:
+        """Whether everything asked for was computed."""
+        return not self.problems and all(curve.complete for curve in self.curves)

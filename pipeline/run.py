@@ -1,0 +1,138 @@
+"""A run: only the stages that the asked-for outputs need, in their order, and their summary."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.checks import check_scene, check_scene_for_model
+from pipeline.curve import modal_of
+from pipeline.errors import InputError, input_error, reason_of
+from pipeline.keys import Versions, curve_key
+from pipeline.model_stage import Models, blade_models, given_models, summarise_models
+from pipeline.outputs import curve_summary, write_response, write_summary
+from pipeline.progress import Reporter
+from pipeline.request import Outcome, Request, Run
+from pipeline.respond import CurveSolver, Solved, Wanted
+from pipeline.stage_log import StageLog
+from pipeline.store import Store
+
+if TYPE_CHECKING:
+    from rom import ReducedModel
+
+
+def execute(request: Request, reporter: Reporter) -> Outcome:
+    """Run what is asked for and write it into the output folder.
+
+    Raises
+    ------
+    InputError : the scene or the reduced model is not usable; nothing was written.
+    """
+    start = time.perf_counter()
+    given = _check(request)
+    run = Run(request, _open_store(request), StageLog(), reporter, Versions.current())
+    outcome = Outcome()
+    models = blade_models(run, outcome) if given is None else given_models(run, given)
+    if "respond" in request.wanted:
+        _respond(run, models, outcome)
+    outcome.models = summarise_models(run, models, outcome)
+    _draw(run, models, outcome)
+    outcome.seconds = time.perf_counter() - start
+    write_summary(run.store, request.out, _summary(run, outcome))
+    return outcome
+
+
+def _check(request: Request) -> ReducedModel | None:
+    """Refuse what can be refused before anything is written; returns the given reduced model, where there is one."""
+    if request.rom is None:
+        check_scene(request.scene)
+        return None
+    from rom import ReducedModelError, read_reduced_model
+
+    try:
+        model = read_reduced_model(request.rom)
+    except ReducedModelError as error:
+        raise InputError(reason_of(error)) from None
+    check_scene_for_model(request.scene, model.n_contacts, model.contact_area is not None)
+    tried = set()
+    for member in request.scene.members:
+        response, load = member.scene.response, member.scene.load
+        case = (response.damping_ratio, response.rayleigh, load.speed_rpm)
+        if case not in tried:
+            tried.add(case)
+            try:
+                modal_of(model, member.scene)
+            except ReducedModelError as error:
+                raise InputError(f"{request.scene.path} on {request.rom}: {reason_of(error)}") from None
+    return model
+
+
+def _open_store(request: Request) -> Store:
+    store = Store(request.out / "store", force=request.force)
+    try:
+        with store.temporary():
+            pass
+    except OSError as error:
+        found = f"cannot be written: {error.strerror or reason_of(error)}"
+        raise input_error("--out", str(request.out), found, "a folder that can be written") from None
+    store.sweep_up()
+    return store
+
+
+def _respond(run: Run, models: Models, outcome: Outcome) -> None:
+    """The response of every member, and the files that hold them."""
+    wanted = {}
+    for member in run.request.scene.members:
+        model = models[member.index]
+        if model is not None:
+            wanted[member.index] = Wanted(member, curve_key(member.scene, model.key, run.versions), model.rom)
+    solver = CurveSolver(run.store, run.log, run.reporter, run.request.jobs)
+    solved = solver.solve(list(wanted.values()))
+    for member in run.request.scene.members:
+        if member.index in wanted:
+            curve = solved[wanted[member.index].key]
+            outcome.curves.append(Solved(member, curve.rom, curve.file, curve.facts, curve.reason))
+        else:
+            outcome.curves.append(Solved(member, None, None, None, "its reduced model could not be made"))
+    write_response(run.store, run.request.out, outcome.curves, run.request.scene.swept)
+
+
+def _draw(run: Run, models: Models, outcome: Outcome) -> None:
+    """Renders and figures, where they are wanted and there is something to show."""
+    drawable = {"render": any(models.values()), "figures": any(curve.file for curve in outcome.curves)}
+    for stage, possible in drawable.items():
+        if stage not in run.request.wanted or not possible:
+            continue
+        try:
+            with run.log.timed(stage):
+                files = _renders(run, models) if stage == "render" else _figures(run, outcome)
+            outcome.pictures.extend(path.relative_to(run.request.out).as_posix() for path in files)
+        except Exception as error:  # the numbers stand without the pictures
+            outcome.problems.append(f"{stage}: {reason_of(error)}")
+
+
+def _renders(run: Run, models: Models) -> list[Path]:
+    from pipeline.render.stage import render_stage
+
+    return render_stage(run, models)
+
+
+def _figures(run: Run, outcome: Outcome) -> list[Path]:
+    from pipeline.figures.stage import figure_stage
+
+    return figure_stage(run, outcome.curves)
+
+
+def _summary(run: Run, outcome: Outcome) -> dict[str, Any]:
+    out = run.request.out
+    return {
+        "scene": run.request.scene.first.name,
+        "complete": outcome.complete,
+        "problems": outcome.problems,
+        "seconds": round(outcome.seconds, 4),
+        "stages": run.log.summary(),
+        "curves": [curve_summary(curve, out) for curve in outcome.curves],
+        "models": outcome.models,
+        "pictures": outcome.pictures,
+    }

@@ -1,0 +1,247 @@
+"""The scene: everything a user can ask for, as frozen pydantic models. SI units, angles in degrees.
+
+Every field says what it means with its unit (`description`) and what is allowed (`allowed`); error messages
+quote the latter.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+AXES = ("x", "y", "z")
+
+
+def _key(meaning: str, allowed: str, default: Any = ..., **constraints: Any) -> Any:
+    return Field(default, description=meaning, json_schema_extra={"allowed": allowed}, **constraints)
+
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Whole = Annotated[int, Field(strict=True)]
+# The upper bounds only keep squares and products of mistyped numbers from overflowing.
+Positive = Annotated[Number, Field(gt=0.0, le=1e15)]
+NotNegative = Annotated[Number, Field(ge=0.0, le=1e15)]
+Length = Annotated[Number, Field(gt=0.0, le=1e3)]
+Distance = Annotated[Number, Field(ge=-1e3, le=1e3)]
+Distances = Annotated[tuple[Distance, ...], Field(min_length=1)]
+Positives = Annotated[tuple[NotNegative, ...], Field(min_length=1)]
+Vector = tuple[Distance, Distance, Distance]
+
+DEFAULT_MODES = 20
+POSITIVE = "a number above 0"
+LENGTH = "a number above 0, up to 1000"
+STIFFNESS = (
+    'a number, 0 or more (whole face, shared evenly by the nodes), a list of such numbers node by node, or "punch"'
+)
+
+
+class Section(BaseModel):
+    """What all sections have in common: unknown keys are refused and nothing changes after reading."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Blade(Section):
+    """[blade]: the airfoil and the ring that it stands in."""
+
+    n_blades: Whole = _key("blades of the ring", "a whole number, 3 to 10000", ge=3, le=10000)
+    hub_radius: Length = _key("radius of the clamped root, m", LENGTH)
+    length: Length = _key("hub to the outer surface of the shroud, m", LENGTH)
+    chord: Length = _key("chord of the airfoil section, m", LENGTH)
+    thickness: Length = _key("thickness of the airfoil section at the root, m", LENGTH)
+    tip_thickness: Length | None = _key("thickness at the shroud, m; tapers linearly", LENGTH, None)
+    twist: Number = _key(
+        "turn of the section from the root to the shroud about the radius, degrees",
+        "a number, -90 to 90",
+        0.0,
+        ge=-90.0,
+        le=90.0,
+    )
+    section: Literal["rectangle", "lens"] = _key("shape of the section", '"rectangle" or "lens"', "rectangle")
+
+
+class Shroud(Section):
+    """[shroud]: the platform at the tip, one pitch wide, with Z-shaped sides."""
+
+    angle: Positive = _key(
+        "angle between the engine axis and the contact face, seen from the tip, degrees",
+        "a number above 0, up to 180",
+        le=180.0,
+    )
+    thickness: Length = _key("radial thickness of the platform, m", LENGTH)
+    axial_width: Length = _key("width of the platform along the engine axis, m", LENGTH)
+    contact_length: Length = _key("length of the contact segment of the Z, m", LENGTH)
+    gap: NotNegative = _key("design gap between neighbours, circumferential, m", "a number, 0 to 1", 0.0, le=1.0)
+
+
+class Material(Section):
+    """[material]: linear elastic, isotropic."""
+
+    young_modulus: Positive = _key("Young's modulus, Pa", POSITIVE)
+    poisson_ratio: Number = _key("Poisson's ratio", "a number above -1 and below 0.4999", gt=-1.0, lt=0.4999)
+    density: Positive = _key("density, kg/m^3", POSITIVE)
+
+
+class Mesh(Section):
+    """[mesh]: hexahedra and the grid of contact nodes."""
+
+    size: Length = _key("element size, m", LENGTH)
+    element: Literal["hex20", "hex8", "hex27"] = _key("finite element", '"hex20", "hex8" or "hex27"', "hex20")
+    contact_grid: tuple[Annotated[Whole, Field(ge=1, le=15)], Annotated[Whole, Field(ge=1, le=15)]] = _key(
+        "contact nodes along the segment and along the radius", "two whole numbers, 1 to 15", (3, 3)
+    )
+
+
+class Rom(Section):
+    """[rom]: Craig-Bampton reduction."""
+
+    modes: Whole | None = _key("fixed-interface modes kept", "a whole number, 1 to 1000", None, ge=1, le=1000)
+    frequency_limit: Positive | None = _key("keep every fixed-interface mode up to this, Hz", POSITIVE, None)
+
+
+class Load(Section):
+    """[load]: static loads."""
+
+    speed_rpm: NotNegative = _key(
+        "rotational speed, rev/min; 0: no centrifugal load", "a number, 0 to 1e6", 0.0, le=1e6
+    )
+
+
+class Contact(Section):
+    """[contact]: springs, friction and interference of the contact nodes."""
+
+    normal_stiffness: Literal["punch"] | NotNegative | Positives = _key("kn, N/m", STIFFNESS)
+    tangential_stiffness: Literal["punch"] | NotNegative | Positives = _key("kt, N/m", STIFFNESS)
+    friction: NotNegative | Positives = _key(
+        "friction coefficient", "a number, 0 or more, or a list of such numbers node by node"
+    )
+    interference: Distance | Distances = _key(
+        "v0, m: above 0 pressed together, below 0 a gap",
+        "a number, -1000 to 1000, or a list of such numbers node by node",
+        0.0,
+    )
+    preload: NotNegative | Positives = _key(
+        "N0, N for each node: normal load already in equilibrium",
+        "a number, 0 or more, or a list of such numbers node by node",
+        0.0,
+    )
+    law: Literal["uncoupled", "coupled"] = _key(
+        "one slider along t1 and one along t2, or one slider in the plane", '"uncoupled" or "coupled"', "uncoupled"
+    )
+    integration: Literal["exact", "sampled"] | None = _key(
+        "how a period is integrated: from event to event or at equal instants; default: exact if the law allows",
+        '"exact" (law "uncoupled" only) or "sampled"',
+        None,
+    )
+    samples: Whole = _key(
+        "instants of a period where it is sampled", "a whole number, 16 to 65536", 1024, ge=16, le=65536
+    )
+
+    @property
+    def used_integration(self) -> Literal["exact", "sampled"]:
+        """The integration that is used: the one asked for, else exact where the law allows it."""
+        if self.integration is not None:
+            return self.integration
+        return "exact" if self.law == "uncoupled" else "sampled"
+
+
+class Excitation(Section):
+    """[excitation]: one engine order of force on one point."""
+
+    engine_order: Whole = _key("engine order", "a whole number, 0 to 100000", ge=0, le=100000)
+    force: Positive = _key("amplitude, N", POSITIVE)
+    direction: Literal["x", "-x", "y", "-y", "z", "-z"] | Vector = _key(
+        "direction of the force and of the default output",
+        '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers that are not all 0',
+        "y",
+    )
+    at: Literal["tip"] | Vector = _key(
+        "loaded and observed point, m", '"tip" or a list of three numbers, x, y and z of a point of the blade', "tip"
+    )
+
+    @property
+    def unit_direction(self) -> tuple[float, float, float]:
+        """The direction as a vector of length 1 (three zeros where it is zero, which the checks refuse)."""
+        if isinstance(self.direction, str):
+            sign = -1.0 if self.direction.startswith("-") else 1.0
+            x, y, z = (sign if self.direction[-1] == axis else 0.0 for axis in AXES)
+            return x, y, z
+        largest = max(abs(c) for c in self.direction)
+        if largest == 0.0:
+            return 0.0, 0.0, 0.0
+        scaled = [c / largest for c in self.direction]  # so that no square over- or underflows
+        length = sum(c * c for c in scaled) ** 0.5
+        return scaled[0] / length, scaled[1] / length, scaled[2] / length
+
+
+class Response(Section):
+    """[response]: which curve, how many harmonics, how much damping."""
+
+    frequency: tuple[Positive, Positive] = _key("range, Hz", "two numbers above 0, the second above the first")
+    harmonics: Whole = _key("harmonics of the balance", "a whole number, 1 to 99", 1, ge=1, le=99)
+    damping_ratio: (
+        Annotated[Number, Field(gt=0.0, lt=1.0)]
+        | Annotated[tuple[Annotated[Number, Field(gt=0.0, lt=1.0)], ...], Field(min_length=1)]
+        | None
+    ) = _key(
+        "fraction of critical damping of each mode",
+        "a number above 0 and below 1, or a list of such numbers mode by mode (give this or rayleigh)",
+        None,
+    )
+    rayleigh: tuple[NotNegative, NotNegative] | None = _key(
+        "[a, b] of C = a M + b K, 1/s and s", "two numbers, 0 or more, not both 0 (give this or damping_ratio)", None
+    )
+    method: Literal["coupled", "static-first"] = _key(
+        "statics and dynamics together, or a static contact analysis first", '"coupled" or "static-first"', "coupled"
+    )
+
+
+class Render(Section):
+    """[render]: pictures of mode shapes. Nothing is rendered unless this section is there."""
+
+    modes: Annotated[tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=20)] = _key(
+        "mode shapes to draw, 1 is the lowest", "a list of 1 to 20 whole numbers, 1 to 100", (1, 2, 3)
+    )
+    deformation: Positive = _key(
+        "largest drawn displacement as a fraction of the blade's length", "a number above 0, up to 1", 0.08, le=1.0
+    )
+    contact: Literal["free", "sliding", "stuck"] = _key(
+        "how the shrouds are joined", '"free", "sliding" or "stuck"', "free"
+    )
+    blades: Whole = _key("neighbours drawn side by side", "a whole number, 1 to 9", 3, ge=1, le=9)
+
+
+class Scene(Section):
+    """A whole scene with one value for every key (one member of a sweep)."""
+
+    name: str = _key(
+        "name of the scene and of its output folder",
+        "letters, digits, '.', '_' and '-', beginning with a letter or a digit, 64 at most",
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$",
+    )
+    title: str = _key("heading of the figures", "text, 200 characters at most", "", max_length=200)
+    blade: Blade | None = _key("", "a table", None)
+    shroud: Shroud | None = _key("", "a table", None)
+    material: Material | None = _key("", "a table", None)
+    mesh: Mesh | None = _key("", "a table", None)
+    rom: Rom = _key("", "a table", Rom())
+    load: Load = _key("", "a table", Load())
+    contact: Contact = _key("", "a table")
+    excitation: Excitation = _key("", "a table")
+    response: Response = _key("", "a table")
+    render: Render | None = _key("", "a table", None)
+
+
+SECTIONS: dict[str, type[Section]] = {
+    "blade": Blade,
+    "shroud": Shroud,
+    "material": Material,
+    "mesh": Mesh,
+    "rom": Rom,
+    "load": Load,
+    "contact": Contact,
+    "excitation": Excitation,
+    "response": Response,
+    "render": Render,
+}

@@ -1,0 +1,49 @@
+"""Tables for people: the curves of a run and the contents of a file."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from pipeline.labels import prefixed, quantity
+from pipeline.request import Outcome
+from pipeline.respond import Solved
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+
+def curve_table(outcome: Outcome) -> Table:
+    """One line for every curve: swept parameters, peak, points, seconds, and what went wrong."""
+    from rich.table import Table
+
+    swept = list(outcome.curves[0].member.parameters) if outcome.curves else []
+    table = Table(header_style="bold", pad_edge=False)
+    table.add_column("curve", justify="right")
+    for key in swept:
+        table.add_column(quantity(key).axis(), justify="right")
+    heights = [c.facts.peak_amplitude_m for c in outcome.curves if c.facts is not None]
+    factor, unit = prefixed(max((h for h in heights if math.isfinite(h)), default=0.0), "m")
+    for heading in ("peak [Hz]", f"peak amplitude [{unit}]", "points", "seconds"):
+        table.add_column(heading, justify="right")
+    for index, curve in enumerate(outcome.curves):
+        values = [_bare(key, value) for key, value in curve.member.parameters.items()]
+        table.add_row(str(index), *values, *_numbers(curve, factor))
+    return table
+
+
+def _bare(key: str, value: Any) -> str:
+    """A value without its unit, which stands in the heading."""
+    named = quantity(key)
+    return named.value(value).replace(f" {named.unit}", "") if named.unit else named.value(value)
+
+
+def _numbers(curve: Solved, factor: float) -> list[str]:
+    facts = curve.facts
+    if facts is None:
+        return ["failed", "-", "0", "-"]
+    known = math.isfinite(facts.peak_frequency_hz)
+    frequency = f"{facts.peak_frequency_hz:.6g}" if known else "-"
+    amplitude = f"{facts.peak_amplitude_m * factor:.4g}" if known else "-"
+    mark = "" if facts.complete else " (incomplete)"
+    return [frequency, amplitude, f"{facts.points}{mark}", f"{facts.seconds:.2f}"]

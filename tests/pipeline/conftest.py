@@ -1,0 +1,39 @@
+"""One small run that the tests of a worker share; tests that change it work on a copy."""
+
+import functools
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pipeline_support import shroud, small_scene, write_scene
+
+import pipeline.keys
+
+
+@pytest.fixture(scope="session", autouse=True)
+def same_sources() -> Iterator[None]:
+    """The house's source as it was when first looked at: what somebody edits meanwhile must not confuse the tests."""
+    real = pipeline.keys.source_fingerprint
+    once = functools.cache(real)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            pipeline.keys, "source_fingerprint", lambda parts, libraries=(): once(tuple(parts), tuple(libraries))
+        )
+        yield
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Output folder of the small scene run to its figures, over two interferences."""
+    folder = tmp_path_factory.mktemp("finished")
+    scene = write_scene(folder / "small.toml", small_scene(sweep={"contact.interference": [1e-5, 1e-3]}))
+    status, _, error = shroud("run", scene, "--out", folder / "out", "--quiet")
+    assert (status, error) == (0, "")
+    return folder / "out"
+
+
+@pytest.fixture
+def copied(finished: Path, tmp_path: Path) -> Path:
+    """A copy of the finished run to do things to."""
+    return Path(shutil.copytree(finished, tmp_path / "out"))

@@ -1,0 +1,142 @@
+"""A small blade that builds in a second or two, and a reduced model with no blade behind it."""
+
+import copy
+import io
+import json
+from collections.abc import Mapping
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.cli import command
+from rom import ReducedModel, write_reduced_model
+
+SMALL: dict[str, Any] = {
+    "name": "small",
+    "title": "Small blade",
+    "blade": {
+        "n_blades": 72,
+        "hub_radius": 0.3,
+        "length": 0.15,
+        "chord": 0.036,
+        "thickness": 0.009,
+        "section": "rectangle",
+    },
+    "shroud": {"angle": 70.0, "thickness": 0.005, "axial_width": 0.040, "contact_length": 0.012},
+    "material": {"young_modulus": 210e9, "poisson_ratio": 0.3, "density": 7850.0},
+    "mesh": {"size": 0.009, "element": "hex8", "contact_grid": [2, 2]},
+    "rom": {"modes": 6},
+    "load": {"speed_rpm": 0.0},
+    "contact": {
+        "normal_stiffness": 2e5,
+        "tangential_stiffness": 1.5e5,
+        "friction": 0.4,
+        "interference": 1e-5,
+        "integration": "sampled",
+        "samples": 64,
+    },
+    "excitation": {"engine_order": 36, "force": 0.2, "direction": "y", "at": "tip"},
+    "response": {"frequency": [300.0, 700.0], "harmonics": 1, "damping_ratio": 0.01},
+}
+
+
+def small_scene(**changes: Any) -> dict[str, Any]:
+    """A copy of the small scene; keys like `contact__friction=0.2` change a value, None removes it."""
+    scene = copy.deepcopy(SMALL)
+    for dotted, value in changes.items():
+        *sections, key = dotted.split("__")
+        table = scene
+        for section in sections:
+            table = table.setdefault(section, {})
+        if value is None:
+            table.pop(key, None)
+        else:
+            table[key] = value
+    return scene
+
+
+def ground_scene(**contact: Any) -> dict[str, Any]:
+    """A scene without a blade, for `ground_model`: parameters node by node, preload, contact against ground."""
+    return {
+        "name": "ground",
+        "contact": {
+            "normal_stiffness": [0.8, 0.7, 0.9],
+            "tangential_stiffness": [0.4, 0.5, 0.3],
+            "friction": [0.5, 0.4, 0.6],
+            "preload": [1.6, 1.2, 1.0],
+            "integration": "sampled",
+            "samples": 128,
+            **contact,
+        },
+        "excitation": {"engine_order": 0, "force": 0.5},
+        "response": {"frequency": [0.1, 0.3], "rayleigh": [0.0, 0.02]},
+    }
+
+
+def ground_model(**changes: Any) -> ReducedModel:
+    """Four masses of three directions each on a line of springs; the first three touch the ground."""
+    line = 2.0 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
+    stiffness = np.kron(line, np.array([[1.0, 0.0, 0.2], [0.0, 1.5, 0.0], [0.2, 0.0, 2.0]])) * 4.0
+    force, output = np.zeros(12), np.zeros(12)
+    force[9], force[11], output[9] = 1.0, 0.5, 1.0
+    values = {
+        "mass": np.eye(12),
+        "stiffness": stiffness,
+        "contact_right": np.eye(9, 12),
+        "contact_position": np.column_stack([np.arange(3.0), np.zeros(3), np.zeros(3)]),
+        "force_excitation": force,
+        "outputs": {"tip": output},
+        "producer": "a test",
+    }
+    return ReducedModel(**(values | changes))
+
+
+def write_ground_model(path: Path, **changes: Any) -> Path:
+    """`ground_model` as a file."""
+    write_reduced_model(path, ground_model(**changes))
+    return path
+
+
+def write_scene(path: Path, scene: Mapping[str, Any]) -> Path:
+    """Write a scene as TOML."""
+    path.write_text(to_toml(scene), encoding="utf-8")
+    return path
+
+
+def to_toml(scene: Mapping[str, Any]) -> str:
+    """Plain tables of plain values as TOML."""
+    top = [f"{json.dumps(k)} = {_value(v)}" for k, v in scene.items() if not isinstance(v, Mapping)]
+    for name, table in scene.items():
+        if isinstance(table, Mapping):
+            top += ["", f"[{json.dumps(name)}]", *(f"{json.dumps(k)} = {_value(v)}" for k, v in table.items())]
+    return "\n".join(top) + "\n"
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_value(v) for v in value) + "]"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{json.dumps(k)} = {_value(v)}" for k, v in value.items()) + "}"
+    return json.dumps(value) if isinstance(value, str) else repr(value)
+
+
+def shroud(*arguments: object) -> tuple[int, str, str]:
+    """Run a command line in this process; exit status, stdout, stderr."""
+    out, err = io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(err):
+        status = command([str(a) for a in arguments])
+    return status, out.getvalue(), err.getvalue()
+
+
+def summary_of(folder: Path) -> dict[str, Any]:
+    """summary.json of an output folder."""
+    return json.loads((folder / "summary.json").read_text())
+
+
+def statuses(folder: Path) -> dict[str, str]:
+    """Stage -> ran, reused or skipped."""
+    return {name: stage["status"] for name, stage in summary_of(folder)["stages"].items()}

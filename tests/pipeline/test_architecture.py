@@ -1,0 +1,108 @@
+"""The house rules that a machine can hold: imports one way, no private names across rooms, nothing heavy on start."""
+
+import ast
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pipeline_support import ground_scene, small_scene, write_ground_model, write_scene
+
+HOUSE = Path(__file__).parents[2]
+ROOMS = ("geometry", "rom", "nonlinear", "pipeline")
+HEAVY = ("gmsh", "pyvista", "vtk", "matplotlib", "meshio", "skfem", "numba", "rich")
+FILES = [path for room in ROOMS for path in sorted((HOUSE / room).rglob("*.py"))]
+
+
+def imports(tree: ast.AST) -> Iterator[tuple[str, str, bool]]:
+    """(module, imported name or "", whether the import happens when the file is imported)."""
+    guarded = {
+        id(inner)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        or (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test))
+        for inner in ast.walk(node)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, "", id(node) not in guarded) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "relative imports hide which room is meant"
+            yield from ((str(node.module), alias.name, id(node) not in guarded) for alias in node.names)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(HOUSE).as_posix())
+def test_imports_go_one_way_and_through_the_front_door(path: Path) -> None:
+    room = path.relative_to(HOUSE).parts[0]
+    for module, name, _ in imports(ast.parse(path.read_text())):
+        other, *inner = module.split(".")
+        if other not in ROOMS or other == room:
+            assert not (name.startswith("_") and name != "__version__"), f"private name {name} of {module}"
+            continue
+        assert ROOMS.index(other) < ROOMS.index(room), f"{room} must not import {other}"
+        assert not inner, f"{module}: import from {other} itself"
+        assert not name.startswith("_"), f"{module}.{name} is private"
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(HOUSE).as_posix())
+def test_heavy_libraries_are_imported_where_they_are_used(path: Path) -> None:
+    found = {m.split(".")[0] for m, _, at_start in imports(ast.parse(path.read_text())) if at_start}
+    allowed = {"numba"} if "numba" in found and path.parent.name == "nonlinear" else set()
+    assert not found.intersection(HEAVY) - allowed
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(HOUSE).as_posix())
+def test_files_and_functions_stay_small(path: Path) -> None:
+    text = path.read_text()
+    assert len(text.splitlines()) < 450
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef):
+            assert node.end_lineno is not None
+            assert node.end_lineno - node.lineno < 70, node.name
+
+
+def modules_after(*arguments: object, cwd: Path) -> set[str]:
+    """Top-level modules that a command has imported by its end, in a process of its own."""
+    code = (
+        "import sys\nfrom pipeline.cli import command\n"
+        f"status = command({[str(a) for a in arguments]!r})\n"
+        "print('STATUS', status, file=sys.stderr)\n"
+        "print(*{name.partition('.')[0] for name in sys.modules}, sep='\\n', file=sys.stderr)"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(HOUSE)}
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=cwd, env=environment
+    )
+    head, _, rest = result.stderr.partition("STATUS 0\n")
+    assert head == "", result.stderr
+    return set(rest.split())
+
+
+def test_help_imports_next_to_nothing(tmp_path: Path) -> None:
+    found = modules_after("--help", cwd=tmp_path)
+    assert not found.intersection([*HEAVY, "numpy", "scipy", "h5py", "pydantic"])
+
+
+def test_validate_needs_no_solver_and_no_mesher(tmp_path: Path) -> None:
+    scene = write_scene(tmp_path / "s.toml", small_scene())
+    found = modules_after("validate", scene, cwd=tmp_path)
+    assert not found.intersection([*HEAVY, "scipy", "h5py"])
+
+
+def test_a_given_model_needs_no_mesher_and_no_renderer(tmp_path: Path) -> None:
+    scene, rom = write_scene(tmp_path / "s.toml", ground_scene()), write_ground_model(tmp_path / "g.h5")
+    found = modules_after("respond", scene, "--rom", rom, "--out", tmp_path / "out", "--quiet", cwd=tmp_path)
+    assert not found.intersection(("gmsh", "pyvista", "vtk", "skfem", "meshio", "rich"))
+    again = modules_after("respond", scene, "--rom", rom, "--out", tmp_path / "out", "--quiet", cwd=tmp_path)
+    assert not again.intersection(("matplotlib", "gmsh", "pyvista", "numba"))
+
+
+def test_a_run_without_a_render_imports_no_renderer(tmp_path: Path) -> None:
+    scene = write_scene(tmp_path / "s.toml", small_scene())
+    found = modules_after("run", scene, "--out", tmp_path / "out", "--until", "respond", "--quiet", cwd=tmp_path)
+    assert "gmsh" in found
+    assert not found.intersection(("pyvista", "vtk", "matplotlib"))
+    again = modules_after("run", scene, "--out", tmp_path / "out", "--until", "respond", "--quiet", cwd=tmp_path)
+    assert not again.intersection(("gmsh", "skfem", "scipy", "numba", "meshio"))

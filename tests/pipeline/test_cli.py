@@ -1,0 +1,116 @@
+"""The command line: exit status, one-line complaints, failures that do not stop a sweep."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pipeline_support import ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
+
+import pipeline.respond
+from pipeline.curve import CurveTask
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["frobnicate"],
+        ["run"],
+        ["run", "a.toml", "--frob"],
+        ["run", "a.toml", "--until", "lunch"],
+        ["run", "a.toml", "--jobs", "0"],
+        ["run", "a.toml", "--jobs", "many"],
+        ["respond", "a.toml"],
+        ["info"],
+        ["validate", "a.toml", "b.toml"],
+    ],
+)
+def test_wrong_usage(arguments: list[str]) -> None:
+    status, said, error = shroud(*arguments)
+    assert (status, said) == (2, "")
+    assert error.count("\n") == 1
+    assert error.startswith("shroud: ")
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["run", "--help"], ["respond", "--help"]])
+def test_help(arguments: list[str]) -> None:
+    status, said, error = shroud(*arguments)
+    assert (status, error) == (0, "")
+    assert "Usage: shroud" in said
+
+
+@pytest.mark.parametrize("content", [None, b"not HDF5", b""])
+def test_info_on_what_is_no_result(tmp_path: Path, content: bytes | None) -> None:
+    path = tmp_path / "x.h5"
+    if content is not None:
+        path.write_bytes(content)
+    status, said, error = shroud("info", path)
+    assert (status, said) == (2, "")
+    assert error.startswith(f"{path}: ")
+    assert error.count("\n") == 1
+
+
+def test_an_output_folder_that_cannot_be_one(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    scene = write_scene(tmp_path / "s.toml", small_scene())
+    for out in (tmp_path / "file", tmp_path / "file" / "below"):
+        status, _, error = shroud("run", scene, "--out", out)
+        assert status == 2
+        assert error.count("\n") == 1
+        assert str(out) in error
+    assert (tmp_path / "file").read_text() == "in the way"
+
+
+def test_the_table_and_the_progress_are_for_people(tmp_path: Path) -> None:
+    scene = write_scene(tmp_path / "s.toml", ground_scene() | {"sweep": {"contact.friction": [0.1, 0.5]}})
+    rom = write_ground_model(tmp_path / "g.h5")
+    status, said, error = shroud("respond", scene, "--rom", rom, "--out", tmp_path / "out")
+    assert status == 0
+    assert "friction coefficient" in " ".join(said.split())
+    assert str(tmp_path / "out") in said
+    assert "curves 2/2: friction coefficient 0.5: peak " in error
+    assert shroud("respond", scene, "--rom", rom, "--out", tmp_path / "out", "--quiet") == (0, "", "")
+
+
+def test_one_failing_curve_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = pipeline.respond.solve_curve
+
+    def solve(folder: Path, task: CurveTask, progress: Any = None) -> None:
+        if task.scene.contact.friction == 0.2:
+            raise ArithmeticError("made to fail")
+        real(folder, task, progress)
+
+    monkeypatch.setattr(pipeline.respond, "solve_curve", solve)
+    scene = write_scene(tmp_path / "s.toml", ground_scene() | {"sweep": {"contact.friction": [0.1, 0.2, 0.3]}})
+    arguments = ("respond", scene, "--rom", write_ground_model(tmp_path / "g.h5"), "--out", tmp_path / "out")
+    status, said, error = shroud(*arguments)
+    assert status == 1
+    assert "1 of 3 curves not completed: made to fail" in error
+    assert "failed" in said
+    curves = summary_of(tmp_path / "out")["curves"]
+    assert [curve["complete"] for curve in curves] == [True, False, True]
+    assert curves[1]["reason"] == "made to fail"
+    assert curves[1]["peak_amplitude_m"] is None
+    assert summary_of(tmp_path / "out")["complete"] is False
+
+    monkeypatch.setattr(pipeline.respond, "solve_curve", real)
+    assert shroud(*arguments, "--quiet") == (0, "", "")
+    assert summary_of(tmp_path / "out")["stages"]["respond"]["ran"] == 1
+
+
+def test_one_failing_mesh_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import pipeline.models
+
+    real = pipeline.models.make_mesh
+
+    def mesh(folder: Path, scene: Any) -> None:
+        if scene.shroud.angle == 80.0:
+            raise RuntimeError("made to fail")
+        real(folder, scene)
+
+    monkeypatch.setattr(pipeline.models, "make_mesh", mesh)
+    scene = write_scene(tmp_path / "s.toml", small_scene(sweep={"shroud.angle": [80.0, 70.0]}))
+    status, _, error = shroud("run", scene, "--out", tmp_path / "out", "--quiet")
+    assert status == 1
+    assert error.splitlines()[0] == "mesh: made to fail"
+    assert [curve["complete"] for curve in summary_of(tmp_path / "out")["curves"]] == [False, True]
+    assert summary_of(tmp_path / "out")["problems"] == ["mesh: made to fail"]

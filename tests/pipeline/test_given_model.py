@@ -1,0 +1,130 @@
+"""`shroud respond --rom`: any reduced model, also one with no blade behind it."""
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from pipeline_support import (
+    ground_model,
+    ground_scene,
+    shroud,
+    small_scene,
+    statuses,
+    summary_of,
+    write_ground_model,
+    write_scene,
+)
+
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
+from rom import modal_model, read_reduced_model
+
+
+def respond(tmp_path: Path, scene: dict[str, Any], rom: Path) -> tuple[int, str]:
+    """Run the scene on the model into tmp_path/out; status and stderr."""
+    path = write_scene(tmp_path / "scene.toml", scene)
+    status, _, error = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")
+    return status, error
+
+
+def test_contact_against_ground_with_values_node_by_node(tmp_path: Path) -> None:
+    rom = write_ground_model(tmp_path / "ground.h5")
+    assert respond(tmp_path, ground_scene(), rom) == (0, "")
+    assert statuses(tmp_path / "out") == {
+        "mesh": "skipped",
+        "assemble": "skipped",
+        "reduce": "skipped",
+        "respond": "ran",
+        "render": "skipped",
+        "figures": "ran",
+    }
+    contact = ContactParameters(
+        normal_stiffness=np.array([0.8, 0.7, 0.9]),
+        tangential_stiffness=np.array([0.4, 0.5, 0.3]),
+        friction=np.array([0.5, 0.4, 0.6]),
+        interference=np.zeros(3),
+        preload=np.array([1.6, 1.2, 1.0]),
+        law="uncoupled",
+    )
+    options = SolverOptions(frequency=(0.1, 0.3), integration="sampled", samples=128)
+    direct = forced_response(
+        modal_model(ground_model(), rayleigh=(0.0, 0.02)), contact, Excitation(engine_order=0, force=0.5), options
+    )
+    with h5py.File(tmp_path / "out" / "response.h5") as file:
+        group = file["curve/0"]
+        np.testing.assert_allclose(group["amplitude_m"][()], direct.amplitude_m, rtol=1e-12)
+        np.testing.assert_allclose(group["contact_force"][()], direct.contact_force, atol=1e-12)
+        np.testing.assert_array_equal(group.attrs["contact.preload"], [1.6, 1.2, 1.0])
+    model = summary_of(tmp_path / "out")["models"][0]
+    assert model["mesh"] is None
+    assert model["dofs"] == 12
+    stiffness = ground_model().stiffness
+    free = np.sqrt(np.linalg.eigvalsh(stiffness)[:10]) / (2 * np.pi)
+    np.testing.assert_allclose(model["free_hz"], free, rtol=1e-10)
+    springs = np.diag([0.4, 0.4, 0.8, 0.5, 0.5, 0.7, 0.3, 0.3, 0.9, 0.0, 0.0, 0.0])
+    stuck = np.sqrt(np.linalg.eigvalsh(stiffness + springs)[:10]) / (2 * np.pi)
+    np.testing.assert_allclose(model["stuck_hz"]["0"], stuck, rtol=1e-10)
+
+
+def test_the_model_travels_with_the_results(tmp_path: Path) -> None:
+    rom = write_ground_model(tmp_path / "ground.h5")
+    assert respond(tmp_path, ground_scene(), rom) == (0, "")
+    rom.unlink()
+    named = tmp_path / "out" / summary_of(tmp_path / "out")["curves"][0]["rom"]
+    np.testing.assert_array_equal(read_reduced_model(named).stiffness, ground_model().stiffness)
+
+
+def test_a_model_of_the_same_content_is_the_same_model(tmp_path: Path) -> None:
+    assert respond(tmp_path, ground_scene(), write_ground_model(tmp_path / "one.h5")) == (0, "")
+    copy = tmp_path / "two.h5"
+    copy.write_bytes((tmp_path / "one.h5").read_bytes())
+    assert respond(tmp_path, ground_scene(), copy) == (0, "")
+    assert statuses(tmp_path / "out")["respond"] == "reused"
+    other = write_ground_model(tmp_path / "three.h5", mass=1.1 * np.eye(12))
+    assert respond(tmp_path, ground_scene(), other) == (0, "")
+    assert statuses(tmp_path / "out")["respond"] == "ran"
+
+
+def test_the_blade_of_a_scene_is_ignored(finished: Path, tmp_path: Path) -> None:
+    rom = finished / summary_of(finished)["curves"][0]["rom"]
+    scene = small_scene(blade={"length": -1}, material=None, mesh__contact_grid=[5, 5], contact__interference=1e-5)
+    assert respond(tmp_path, scene, rom) == (0, "")
+    curve, original = summary_of(tmp_path / "out")["curves"][0], summary_of(finished)["curves"][0]
+    assert curve["peak_amplitude_m"] == pytest.approx(original["peak_amplitude_m"], rel=1e-9)
+    assert curve["peak_frequency_hz"] == pytest.approx(original["peak_frequency_hz"], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("scene", "expected"),
+    [
+        (ground_scene(friction=[0.1, 0.2]), "contact.friction: a list of 2, allowed: a number or a list of 3"),
+        (ground_scene(normal_stiffness="punch"), 'contact.normal_stiffness: "punch", allowed: numbers'),
+        ({**ground_scene(), "sweep": {"shroud.angle": [70.0]}}, 'sweep."shroud.angle": has no effect'),
+        ({**ground_scene(), "load": {"speed_rpm": 100.0}}, "force/centrifugal"),
+        ({**ground_scene(), "contact": {"friction": 0.1}}, "contact.normal_stiffness: missing"),
+    ],
+)
+def test_scenes_that_do_not_fit_the_model(tmp_path: Path, scene: dict[str, Any], expected: str) -> None:
+    status, error = respond(tmp_path, scene, write_ground_model(tmp_path / "ground.h5"))
+    assert status == 2
+    assert expected in error
+    assert error.count("\n") == 1
+    assert str(tmp_path / "scene.toml") in error
+    assert not (tmp_path / "out").exists()
+
+
+def test_files_that_are_no_model(tmp_path: Path) -> None:
+    text, truncated, partial = tmp_path / "text.h5", tmp_path / "truncated.h5", tmp_path / "partial.h5"
+    text.write_text("not HDF5")
+    whole = write_ground_model(tmp_path / "ground.h5").read_bytes()
+    truncated.write_bytes(whole[: len(whole) // 2])
+    write_ground_model(partial)
+    with h5py.File(partial, "a") as file:
+        del file["mass"]
+    for path in (text, truncated, partial, tmp_path / "absent.h5", tmp_path):
+        status, error = respond(tmp_path, ground_scene(), path)
+        assert status == 2
+        assert error.count("\n") == 1
+        assert str(path) in error
+        assert not (tmp_path / "out").exists()

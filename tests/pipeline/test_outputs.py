@@ -1,0 +1,164 @@
+"""response.h5, response.csv and summary.json hold what the outputs reference says, and agree with each other."""
+
+import csv
+import json
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from pipeline_support import SMALL, ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
+
+from geometry import import_sector
+from rom import read_reduced_model
+
+POINT_COLUMNS = [
+    "frequency_hz",
+    "amplitude_m",
+    "harmonic_1_m",
+    "static_m",
+    "phase_rad",
+    "stable",
+    "sticking",
+    "slipping",
+    "separating",
+    "dissipated_j",
+    "iterations",
+    "arc",
+]
+CURVE_KEYS = {
+    "parameters",
+    "rom",
+    "peak_frequency_hz",
+    "peak_amplitude_m",
+    "points",
+    "iterations",
+    "seconds",
+    "complete",
+    "reason",
+    "energy_error",
+    "harmonics",
+    "truncation_error",
+}
+
+
+def rows_of(folder: Path) -> list[dict[str, str]]:
+    """response.csv."""
+    with (folder / "response.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_csv_and_hdf5_hold_the_same_points(finished: Path) -> None:
+    rows = rows_of(finished)
+    assert list(rows[0]) == ["curve", "contact.interference", *POINT_COLUMNS]
+    with h5py.File(finished / "response.h5") as file:
+        assert sorted(file["curve"]) == ["0", "1"]
+        for index, v0 in enumerate((1e-5, 1e-3)):
+            mine = [row for row in rows if row["curve"] == str(index)]
+            group = file[f"curve/{index}"]
+            assert (
+                {float(row["contact.interference"]) for row in mine} == {v0} == {group.attrs["contact.interference"]}
+            )
+            for name in POINT_COLUMNS:
+                np.testing.assert_array_equal([float(row[name]) for row in mine], group[name][()], err_msg=name)
+
+
+def test_hdf5_holds_the_coefficients(finished: Path) -> None:
+    with h5py.File(finished / "response.h5") as file:
+        group = file["curve/0"]
+        points = len(group["frequency_hz"])
+        for name in ("relative_displacement", "contact_force"):
+            assert group[name].shape == (points, 2, 4, 3)
+            assert group[name].dtype == np.complex128
+            assert np.all(group[name][:, 0].imag == 0.0)
+        contact = group["contact_force"][()]
+        # N is pressure on the right face: its mean on the right node points against the normal
+        assert np.all(contact[:, 0, :, 2].real <= 0.0)
+
+
+def test_hdf5_names_every_parameter_with_its_table(finished: Path) -> None:
+    with h5py.File(finished / "response.h5") as file:
+        attributes = dict(file["curve/1"].attrs)
+    for section in ("contact", "response"):
+        for key, value in SMALL[section].items():
+            if key != "interference":
+                np.testing.assert_array_equal(attributes[f"{section}.{key}"], value)
+    assert attributes["excitation.engine_order"] == 36
+    assert attributes["excitation.force"] == 0.2
+    assert attributes["contact.interference"] == 1e-3
+    assert attributes["contact.preload"] == 0.0
+
+
+def test_punch_becomes_numbers(finished: Path, tmp_path: Path) -> None:
+    rom = finished / summary_of(finished)["curves"][0]["rom"]
+    scene = small_scene(contact__normal_stiffness="punch", contact__tangential_stiffness="punch")
+    path = write_scene(tmp_path / "s.toml", scene)
+    assert shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")[0] == 0
+    area = float(read_reduced_model(rom).contact_area.sum())
+    assert area == pytest.approx(0.012 * 0.005, rel=1e-6)
+    reduced_modulus = 210e9 / (2 * (1 - 0.3**2))
+    normal = 2 * math.sqrt(area / math.pi) * reduced_modulus
+    with h5py.File(tmp_path / "out" / "response.h5") as file:
+        attributes = dict(file["curve/0"].attrs)
+    assert attributes["contact.normal_stiffness"] == pytest.approx(normal, rel=1e-12)
+    assert attributes["contact.tangential_stiffness"] == pytest.approx(normal * 1.4 / 1.7, rel=1e-12)
+
+
+def test_summary_has_the_peaks_of_the_curves(finished: Path) -> None:
+    summary = summary_of(finished)
+    rows = rows_of(finished)
+    assert summary["complete"] is True
+    for index, curve in enumerate(summary["curves"]):
+        assert set(curve) == CURVE_KEYS
+        mine = [row for row in rows if row["curve"] == str(index)]
+        highest = max(mine, key=lambda row: float(row["amplitude_m"]))
+        assert curve["points"] == len(mine)
+        assert curve["iterations"] == sum(int(row["iterations"]) for row in mine)
+        assert curve["peak_amplitude_m"] == pytest.approx(float(highest["amplitude_m"]), rel=1e-9)
+        assert curve["peak_frequency_hz"] == pytest.approx(float(highest["frequency_hz"]), rel=1e-6)
+        assert 0.0 <= curve["energy_error"] < 1e-6
+        assert curve["harmonics"] == 1
+
+
+def test_summary_leads_to_the_models(finished: Path) -> None:
+    summary = summary_of(finished)
+    (model,) = summary["models"]
+    assert {curve["rom"] for curve in summary["curves"]} == {model["rom"]}
+    reduced = read_reduced_model(finished / model["rom"])
+    sector = import_sector(finished / model["mesh"])
+    assert reduced.n_contacts == len(sector.right.nodes) == 4
+    assert model["dofs"] == 3 * len(sector.points) == reduced.basis.shape[0]
+    frequencies = [model["free_hz"], model["sliding_hz"]["36"], model["stuck_hz"]["36"]]
+    for values in frequencies:
+        assert len(values) == 10
+        assert values == sorted(values)
+    # springs can only raise frequencies
+    for softer, stiffer in pairwise(frequencies):
+        assert all(a <= b * (1 + 1e-12) for a, b in zip(softer, stiffer, strict=True))
+
+
+def test_lists_and_several_keys_in_the_csv(tmp_path: Path) -> None:
+    rom = write_ground_model(tmp_path / "g.h5")
+    v0 = [[0.0, 0.1, 0.2], [0.3, 0.3, 0.3]]
+    scene = ground_scene(preload=0.0) | {"sweep": {"contact.interference": v0, "response.harmonics": [1, 3]}}
+    path = write_scene(tmp_path / "s.toml", scene)
+    assert shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")[0] == 0
+    rows = rows_of(tmp_path / "out")
+    assert list(rows[0])[:4] == ["curve", "contact.interference", "response.harmonics", "frequency_hz"]
+    assert "harmonic_3_m" in rows[0]
+    cases = {(row["curve"], row["contact.interference"], row["response.harmonics"]) for row in rows}
+    assert cases == {(str(2 * i + j), json.dumps(v0[i]), str(h)) for i in (0, 1) for j, h in ((0, 1), (1, 3))}
+    assert all((row["harmonic_3_m"] == "") == (row["response.harmonics"] == "1") for row in rows)
+
+
+def test_info_tells_what_files_hold(finished: Path) -> None:
+    status, said, _ = shroud("info", finished / "response.h5")
+    assert status == 0
+    assert "2 curves" in said
+    assert "contact.friction = 0.4" in said
+    status, said, _ = shroud("info", finished / summary_of(finished)["curves"][0]["rom"])
+    assert status == 0
+    assert "72 blades" in said
+    assert "4 nodes" in said

@@ -1,0 +1,116 @@
+"""Figures and renders: drawn from the right numbers, not empty, and without a display."""
+
+import struct
+import subprocess
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
+
+import pipeline.render.stage
+from pipeline.figures.response import stretches
+from pipeline.labels import prefixed, value_label
+from pipeline.render.draw import at_largest, turned
+
+
+def size_of(path: Path) -> tuple[int, int]:
+    """Width and height of a PNG file."""
+    content = path.read_bytes()
+    assert content[:8] == b"\x89PNG\r\n\x1a\n"
+    return struct.unpack(">II", content[16:24])
+
+
+def test_every_figure_is_there_twice(finished: Path) -> None:
+    pictures = summary_of(finished)["pictures"]
+    assert sorted(pictures) == sorted(
+        f"figures/{name}.{suffix}"
+        for name in ("hysteresis", "hysteresis_sweep", "peaks", "response")
+        for suffix in ("png", "svg")
+    )
+    for name in pictures:
+        if name.endswith("png"):
+            assert min(size_of(finished / name)) > 500
+
+
+def test_the_response_figure_says_what_it_shows(finished: Path) -> None:
+    root = ElementTree.parse(finished / "figures" / "response.svg").getroot()
+    said = " ".join(" ".join(element.itertext()) for element in root.iter("{http://www.w3.org/2000/svg}text"))
+    for text in ("Small blade", "[Hz]", "µm]", "v0 = 10 µm", "v0 = 1000 µm", "linear, free", "linear, stuck"):
+        assert text in said
+
+
+def test_stretches_share_their_ends_and_cover_everything() -> None:
+    stable = np.array([True, True, False, False, True, False, True])
+    found = stretches(stable)
+    assert found == [(0, 2, True), (1, 5, False), (4, 5, True), (4, 7, False), (6, 7, True)]
+    assert stretches(np.array([True] * 4)) == [(0, 4, True)]
+    assert stretches(np.array([False])) == [(0, 1, False)]
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [(0.0, (1.0, "m")), (2e-6, (1e6, "µm")), (0.5, (1e3, "mm")), (1.0, (1.0, "m")), (3e-12, (1e9, "nm"))],
+)
+def test_prefixes(value: float, expected: tuple[float, str]) -> None:
+    factor, unit = prefixed(value, "m")
+    assert unit == expected[1]
+    assert factor == pytest.approx(expected[0])
+
+
+def test_values_are_written_for_people() -> None:
+    assert value_label("contact.interference", -3e-6) == "v0 = -3 µm"
+    assert value_label("excitation.engine_order", 30) == "engine order 30"
+    assert value_label("contact.interference", (1e-6,) * 9) == "v0 = [1 µm ... 1 µm]"
+
+
+def test_shapes_are_shown_at_their_largest() -> None:
+    shape = np.array([[1.0 + 1.0j, 0.0, 0.0], [0.0, 3.0j, 0.0]])
+    found = at_largest(shape)
+    np.testing.assert_allclose(found[1], [0.0, 1.0, 0.0], atol=1e-15)
+    assert np.abs(found[0, 0]) == pytest.approx(np.sqrt(2.0) / 3.0)
+
+
+def test_neighbours_stand_on_the_side_of_y() -> None:
+    pitch = 2 * np.pi / 72
+    np.testing.assert_allclose(
+        turned(np.array([0.1, 0.0, 0.3]), pitch), [0.1, 0.3 * np.sin(pitch), 0.3 * np.cos(pitch)], rtol=1e-14
+    )
+
+
+def test_modes_are_rendered_once(copied: Path) -> None:
+    changes: dict[str, Any] = {"render": {"modes": [1, 2], "contact": "stuck"}, "contact__interference": 1e-5}
+    scene = write_scene(copied.parent / "s.toml", small_scene(**changes))
+    for expected in ("ran", "reused"):
+        status, _, error = shroud("run", scene, "--out", copied, "--quiet", "--until", "render")
+        assert (status, error) == (0, "")
+        assert statuses(copied)["render"] == expected
+        assert statuses(copied)["respond"] == "skipped"
+    assert summary_of(copied)["pictures"] == ["renders/mode_1.png", "renders/mode_2.png"]
+    first, second = ((copied / name).read_bytes() for name in summary_of(copied)["pictures"])
+    assert size_of(copied / "renders" / "mode_1.png") == (1900, 1050)
+    assert len(first) > 20_000
+    assert first != second
+
+
+def test_a_crash_of_the_renderer_is_reported_with_its_remedy(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def crash(*_: Any, **__: Any) -> subprocess.CompletedProcess[str]:
+        return subprocess.CompletedProcess([], -11, "", "")
+
+    monkeypatch.setattr(pipeline.render.stage.subprocess, "run", crash)
+    scene = write_scene(copied.parent / "s.toml", small_scene(render={"modes": [1]}, contact__interference=1e-5))
+    status, _, error = shroud("run", scene, "--out", copied, "--quiet")
+    assert status == 1
+    assert error.count("\n") == 1
+    assert error.startswith("render: the drawing process crashed")
+    assert "apt-get install" in error
+    assert summary_of(copied)["curves"][0]["complete"]
+
+
+def test_pictures_of_an_earlier_scene_go_away(copied: Path) -> None:
+    (copied / "figures" / "mine.png").write_bytes(b"")
+    scene = write_scene(copied.parent / "s.toml", small_scene())
+    assert shroud("run", scene, "--out", copied, "--quiet")[0] == 0
+    assert {path.stem for path in (copied / "figures").iterdir()} == {"response", "hysteresis", "mine"}

@@ -1,0 +1,239 @@
+"""Bad scenes: exit status 2, one line that names file, key, value and what is allowed, and nothing written."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from pipeline_support import SMALL, ground_scene, shroud, small_scene, to_toml, write_scene
+
+from pipeline.errors import InputError
+from pipeline.scene import SECTIONS
+from pipeline.scene_errors import allowed_values
+from pipeline.scene_file import read_scene
+
+
+def refused(tmp_path: Path, content: str | bytes) -> str:
+    """Run the content as a scene; check that it is refused tidily, and return the complaint."""
+    path, out = tmp_path / "scene.toml", tmp_path / "out"
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    status, said, error = shroud("run", path, "--out", out)
+    assert status == 2, (status, error)
+    assert error.count("\n") == 1, error
+    assert "Traceback" not in error
+    assert said == ""
+    assert error.startswith(str(path)), error
+    assert not out.exists()
+    return error
+
+
+def test_the_small_scene_is_valid(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "s.toml", small_scene())
+    status, said, error = shroud("validate", path)
+    assert (status, error) == (0, "")
+    assert said == f"{path}: valid, 1 curve\n"
+
+
+@pytest.mark.parametrize("scene", sorted(Path(__file__).parents[2].glob("scenes/*.toml")), ids=lambda path: path.stem)
+def test_shipped_scenes_are_valid(scene: Path) -> None:
+    status, said, error = shroud("validate", scene)
+    assert (status, error) == (0, "")
+    assert "valid" in said
+    assert read_scene(scene).first.name == scene.stem
+
+
+REQUIRED = [
+    (section, key)
+    for section, keys in SMALL.items()
+    if isinstance(keys, dict)
+    for key in keys
+    if SECTIONS[section].model_fields[key].is_required()
+]
+
+
+@pytest.mark.parametrize(("section", "key"), REQUIRED)
+def test_missing_keys_are_named(tmp_path: Path, section: str, key: str) -> None:
+    error = refused(tmp_path, to_toml(small_scene(**{f"{section}__{key}": None})))
+    assert f": {section}.{key}: missing, allowed: " in error
+
+
+@pytest.mark.parametrize("section", ["blade", "shroud", "material", "mesh", "contact", "excitation", "response"])
+def test_missing_sections_are_named(tmp_path: Path, section: str) -> None:
+    error = refused(tmp_path, to_toml(small_scene(**{section: None})))
+    assert f": {section}: missing, allowed: a table [{section}]" in error
+
+
+@pytest.mark.parametrize(
+    ("change", "key", "shown"),
+    [
+        ({"contact__friction": -0.1}, "contact.friction", "-0.1"),
+        ({"contact__friction": math.nan}, "contact.friction", "nan"),
+        ({"contact__friction": True}, "contact.friction", "true"),
+        ({"contact__friction": [0.1, 0.2, "x", 0.4]}, "contact.friction[2]", '"x"'),
+        ({"contact__friction": [0.1, 0.2, 0.3]}, "contact.friction", "a list of 3"),
+        ({"contact__interference": math.inf}, "contact.interference", "inf"),
+        ({"contact__interference": []}, "contact.interference", "[]"),
+        ({"contact__normal_stiffness": "stiff"}, "contact.normal_stiffness", '"stiff"'),
+        ({"contact__law": "isotropic"}, "contact.law", '"isotropic"'),
+        ({"contact__samples": 1}, "contact.samples", "1"),
+        ({"contact__samples": 64, "response__harmonics": 30}, "contact.samples", "64"),
+        ({"contact__law": "coupled", "contact__integration": "exact"}, "contact.integration", '"exact"'),
+        ({"blade__n_blades": 72.0}, "blade.n_blades", "72.0"),
+        ({"blade__n_blades": 2}, "blade.n_blades", "2"),
+        ({"blade__length": 0}, "blade.length", "0"),
+        ({"blade": 3}, "blade", "3"),
+        ({"shroud__angle": 190.0}, "shroud.angle", "190.0"),
+        ({"shroud__angle": 0.0}, "shroud.angle", "0.0"),
+        ({"shroud__contact_length": 0.2}, "shroud.angle", "70.0"),
+        ({"material__poisson_ratio": 0.5}, "material.poisson_ratio", "0.5"),
+        ({"mesh__size": 1e-6}, "mesh.size", "1e-06"),
+        ({"mesh__contact_grid": [3]}, "mesh.contact_grid", "[3]"),
+        ({"mesh__contact_grid": [0, 3]}, "mesh.contact_grid[0]", "0"),
+        ({"rom__modes": 0}, "rom.modes", "0"),
+        ({"rom__frequency_limit": 1e4}, "rom.frequency_limit", "given beside modes"),
+        ({"load__speed_rpm": -1.0}, "load.speed_rpm", "-1.0"),
+        ({"excitation__engine_order": -1}, "excitation.engine_order", "-1"),
+        ({"excitation__force": "1 N"}, "excitation.force", '"1 N"'),
+        ({"excitation__direction": [0, 0, 0]}, "excitation.direction", "[0.0, 0.0, 0.0]"),
+        ({"excitation__direction": "up"}, "excitation.direction", '"up"'),
+        ({"excitation__at": [1.0, 2.0]}, "excitation.at", "[1.0, 2.0]"),
+        ({"response__frequency": [700.0, 300.0]}, "response.frequency", "[700.0, 300.0]"),
+        ({"response__frequency": 300.0}, "response.frequency", "300.0"),
+        ({"response__harmonics": "auto"}, "response.harmonics", '"auto"'),
+        ({"response__damping_ratio": None}, "response.damping_ratio", "missing"),
+        ({"response__damping_ratio": [0.01] * 50}, "response.damping_ratio", "a list of 50"),
+        ({"response__damping_ratio": 0.0}, "response.damping_ratio", "0.0"),
+        ({"response__rayleigh": [0.0, 1e-6]}, "response.rayleigh", "given beside damping_ratio"),
+        ({"render__modes": []}, "render.modes", "[]"),
+        ({"name": "../escape"}, "name", '"../escape"'),
+        ({"name": "a\nb"}, "name", '"a b"'),
+        ({"name": None}, "name", "missing"),
+    ],
+)
+def test_values_are_refused(tmp_path: Path, change: dict[str, Any], key: str, shown: str) -> None:
+    error = refused(tmp_path, to_toml(small_scene(**change)))
+    assert f": {key}: {shown}, allowed: " in error
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"contact__frction": 0.1}, "contact.frction: unknown key, did you mean friction?"),
+        ({"blade__twsit": 3.0}, "blade.twsit: unknown key, did you mean twist?"),
+        ({"balde": {}}, "balde: unknown key, did you mean blade?"),
+        ({"qqqq": 1}, "qqqq: unknown key, allowed: name, "),
+        ({"contact__a\nb": 1}, '"a b": unknown key'),
+        ({"sweep": {"contact.interferense": [0.0]}}, "did you mean contact.interference?"),
+        ({"sweep": {"render.modes": [[1], [2]]}}, 'sweep."render.modes": unknown key'),
+    ],
+)
+def test_unknown_keys_get_a_suggestion(tmp_path: Path, change: dict[str, Any], expected: str) -> None:
+    assert expected in refused(tmp_path, to_toml(small_scene(**change)))
+
+
+@pytest.mark.parametrize(
+    ("sweep", "expected"),
+    [
+        ({"contact.friction": []}, 'sweep."contact.friction": [], allowed: a list of one or more values'),
+        ({"contact.friction": 0.3}, 'sweep."contact.friction": 0.3, allowed: a list of one or more values'),
+        ({"contact.friction": [0.1, -0.2]}, 'sweep."contact.friction"[1]: -0.2, allowed: '),
+        ({"shroud.angle": [70.0, -5.0]}, 'sweep."shroud.angle"[1]: -5.0, allowed: '),
+        ({"contact.interference": [[0.0] * 4, [0.0] * 5]}, 'sweep."contact.interference": a list of 5, allowed: '),
+        ({"contact.friction": [0.1] * 200, "excitation.force": [1.0] * 100}, "sweep: 20000 combinations"),
+    ],
+)
+def test_sweeps_are_checked(tmp_path: Path, sweep: dict[str, Any], expected: str) -> None:
+    assert expected in refused(tmp_path, to_toml(small_scene(sweep=sweep)))
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        ("", "name: missing"),
+        ("name = ", "not valid TOML"),
+        ("name = 'a'\nname = 'b'\n", "not valid TOML"),
+        (b"\xff\xfe\x00", "not UTF-8"),
+        ("name = " + "1" * 5000, "not valid TOML"),
+        ("name = " + "[" * 5000, "not valid TOML"),
+        ("name = 'a'\nsweep = 3\n", "sweep: 3, allowed: a table"),
+    ],
+)
+def test_broken_files_are_refused(tmp_path: Path, content: str | bytes, expected: str) -> None:
+    assert expected in refused(tmp_path, content)
+
+
+def test_what_is_not_a_file_is_refused(tmp_path: Path) -> None:
+    for path in (tmp_path, tmp_path / "absent.toml"):
+        status, _, error = shroud("validate", path)
+        assert status == 2
+        assert error.count("\n") == 1
+        assert error.startswith(str(path))
+
+
+def test_every_key_says_what_it_means_and_allows() -> None:
+    for section, model in SECTIONS.items():
+        for key, field in model.model_fields.items():
+            assert field.description, f"{section}.{key}"
+            assert allowed_values(f"{section}.{key}"), f"{section}.{key}"
+
+
+def test_every_combination_of_a_sweep_is_a_member(tmp_path: Path) -> None:
+    per_node = [[0.0, 0.0, 0.0, 1e-6], [1e-6] * 4]
+    sweep = {"contact.friction": [0.1, 0.2, 0.3], "contact.interference": per_node}
+    file = read_scene(write_scene(tmp_path / "s.toml", small_scene(sweep=sweep)))
+    assert file.swept == ("contact.friction", "contact.interference")
+    found = [(m.scene.contact.friction, m.scene.contact.interference) for m in file.members]
+    assert found == [(mu, tuple(v0)) for mu in (0.1, 0.2, 0.3) for v0 in per_node]
+
+
+def test_a_swept_key_needs_no_value_of_its_own(tmp_path: Path) -> None:
+    scene = small_scene(excitation__engine_order=None, sweep={"excitation.engine_order": [3, 5]})
+    assert [m.scene.excitation.engine_order for m in read_scene(write_scene(tmp_path / "s.toml", scene)).members] == [
+        3,
+        5,
+    ]
+
+
+def test_a_scene_without_a_blade_is_for_a_given_model_only(tmp_path: Path) -> None:
+    assert "blade: missing" in refused(tmp_path, to_toml(ground_scene()))
+
+
+keys = st.sampled_from([(s, k) for s, table in SMALL.items() if isinstance(table, dict) for k in table])
+numbers = st.floats() | st.integers(-(10**6), 10**6) | st.just(10**400)
+junk = st.recursive(
+    numbers | st.booleans() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner, max_size=2),
+    max_leaves=6,
+)
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+@given(key=keys, value=junk)
+def test_any_value_anywhere_is_taken_or_refused_in_one_line(
+    tmp_path_factory: pytest.TempPathFactory, key: tuple[str, str], value: Any
+) -> None:
+    folder = tmp_path_factory.mktemp("mutated")
+    path = write_scene(folder / "scene.toml", small_scene(**{f"{key[0]}__{key[1]}": value}))
+    status, said, error = shroud("validate", path)
+    if status == 0:
+        assert "valid" in said
+        assert error == ""
+    else:
+        assert status == 2, error
+        assert error.count("\n") == 1, error
+        assert error.startswith(f"{path}: "), error
+        assert "allowed: " in error
+        assert len(error) < len(str(path)) + 400
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+@given(content=st.binary(max_size=60) | st.text(max_size=60).map(lambda text: text.encode("utf-8", "ignore")))
+def test_any_bytes_are_refused_in_one_line(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
+    path = tmp_path_factory.mktemp("bytes") / "scene.toml"
+    path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        read_scene(path)
+    assert "\n" not in str(caught.value)
+    assert str(caught.value).startswith(str(path))

@@ -1,0 +1,155 @@
+"""Which stages run, as summary.json tells it: only what is needed and only what has changed."""
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
+
+ALL = ("mesh", "assemble", "reduce", "respond", "render", "figures")
+SWEEP = {"contact.interference": [1e-5, 1e-3]}
+
+
+def rerun(out: Path, *options: str, **changes: Any) -> dict[str, str]:
+    """Run the changed scene into the folder; what became of each stage."""
+    scene = write_scene(out.parent / "scene.toml", small_scene(**{"sweep": SWEEP, **changes}))
+    status, _, error = shroud("run", scene, "--out", out, "--quiet", *options)
+    assert (status, error) == (0, "")
+    return statuses(out)
+
+
+def expected(**status: str) -> dict[str, str]:
+    """Every stage reused but render, which nobody asked for, and what is given."""
+    return dict.fromkeys(ALL, "reused") | {"render": "skipped"} | status
+
+
+def test_a_first_run_runs_what_the_scene_asks_for(finished: Path) -> None:
+    assert statuses(finished) == dict.fromkeys(ALL, "ran") | {"render": "skipped"}
+    assert all(stage["seconds"] >= 0.0 for stage in summary_of(finished)["stages"].values())
+
+
+def test_nothing_runs_when_nothing_has_changed(copied: Path) -> None:
+    before = {path: path.read_bytes() for path in copied.glob("response.*")}
+    assert rerun(copied) == expected()
+    assert {path: path.read_bytes() for path in copied.glob("response.csv")}.items() <= before.items()
+
+
+def test_comments_order_and_notation_do_not_matter(copied: Path) -> None:
+    scene = small_scene(sweep=SWEEP)
+    turned = {section: dict(reversed(keys.items())) for section, keys in scene.items() if isinstance(keys, dict)}
+    path = write_scene(copied.parent / "scene.toml", {"name": "small", "title": scene["title"], **turned})
+    path.write_text("# a comment\n" + path.read_text().replace("0.036", "3.6e-2"))
+    assert shroud("run", path, "--out", copied, "--quiet")[0] == 0
+    assert statuses(copied) == expected()
+
+
+def test_another_interference_keeps_mesh_and_reduced_model(copied: Path) -> None:
+    assert rerun(copied, sweep={"contact.interference": [1e-5, 2e-5]}) == expected(respond="ran", figures="ran")
+    respond = summary_of(copied)["stages"]["respond"]
+    assert (respond["ran"], respond["reused"]) == (1, 1)
+
+
+def test_another_material_keeps_the_mesh(copied: Path) -> None:
+    found = rerun(copied, "--until", "reduce", material__density=8000.0)
+    assert found == expected(assemble="ran", reduce="ran", respond="skipped", figures="skipped")
+
+
+def test_another_number_of_modes_keeps_the_matrices(copied: Path) -> None:
+    found = rerun(copied, "--until", "reduce", rom__modes=5)
+    assert found == expected(reduce="ran", respond="skipped", figures="skipped")
+
+
+def test_another_angle_builds_everything(copied: Path) -> None:
+    found = rerun(copied, "--until", "reduce", shroud__angle=80.0)
+    assert found == expected(mesh="ran", assemble="ran", reduce="ran", respond="skipped", figures="skipped")
+
+
+def test_another_damping_or_title_keeps_what_it_can(copied: Path) -> None:
+    assert rerun(copied, title="Another") == expected(figures="ran")
+    assert rerun(copied, response__damping_ratio=0.02) == expected(respond="ran", figures="ran")
+
+
+def test_what_was_computed_before_is_found_again(copied: Path) -> None:
+    assert rerun(copied, "--until", "respond", contact__friction=0.3)["respond"] == "ran"
+    assert rerun(copied) == expected()
+
+
+@pytest.mark.parametrize(
+    ("stage", "needs"),
+    [
+        ("mesh", ("mesh",)),
+        ("assemble", ("mesh", "assemble")),
+        ("reduce", ("mesh", "assemble", "reduce")),
+        ("respond", ("mesh", "assemble", "reduce", "respond")),
+        ("figures", ("mesh", "assemble", "reduce", "respond", "figures")),
+    ],
+)
+def test_until_runs_what_the_stage_needs(copied: Path, stage: str, needs: tuple[str, ...]) -> None:
+    found = rerun(copied, "--until", stage)
+    assert found == {name: "reused" if name in needs else "skipped" for name in ALL}
+
+
+def test_force_makes_everything_again(copied: Path) -> None:
+    assert rerun(copied, "--force") == dict.fromkeys(ALL, "ran") | {"render": "skipped"}
+
+
+def test_members_of_a_sweep_share_what_they_have_in_common(copied: Path) -> None:
+    sweep = {"shroud.angle": [70.0, 80.0], "contact.friction": [0.3, 0.4]}
+    rerun(copied, "--until", "respond", sweep=sweep, contact__interference=1e-5)
+    summary = summary_of(copied)
+    counts = {name: (stage["ran"], stage["reused"]) for name, stage in summary["stages"].items()}
+    assert counts["mesh"] == counts["assemble"] == counts["reduce"] == (1, 1)
+    assert counts["respond"] == (3, 1)
+    assert len({curve["rom"] for curve in summary["curves"]}) == len(summary["models"]) == 2
+
+
+def test_a_changed_source_makes_its_stage_and_what_follows_again(
+    copied: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import pipeline.keys
+
+    real = pipeline.keys.source_fingerprint
+
+    def edited(parts: list[str], libraries: list[str] | tuple[str, ...] = ()) -> str:
+        return real(parts, libraries) + ("edited" if parts[0] == "rom" and "nonlinear" in parts else "")
+
+    monkeypatch.setattr(pipeline.keys, "source_fingerprint", edited)
+    assert rerun(copied) == expected(respond="ran", figures="ran")
+
+
+@pytest.mark.parametrize("damage", ["truncated", "altered", "gone", "no list", "empty list"])
+@pytest.mark.parametrize("kind", ["mesh", "reduce", "curve", "figures"])
+def test_damaged_results_are_noticed_and_made_again(copied: Path, kind: str, damage: str) -> None:
+    before = json.loads((copied / "summary.json").read_text())["curves"]
+    entry = sorted((copied / "store" / kind).iterdir())[0]
+    file = max((path for path in entry.iterdir() if path.name != "entry.json"), key=lambda path: path.stat().st_size)
+    content = file.read_bytes()
+    if damage == "truncated":
+        file.write_bytes(content[: len(content) // 2])
+    elif damage == "altered":
+        file.write_bytes(content[:-20] + bytes(255 - b for b in content[-20:]))
+    elif damage == "gone":
+        file.unlink()
+    else:
+        (entry / "entry.json").write_text("" if damage == "empty list" else "[]")
+    found = rerun(copied)
+    assert found[{"curve": "respond"}.get(kind, kind)] == "ran"
+    after = json.loads((copied / "summary.json").read_text())["curves"]
+    assert [c["peak_amplitude_m"] for c in after] == pytest.approx([c["peak_amplitude_m"] for c in before], rel=1e-9)
+
+
+def test_a_damaged_full_model_is_made_again_when_it_is_needed(copied: Path) -> None:
+    entry = next((copied / "store" / "assemble").iterdir())
+    (entry / "full.h5").write_bytes(b"not HDF5")
+    assert rerun(copied)["assemble"] == "skipped"
+    assert rerun(copied, "--until", "reduce", rom__modes=5)["assemble"] == "ran"
+
+
+def test_lost_outputs_come_back_without_solving(copied: Path) -> None:
+    for path in ("response.h5", "response.csv", "summary.json", "figures"):
+        target = copied / path
+        shutil.rmtree(target) if target.is_dir() else target.unlink()
+    assert rerun(copied) == expected()
+    assert all((copied / path).exists() for path in ("response.h5", "response.csv", "figures/response.png"))
