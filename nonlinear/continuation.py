@@ -12,10 +12,11 @@ import numpy as np
 
 from nonlinear.balance import BalanceAt, HarmonicBalance
 from nonlinear.contact import Array, ContactForces
+from nonlinear.newton import Convergence
 from nonlinear.options import SolverOptions
 
 MAX_CORRECTIONS = 12
-TARGET_DEVIATION = 0.12  # distance of the corrected from the predicted point, relative to the step
+TARGET_DEVIATION = 0.08  # distance of the corrected from the predicted point, relative to the step
 LARGEST_DEVIATION = 0.6
 KINK_STEP = 0.01  # steps this short may cross a kink: there the deviation does not shrink with the step
 KINK_DEVIATION = 4.0
@@ -116,13 +117,12 @@ class Continuation:
         predicted = point.unknown + step * direction[0], point.frequency + step * direction[1]
         x, w = predicted
         allowed = step * (KINK_DEVIATION if step <= KINK_STEP else LARGEST_DEVIATION)
-        before = np.inf
+        watch = Convergence(self.options.tolerance, self.options.round_off)
         for iteration in range(MAX_CORRECTIONS + 1):
             at = self.balance.evaluate(x, w)
             error = self.balance.relative_error(at.residual, x)
-            if self._solved(error, before):
+            if watch.reached(error):
                 break
-            before = error
             if iteration == MAX_CORRECTIONS or not np.isfinite(error):
                 return None
             dx, dw = _bordered_solve(at.jacobian, at.slope, direction, metric, -at.residual)
@@ -136,22 +136,17 @@ class Continuation:
         record = (iteration, point.arc + step, min(following, self.options.max_step))
         return self._with_tangent(x, w, at, direction, point.orientation, record)
 
-    def _solved(self, error: float, before: float) -> bool:
-        """Within the tolerance, or as near as round-off lets it come."""
-        return error <= self.options.tolerance or (error <= self.options.round_off and error >= 0.3 * before)
-
     def at_frequency(self, point: CurvePoint, frequency: float) -> CurvePoint | None:
         """The point of the curve near `point` at a given w, along its tangent as first guess; None if not reached."""
         along = (frequency - point.frequency) / point.tangent[1]
         x = point.unknown + along * point.tangent[0]
-        before = np.inf
+        watch = Convergence(self.options.tolerance, self.options.round_off)
         for iteration in range(MAX_CORRECTIONS + 1):
             at = self.balance.evaluate(x, frequency)
             error = self.balance.relative_error(at.residual, x)
-            if self._solved(error, before):
+            if watch.reached(error):
                 record = (iteration, point.arc + abs(along), point.step)
                 return self._with_tangent(x, frequency, at, point.tangent, point.orientation, record)
-            before = error
             try:
                 x = x + np.linalg.solve(at.jacobian, -at.residual)
             except np.linalg.LinAlgError:

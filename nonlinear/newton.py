@@ -21,6 +21,27 @@ class NewtonResult:
     residual: float
 
 
+@dataclass
+class Convergence:
+    """Watches the relative error of an iteration: solved within `tolerance`, or as near as round-off lets it come.
+
+    How near that is depends on the stiffness of the contacts against that of the structure: an error below
+    `round_off` that stops falling counts as solved, and so does one a thousand times larger that has stopped thrice.
+    """
+
+    tolerance: float
+    round_off: float
+    before: float = np.inf
+    stops: int = 0
+
+    def reached(self, error: float) -> bool:
+        """Take the error of the next iterate."""
+        self.stops = self.stops + 1 if error >= 0.3 * self.before else 0
+        self.before = error
+        stopped = (error <= self.round_off and self.stops >= 1) or (error <= 1e3 * self.round_off and self.stops >= 3)
+        return error <= self.tolerance or stopped
+
+
 def newton(
     linearise: Callable[[Array], tuple[Array, Array]],
     guess: Array,
@@ -32,16 +53,17 @@ def newton(
 ) -> NewtonResult:
     """Solve R(x) = 0 from `guess`; `linearise(x)` returns R (n,) and dR/dx (n, n).
 
-    Converged when the relative error `error(R, x)` is at most `tolerance`, or at most `round_off` and no longer
-    falling. A step that does not reduce |R| is
+    `error(R, x)` is the relative error that `Convergence` watches. A step that does not reduce |R| is
     halved, down to a 256th; the shortest one is taken as it is, which lets a piecewise smooth problem leave a kink.
     """
+    watch = Convergence(tolerance, round_off)
     x = guess
     residual, jacobian = linearise(x)
     relative = error(residual, x)
     for iteration in range(max_iterations):
-        if relative <= tolerance or not np.isfinite(relative):
-            return NewtonResult(x, bool(relative <= tolerance), iteration, relative)
+        solved = watch.reached(relative)
+        if solved or not np.isfinite(relative):
+            return NewtonResult(x, solved, iteration, relative)
         try:
             step = np.linalg.solve(jacobian, -residual)
         except np.linalg.LinAlgError:
@@ -55,7 +77,5 @@ def newton(
                 break
             damping /= 2.0
         x = trial
-        before, relative = relative, error(residual, x)
-        if relative <= round_off and relative >= 0.3 * before:
-            return NewtonResult(x, True, iteration + 1, relative)
-    return NewtonResult(x, bool(relative <= tolerance), max_iterations, relative)
+        relative = error(residual, x)
+    return NewtonResult(x, watch.reached(relative), max_iterations, relative)

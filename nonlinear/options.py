@@ -48,7 +48,7 @@ class SolverOptions:
     tolerance: float = 1e-13
     round_off: float = 1e-12
     step: float = 0.05
-    max_step: float = 0.35
+    max_step: float = 0.25
     min_step: float = 1e-6
     max_points: int = 5000
     peak_tolerance: float = 1e-7

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from pipeline.request import Outcome, Request
 
 COMPUTED, NOT_REACHED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+NO_TERMINAL = 110  # characters a line of a table may have where no terminal says
 
 app = typer.Typer(
     name="shroud",
@@ -133,10 +134,12 @@ def command(arguments: list[str]) -> int:
 
 def _finish(request: Request, quiet: bool) -> None:
     """Execute, tell people what came of it, and exit with the status that says so."""
+    from pipeline.interruption import noticing_interrupts
     from pipeline.progress import Reporter
     from pipeline.run import execute
 
-    outcome = execute(request, Reporter(quiet))
+    with noticing_interrupts() as interrupted:
+        outcome = execute(request, Reporter(quiet, interrupted=interrupted))
     if not quiet:
         _tell(request, outcome)
     for problem in outcome.problems:
@@ -151,8 +154,11 @@ def _finish(request: Request, quiet: bool) -> None:
 def _tell(request: Request, outcome: Outcome) -> None:
     from rich.console import Console
 
-    from pipeline.tables import curve_table
+    from pipeline.tables import curve_table, harmonics_warning
 
     if outcome.curves:
-        Console().print(curve_table(outcome))
+        width = None if sys.stdout.isatty() else NO_TERMINAL
+        Console(width=width).print(curve_table(outcome))
+    if warning := harmonics_warning(outcome):
+        print(warning, file=sys.stderr)
     print(f"{outcome.seconds:.2f} s, results in {request.out}")

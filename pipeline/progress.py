@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from threading import Event
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
@@ -17,10 +18,16 @@ _PAUSE = 0.1  # seconds between two updates of a live line
 
 @dataclass
 class Reporter:
-    """Tells people what is going on. `quiet`: says nothing but errors."""
+    """Tells people what is going on. `quiet`: nothing but errors. `interrupted`: set when they want it to stop."""
 
     quiet: bool = False
     stream: TextIO = field(default_factory=lambda: sys.stderr)
+    interrupted: Event = field(default_factory=Event)
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt where one was asked for and lost."""
+        if self.interrupted.is_set():
+            raise KeyboardInterrupt
 
     def line(self, text: str) -> None:
         """One plain line."""

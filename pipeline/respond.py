@@ -99,6 +99,7 @@ class CurveSolver:
                 label = member_label(item.member)
 
                 def within(frequency_hz: float, points: int, label: str = label) -> None:
+                    self.reporter.check()
                     counter.within(f"{label} at {frequency_hz:.5g} Hz, {points} points")
 
                 reason = _solve_into(self.store, item, within)

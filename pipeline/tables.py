@@ -12,6 +12,8 @@ from pipeline.respond import Solved
 if TYPE_CHECKING:
     from rich.table import Table
 
+TOLERATED = 0.05  # estimated relative error of a peak by the harmonics left out, above which people are told
+
 
 def curve_table(outcome: Outcome) -> Table:
     """One line for every curve: swept parameters, peak, points, seconds, and what went wrong."""
@@ -24,7 +26,7 @@ def curve_table(outcome: Outcome) -> Table:
         table.add_column(quantity(key).axis(), justify="right")
     heights = [c.facts.peak_amplitude_m for c in outcome.curves if c.facts is not None]
     factor, unit = prefixed(max((h for h in heights if math.isfinite(h)), default=0.0), "m")
-    for heading in ("peak [Hz]", f"peak amplitude [{unit}]", "points", "seconds"):
+    for heading in ("peak\n[Hz]", f"peak\n[{unit}]", "error by\nharmonics", "energy\nerror", "points", "seconds"):
         table.add_column(heading, justify="right")
     for index, curve in enumerate(outcome.curves):
         values = [_bare(key, value) for key, value in curve.member.parameters.items()]
@@ -41,9 +43,40 @@ def _bare(key: str, value: Any) -> str:
 def _numbers(curve: Solved, factor: float) -> list[str]:
     facts = curve.facts
     if facts is None:
-        return ["failed", "-", "0", "-"]
+        return ["failed", "-", "-", "-", "0", "-"]
     known = math.isfinite(facts.peak_frequency_hz)
     frequency = f"{facts.peak_frequency_hz:.6g}" if known else "-"
     amplitude = f"{facts.peak_amplitude_m * factor:.4g}" if known else "-"
+    if known and not facts.peak_located:
+        frequency += " (end of range)"
     mark = "" if facts.complete else " (incomplete)"
-    return [frequency, amplitude, f"{facts.points}{mark}", f"{facts.seconds:.2f}"]
+    energy = f"{facts.energy_error:.0e}" if math.isfinite(facts.energy_error) else "-"
+    return [
+        frequency,
+        amplitude,
+        _share(facts.truncation_error),
+        energy,
+        f"{facts.points}{mark}",
+        f"{facts.seconds:.2f}",
+    ]
+
+
+def _share(error: float) -> str:
+    """An estimated relative error as people read it; beyond a half it is a warning, not a number."""
+    if math.isnan(error):
+        return "-"
+    if error > 0.5:
+        return "over 50 %"
+    return "< 0.01 %" if error < 1e-4 else f"{100.0 * error:.2g} %"
+
+
+def harmonics_warning(outcome: Outcome) -> str:
+    """A line that says which curves want more harmonics; empty where all have enough."""
+    errors = [c.facts.truncation_error for c in outcome.curves if c.facts is not None]
+    lacking = [error for error in errors if error > TOLERATED]
+    if not lacking:
+        return ""
+    return (
+        f"{len(lacking)} of {len(outcome.curves)} curves: the harmonics kept may put the peak wrong by more than "
+        f"{100.0 * TOLERATED:.0f} % (estimate: up to {_share(max(lacking))}); raise response.harmonics"
+    )

@@ -113,6 +113,8 @@ def _draw(
         for (label, *_), u, f, colour, width in zip(lines, x, y, colours, widths, strict=False):
             axes.plot(u * length, f * force, color=colour, linewidth=width, label=label)
         axes.set(xlabel=f"{abscissa} [{length_unit}]", ylabel=f"{ordinate} [{force_unit}]")
+        if component < 2 and not any(_slides(cycle, node, component) for _, cycle, _, node in lines):
+            axes.text(0.5, 0.6, "no force", transform=axes.transAxes, ha="center", color="0.4", fontsize=8)
         _finish(axes, motion * length, load * force)
 
 

@@ -76,12 +76,12 @@ def test_nine_decimals(kind, harmonics, values):
     ],
 )
 def test_peaks(kind, harmonics, omega, height):
-    """The others' peaks: the largest sample of a top that 128 samples make ragged at the 3e-4 level."""
+    """The others' peaks: the largest sample of a flat top that 128 samples make ragged at the 3e-4 level."""
     modal, contact = problem(kind)
     for integration in ("sampled", "exact"):
         curve = forced_response(modal, contact, Excitation(0, 1.0), options(harmonics, integration))
         assert curve.outcome.complete
         top = int(np.argmax(curve.harmonic_m[:, 0]))
         assert curve.harmonic_m[top, 0] == pytest.approx(height, rel=1e-3)
-        assert 2 * np.pi * curve.frequency_hz[top] == pytest.approx(omega, rel=2e-3)
+        assert 2 * np.pi * curve.frequency_hz[top] == pytest.approx(omega, rel=4e-3)
         assert curve.energy_error.max() < 1e-8
