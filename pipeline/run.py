@@ -31,8 +31,16 @@ def execute(request: Request, reporter: Reporter) -> Outcome:
     """
     start = time.perf_counter()
     given = _check(request)
-    run = Run(request, _open_store(request), StageLog(), reporter, Versions.current())
-    outcome = Outcome()
+    store = _open_store(request)
+    try:
+        return _execute(Run(request, store, StageLog(), reporter, Versions.current()), given, start)
+    except KeyboardInterrupt:
+        store.sweep_up(own=True)  # the interrupt may have come before or amid a clean-up
+        raise
+
+
+def _execute(run: Run, given: ReducedModel | None, start: float) -> Outcome:
+    request, outcome = run.request, Outcome()
     models = blade_models(run, outcome) if given is None else given_models(run, given)
     if "respond" in request.wanted:
         _respond(run, models, outcome)

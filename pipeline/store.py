@@ -87,11 +87,12 @@ class Store:
             yield folder / path.name
             os.replace(folder / path.name, path)
 
-    def sweep_up(self) -> None:
-        """Remove temporary folders of processes that are no more."""
+    def sweep_up(self, own: bool = False) -> None:
+        """Remove temporary folders of processes that are no more, with `own` also those of this one."""
         place = self.root / "tmp"
         for folder in place.iterdir() if place.is_dir() else ():
-            if not _alive(folder.name.partition("-")[0]):
+            process = folder.name.partition("-")[0]
+            if (own and process == str(os.getpid())) or not _alive(process):
                 shutil.rmtree(folder, ignore_errors=True)
 
     def _install(self, folder: Path, target: Path) -> None:
