@@ -134,12 +134,12 @@ def command(arguments: list[str]) -> int:
 
 def _finish(request: Request, quiet: bool) -> None:
     """Execute, tell people what came of it, and exit with the status that says so."""
-    from pipeline.interruption import noticing_interrupts
+    from pipeline.interruption import handling_interrupts
     from pipeline.progress import Reporter
     from pipeline.run import execute
 
-    with noticing_interrupts() as interrupted:
-        outcome = execute(request, Reporter(quiet, interrupted=interrupted))
+    with handling_interrupts() as interrupts:
+        outcome = execute(request, Reporter(quiet, interrupts=interrupts))
     if not quiet:
         _tell(request, outcome)
     for problem in outcome.problems:

@@ -7,8 +7,9 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from threading import Event
 from typing import TYPE_CHECKING, TextIO
+
+from pipeline.interruption import Interrupts
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -18,16 +19,11 @@ _PAUSE = 0.1  # seconds between two updates of a live line
 
 @dataclass
 class Reporter:
-    """Tells people what is going on. `quiet`: nothing but errors. `interrupted`: set when they want it to stop."""
+    """Tells people what is going on. `quiet`: nothing but errors. `interrupts`: whether they want it to stop."""
 
     quiet: bool = False
     stream: TextIO = field(default_factory=lambda: sys.stderr)
-    interrupted: Event = field(default_factory=Event)
-
-    def check(self) -> None:
-        """Raise KeyboardInterrupt where one was asked for and lost."""
-        if self.interrupted.is_set():
-            raise KeyboardInterrupt
+    interrupts: Interrupts = field(default_factory=Interrupts)
 
     def line(self, text: str) -> None:
         """One plain line."""

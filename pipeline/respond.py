@@ -94,12 +94,12 @@ class CurveSolver:
 
     def _one_by_one(self, missing: list[Wanted]) -> Mapping[str, str]:
         reasons = {}
-        with self.reporter.counting("curves", len(missing)) as counter:
+        with self.reporter.counting("curves", len(missing)) as counter, self.reporter.interrupts.looking():
             for item in missing:
                 label = member_label(item.member)
 
                 def within(frequency_hz: float, points: int, label: str = label) -> None:
-                    self.reporter.check()
+                    self.reporter.interrupts.check()
                     counter.within(f"{label} at {frequency_hz:.5g} Hz, {points} points")
 
                 reason = _solve_into(self.store, item, within)
