@@ -1,7 +1,7 @@
 """What a blade must be, said before anything is built."""
 
 from dataclasses import replace
-from math import isfinite, pi
+from math import isfinite, nan, pi
 from numbers import Integral, Real
 
 from geometry.errors import GeometryError
@@ -33,15 +33,15 @@ def _require(condition: bool, table: str, parameter: str, value: object, allowed
 
 def _number(table: str, parameter: str, value: object, *, positive: bool = True) -> None:
     """A finite real number, positive unless said otherwise."""
-    real = isinstance(value, Real) and not isinstance(value, bool) and isfinite(value)
+    number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else nan
     kind = "positive" if positive else "finite"
-    _require(real and not (positive and float(value) <= 0), table, parameter, value, f"must be a {kind} number")  # type: ignore[arg-type]
+    good = isfinite(number) and (number > 0 or not positive)
+    _require(good, table, parameter, value, f"must be a {kind} number")
 
 
 def _integer(table: str, parameter: str, value: object, low: int, high: int) -> None:
-    whole = isinstance(value, Integral) and not isinstance(value, bool)
-    allowed = f"must be an integer from {low} to {high}"
-    _require(whole and low <= int(value) <= high, table, parameter, value, allowed)  # type: ignore[call-overload]
+    number = int(value) if isinstance(value, Integral) and not isinstance(value, bool) else low - 1
+    _require(low <= number <= high, table, parameter, value, f"must be an integer from {low} to {high}")
 
 
 def _check_blade(blade: BladeParameters) -> None:

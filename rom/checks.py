@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import numbers
 
 from rom.errors import RomParameterError
@@ -9,6 +10,6 @@ from rom.errors import RomParameterError
 
 def require_between(table: str, parameter: str, value: object, low: float, high: float, allowed: str) -> None:
     """Raise RomParameterError unless value is a number strictly between low and high (so never NaN or infinite)."""
-    number = isinstance(value, numbers.Real) and not isinstance(value, bool)
-    if not number or not low < float(value) < high:  # type: ignore[arg-type]
+    number = float(value) if isinstance(value, numbers.Real) and not isinstance(value, bool) else math.nan
+    if not low < number < high:
         raise RomParameterError(table, parameter, value, allowed)
