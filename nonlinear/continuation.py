@@ -21,6 +21,7 @@ LARGEST_DEVIATION = 0.6
 KINK_STEP = 0.01  # steps this short may cross a kink: there the deviation does not shrink with the step
 KINK_DEVIATION = 4.0
 KINK_COSINE = 0.5
+FARTHEST_RESTART = 1.5  # arc length within which a solution counts as the same one
 RANGE_FRACTION = 0.1
 
 Tangent = tuple[Array, float]  # dx/ds (n,), dw/ds
@@ -135,6 +136,24 @@ class Continuation:
             following = min(following, 0.7 * step)
         record = (iteration, point.arc + step, min(following, self.options.max_step))
         return self._with_tangent(x, w, at, direction, point.orientation, record)
+
+    def correct_in_plane(self, start: CurvePoint) -> CurvePoint | None:
+        """The nearest solution in the plane normal to the tangent through `start`, which need not be one itself."""
+        metric = self.metric(start.unknown)
+        x, w = start.unknown, start.frequency
+        watch = Convergence(self.options.tolerance, self.options.round_off)
+        for iteration in range(MAX_CORRECTIONS + 1):
+            at = self.balance.evaluate(x, w)
+            error = self.balance.relative_error(at.residual, x)
+            if watch.reached(error):
+                return replace(start, unknown=x, frequency=w, contact=at.contact, iterations=iteration)
+            if not np.isfinite(error):
+                return None
+            dx, dw = _bordered_solve(at.jacobian, at.slope, start.tangent, metric, -at.residual)
+            x, w = x + dx, w + dw
+            if w <= 0.0 or metric.norm(x - start.unknown, w - start.frequency) > FARTHEST_RESTART:
+                return None
+        return None
 
     def at_frequency(self, point: CurvePoint, frequency: float) -> CurvePoint | None:
         """The point of the curve near `point` at a given w, along its tangent as first guess; None if not reached."""

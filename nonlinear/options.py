@@ -26,7 +26,8 @@ class SolverOptions:
     Attributes
     ----------
     frequency : (low, high) in Hz.
-    harmonics : H, harmonics 0 .. H are balanced.
+    harmonics : H, harmonics 0 .. H are balanced; "auto": as many as `harmonic_tolerance` asks for.
+    harmonic_tolerance : largest estimated truncation error, relative to the peak amplitude, that "auto" accepts.
     integration : how the contact force is integrated over the cycle; "exact": from event to event (uncoupled law),
         "sampled": at `samples` instants. None: exact where the law allows it, else sampled.
     samples : instants a period, at least 4 H + 4.
@@ -40,7 +41,8 @@ class SolverOptions:
     """
 
     frequency: tuple[float, float]
-    harmonics: int = 1
+    harmonics: int | Literal["auto"] = 1
+    harmonic_tolerance: float = 1e-3
     integration: Integration | None = None
     samples: int = 1024
     method: Method = "coupled"
@@ -58,13 +60,26 @@ class SolverOptions:
         low, high = self.frequency
         if not 0.0 < low < high < float("inf"):
             raise OptionsError(f"frequency: [{low}, {high}], allowed: 0 < low < high (Hz)")
-        if self.harmonics < 1:
-            raise OptionsError(f"harmonics: {self.harmonics}, allowed: 1 or more")
-        if self.samples < 4 * self.harmonics + 4:
-            raise OptionsError(
-                f"samples: {self.samples}, allowed: {4 * self.harmonics + 4} or more for so many harmonics"
-            )
+        if self.harmonics != "auto" and (isinstance(self.harmonics, str) or self.harmonics < 1):
+            raise OptionsError(f'harmonics: {self.harmonics!r}, allowed: 1 or more, or "auto"')
+        if not 0.0 < self.harmonic_tolerance < 1.0:
+            raise OptionsError(f"harmonic_tolerance: {self.harmonic_tolerance}, allowed: between 0 and 1")
+        least = 4 * (1 if self.harmonics == "auto" else self.harmonics) + 4
+        if self.samples < least:
+            raise OptionsError(f"samples: {self.samples}, allowed: {least} or more for so many harmonics")
         if self.integration not in (None, "exact", "sampled"):
             raise OptionsError(f'integration: {self.integration!r}, allowed: "exact" or "sampled"')
         if self.method not in ("coupled", "static-first"):
             raise OptionsError(f'method: {self.method!r}, allowed: "coupled" or "static-first"')
+
+    @property
+    def fixed_harmonics(self) -> int:
+        """H as a number.
+
+        Raises
+        ------
+        OptionsError : it is "auto", which only `forced_response` resolves.
+        """
+        if isinstance(self.harmonics, str):
+            raise OptionsError('harmonics: "auto", allowed here: a number')
+        return self.harmonics

@@ -1,6 +1,7 @@
 """The nonlinear forced response of a blade: one call from modes, contact and excitation to a curve."""
 
 import time
+from dataclasses import replace
 
 from threadpoolctl import threadpool_limits
 
@@ -13,8 +14,11 @@ from nonlinear.options import Excitation, SolverOptions
 from nonlinear.outcome import Ending, Outcome
 from nonlinear.start import static_displacement
 from nonlinear.tracing import Progress, trace_range
-from nonlinear.truncation import truncation_error
+from nonlinear.truncation import Truncation
 from rom import ModalModel, RelativeReceptance
+
+LADDER = (1, 3, 5, 7, 9, 11, 15, 21, 31)  # numbers of harmonics that "auto" tries
+NOTHING_LEFT_OUT = 1e-9  # truncation error of a response that is linear
 
 
 def forced_response(
@@ -37,23 +41,66 @@ def forced_response(
         raise ContactError(
             f"contact: parameters of {contact.n_contacts} nodes, allowed: {modal.n_contacts}, as the model"
         )
-    began = time.perf_counter()
     # The matrices are small: more threads than one make each product slower.
     with threadpool_limits(1, "blas"):
-        receptance, element = _parts(modal, contact, excitation, options)
-        try:
-            static = static_displacement(receptance, contact, options)
-        except ArithmeticError as error:
-            message = f"no start at {options.frequency[0]:.6g} Hz: {error}"
-            outcome = Outcome(Ending.START_FAILED, options.frequency[0], message)
-            data = CurveData([], [], outcome, time.perf_counter() - began, float("nan"))
-            return assemble_curve(HarmonicBalance(receptance, element), options.output, data)
-        frozen = static if options.method == "static-first" else None
-        balance = HarmonicBalance(receptance, element, frozen)
-        trace = trace_range(Continuation(balance, options), static, progress)
-        truncation = truncation_error(balance, contact, trace.points, trace.peak_indices, options)
-        data = CurveData(*trace, time.perf_counter() - began, truncation)
-        return assemble_curve(balance, options.output, data)
+        if options.harmonics == "auto":
+            return _with_enough_harmonics(modal, contact, excitation, options, progress)
+        return _with_harmonics(modal, contact, excitation, options, progress)[0]
+
+
+def _with_harmonics(
+    modal: ModalModel,
+    contact: ContactParameters,
+    excitation: Excitation,
+    options: SolverOptions,
+    progress: Progress | None,
+    everywhere: bool = False,
+) -> tuple[ResponseCurve, float]:
+    """The curve with a given number of harmonics, and the truncation error: at the peak, or `everywhere` along it."""
+    began = time.perf_counter()
+    receptance, element = _parts(modal, contact, excitation, options)
+    try:
+        static = static_displacement(receptance, contact, options)
+    except ArithmeticError as error:
+        message = f"no start at {options.frequency[0]:.6g} Hz: {error}"
+        outcome = Outcome(Ending.START_FAILED, options.frequency[0], message)
+        data = CurveData([], [], outcome, time.perf_counter() - began, float("nan"))
+        return assemble_curve(HarmonicBalance(receptance, element), options.output, data), float("nan")
+    frozen = static if options.method == "static-first" else None
+    balance = HarmonicBalance(receptance, element, frozen)
+    trace = trace_range(Continuation(balance, options), static, progress)
+    truncation = Truncation(balance, contact, options, options.fixed_harmonics)
+    at_peak = truncation.at_peak(trace.points, trace.peak_indices)
+    along = truncation.along(trace.points, trace.peak_indices) if everywhere else at_peak
+    data = CurveData(*trace, time.perf_counter() - began, at_peak)
+    return assemble_curve(balance, options.output, data), along
+
+
+def _with_enough_harmonics(
+    modal: ModalModel,
+    contact: ContactParameters,
+    excitation: Excitation,
+    options: SolverOptions,
+    progress: Progress | None,
+) -> ResponseCurve:
+    """The curve with as many harmonics as its estimated truncation error asks for.
+
+    An estimate is believed when nothing at all was left out, or when the one before it was confirmed: the peak then
+    moved by no more than it had said (with a factor of 3 and the tolerance granted).
+    """
+    tolerance, seconds = options.harmonic_tolerance, 0.0
+    before: tuple[float, float] | None = None  # peak amplitude and estimate with fewer harmonics
+    for harmonics in LADDER:
+        fixed = replace(options, harmonics=harmonics)
+        curve, error = _with_harmonics(modal, contact, excitation, fixed, progress, everywhere=True)
+        seconds += curve.seconds
+        height = curve.peak.amplitude_m if curve.peak else 0.0
+        confirmed = before is not None and abs(height - before[0]) <= (3.0 * before[1] + tolerance) * height
+        if error <= NOTHING_LEFT_OUT or (error <= tolerance and confirmed):
+            return replace(curve, seconds=seconds)
+        before = height, error
+    message = f"{curve.outcome.message}; {LADDER[-1]} harmonics, the most there are, do not reach {tolerance:g}"
+    return replace(curve, seconds=seconds, outcome=replace(curve.outcome, message=message))
 
 
 def harmonic_balance(
@@ -73,6 +120,7 @@ def harmonic_balance(
 def _parts(
     modal: ModalModel, contact: ContactParameters, excitation: Excitation, options: SolverOptions
 ) -> tuple[RelativeReceptance, ContactElement]:
-    harmonics = tuple(range(options.harmonics + 1))
-    receptance = RelativeReceptance(modal, modal.phase(excitation.engine_order), harmonics, excitation.force)
-    return receptance, contact_element(contact, options.harmonics, options)
+    n_harmonics = options.fixed_harmonics
+    phase = modal.phase(excitation.engine_order)
+    receptance = RelativeReceptance(modal, phase, tuple(range(n_harmonics + 1)), excitation.force)
+    return receptance, contact_element(contact, n_harmonics, options)

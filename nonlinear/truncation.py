@@ -1,66 +1,73 @@
-"""Estimate of what the harmonics that were left out would change at the peak."""
+"""What the harmonics that were left out would change: a solved point solved again with more of them."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from nonlinear.balance import HarmonicBalance
 from nonlinear.contact import ContactParameters
-from nonlinear.continuation import CurvePoint
+from nonlinear.continuation import Continuation, CurvePoint
 from nonlinear.elements import contact_element
 from nonlinear.options import SolverOptions
 from nonlinear.quantities import largest_amplitude, output_harmonics
 
-EXTRA_FACTOR, EXTRA_HARMONICS = 2, 3
+LOOKS = 6  # places along a curve, beside its peaks, where the adaptive choice of harmonics looks
 
 
-def truncation_error(
-    balance: HarmonicBalance,
-    contact: ContactParameters,
-    points: list[CurvePoint],
-    peak_indices: list[int],
-    options: SolverOptions,
-) -> float:
-    """Relative change of the highest peak's amplitude by one Newton step in a balance with more harmonics.
+def wider_harmonics(n_harmonics: int) -> int:
+    """Number of harmonics that H is judged by: 2H + 3, and 8 more where that would be costly."""
+    return min(2 * n_harmonics + 3, n_harmonics + 8)
 
-    The step is taken normal to the curve. A first-order estimate: small values are trustworthy, values beyond some
-    per cent only say that more harmonics are needed. NaN where there is no peak.
-    """
-    if not peak_indices:
-        return float("nan")
-    output = options.output
 
-    def height(index: int) -> float:
-        return largest_amplitude(output_harmonics(balance, points[index], output)).value
+@dataclass(frozen=True)
+class Truncation:
+    """Estimates the error of the harmonics kept in `balance`, relative to the amplitude of the highest peak."""
 
-    point = points[max(peak_indices, key=height)]
-    n_harmonics = EXTRA_FACTOR * options.harmonics + EXTRA_HARMONICS
-    wider = replace(
-        balance,
-        receptance=replace(balance.receptance, harmonics=tuple(range(n_harmonics + 1))),
-        element=contact_element(contact, n_harmonics, options),
-    )
-    unknown = np.zeros(wider.size)
-    unknown[: point.unknown.size] = point.unknown
-    at = wider.evaluate(unknown, point.frequency)
-    border = np.zeros(wider.size)
-    border[: point.unknown.size] = point.tangent[0]
-    length = np.linalg.norm(border) or 1.0
-    omega = abs(point.tangent[1]) or point.frequency
-    matrix = np.block(
-        [
-            [at.jacobian, (at.slope * omega / length)[:, None]],
-            [border[None] / length, np.array([[point.tangent[1] / omega]])],
-        ]
-    )
-    try:
-        step = np.linalg.solve(matrix, np.append(-at.residual, 0.0))
-    except np.linalg.LinAlgError:
-        return float("inf")
-    moved_x, moved_w = unknown + step[:-1], point.frequency + step[-1] * omega / length
-    if moved_w <= 0.0:
-        return float("inf")
-    moved = replace(point, unknown=moved_x, frequency=moved_w, contact=wider.forces(moved_x))
-    after = largest_amplitude(output_harmonics(wider, moved, output)).value
-    before = largest_amplitude(output_harmonics(balance, point, output)).value
-    return abs(after - before) / before if before > 0.0 else 0.0
+    balance: HarmonicBalance
+    contact: ContactParameters
+    options: SolverOptions
+    n_harmonics: int
+
+    def at_peak(self, points: list[CurvePoint], peak_indices: list[int]) -> float:
+        """Relative change of the highest peak's amplitude; NaN where there is no peak, inf where it gets lost."""
+        if not peak_indices:
+            return float("nan")
+        peak = max(peak_indices, key=lambda index: self._height(points[index]))
+        return self._relative([points[peak]], self._height(points[peak]))
+
+    def along(self, points: list[CurvePoint], peak_indices: list[int]) -> float:
+        """Largest change of the amplitude at the peaks and at places along the curve, relative to the highest."""
+        if not points:
+            return float("nan")
+        heights = [self._height(point) for point in points]
+        spread = np.unique(np.linspace(0, len(points) - 1, LOOKS).astype(int)).tolist()
+        looked_at = sorted({*peak_indices, *spread, int(np.argmax(heights))})
+        return self._relative([points[index] for index in looked_at], max(heights))
+
+    def _relative(self, points: list[CurvePoint], reference: float) -> float:
+        if reference == 0.0:
+            return 0.0
+        return max(abs(self._widened_height(point) - self._height(point)) for point in points) / reference
+
+    def _height(self, point: CurvePoint, balance: HarmonicBalance | None = None) -> float:
+        return largest_amplitude(output_harmonics(balance or self.balance, point, self.options.output)).value
+
+    def _widened_height(self, point: CurvePoint) -> float:
+        """Amplitude with more harmonics, in the plane normal to the curve through the point; inf if not found."""
+        n_harmonics = wider_harmonics(self.n_harmonics)
+        wider = replace(
+            self.balance,
+            receptance=replace(self.balance.receptance, harmonics=tuple(range(n_harmonics + 1))),
+            element=contact_element(self.contact, n_harmonics, self.options),
+        )
+        missing = wider.size - point.unknown.size
+        start = replace(
+            point,
+            unknown=np.append(point.unknown, np.zeros(missing)),
+            tangent=(np.append(point.tangent[0], np.zeros(missing)), point.tangent[1]),
+        )
+        try:
+            found = Continuation(wider, self.options).correct_in_plane(start)
+        except np.linalg.LinAlgError:
+            return float("inf")
+        return float("inf") if found is None else self._height(found, wider)

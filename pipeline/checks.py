@@ -92,7 +92,7 @@ def _check_keys(path: Path, member: Member) -> None:
     if scene.contact.used_integration == "exact" and scene.contact.law == "coupled":
         allowed = '"sampled" with law = "coupled"'
         raise input_error(path, _where(member, "contact.integration"), '"exact"', allowed)
-    least = 4 * response.harmonics + 4
+    least = 4 * (1 if response.harmonics == "auto" else response.harmonics) + 4
     if scene.contact.samples < least:
         allowed = f"{least} or more with {response.harmonics} harmonics"
         raise input_error(path, _where(member, "contact.samples"), shown(scene.contact.samples), allowed)

@@ -104,6 +104,7 @@ def solve_curve(folder: Path, task: CurveTask, progress: Progress | None = None)
             SolverOptions(
                 frequency=scene.response.frequency,
                 harmonics=scene.response.harmonics,
+                harmonic_tolerance=scene.response.tolerance,
                 samples=scene.contact.samples,
                 integration=scene.contact.used_integration,
                 method=scene.response.method,

@@ -179,7 +179,16 @@ class Response(Section):
     """[response]: which curve, how many harmonics, how much damping."""
 
     frequency: tuple[Positive, Positive] = _key("range, Hz", "two numbers above 0, the second above the first")
-    harmonics: Whole = _key("harmonics of the balance", "a whole number, 1 to 99", 1, ge=1, le=99)
+    harmonics: Annotated[Whole, Field(ge=1, le=99)] | Literal["auto"] = _key(
+        "harmonics of the balance; auto: as many as the tolerance asks for", 'a whole number, 1 to 99, or "auto"', 1
+    )
+    tolerance: Number = _key(
+        "largest error by the harmonics left out that auto accepts, relative to the peak",
+        "a number from 1e-6 to 0.5",
+        1e-3,
+        ge=1e-6,
+        le=0.5,
+    )
     damping_ratio: (
         Annotated[Number, Field(gt=0.0, lt=1.0)]
         | Annotated[tuple[Annotated[Number, Field(gt=0.0, lt=1.0)], ...], Field(min_length=1)]

@@ -1,0 +1,69 @@
+"""How many harmonics: the estimate of the truncation error against many harmonics, and the automatic choice."""
+
+import numpy as np
+import pytest
+from lumped import lumped_blade
+
+from nonlinear import ContactParameters, Excitation, OptionsError, SolverOptions, forced_response
+from rom import modal_model
+
+MANY = 31
+CASES = [(-3.0, 4), (-0.5, 6), (0.0, 3), (0.5, 4), (1.0, 2), (2.0, 6)]  # interference, engine order
+
+
+def solve(interference, engine_order, harmonics, tolerance=1e-3):
+    modal = modal_model(lumped_blade(), damping_ratio=0.03)
+    contact = ContactParameters.shared(
+        2, normal_stiffness=4.0, tangential_stiffness=3.0, friction=0.4, interference=interference
+    )
+    options = SolverOptions((0.1, 0.7), harmonics=harmonics, harmonic_tolerance=tolerance)
+    return forced_response(modal, contact, Excitation(engine_order, 1.0), options)
+
+
+def test_the_estimate_bounds_the_true_error_within_a_factor():
+    """Against 31 harmonics, over gaps, open and pressed contacts, H = 1, 3 and 5."""
+    bounded = []
+    for interference, engine_order in CASES:
+        reference = solve(interference, engine_order, MANY).peak.amplitude_m
+        for harmonics in (1, 3, 5):
+            curve = solve(interference, engine_order, harmonics)
+            true = abs(curve.peak.amplitude_m / reference - 1.0)
+            bounded.append(true <= 3.0 * curve.truncation_error + 1e-6)
+    assert np.mean(bounded) >= 0.9
+
+
+@pytest.mark.parametrize(("interference", "engine_order"), [(-0.5, 6), (0.5, 4)])
+def test_auto_reaches_its_tolerance(interference, engine_order):
+    reference = solve(interference, engine_order, MANY).peak.amplitude_m
+    for tolerance in (2e-2, 2e-3):
+        curve = solve(interference, engine_order, "auto", tolerance)
+        assert curve.outcome.complete
+        assert curve.truncation_error <= tolerance
+        assert abs(curve.peak.amplitude_m / reference - 1.0) <= 3.0 * tolerance
+    assert 1 < curve.harmonics < MANY
+
+
+def test_auto_keeps_one_harmonic_where_the_response_is_linear():
+    for interference in (-1e4, 1e4):
+        curve = solve(interference, 4, "auto")
+        assert curve.harmonics == 1
+        assert curve.truncation_error < 1e-9
+
+
+def test_one_harmonic_that_lies_is_told():
+    """A pressed contact that opens: one harmonic is wrong by per cents and says so."""
+    curve = solve(0.5, 4, 1)
+    reference = solve(0.5, 4, MANY).peak.amplitude_m
+    true = abs(curve.peak.amplitude_m / reference - 1.0)
+    assert true > 5e-3
+    assert curve.truncation_error > true / 3.0
+
+
+def test_bad_harmonics_are_named():
+    for bad in (0, "many"):
+        with pytest.raises(OptionsError, match=r"harmonics: .*allowed: 1 or more, or \"auto\""):
+            SolverOptions((1.0, 2.0), harmonics=bad)
+    with pytest.raises(OptionsError, match="harmonic_tolerance"):
+        SolverOptions((1.0, 2.0), harmonic_tolerance=0.0)
+    with pytest.raises(OptionsError, match="allowed here: a number"):
+        _ = SolverOptions((1.0, 2.0), harmonics="auto").fixed_harmonics
