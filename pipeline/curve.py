@@ -94,7 +94,7 @@ def solve_curve(folder: Path, task: CurveTask, progress: Progress | None = None)
 
     scene = task.scene
     with threadpool_limits(limits=1):  # the matrices are small: threads only get in each other's way
-        model = read_reduced_model(task.rom)
+        model = read_reduced_model(task.rom, with_basis=False)
         modal = modal_of(model, scene)
         contact = used_contact(scene, face_area(model))
         response = forced_response(

@@ -42,7 +42,7 @@ def frequencies(store: Store, model: BuiltModel, scene: Scene, version: str) -> 
 def _write(path: Path, rom: Path, scene: Scene) -> None:
     from rom import read_reduced_model
 
-    model = read_reduced_model(rom)
+    model = read_reduced_model(rom, with_basis=False)
     path.write_text(json.dumps(_solve(model, used_contact(scene, face_area(model)), scene.excitation.engine_order)))
 
 

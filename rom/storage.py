@@ -45,8 +45,8 @@ def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> No
             file.attrs["n_blades"] = model.n_blades
 
 
-def read_reduced_model(path: str | os.PathLike[str]) -> ReducedModel:
-    """Read a reduced model.
+def read_reduced_model(path: str | os.PathLike[str], *, with_basis: bool = True) -> ReducedModel:
+    """Read a reduced model; without its basis, which is large, where nothing is to be expanded to the mesh.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def read_reduced_model(path: str | os.PathLike[str]) -> ReducedModel:
         raise ReducedModelError(f"{path}: no such file, allowed: an HDF5 file with a reduced model")
     try:
         with h5py.File(path, "r") as file:
-            arguments = _read_arguments(file)
+            arguments = _read_arguments(file, with_basis)
         return ReducedModel(**arguments)
     except ReducedModelError as error:
         raise ReducedModelError(f"{path}: {error}") from None
@@ -68,7 +68,7 @@ def read_reduced_model(path: str | os.PathLike[str]) -> ReducedModel:
         raise ReducedModelError(f"{path}: not readable as a reduced model: {reason}") from None
 
 
-def _read_arguments(file: "h5py.File") -> dict[str, Any]:
+def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
     version = _text(file.attrs.get("format", "absent"))
     if version != FORMAT:
         raise ReducedModelError(f"attribute format: {version!r}, allowed: {FORMAT!r}")
@@ -77,7 +77,7 @@ def _read_arguments(file: "h5py.File") -> dict[str, Any]:
         for attribute, name in _REQUIRED.items()
     }
     for attribute, name in _OPTIONAL.items():
-        if name in file:
+        if name in file and (with_basis or attribute != "basis"):
             arguments[attribute] = _read_array(file, name)
     if "output" not in file or not hasattr(file["output"], "keys"):
         raise ReducedModelError("output: missing; group output must hold the dataset tip")

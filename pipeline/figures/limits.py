@@ -38,7 +38,7 @@ def linear_limits(curves: Sequence[PlottedCurve]) -> list[Limit]:
     """The free limit of every distinct blade and load, and the stuck limit of every distinct contact and phase."""
     from rom import read_reduced_model
 
-    models = {rom: read_reduced_model(rom) for rom in {curve.rom for curve in curves}}
+    models = {rom: read_reduced_model(rom, with_basis=False) for rom in {curve.rom for curve in curves}}
     limits = []
     for kind in ("free", "stuck"):
         groups: dict[object, list[int]] = {}

@@ -82,7 +82,7 @@ def _springs(model: BuiltModel, scene: Scene, contact: str) -> dict[str, Any]:
         return {"normal": none, "tangential": none}
     from rom import read_reduced_model
 
-    values = used_contact(scene, face_area(read_reduced_model(model.rom)))
+    values = used_contact(scene, face_area(read_reduced_model(model.rom, with_basis=False)))
     normal = tuple(stiffness_by_node(values["normal_stiffness"], len(none)).tolist())
     tangential = tuple(stiffness_by_node(values["tangential_stiffness"], len(none)).tolist())
     return {"normal": normal, "tangential": tangential if contact == "stuck" else none}

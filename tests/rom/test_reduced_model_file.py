@@ -1,5 +1,7 @@
 """The file of a reduced model: what is written is read, and what is wrong is named."""
 
+from dataclasses import replace
+
 import h5py
 import numpy as np
 import pytest
@@ -37,6 +39,13 @@ def test_round_trip_is_exact(tmp_path, ground):
     assert {name: list(vector) for name, vector in again.outputs.items()} == {
         name: list(vector) for name, vector in model.outputs.items()
     }
+
+
+def test_the_basis_is_read_only_where_it_is_wanted(tmp_path):
+    model = replace(random_model(), basis=np.ones((7, 10)))
+    write_reduced_model(tmp_path / "rom.h5", model)
+    assert np.array_equal(read_reduced_model(tmp_path / "rom.h5").basis, model.basis)
+    assert read_reduced_model(tmp_path / "rom.h5", with_basis=False).basis is None
 
 
 def test_the_layout_is_the_documented_one(tmp_path):
