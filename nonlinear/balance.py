@@ -8,7 +8,7 @@ from nonlinear.contact import Array, ContactElement, ContactForces
 from nonlinear.fourier import ComplexArray, to_complex, to_real
 from rom import RelativeReceptance
 
-FINEST_VIBRATION = 1e-3
+FINEST_VIBRATION = 1e-6
 
 
 @dataclass(frozen=True)

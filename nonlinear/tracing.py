@@ -34,14 +34,15 @@ def trace_range(continuation: Continuation, static: Array, progress: Progress | 
     if upwards.outcome.complete or upwards.outcome.ending is Ending.TOO_MANY_POINTS:
         return upwards
     downwards = _trace_from_end(continuation, static, upwards=False, progress=progress)
-    if downwards.outcome.complete:
-        message = (
-            f"{downwards.outcome.message}, from the high end down (from the low end up: {upwards.outcome.message})"
-        )
-        return _reversed(downwards, replace(downwards.outcome, message=message))
-    if len(downwards.points) > len(upwards.points):
-        return _reversed(downwards, downwards.outcome)
-    return upwards
+    if downwards.outcome.complete or len(downwards.points) > len(upwards.points):
+        return _reversed(downwards, _both(downwards, "from the high end down", upwards, "from the low end up"))
+    return upwards._replace(outcome=_both(upwards, "from the low end up", downwards, "from the high end down"))
+
+
+def _both(kept: Trace, kept_way: str, other: Trace, other_way: str) -> Outcome:
+    """The outcome of the trace that is kept, with what became of the other one."""
+    message = f"{kept.outcome.message}, {kept_way}; {other_way}: {other.outcome.message}"
+    return replace(kept.outcome, message=message)
 
 
 def _trace_from_end(continuation: Continuation, static: Array, upwards: bool, progress: Progress | None) -> Trace:
