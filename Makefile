@@ -1,18 +1,21 @@
 # make run    set up what is needed, then run a scene from geometry to figures
 # make test   set up what is needed, then format, lint, types and tests
+# make stress the stability matrix: hard cases solved, every one written down, into out/stress
 #
-# SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes.
+# SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes;
+# STRESS="--full --seed 5" more or other cases (docs/stability.md).
 
 SCENE ?= scenes/dummy.toml
 OUT ?=
 JOBS ?= 1
+STRESS ?=
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) --jobs $(JOBS)
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond render figures test clean
+.PHONY: setup run mesh assemble reduce respond render figures test stress clean
 
 setup: $(VENV)/.installed
 
@@ -36,6 +39,9 @@ test: setup
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist loadgroup
+
+stress: setup
+	@$(BIN)/python benchmarks/stress.py --jobs $(JOBS) $(STRESS)
 
 clean:
 	rm -rf out build dist .pytest_cache .mypy_cache .ruff_cache

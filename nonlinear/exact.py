@@ -1,167 +1,217 @@
 """Event-driven contact element for the uncoupled law: transition times found, stretches integrated in closed form."""
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from nonlinear.compilation import compiled
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
-from nonlinear.events import NEVER, RECONTACT, march_events
-from nonlinear.moments import add_gram, add_scaled, finish_node, mean_basis
+from nonlinear.events import (
+    NEVER,
+    RECONTACT,
+    bound_limits,
+    march,
+    record,
+    round_off,
+    start_loaded,
+    start_recontact,
+    write_limits,
+)
+from nonlinear.moments import add_gram
 from nonlinear.slider import Integers
-from nonlinear.trigonometric import FULL_TURN, find_roots, value_and_slope
+from nonlinear.trigonometric import FULL_TURN, NOWHERE, cell_table, derivative_bound, prepare_roots, taylor
 
 
 @dataclass(frozen=True)
 class ExactContact:
     """Contact element without time samples (see `ContactElement`): exact forces and Jacobian for any motion.
 
-    Between the roots of N, of (kt u - mu N)' and of (kt u + mu N)' each limit of the slider is monotone, so a slider
-    meets it at most once there and no event can be missed. Stick, slip and lift-off stretches are then integrals of
-    trigonometric polynomials. The Jacobian includes that the time of re-contact, where the slider restarts, moves.
+    Taylor bounds in small cells of the turn tell where N can change its sign and where the slider can meet its limits
+    or leave them; elsewhere nothing happens, and no event can be missed. Stick, slip and lift-off stretches are then
+    integrals of trigonometric polynomials. The Jacobian includes that the time of re-contact, where the slider
+    restarts, moves.
     """
 
     parameters: ContactParameters
     n_harmonics: int
 
+    @cached_property
+    def _table(self) -> Array:
+        return cell_table(self.n_harmonics)
+
     def evaluate(self, displacement: Array) -> ContactForces:
         """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
         size, n_contacts, _ = displacement.shape
+        columns = np.ascontiguousarray(displacement.reshape(size, -1).T)
         force = np.zeros((size, n_contacts, 3))
         jacobian = np.zeros((n_contacts, 3, 3, size, size))
         state = np.zeros(n_contacts, dtype=np.int64)
         p = self.parameters
         laws = (p.normal_stiffness, p.tangential_stiffness, p.friction, p.interference, p.preload)
-        _evaluate(np.ascontiguousarray(displacement), laws, force, jacobian, state)
+        values = (columns @ self._table).reshape(n_contacts, 3, 3, -1)
+        _evaluate(columns.reshape(n_contacts, 3, size), values, laws, force, jacobian, state)
         return ContactForces(force, jacobian, state)
 
 
 @compiled
 def _evaluate(
     displacement: Array,
+    values: Array,
     laws: tuple[Array, Array, Array, Array, Array],
     force: Array,
     jacobian: Array,
     worst: Integers,
 ) -> None:
-    """All nodes and directions."""
-    normal_stiffness, tangential_stiffness, friction, interference, preload = laws
-    size = displacement.shape[0]
-    load, motion = np.empty(size), np.empty(size)
-    roots = np.empty(size)
-    stretches = np.empty((16 * size + 8, 6))
-    none = np.zeros((size, size))
+    """All nodes and directions; displacement (n_c, 3, 2H+1), values (n_c, 3, 3, cells) (see `cell_table`)."""
+    size, cells = displacement.shape[2], values.shape[3]
+    load, windows, scratch = np.empty(size), np.empty((size, 2)), np.empty((10, size))
+    curves, thirds, highest = np.empty((4, size)), np.empty(4), np.empty((4, cells))
+    stretches, none = np.empty((32 * size + 8, 5)), np.zeros((size, size))
     for node in range(force.shape[1]):
-        kn, kt, mu = normal_stiffness[node], tangential_stiffness[node], friction[node]
+        kn, kt, mu = laws[0][node], laws[1][node], laws[2][node]
+        offset = laws[4][node] + kn * laws[3][node]
         for j in range(size):
-            load[j] = kn * displacement[j, node, 2]
-        load[0] += preload[node] + kn * interference[node]
-        offset = preload[node] + kn * interference[node]
-        n_roots = find_roots(load, roots)
-        law = (np.zeros((size, size)), none, np.zeros(size))
-        worst[node] = STICK if _add_pressed(law, load, roots, n_roots, kn, offset) else LIFT_OFF
-        finish_node(node, 2, law, displacement, force, jacobian)
-        force[0, node, 2] += preload[node]
+            load[j] = kn * displacement[node, 2, j]
+        load[0] += offset
+        normal = values[node, 2]
+        for k in range(cells):
+            normal[0, k] = kn * normal[0, k] + offset
+            normal[1, k] *= kn
+            normal[2, k] *= kn
+        n_roots = prepare_roots(load, normal, curves, thirds, highest, scratch[0])
+        n_windows = _pressed(load, scratch[0], n_roots, windows, stretches)
+        closed = n_roots == 0 and n_windows == 1
+        worst[node] = STICK if closed else LIFT_OFF
+        own, through = none, jacobian[node, 2, 2]
+        if n_windows > 0:  # N is a "slip" with mu = 1
+            _integrate(stretches, 0, n_windows, 0.0, 1.0, load, load, scratch, own, through)
+            _finish(own, through, kn, load, load, force, node, 2)
+        force[0, node, 2] += laws[4][node]
         for direction in range(2):
-            if kt == 0.0:
+            if kt == 0.0 or n_windows == 0:
                 continue
-            for j in range(size):
-                motion[j] = displacement[j, node, direction]
-            count = march_events(motion, load, roots, n_roots, mu, kt, stretches)
-            law = (np.zeros((size, size)), np.zeros((size, size)), np.zeros(size))
-            for k in range(count):
-                stretch = stretches[k]
-                if stretch[0] == SLIP:
+            motion = displacement[node, direction]
+            own, through = jacobian[node, direction, direction], jacobian[node, direction, 2]
+            stuck = write_limits(motion, load, mu / kt, curves)
+            if mu == 0.0:  # no force; the slider goes with u
+                worst[node] = max(worst[node], STICK if derivative_bound(motion, 0) == 0.0 else SLIP)
+                continue
+            if stuck and closed:
+                for j in range(size):
+                    own[j, j] = -kt
+                    force[j, node, direction] = -kt * motion[j]
+                continue
+            bound_limits(mu / kt, values[node, direction], normal, curves, thirds, highest)
+            least = round_off(curves)
+            first, count = 0, 0
+            if closed:
+                start = start_loaded(curves, highest, least)
+                first, count = march(start, NOWHERE, curves, thirds, highest, least, stretches, 0)
+            else:
+                for k in range(n_windows):
+                    start = start_recontact(windows[k, 0], motion, curves)
+                    _, count = march(start, windows[k, 1], curves, thirds, highest, least, stretches, count)
+            for k in range(first, count):
+                if stretches[k, 0] == SLIP:
                     worst[node] = max(worst[node], SLIP)
-                if stretch[0] != LIFT_OFF:
-                    _add_stretch(law, stretch, (kt, mu, kn, offset), motion, load)
-            finish_node(node, direction, law, displacement, force, jacobian)
+            _integrate(stretches, first, count, kt, mu, motion, load, scratch, own, through)
+            _finish(own, through, kn, motion, load, force, node, direction)
 
 
 @compiled
-def _moments(left: float, right: float, cosine: Array, sine: Array) -> None:
-    """Integrals of cos(m theta), sin(m theta) over [left, right], divided by 2 pi; m = 0 .. 2H."""
-    cosine[0], sine[0] = (right - left) / FULL_TURN, 0.0
-    cl, sl, cr, sr = np.cos(left), np.sin(left), np.cos(right), np.sin(right)
-    clm, slm, crm, srm = 1.0, 0.0, 1.0, 0.0
+def _pressed(load: Array, roots: Array, n_roots: int, windows: Array, stretches: Array) -> int:
+    """Write the windows in which N > 0, beginning and end, and the same as stretches; returns their number."""
+    count = 0
+    for k in range(max(n_roots, 1)):
+        left, right = 0.0, FULL_TURN
+        if n_roots > 0:
+            left, right = roots[k], roots[k + 1] if k + 1 < n_roots else roots[0] + FULL_TURN
+        if taylor(load, 0.5 * (left + right))[0] > 0.0:
+            windows[count, 0], windows[count, 1] = left, right
+            count = record(stretches, count, SLIP, left, right, 1.0, NEVER)
+    return count
+
+
+@compiled
+def _powers(angle: float, cosine: Array, sine: Array) -> None:
+    """cos(m theta), sin(m theta) for m = 0 .. 2H."""
+    c, s = math.cos(angle), math.sin(angle)
+    cosine[0], sine[0] = 1.0, 0.0
     for m in range(1, cosine.shape[0]):
-        clm, slm = clm * cl - slm * sl, slm * cl + clm * sl
-        crm, srm = crm * cr - srm * sr, srm * cr + crm * sr
-        cosine[m] = (srm - slm) / (m * FULL_TURN)
-        sine[m] = (clm - crm) / (m * FULL_TURN)
+        cosine[m] = cosine[m - 1] * c - sine[m - 1] * s
+        sine[m] = sine[m - 1] * c + cosine[m - 1] * s
 
 
 @compiled
-def _add_pressed(
-    law: tuple[Array, Array, Array], load: Array, roots: Array, n_roots: int, stiffness: float, offset: float
-) -> bool:
-    """Add kn v + offset over the stretches with N > 0 to `law`; returns whether the contact never opens."""
-    own, _, constant = law
-    size = constant.shape[0]
-    cosine, sine, mean = np.empty(size), np.empty(size), np.empty(size)
-    left, always = 0.0, True
-    for k in range(n_roots + 1):
-        right = roots[k] if k < n_roots else FULL_TURN
-        if value_and_slope(load, 0.5 * (left + right))[0] > 0.0:
-            _moments(left, right, cosine, sine)
-            add_gram(own, cosine, sine, stiffness)
-            mean_basis(mean, cosine, sine)
-            add_scaled(constant, offset, mean)
-        elif right > left:
-            always = False
-        left = right
-    return always
-
-
-@compiled
-def _basis_at(angle: float, basis: Array) -> None:
-    """Write 1, cos, -sin, cos 2, ... at `angle`."""
-    c, s = np.cos(angle), np.sin(angle)
-    ch, sh = 1.0, 0.0
-    basis[0] = 1.0
-    for h in range(1, (basis.shape[0] + 1) // 2):
-        ch, sh = ch * c - sh * s, sh * c + ch * s
-        basis[2 * h - 1], basis[2 * h] = ch, -sh
-
-
-@compiled
-def _add_stretch(
-    law: tuple[Array, Array, Array],
-    stretch: Array,
-    coefficients: tuple[float, float, float, float],
+def _integrate(
+    stretches: Array,
+    first: int,
+    count: int,
+    kt: float,
+    mu: float,
     motion: Array,
     load: Array,
+    scratch: Array,
+    own: Array,
+    through: Array,
 ) -> None:
-    """Add the tangential force of one stretch (state, left, right, sign, source kind, source angle) to `law`.
+    """Add the law T = own u + through N of the stretches first .. count - 1 to `own` and `through` (2H+1, 2H+1).
 
-    Stick: T = kt (u - w). The slider was set by a slip that ended at the extremum theta_s of its limit,
-    w = u(theta_s) - sign mu N(theta_s) / kt, or by re-contact, w = u(theta_s) with N(theta_s) = 0 and hence
+    Slip: T = sign mu N. Stick: T = kt (u - w), where w was set at the left end theta_s of the stretch: by a slip that
+    ended there, w = u(theta_s) - sign mu N(theta_s) / kt, or by re-contact, w = u(theta_s) with N(theta_s) = 0 and hence
     dw = du(theta_s) - u'(theta_s) dN(theta_s) / N'(theta_s).
     """
-    own, normal, constant = law
-    kt, mu, kn, offset = coefficients
-    sign, kind, angle = stretch[3], stretch[4], stretch[5]
-    size = constant.shape[0]
-    cosine, sine, mean = np.empty(size), np.empty(size), np.empty(size)
-    _moments(stretch[1], stretch[2], cosine, sine)
-    mean_basis(mean, cosine, sine)
-    if stretch[0] == SLIP:  # T = sign mu N
-        add_gram(normal, cosine, sine, sign * mu * kn)
-        add_scaled(constant, sign * mu * offset, mean)
-        return
-    add_gram(own, cosine, sine, kt)
-    if kind == NEVER:
-        return
-    basis = np.empty(size)
-    _basis_at(angle, basis)
-    through_normal, shift = sign * mu * kn, sign * mu * offset
-    if kind == RECONTACT:
-        speed, closing = value_and_slope(motion, angle)[1], value_and_slope(load, angle)[1]
-        through_normal = kt * speed * kn / closing if closing != 0.0 else 0.0
-        # through_normal v(theta_s) + shift = 0 in the value: only the derivative sees the moving instant
-        shift = through_normal * offset / kn if kn != 0.0 else 0.0
+    size, now, previous = load.shape[0], 0, -1.0
+    for row in range(4, 8):  # sums of the moments: stick and slip, cosine and sine
+        for m in range(size):
+            scratch[row, m] = 0.0
+    mean, basis = scratch[8], scratch[9]
+    for k in range(first, count):
+        state, left, right, sign, kind = stretches[k]
+        if left != previous:
+            _powers(left, scratch[now], scratch[now + 1])
+        then, previous = 2 - now, right
+        _powers(right, scratch[then], scratch[then + 1])
+        row, factor = (6, sign * mu) if state == SLIP else (4, 1.0)
+        for m in range(size):
+            scale = 1.0 / (max(m, 1) * FULL_TURN)
+            cosine = (scratch[then + 1, m] - scratch[now + 1, m]) * scale
+            sine = (scratch[now, m] - scratch[then, m]) * scale
+            if m == 0:
+                cosine = (right - left) * scale
+            scratch[row, m] += factor * cosine
+            scratch[row + 1, m] += factor * sine
+            if 2 * m < size:
+                if m > 0:
+                    mean[2 * m - 1], basis[2 * m - 1] = cosine, scratch[now, m]
+                mean[2 * m], basis[2 * m] = (-sine, -scratch[now + 1, m]) if m > 0 else (cosine, 1.0)
+        if state == STICK and kind != NEVER:
+            gain = sign * mu
+            if kind == RECONTACT:
+                closing = taylor(load, left)[1]
+                gain = kt * taylor(motion, left)[1] / closing if closing != 0.0 else 0.0
+            for i in range(size):
+                for j in range(size):
+                    own[i, j] -= kt * mean[i] * basis[j]
+                    through[i, j] += gain * mean[i] * basis[j]
+        now = then
+    add_gram(own, scratch[4], scratch[5], kt)
+    add_gram(through, scratch[6], scratch[7], 1.0)
+
+
+@compiled
+def _finish(
+    own: Array, through: Array, kn: float, motion: Array, load: Array, force: Array, node: int, direction: int
+) -> None:
+    """Turn the law T = own u + through N into the Fourier coefficients of -T and their derivatives by u and d_n."""
+    size = load.shape[0]
     for i in range(size):
+        weight = -1.0 if i == 0 else -2.0
+        value = 0.0
         for j in range(size):
-            own[i, j] -= kt * mean[i] * basis[j]
-            normal[i, j] += through_normal * mean[i] * basis[j]
-        constant[i] += shift * mean[i]
+            value += own[i, j] * motion[j] + through[i, j] * load[j]
+            own[i, j] *= weight
+            through[i, j] *= weight * kn
+        force[i, node, direction] = weight * value

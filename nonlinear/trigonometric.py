@@ -1,113 +1,237 @@
-"""Trigonometric polynomials c_0 + sum_h Re_h cos(h theta) - Im_h sin(h theta): values and all roots (compiled)."""
+"""Trigonometric polynomials c_0 + sum_h Re_h cos(h theta) - Im_h sin(h theta): values, rises and roots (compiled)."""
+
+import math
 
 import numpy as np
 
 from nonlinear.compilation import compiled
 from nonlinear.contact import Array
 
-FULL_TURN = 2.0 * np.pi
-NARROWEST = 1e-8  # half width (rad) below which two roots count as a touch without crossing
-STACK = 256
+FULL_TURN = 2.0 * math.pi
+NARROWEST = 5e-9  # half width (rad) of an interval in which two roots count as a touch without crossing
+NOWHERE = 1e300
 
 
 @compiled
-def value_and_slope(coefficients: Array, angle: float) -> tuple[float, float]:
-    """g(theta) and g'(theta); coefficients (2H+1,) in the order 0, Re 1, Im 1, ..."""
-    c, s = np.cos(angle), np.sin(angle)
-    value, slope = coefficients[0], 0.0
+def taylor(coefficients: Array, angle: float) -> tuple[float, float, float]:
+    """g(theta), g'(theta) and g''(theta); coefficients (2H+1,) in the order 0, Re 1, Im 1, ..."""
+    c, s = math.cos(angle), math.sin(angle)
+    value, slope, curvature = coefficients[0], 0.0, 0.0
     ch, sh = 1.0, 0.0
     for h in range(1, (coefficients.shape[0] + 1) // 2):
         ch, sh = ch * c - sh * s, sh * c + ch * s
         re, im = coefficients[2 * h - 1], coefficients[2 * h]
-        value += re * ch - im * sh
+        part = re * ch - im * sh
+        value += part
         slope -= h * (re * sh + im * ch)
+        curvature -= h * h * part
+    return value, slope, curvature
+
+
+@compiled
+def value_and_slope(coefficients: Array, angle: float) -> tuple[float, float]:
+    """g(theta) and g'(theta)."""
+    value, slope, _ = taylor(coefficients, angle)
     return value, slope
 
 
 @compiled
-def differentiate(coefficients: Array, derivative: Array) -> None:
-    """Write the coefficients of g' into `derivative`."""
-    derivative[0] = 0.0
+def derivative_bound(coefficients: Array, order: int) -> float:
+    """Upper bound sum h^order |c_h| of the derivative of that order."""
+    bound = 0.0
     for h in range(1, (coefficients.shape[0] + 1) // 2):
-        derivative[2 * h - 1] = -h * coefficients[2 * h]
-        derivative[2 * h] = h * coefficients[2 * h - 1]
+        re, im = coefficients[2 * h - 1], coefficients[2 * h]
+        size = math.sqrt(re * re + im * im)
+        for _ in range(order):
+            size *= h
+        bound += size
+    return bound
+
+
+def cell_table(n_harmonics: int) -> Array:
+    """Equal cells of the turn: g, g' r and g'' r^2 / 2 at their middles, r their half width: (2H+1, 3 cells)."""
+    cells = 12 * n_harmonics
+    radius = math.pi / cells
+    middle = radius * (2.0 * np.arange(cells) + 1.0)
+    table = np.zeros((2 * n_harmonics + 1, 3, cells))
+    table[0, 0] = 1.0
+    for h in range(1, n_harmonics + 1):
+        c, s, step = np.cos(h * middle), np.sin(h * middle), h * radius
+        table[2 * h - 1] = c, -step * s, -0.5 * step**2 * c
+        table[2 * h] = -s, -step * c, 0.5 * step**2 * s
+    return table.reshape(2 * n_harmonics + 1, 3 * cells)
 
 
 @compiled
-def bracketed_root(coefficients: Array, level: float, left: float, right: float) -> float:
-    """The root of g(theta) = level in [left, right], g monotone with a sign change: Newton kept in its bracket."""
-    at_left = value_and_slope(coefficients, left)[0] - level
-    angle = 0.5 * (left + right)
-    for _ in range(80):
-        value, slope = value_and_slope(coefficients, angle)
+def bound_cells(
+    first: Array, factor: float, second: Array, other: float, third: float, highest: Array, steepest: Array
+) -> None:
+    """Bound g = factor * first + other * second in every cell, first and second: rows (g, g' r, g'' r^2 / 2) of cells.
+
+    Written: `highest`, which g does not exceed, and `steepest`, which -g' r does not; third bounds |g'''|.
+    """
+    cells = first.shape[1]
+    radius = 0.5 * FULL_TURN / cells
+    rest = third * radius * radius * radius
+    for k in range(cells):
+        value = factor * first[0, k] + other * second[0, k]
+        slope = factor * first[1, k] + other * second[1, k]
+        bend = factor * first[2, k] + other * second[2, k]
+        highest[k] = value + abs(slope) + max(bend, 0.0) + rest / 6.0
+        steepest[k] = 2.0 * abs(bend) - slope + 0.5 * rest
+
+
+@compiled
+def crossing(coefficients: Array, level: float, left: float, right: float, angle: float) -> float:
+    """The one angle in [left, right] at which g rises through `level`: Halley's steps from `angle`, kept in there."""
+    for _ in range(100):
+        value, slope, curvature = taylor(coefficients, angle)
         value -= level
-        if value == 0.0:
-            break
-        if (value < 0.0) == (at_left < 0.0):
+        if value < 0.0:
             left = angle
         else:
             right = angle
-        moved = angle - value / slope if slope != 0.0 else right
+        divisor = 2.0 * slope * slope - value * curvature
+        step = 2.0 * value * slope / divisor if divisor > 0.0 else NOWHERE
+        moved = angle - step
+        if abs(step) <= 1e-7 and left - 1e-9 <= moved <= right + 1e-9:  # third order: the next step would be nothing
+            return min(max(moved, left), right)
         if not left < moved < right:
             moved = 0.5 * (left + right)
-        if abs(moved - angle) <= 4e-16 * FULL_TURN or right - left <= 4e-16 * FULL_TURN:
-            return moved
+            if right - left <= 1e-15 * FULL_TURN:
+                return moved
         angle = moved
     return angle
 
 
 @compiled
-def find_roots(coefficients: Array, roots: Array) -> int:
-    """Write all simple roots of g in [0, 2 pi) into `roots` (room for 2H), ascending; returns their number.
+def first_rise(
+    coefficients: Array, level: float, third: float, left: float, right: float, falling: bool, slack: float
+) -> float:
+    """First angle in [left, right] at which g, not above `level` at left, rises above level + slack; else NOWHERE.
 
-    One harmonic: closed form. More: the turn is halved until Taylor bounds prove that a cell holds no root
-    (|g| > |g'| r + M2 r^2 / 2 about its middle) or that g is monotone in it (|g'| > M2 r), with M2 = sum h^2 |c_h|.
-    None is missed but pairs nearer than 1e-8 rad, between which g is below 1e-16 M2.
+    Intervals are halved until a Taylor bound about the middle (third bounds |g'''|) proves that g stays below, or that
+    it is monotone, convex or concave, so that its value at the right end tells of a single crossing. No rise is missed
+    but one undone within 1e-8 rad, in which g is above by less than 2e-17 M2, M2 a bound of |g''|.
+    falling: g does not rise at `left`.
     """
-    n_harmonics = (coefficients.shape[0] - 1) // 2
-    if n_harmonics == 1:
-        return _two_roots(coefficients, roots)
-    bound = 0.0
-    for h in range(1, n_harmonics + 1):
-        bound += h * h * np.hypot(coefficients[2 * h - 1], coefficients[2 * h])
-    if bound <= abs(coefficients[0]):  # no harmonic can reach zero
-        return 0
-    cells = 4 * n_harmonics
+    angle = left
+    while angle < right:
+        stop = right
+        while True:
+            radius = 0.5 * (stop - angle)
+            middle = angle + radius
+            value, slope, curvature = taylor(coefficients, middle)
+            value -= level
+            change = (abs(curvature) + 0.5 * third * radius) * radius
+            top = value + (abs(slope) + (0.5 * max(curvature, 0.0) + third * radius / 6.0) * radius) * radius
+            concave = curvature + third * radius <= 0.0
+            if top <= slack or slope <= -change or (falling and concave):
+                break
+            narrow = radius <= NARROWEST
+            if concave or narrow or curvature >= third * radius or slope >= change:
+                at_stop, leaving, _ = taylor(coefficients, stop)
+                if at_stop - level > slack:
+                    root = math.sqrt(max(slope * slope - 2.0 * curvature * value, 0.0))
+                    start = middle
+                    if slope + root > 0.0:
+                        start -= 2.0 * value / (slope + root)
+                    if not angle < start < stop:
+                        start = middle if value > 0.0 else stop
+                    return crossing(coefficients, level, angle, stop, start)
+                if narrow or not concave or at_stop - level - 2.0 * radius * min(leaving, 0.0) <= slack:
+                    break
+            stop = middle
+        angle, falling = stop, False
+    return NOWHERE
+
+
+@compiled
+def next_rise(
+    interval: tuple[float, float],
+    rows: tuple[int, int],
+    level: float,
+    slack: float,
+    fresh: int,
+    curves: Array,
+    thirds: Array,
+    highest: Array,
+) -> tuple[float, int]:
+    """First angle in the interval at which one of the curves rises above its level, and its row: else (end, -1).
+
+    curves (4, 2H+1), thirds (4,) bounds of their third derivatives, highest (4, cells) bounds in the cells (any
+    positive multiple where the level is 0); row 0 is held against `level`, row 1 against -level, 2 and 3 against 0.
+    fresh: row of the curve that has a maximum, at its level, at the beginning of the interval (-1: none).
+    """
+    angle, end = interval
+    cells = highest.shape[1]
     width = FULL_TURN / cells
-    stack = np.empty((STACK, 2))
-    count = 0
-    for cell in range(cells):
-        stack[0, 0], stack[0, 1] = cell * width, (cell + 1) * width
-        depth = 1
-        while depth > 0:
-            depth -= 1
-            left, right = stack[depth, 0], stack[depth, 1]
-            middle, radius = 0.5 * (left + right), 0.5 * (right - left)
-            value, slope = value_and_slope(coefficients, middle)
-            if abs(value) > abs(slope) * radius + 0.5 * bound * radius * radius:
-                continue
-            if abs(slope) > bound * radius or radius < NARROWEST:
-                at_left = value_and_slope(coefficients, left)[0]
-                at_right = value_and_slope(coefficients, right)[0]
-                if (at_left < 0.0) != (at_right < 0.0) and count < roots.shape[0]:
-                    roots[count] = bracketed_root(coefficients, 0.0, left, right)
-                    count += 1
-                continue
-            stack[depth, 0], stack[depth, 1] = middle, right
-            stack[depth + 1, 0], stack[depth + 1, 1] = left, middle
-            depth += 2
+    cell = int(angle / width)
+    if (cell + 1) * width <= angle:
+        cell += 1
+    place = cell % cells
+    while angle < end:
+        right = min((cell + 1) * width, end)
+        # A maximum just before the end of a cell is best judged together with what follows.
+        wide = fresh >= 0 and right - angle < 0.5 * width
+        if wide:
+            right = min(right + width, end)
+        met, hit = right, -1
+        for row in range(rows[0], rows[1]):
+            height = 0.0 if row > 1 else (1 - 2 * row) * level
+            if wide or highest[row, place] > height + slack:
+                rise = first_rise(curves[row], height, thirds[row], angle, met, row == fresh, slack)
+                if rise < NOWHERE:
+                    met, hit = rise, row
+        if hit >= 0:
+            return met, hit
+        angle, fresh = right, -1
+        cell += 2 if wide else 1
+        place += 2 if wide else 1
+        if place >= cells:
+            place -= cells
+    return end, -1
+
+
+@compiled
+def list_roots(curves: Array, thirds: Array, highest: Array, roots: Array) -> int:
+    """Write the roots in [0, 2 pi) of the curve in row 2, its negative in row 3 (see `next_rise`); their number."""
+    value, slope, _ = taylor(curves[2], 0.0)
+    row = 3 if value > 0.0 or (value == 0.0 and slope > 0.0) else 2
+    angle, count = 0.0, 0
+    while count < roots.shape[0]:
+        angle, hit = next_rise((angle, FULL_TURN), (row, row + 1), 0.0, 0.0, -1, curves, thirds, highest)
+        if hit < 0:
+            break
+        roots[count] = angle
+        count += 1
+        row = 5 - row
     return count
 
 
 @compiled
-def _two_roots(coefficients: Array, roots: Array) -> int:
-    """Roots of c_0 + R cos(theta + phase) = 0."""
-    radius = np.hypot(coefficients[1], coefficients[2])
-    if radius <= abs(coefficients[0]):
+def prepare_roots(
+    coefficients: Array, values: Array, curves: Array, thirds: Array, highest: Array, roots: Array
+) -> int:
+    """Roots of g from its `values` (3, cells) at the cells' middles (see `cell_table`); the other arrays are scratch."""
+    if derivative_bound(coefficients, 0) <= abs(coefficients[0]):  # no harmonic can reach zero
         return 0
-    phase = np.arctan2(coefficients[2], coefficients[1])
-    opening = np.arccos(-coefficients[0] / radius)
-    first = (-phase - opening) % FULL_TURN
-    second = (-phase + opening) % FULL_TURN
-    roots[0], roots[1] = min(first, second), max(first, second)
-    return 2
+    for j in range(coefficients.shape[0]):
+        curves[2, j], curves[3, j] = coefficients[j], -coefficients[j]
+    thirds[2] = thirds[3] = derivative_bound(coefficients, 3)
+    bound_cells(values, 1.0, values, 0.0, thirds[2], highest[2], highest[0])
+    bound_cells(values, -1.0, values, 0.0, thirds[2], highest[3], highest[0])
+    return list_roots(curves, thirds, highest, roots)
+
+
+def find_roots(coefficients: Array, roots: Array) -> int:
+    """Write all simple roots of g in [0, 2 pi) into `roots` (room for 2H), ascending; returns their number.
+
+    The turn is cut into cells, and these are halved, until Taylor bounds prove that a piece holds no root or that g
+    crosses zero once in it (see `first_rise`). None is missed but pairs nearer than 1e-8 rad, between which |g| is
+    below 2e-17 M2, M2 = sum h^2 |c_h|.
+    """
+    table = cell_table((coefficients.shape[0] - 1) // 2)
+    values = np.ascontiguousarray((coefficients @ table).reshape(3, -1))
+    curves, highest = np.zeros((4, coefficients.shape[0])), np.empty((4, values.shape[1]))
+    return prepare_roots(coefficients, values, curves, np.empty(4), highest, roots)
