@@ -21,6 +21,7 @@ LARGEST_DEVIATION = 0.6
 KINK_STEP = 0.01  # steps this short may cross a kink: there the deviation does not shrink with the step
 KINK_DEVIATION = 4.0
 KINK_COSINE = 0.5
+LANDMARK_REACHED = 1e-9  # relative distance within which a landmark counts as reached
 FARTHEST_RESTART = 1.5  # arc length within which a solution counts as the same one
 RANGE_FRACTION = 0.1
 
@@ -69,10 +70,14 @@ class Metric:
 
 @dataclass(frozen=True)
 class Continuation:
-    """Continuation of `balance` under `options`; frequencies in rad/s."""
+    """Continuation of `balance` under `options`; frequencies in rad/s.
+
+    No step passes one of the `landmarks`, natural frequencies whose resonance may be narrower than a step.
+    """
 
     balance: HarmonicBalance
     options: SolverOptions
+    landmarks: tuple[float, ...] = ()
 
     @property
     def span(self) -> tuple[float, float]:
@@ -175,21 +180,40 @@ class Continuation:
         return None
 
     def next_point(self, previous: CurvePoint | None, point: CurvePoint) -> CurvePoint | None:
-        """The next accepted point: shorter steps first, then the secant in place of the tangent; None if all fail."""
-        step = min(point.step, self.options.max_step)
+        """The next accepted point: shorter steps first, then the secant in place of the tangent; None if all fail.
+
+        A point of another orientation lies on another leg of the curve (or beyond a branch point): it is refused.
+        """
+        wanted = min(point.step, self.options.max_step)
+        step = self._up_to_landmark(point, wanted)
         while step >= self.options.min_step:
             found = self.correct(point, step)
-            if found is not None and not _turns_sharply(point, found, self.metric(point.unknown)):
-                return found
-            step /= 3.0 if found is None else 2.0
+            if found is not None and self._follows(point, found):
+                # a step that a landmark cut short says nothing against long ones
+                return replace(found, step=wanted) if step < wanted and found.step >= step else found
+            wanted = step = step / (3.0 if found is None else 2.0)
         if previous is not None:
             metric = self.metric(point.unknown)
             secant = metric.unit((point.unknown - previous.unknown, point.frequency - previous.frequency))
             for step in np.geomspace(self.options.max_step, self.options.min_step, 24):
                 found = self.correct(point, float(step), secant)
-                if found is not None:
+                if found is not None and found.orientation == point.orientation:
                     return replace(found, step=self.options.step)
         return self._beyond_kink(point)
+
+    def _follows(self, point: CurvePoint, found: CurvePoint) -> bool:
+        """Whether `found` continues the leg of `point`."""
+        same_leg = found.orientation == point.orientation
+        return same_leg and not _turns_sharply(point, found, self.metric(point.unknown))
+
+    def _up_to_landmark(self, point: CurvePoint, step: float) -> float:
+        """The step, or the one that reaches the next landmark frequency where it would pass that."""
+        slope = point.tangent[1]
+        for landmark in self.landmarks:
+            distance = landmark - point.frequency
+            if distance * slope > 0.0 and abs(distance) > LANDMARK_REACHED * landmark:
+                step = min(step, distance / slope)
+        return max(step, self.options.min_step)
 
     def _beyond_kink(self, point: CurvePoint) -> CurvePoint | None:
         """The next point where a kink turns the curve by more than a right angle, so that no plane ahead meets it.

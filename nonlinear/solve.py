@@ -10,6 +10,7 @@ from nonlinear.contact import ContactElement, ContactError, ContactParameters
 from nonlinear.continuation import Continuation
 from nonlinear.curve import CurveData, ResponseCurve, assemble_curve
 from nonlinear.elements import contact_element
+from nonlinear.landmarks import landmarks
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.outcome import Ending, Outcome
 from nonlinear.start import static_displacement
@@ -68,7 +69,8 @@ def _with_harmonics(
         return assemble_curve(HarmonicBalance(receptance, element), options.output, data), float("nan")
     frozen = static if options.method == "static-first" else None
     balance = HarmonicBalance(receptance, element, frozen)
-    trace = trace_range(Continuation(balance, options), static, progress)
+    continuation = Continuation(balance, options, landmarks(receptance, contact, options))
+    trace = trace_range(continuation, static, progress)
     truncation = Truncation(balance, contact, options, options.fixed_harmonics)
     at_peak = truncation.at_peak(trace.points, trace.peak_indices)
     along = truncation.along(trace.points, trace.peak_indices) if everywhere else at_peak

@@ -90,6 +90,13 @@ class RelativeReceptance:
         return (weighted @ self.relative.conj().transpose(0, 2, 1))[:, 0, :]
 
 
+def coupled_frequencies(modal: ModalModel, phase: float, stiffness: Array) -> Array:
+    """Undamped natural frequencies (m,), rad/s, with linear springs `stiffness` (3 n_c,) N/m at the contact nodes."""
+    relative = RelativeReceptance(modal, phase, (1,), 0.0).relative[0]
+    squared = np.diag(modal.angular_frequency**2) + relative.conj().T @ (stiffness[:, None] * relative)
+    return np.sqrt(np.linalg.eigvalsh(squared))
+
+
 @dataclass(frozen=True)
 class ReceptanceAt:
     """Values at one frequency: `matrix` (n_h, 3 n_c, 3 n_c), `linear` (n_h, 3 n_c) and derivatives in w."""

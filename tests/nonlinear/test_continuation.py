@@ -1,5 +1,7 @@
 """Continuation: turning points, the located peak, outcomes of curves that cannot be completed, two-step method."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from lumped import lumped_blade, oscillator
@@ -160,6 +162,18 @@ def test_a_range_that_starts_badly_is_traced_from_its_high_end():
         unknown = to_real(displacement).reshape(-1)
         residual = balance.evaluate(unknown, 2.0 * np.pi * hertz).residual
         assert balance.relative_error(residual, unknown) < 1e-9
+
+
+@pytest.mark.parametrize("interference", [-1e6, 1e6])
+def test_a_resonance_narrower_than_a_step_is_not_stepped_over(interference):
+    """A second mode that is hardly excited, damping ratio 1e-4, contact open or pressed all the time: linear."""
+    model = replace(two_undamped_modes(), force_excitation=np.array([1.0, 2e-5]))
+    modal = modal_model(model, damping_ratio=1e-4)
+    curve = forced_response(modal, stop(interference), Excitation(0, 1.0), SolverOptions((0.05, 0.6)))
+    assert curve.outcome.complete
+    stiffness = 1.0 if interference > 0 else 0.0
+    squared = np.linalg.eigvalsh(np.diag([1.0, 9.0]) + stiffness * np.ones((2, 2)))
+    assert [peak.frequency_hz for peak in curve.peaks] == pytest.approx(np.sqrt(squared) / (2 * np.pi), rel=1e-3)
 
 
 def test_a_curve_that_only_rises_has_no_located_peak():
