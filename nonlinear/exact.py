@@ -8,20 +8,12 @@ import numpy as np
 
 from nonlinear.compilation import compiled
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
-from nonlinear.events import (
-    NEVER,
-    RECONTACT,
-    bound_limits,
-    march,
-    record,
-    round_off,
-    start_loaded,
-    start_recontact,
-    write_limits,
-)
+from nonlinear.events import NEVER, RECONTACT, SLIPS, STICKS, bound_limits, record, slide, write_limits
 from nonlinear.moments import add_gram
 from nonlinear.slider import Integers
-from nonlinear.trigonometric import FULL_TURN, NOWHERE, cell_table, derivative_bound, prepare_roots, taylor
+from nonlinear.trigonometric import FULL_TURN, NOWHERE, cell_table, derivative_bounds, prepare_roots, taylor
+
+WHOLE_TURN = FULL_TURN - 1e-12  # stretches longer than this are the whole cycle
 
 
 @dataclass(frozen=True)
@@ -45,14 +37,14 @@ class ExactContact:
         """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
         size, n_contacts, _ = displacement.shape
         columns = np.ascontiguousarray(displacement.reshape(size, -1).T)
-        force = np.zeros((size, n_contacts, 3))
+        force = np.zeros((n_contacts, 3, size))
         jacobian = np.zeros((n_contacts, 3, 3, size, size))
         state = np.zeros(n_contacts, dtype=np.int64)
         p = self.parameters
         laws = (p.normal_stiffness, p.tangential_stiffness, p.friction, p.interference, p.preload)
         values = (columns @ self._table).reshape(n_contacts, 3, 3, -1)
         _evaluate(columns.reshape(n_contacts, 3, size), values, laws, force, jacobian, state)
-        return ContactForces(force, jacobian, state)
+        return ContactForces(np.ascontiguousarray(force.transpose(2, 0, 1)), jacobian, state)
 
 
 @compiled
@@ -64,16 +56,17 @@ def _evaluate(
     jacobian: Array,
     worst: Integers,
 ) -> None:
-    """All nodes and directions; displacement (n_c, 3, 2H+1), values (n_c, 3, 3, cells) (see `cell_table`)."""
+    """All nodes and directions; displacement, force (n_c, 3, 2H+1), values (n_c, 3, 3, cells) (see `cell_table`)."""
     size, cells = displacement.shape[2], values.shape[3]
-    load, windows, scratch = np.empty(size), np.empty((size, 2)), np.empty((10, size))
+    windows, scratch = np.empty((size, 2)), np.empty((11, size))
     curves, thirds, highest = np.empty((4, size)), np.empty(4), np.empty((4, cells))
-    stretches, none = np.empty((32 * size + 8, 5)), np.zeros((size, size))
-    for node in range(force.shape[1]):
-        kn, kt, mu = laws[0][node], laws[1][node], laws[2][node]
-        offset = laws[4][node] + kn * laws[3][node]
+    stretches, span = np.empty((32 * size + 8, 5)), np.zeros(2, np.int64)
+    none, load = np.zeros((size, size)), scratch[10]
+    for node in range(force.shape[0]):
+        kn, kt, mu, preload = laws[0][node], laws[1][node], laws[2][node], laws[4][node]
         for j in range(size):
             load[j] = kn * displacement[node, 2, j]
+        offset = preload + kn * laws[3][node]
         load[0] += offset
         normal = values[node, 2]
         for k in range(cells):
@@ -81,56 +74,54 @@ def _evaluate(
             normal[1, k] *= kn
             normal[2, k] *= kn
         n_roots = prepare_roots(load, normal, curves, thirds, highest, scratch[0])
-        n_windows = _pressed(load, scratch[0], n_roots, windows, stretches)
-        closed = n_roots == 0 and n_windows == 1
+        n_windows = _list_pressed(load, scratch[0], n_roots, windows, stretches, span)
+        force[node, 2, 0] = preload
+        closed = n_windows == 1 and windows[0, 1] == NOWHERE
         worst[node] = STICK if closed else LIFT_OFF
-        own, through = none, jacobian[node, 2, 2]
-        if n_windows > 0:  # N is a "slip" with mu = 1
-            _integrate(stretches, 0, n_windows, 0.0, 1.0, load, load, scratch, own, through)
-            _finish(own, through, kn, load, load, force, node, 2)
-        force[0, node, 2] += laws[4][node]
-        for direction in range(2):
-            if kt == 0.0 or n_windows == 0:
-                continue
-            motion = displacement[node, direction]
-            own, through = jacobian[node, direction, direction], jacobian[node, direction, 2]
-            stuck = write_limits(motion, load, mu / kt, curves)
-            if mu == 0.0:  # no force; the slider goes with u
-                worst[node] = max(worst[node], STICK if derivative_bound(motion, 0) == 0.0 else SLIP)
-                continue
-            if stuck and closed:
-                for j in range(size):
-                    own[j, j] = -kt
-                    force[j, node, direction] = -kt * motion[j]
-                continue
-            bound_limits(mu / kt, values[node, direction], normal, curves, thirds, highest)
-            least = round_off(curves)
-            first, count = 0, 0
-            if closed:
-                start = start_loaded(curves, highest, least)
-                first, count = march(start, NOWHERE, curves, thirds, highest, least, stretches, 0)
-            else:
-                for k in range(n_windows):
-                    start = start_recontact(windows[k, 0], motion, curves)
-                    _, count = march(start, windows[k, 1], curves, thirds, highest, least, stretches, count)
-            for k in range(first, count):
-                if stretches[k, 0] == SLIP:
-                    worst[node] = max(worst[node], SLIP)
-            _integrate(stretches, first, count, kt, mu, motion, load, scratch, own, through)
-            _finish(own, through, kn, motion, load, force, node, direction)
+        if n_windows == 0:
+            continue
+        for axis in range(3):
+            direction = 2 - axis
+            motion, through = displacement[node, direction], jacobian[node, direction, 2]
+            own = none
+            if direction < 2:
+                if kt == 0.0:
+                    continue
+                own = jacobian[node, direction, direction]
+                stuck = write_limits(motion, load, mu / kt, curves)
+                if mu == 0.0:  # no force: the slider goes with u
+                    worst[node] = max(worst[node], SLIP if derivative_bounds(motion)[0] > 0.0 else STICK)
+                    continue
+                if closed and stuck:
+                    for j in range(size):
+                        own[j, j] = -kt
+                        force[node, direction, j] = -kt * motion[j]
+                    continue
+                bound_limits(mu / kt, values[node, direction], normal, curves, thirds, highest)
+                slide(windows, n_windows, curves, thirds, highest, stretches, span)
+                for k in range(span[0], span[1]):
+                    if stretches[k, 0] == SLIPS:
+                        worst[node] = max(worst[node], SLIP)
+            else:  # N is a slip with mu = 1
+                kt, mu = 0.0, 1.0
+            _integrate(stretches, span, kt, mu, motion, load, scratch, own, through)
+            _finish(own, through, kn, motion, load, force[node, direction])
+            kt, mu = laws[1][node], laws[2][node]
 
 
 @compiled
-def _pressed(load: Array, roots: Array, n_roots: int, windows: Array, stretches: Array) -> int:
+def _list_pressed(load: Array, roots: Array, n_roots: int, windows: Array, stretches: Array, span: Integers) -> int:
     """Write the windows in which N > 0, beginning and end, and the same as stretches; returns their number."""
     count = 0
+    span[0], span[1] = 0, 0
     for k in range(max(n_roots, 1)):
         left, right = 0.0, FULL_TURN
         if n_roots > 0:
             left, right = roots[k], roots[k + 1] if k + 1 < n_roots else roots[0] + FULL_TURN
         if taylor(load, 0.5 * (left + right))[0] > 0.0:
-            windows[count, 0], windows[count, 1] = left, right
-            count = record(stretches, count, SLIP, left, right, 1.0, NEVER)
+            windows[count, 0], windows[count, 1] = left, right if n_roots > 0 else NOWHERE
+            count += 1
+            record(stretches, span, SLIPS, left, right, 1.0, NEVER)
     return count
 
 
@@ -147,8 +138,7 @@ def _powers(angle: float, cosine: Array, sine: Array) -> None:
 @compiled
 def _integrate(
     stretches: Array,
-    first: int,
-    count: int,
+    span: Integers,
     kt: float,
     mu: float,
     motion: Array,
@@ -157,10 +147,10 @@ def _integrate(
     own: Array,
     through: Array,
 ) -> None:
-    """Add the law T = own u + through N of the stretches first .. count - 1 to `own` and `through` (2H+1, 2H+1).
+    """Add the law T = own u + through N of a cycle to `own` and `through` (2H+1, 2H+1).
 
     Slip: T = sign mu N. Stick: T = kt (u - w), where w was set at the left end theta_s of the stretch: by a slip that
-    ended there, w = u(theta_s) - sign mu N(theta_s) / kt, or by re-contact, w = u(theta_s) with N(theta_s) = 0 and hence
+    ended there, w = u(theta_s) - sign mu N(theta_s) / kt, or by re-contact, w = u(theta_s) with N(theta_s) = 0, hence
     dw = du(theta_s) - u'(theta_s) dN(theta_s) / N'(theta_s).
     """
     size, now, previous = load.shape[0], 0, -1.0
@@ -168,13 +158,14 @@ def _integrate(
         for m in range(size):
             scratch[row, m] = 0.0
     mean, basis = scratch[8], scratch[9]
-    for k in range(first, count):
+    for k in range(span[0], span[1]):
         state, left, right, sign, kind = stretches[k]
         if left != previous:
             _powers(left, scratch[now], scratch[now + 1])
         then, previous = 2 - now, right
-        _powers(right, scratch[then], scratch[then + 1])
-        row, factor = (6, sign * mu) if state == SLIP else (4, 1.0)
+        # a whole turn has no moments but its length: exactly, so that a large static load makes no vibration
+        _powers(left if right - left > WHOLE_TURN else right, scratch[then], scratch[then + 1])
+        row, factor = (6, sign * mu) if state == SLIPS else (4, 1.0)
         for m in range(size):
             scale = 1.0 / (max(m, 1) * FULL_TURN)
             cosine = (scratch[then + 1, m] - scratch[now + 1, m]) * scale
@@ -187,24 +178,23 @@ def _integrate(
                 if m > 0:
                     mean[2 * m - 1], basis[2 * m - 1] = cosine, scratch[now, m]
                 mean[2 * m], basis[2 * m] = (-sine, -scratch[now + 1, m]) if m > 0 else (cosine, 1.0)
-        if state == STICK and kind != NEVER:
+        if state == STICKS and kind != NEVER:
             gain = sign * mu
             if kind == RECONTACT:
                 closing = taylor(load, left)[1]
                 gain = kt * taylor(motion, left)[1] / closing if closing != 0.0 else 0.0
             for i in range(size):
+                held, pushed = kt * mean[i], gain * mean[i]
                 for j in range(size):
-                    own[i, j] -= kt * mean[i] * basis[j]
-                    through[i, j] += gain * mean[i] * basis[j]
+                    own[i, j] -= held * basis[j]
+                    through[i, j] += pushed * basis[j]
         now = then
     add_gram(own, scratch[4], scratch[5], kt)
     add_gram(through, scratch[6], scratch[7], 1.0)
 
 
 @compiled
-def _finish(
-    own: Array, through: Array, kn: float, motion: Array, load: Array, force: Array, node: int, direction: int
-) -> None:
+def _finish(own: Array, through: Array, kn: float, motion: Array, load: Array, force: Array) -> None:
     """Turn the law T = own u + through N into the Fourier coefficients of -T and their derivatives by u and d_n."""
     size = load.shape[0]
     for i in range(size):
@@ -214,4 +204,4 @@ def _finish(
             value += own[i, j] * motion[j] + through[i, j] * load[j]
             own[i, j] *= weight
             through[i, j] *= weight * kn
-        force[i, node, direction] = weight * value
+        force[i] += weight * value

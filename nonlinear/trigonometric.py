@@ -36,21 +36,21 @@ def value_and_slope(coefficients: Array, angle: float) -> tuple[float, float]:
 
 
 @compiled
-def derivative_bound(coefficients: Array, order: int) -> float:
-    """Upper bound sum h^order |c_h| of the derivative of that order."""
-    bound = 0.0
+def derivative_bounds(coefficients: Array) -> tuple[float, float, float]:
+    """Upper bounds sum h^k |c_h|, h > 0, of |g - c_0| and of the third and the fourth derivative."""
+    zeroth, third, fourth = 0.0, 0.0, 0.0
     for h in range(1, (coefficients.shape[0] + 1) // 2):
         re, im = coefficients[2 * h - 1], coefficients[2 * h]
         size = math.sqrt(re * re + im * im)
-        for _ in range(order):
-            size *= h
-        bound += size
-    return bound
+        zeroth += size
+        third += h * h * h * size
+        fourth += h * h * h * h * size
+    return zeroth, third, fourth
 
 
 def cell_table(n_harmonics: int) -> Array:
     """Equal cells of the turn: g, g' r and g'' r^2 / 2 at their middles, r their half width: (2H+1, 3 cells)."""
-    cells = 12 * n_harmonics
+    cells = 8 * n_harmonics
     radius = math.pi / cells
     middle = radius * (2.0 * np.arange(cells) + 1.0)
     table = np.zeros((2 * n_harmonics + 1, 3, cells))
@@ -66,7 +66,7 @@ def cell_table(n_harmonics: int) -> Array:
 def bound_cells(
     first: Array, factor: float, second: Array, other: float, third: float, highest: Array, steepest: Array
 ) -> None:
-    """Bound g = factor * first + other * second in every cell, first and second: rows (g, g' r, g'' r^2 / 2) of cells.
+    """Bound g = factor * first + other * second in every cell; first, second: as `cell_table` times coefficients.
 
     Written: `highest`, which g does not exceed, and `steepest`, which -g' r does not; third bounds |g'''|.
     """
@@ -110,9 +110,9 @@ def first_rise(
 ) -> float:
     """First angle in [left, right] at which g, not above `level` at left, rises above level + slack; else NOWHERE.
 
-    Intervals are halved until a Taylor bound about the middle (third bounds |g'''|) proves that g stays below, or that
-    it is monotone, convex or concave, so that its value at the right end tells of a single crossing. No rise is missed
-    but one undone within 1e-8 rad, in which g is above by less than 2e-17 M2, M2 a bound of |g''|.
+    Intervals are halved until a Taylor bound about the middle (third bounds |g'''|) proves that g stays below, or
+    that it is monotone, convex or concave, so that its value at the right end tells of a single crossing. No rise is
+    missed but one undone within 1e-8 rad, in which g is above by less than 2e-17 M2, M2 a bound of |g''|.
     falling: g does not rise at `left`.
     """
     angle = left
@@ -130,8 +130,12 @@ def first_rise(
                 break
             narrow = radius <= NARROWEST
             if concave or narrow or curvature >= third * radius or slope >= change:
-                at_stop, leaving, _ = taylor(coefficients, stop)
-                if at_stop - level > slack:
+                leaving = 0.0
+                at_stop = value + (slope + (0.5 * curvature - third * radius / 6.0) * radius) * radius  # at least
+                if at_stop <= slack:
+                    at_stop, leaving, _ = taylor(coefficients, stop)
+                    at_stop -= level
+                if at_stop > slack:
                     root = math.sqrt(max(slope * slope - 2.0 * curvature * value, 0.0))
                     start = middle
                     if slope + root > 0.0:
@@ -139,7 +143,7 @@ def first_rise(
                     if not angle < start < stop:
                         start = middle if value > 0.0 else stop
                     return crossing(coefficients, level, angle, stop, start)
-                if narrow or not concave or at_stop - level - 2.0 * radius * min(leaving, 0.0) <= slack:
+                if narrow or not concave or at_stop - 2.0 * radius * min(leaving, 0.0) <= slack:
                     break
             stop = middle
         angle, falling = stop, False
@@ -152,7 +156,7 @@ def next_rise(
     rows: tuple[int, int],
     level: float,
     slack: float,
-    fresh: int,
+    fresh: float,
     curves: Array,
     thirds: Array,
     highest: Array,
@@ -173,7 +177,7 @@ def next_rise(
     while angle < end:
         right = min((cell + 1) * width, end)
         # A maximum just before the end of a cell is best judged together with what follows.
-        wide = fresh >= 0 and right - angle < 0.5 * width
+        wide = fresh >= 0.0 and right - angle < 0.5 * width
         if wide:
             right = min(right + width, end)
         met, hit = right, -1
@@ -185,7 +189,7 @@ def next_rise(
                     met, hit = rise, row
         if hit >= 0:
             return met, hit
-        angle, fresh = right, -1
+        angle, fresh = right, -1.0
         cell += 2 if wide else 1
         place += 2 if wide else 1
         if place >= cells:
@@ -200,7 +204,7 @@ def list_roots(curves: Array, thirds: Array, highest: Array, roots: Array) -> in
     row = 3 if value > 0.0 or (value == 0.0 and slope > 0.0) else 2
     angle, count = 0.0, 0
     while count < roots.shape[0]:
-        angle, hit = next_rise((angle, FULL_TURN), (row, row + 1), 0.0, 0.0, -1, curves, thirds, highest)
+        angle, hit = next_rise((angle, FULL_TURN), (row, row + 1), 0.0, 0.0, -1.0, curves, thirds, highest)
         if hit < 0:
             break
         roots[count] = angle
@@ -213,14 +217,15 @@ def list_roots(curves: Array, thirds: Array, highest: Array, roots: Array) -> in
 def prepare_roots(
     coefficients: Array, values: Array, curves: Array, thirds: Array, highest: Array, roots: Array
 ) -> int:
-    """Roots of g from its `values` (3, cells) at the cells' middles (see `cell_table`); the other arrays are scratch."""
-    if derivative_bound(coefficients, 0) <= abs(coefficients[0]):  # no harmonic can reach zero
+    """Roots of g from its `values` (3, cells) in the cells (see `cell_table`); the other arrays are scratch."""
+    zeroth, third, _ = derivative_bounds(coefficients)
+    if zeroth <= abs(coefficients[0]):  # no harmonic can reach zero
         return 0
     for j in range(coefficients.shape[0]):
         curves[2, j], curves[3, j] = coefficients[j], -coefficients[j]
-    thirds[2] = thirds[3] = derivative_bound(coefficients, 3)
-    bound_cells(values, 1.0, values, 0.0, thirds[2], highest[2], highest[0])
-    bound_cells(values, -1.0, values, 0.0, thirds[2], highest[3], highest[0])
+    thirds[2] = thirds[3] = third
+    bound_cells(values, 1.0, values, 0.0, third, highest[2], highest[0])
+    bound_cells(values, -1.0, values, 0.0, third, highest[3], highest[0])
     return list_roots(curves, thirds, highest, roots)
 
 

@@ -75,6 +75,42 @@ def test_samples_converge_to_the_exact_element(harmonics):
     assert errors[-1] < 1e-4 * np.abs(exact).max()
 
 
+@pytest.mark.parametrize("harmonics", [1, 3])
+@pytest.mark.parametrize("vibration", [0.0, 1e-25, 1e-20, 1e-16, 1e-12, 1e-6])
+def test_motion_of_round_off_size(harmonics, vibration):
+    """A large static slip under next to no vibration: the slider stands where the limit put it."""
+    rng = np.random.default_rng(9)
+    contact = ContactParameters.shared(
+        50, normal_stiffness=100.0, tangential_stiffness=150.0, friction=0.1, interference=5.0
+    )
+    rows = vibration * rng.normal(size=(2 * harmonics + 1, 50, 3))
+    rows[0, :, :2] = 10.0 * rng.normal(size=(50, 2))
+    options = SolverOptions((1.0, 2.0), harmonics=harmonics)
+    forces = contact_element(contact, harmonics, options).evaluate(rows)
+    static = np.clip(3.0 * rows[0, :, :2], -1.0, 1.0)  # kt u, at most mu N = 0.1 * 2 * 5
+    assert -forces.force[0, :, :2] == pytest.approx(static, abs=1e-14 + 50.0 * vibration)
+    assert np.max(np.abs(forces.force[1:])) <= 50.0 * vibration  # 0 where nothing moves: no round-off of the load
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 5), st.floats(0.0, 2.0), st.floats(-1.5, 1.5))
+def test_exact_and_finely_sampled_agree(seed, harmonics, friction, interference):
+    rng = np.random.default_rng(seed)
+    contact = ContactParameters.shared(
+        4, normal_stiffness=8.0, tangential_stiffness=6.0, friction=friction, interference=interference
+    )
+    rows = rng.normal(size=(2 * harmonics + 1, 4, 3)) / (1.0 + np.arange(2 * harmonics + 1)[:, None, None] // 2)
+    forces = [
+        contact_element(
+            contact, harmonics, SolverOptions((1.0, 2.0), harmonics=harmonics, integration=kind, samples=16384)
+        )
+        .evaluate(rows)
+        .force
+        for kind in ("exact", "sampled")
+    ]
+    assert np.max(np.abs(forces[0] - forces[1])) < 3e-3
+
+
 @settings(max_examples=150, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 9), st.floats(-3.0, 3.0))
 def test_all_roots_are_found(seed, harmonics, level):

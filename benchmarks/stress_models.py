@@ -1,0 +1,37 @@
+"""The blade of a scene at the shroud angles of the matrix, reduced once and kept."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from pipeline.keys import Versions, model_keys
+from pipeline.models import ModelChain
+from pipeline.progress import Reporter
+from pipeline.scene import Scene
+from pipeline.scene_file import read_scene
+from pipeline.stage_log import StageLog
+from pipeline.store import Store
+
+
+def reduced_models(scene_file: Path, angles: Iterable[float], store: Path) -> dict[float, Path]:
+    """Shroud angle (degrees) -> file of the reduced model, made where `store` does not hold it yet.
+
+    Raises
+    ------
+    InputError : the scene cannot be read. StageError : the profile does not fit at an angle.
+    """
+    scene = read_scene(scene_file).first
+    chain = ModelChain(Store(store), StageLog(), Reporter(stream=sys.stderr))
+    versions = Versions.current()
+    models = {}
+    for angle in sorted(set(angles)):
+        turned = _at_angle(scene, angle)
+        models[angle] = chain.reduced_model(turned, model_keys(turned, versions)).rom
+    return models
+
+
+def _at_angle(scene: Scene, angle: float) -> Scene:
+    assert scene.shroud is not None
+    return scene.model_copy(update={"shroud": scene.shroud.model_copy(update={"angle": angle})})
