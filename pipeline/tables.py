@@ -26,7 +26,15 @@ def curve_table(outcome: Outcome) -> Table:
         table.add_column(quantity(key).axis(), justify="right")
     heights = [c.facts.peak_amplitude_m for c in outcome.curves if c.facts is not None]
     factor, unit = prefixed(max((h for h in heights if math.isfinite(h)), default=0.0), "m")
-    for heading in ("peak\n[Hz]", f"peak\n[{unit}]", "error by\nharmonics", "energy\nerror", "points", "seconds"):
+    for heading in (
+        "peak\n[Hz]",
+        f"peak\n[{unit}]",
+        "harmonics",
+        "their\nerror",
+        "energy\nerror",
+        "points",
+        "seconds",
+    ):
         table.add_column(heading, justify="right")
     for index, curve in enumerate(outcome.curves):
         values = [_bare(key, value) for key, value in curve.member.parameters.items()]
@@ -43,7 +51,7 @@ def _bare(key: str, value: Any) -> str:
 def _numbers(curve: Solved, factor: float) -> list[str]:
     facts = curve.facts
     if facts is None:
-        return ["failed", "-", "-", "-", "0", "-"]
+        return ["failed", "-", "-", "-", "-", "0", "-"]
     known = math.isfinite(facts.peak_frequency_hz)
     frequency = f"{facts.peak_frequency_hz:.6g}" if known else "-"
     amplitude = f"{facts.peak_amplitude_m * factor:.4g}" if known else "-"
@@ -54,6 +62,7 @@ def _numbers(curve: Solved, factor: float) -> list[str]:
     return [
         frequency,
         amplitude,
+        str(facts.harmonics),
         _share(facts.truncation_error),
         energy,
         f"{facts.points}{mark}",
@@ -62,11 +71,11 @@ def _numbers(curve: Solved, factor: float) -> list[str]:
 
 
 def _share(error: float) -> str:
-    """An estimated relative error as people read it; beyond a half it is a warning, not a number."""
+    """An estimated relative error as people read it; unknown where the peak gets lost with more harmonics."""
     if math.isnan(error):
         return "-"
     if error > 0.5:
-        return "over 50 %"
+        return "over 50 %" if math.isfinite(error) else "unknown"
     return "< 0.01 %" if error < 1e-4 else f"{100.0 * error:.2g} %"
 
 
@@ -78,5 +87,5 @@ def harmonics_warning(outcome: Outcome) -> str:
         return ""
     return (
         f"{len(lacking)} of {len(outcome.curves)} curves: the harmonics kept may put the peak wrong by more than "
-        f"{100.0 * TOLERATED:.0f} % (estimate: up to {_share(max(lacking))}); raise response.harmonics"
+        f"{100.0 * TOLERATED:.0f} % (largest estimate: {_share(max(lacking))}); raise response.harmonics"
     )

@@ -66,6 +66,9 @@ def test_the_table_and_the_progress_are_for_people(tmp_path: Path) -> None:
     status, said, error = shroud("respond", scene, "--rom", rom, "--out", tmp_path / "out")
     assert status == 0
     assert {"friction", "coefficient"} <= set(said.split())
+    rows = [line.strip("│").split("│") for line in said.splitlines() if line.startswith("│")]
+    assert len(rows) == 2
+    assert all(cell.strip() for row in rows for cell in row)  # no column without its number
     assert str(tmp_path / "out") in said
     assert "curves 2/2: friction coefficient 0.5: peak " in error
     assert shroud("respond", scene, "--rom", rom, "--out", tmp_path / "out", "--quiet") == (0, "", "")
