@@ -91,7 +91,7 @@ class HarmonicBalance:
     def relative_error(self, residual: Array, unknown: Array) -> float:
         """Residual relative to the displacement: its static rows to all of it, its dynamic rows to the vibration.
 
-        A vibration that is a thousand times smaller than the static displacement is resolved no further: round-off
+        A vibration that is a million times smaller than the static displacement is resolved no further: round-off
         of the contact forces stands in the way.
         """
         whole = float(np.linalg.norm(unknown)) + self.tiny

@@ -1,6 +1,7 @@
 """What the harmonics that were left out would change: a solved point solved again with more of them."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -52,14 +53,19 @@ class Truncation:
     def _height(self, point: CurvePoint, balance: HarmonicBalance | None = None) -> float:
         return largest_amplitude(output_harmonics(balance or self.balance, point, self.options.output)).value
 
-    def _widened_height(self, point: CurvePoint) -> float:
-        """Amplitude with more harmonics, in the plane normal to the curve through the point; inf if not found."""
+    @cached_property
+    def _wider(self) -> HarmonicBalance:
+        """The balance with more harmonics, its tables made once for all points."""
         n_harmonics = wider_harmonics(self.n_harmonics)
-        wider = replace(
+        return replace(
             self.balance,
             receptance=replace(self.balance.receptance, harmonics=tuple(range(n_harmonics + 1))),
             element=contact_element(self.contact, n_harmonics, self.options),
         )
+
+    def _widened_height(self, point: CurvePoint) -> float:
+        """Amplitude with more harmonics, in the plane normal to the curve through the point; inf if not found."""
+        wider = self._wider
         missing = wider.size - point.unknown.size
         start = replace(
             point,
