@@ -1,8 +1,10 @@
 """Harmonic balance on the relative contact displacements: residual, Jacobian and derivative in the frequency."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nonlinear.contact import Array, ContactElement, ContactForces
 from nonlinear.fourier import ComplexArray, to_complex, to_real
@@ -13,12 +15,35 @@ FINEST_VIBRATION = 1e-6
 
 @dataclass(frozen=True)
 class BalanceAt:
-    """Residual (n,), its Jacobian (n, n), its derivative in w (n,), and the contact forces at one state."""
+    """Residual (n,), its derivative in w (n,) and the contact forces at one state; the Jacobian when asked for."""
 
+    balance: "HarmonicBalance"
+    frequency: float
     residual: Array
-    jacobian: Array
     slope: Array
     contact: ContactForces
+
+    @cached_property
+    def coupling(self) -> tuple[Array, NDArray[np.intp]]:
+        """d(response)/dx = G df/dx without its zero columns, (n, n_active), and the unknowns that remain."""
+        first = self.balance.first_row
+        matrix = self.balance.receptance.matrix(self.frequency)
+        product = _chain(matrix, self.contact.jacobian, first)
+        n_contacts, rows = self.balance.n_contacts, product.shape[0] // (3 * self.balance.n_contacts)
+        unknowns = np.arange(product.shape[0]).reshape(rows, n_contacts, 3).transpose(1, 0, 2)
+        depends: NDArray[np.bool_] = np.any(self.contact.jacobian, axis=(1, 3, 4))
+        if depends.all():
+            return product, unknowns.reshape(-1)
+        active = np.broadcast_to(depends[:, None, :], unknowns.shape)
+        return product[:, active.reshape(-1)], unknowns[active]
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """dR/dx, (n, n)."""
+        product, active = self.coupling
+        jacobian = np.eye(self.residual.size)
+        jacobian[:, active] -= product
+        return jacobian
 
 
 @dataclass(frozen=True)
@@ -70,19 +95,11 @@ class HarmonicBalance:
     def evaluate(self, unknown: Array, frequency: float) -> BalanceAt:
         """Residual and derivatives at `unknown` and w = `frequency` (rad/s)."""
         contact = self.forces(unknown)
-        at = self.receptance.evaluate(frequency)
         force = to_complex(contact.force.reshape(contact.force.shape[0], -1))
-        response = at.linear + (at.matrix @ force[..., None])[..., 0]
-        slope = at.linear_slope + (at.matrix_slope @ force[..., None])[..., 0]
+        response, slope = self.receptance.response(frequency, force)
         first = self.first_row
-        jacobian = -_chain(at.matrix, contact.jacobian, first)
-        jacobian[np.diag_indices_from(jacobian)] += 1.0
-        return BalanceAt(
-            residual=unknown - to_real(response)[first:].reshape(-1),
-            jacobian=jacobian,
-            slope=-to_real(slope)[first:].reshape(-1),
-            contact=contact,
-        )
+        residual = unknown - to_real(response)[first:].reshape(-1)
+        return BalanceAt(self, frequency, residual, -to_real(slope)[first:].reshape(-1), contact)
 
     def vibration(self, unknown: Array) -> float:
         """2-norm of the dynamic part (harmonics 1 .. H) of `unknown`, metres."""
@@ -106,18 +123,18 @@ class HarmonicBalance:
 def _chain(matrix: ComplexArray, jacobian: Array, first: int) -> Array:
     """Product of the receptance with the derivative of the contact forces, in the rows and columns from `first`.
 
-    Matrix (n_h, 3 n_c, 3 n_c) complex, jacobian (n_c, 3, 3, 2H+1, 2H+1) block diagonal in the nodes.
+    Matrix (n_h, 3 n_c, 3 n_c), jacobian (n_c, 3, 3, 2H+1, 2H+1) block diagonal in the nodes: one small product a node
+    and harmonic. The columns come in the order node, coefficient, component.
     """
-    n_contacts, rows = jacobian.shape[0], jacobian.shape[3]
-    nodes = np.arange(n_contacts)
-    dense = np.zeros((rows, n_contacts, 3, rows - first, n_contacts, 3))
-    dense[:, nodes, :, :, nodes, :] = jacobian[..., first:].transpose(0, 3, 1, 4, 2)
-    dense = dense.reshape(rows, 3 * n_contacts, -1)
-    product = np.empty_like(dense)
-    product[0] = matrix[0].real @ dense[0]
-    for h in range(1, matrix.shape[0]):
-        real, imaginary = matrix[h].real, matrix[h].imag
-        re, im = dense[2 * h - 1], dense[2 * h]
-        product[2 * h - 1] = real @ re - imaginary @ im
-        product[2 * h] = imaginary @ re + real @ im
-    return product[first:].reshape((rows - first) * 3 * n_contacts, -1)
+    n_h, n_contacts, rows = matrix.shape[0], jacobian.shape[0], jacobian.shape[3]
+    columns = 3 * (rows - first)
+    by_row = jacobian[..., first:].transpose(3, 0, 1, 4, 2).reshape(rows, n_contacts, 3, columns)
+    derivative = np.zeros((n_h, n_contacts, 3, columns), dtype=complex)
+    derivative[0] = by_row[0]
+    derivative.real[1:], derivative.imag[1:] = by_row[1::2], by_row[2::2]
+    blocks = matrix.reshape(n_h, 3 * n_contacts, n_contacts, 3).transpose(0, 2, 1, 3)
+    product = (blocks @ derivative).transpose(0, 2, 1, 3)
+    result = np.empty((rows, 3 * n_contacts, n_contacts, columns))
+    result[0] = product[0].real
+    result[1::2], result[2::2] = product[1:].real, product[1:].imag
+    return result[first:].reshape((rows - first) * 3 * n_contacts, -1)

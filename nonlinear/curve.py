@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from nonlinear.balance import HarmonicBalance
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array
-from nonlinear.continuation import CurvePoint
+from nonlinear.curve_point import CurvePoint
 from nonlinear.fourier import ComplexArray, to_complex
 from nonlinear.outcome import Outcome
 from nonlinear.peaks import Peak

@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from nonlinear.continuation import Continuation, CurvePoint
+from nonlinear.continuation import Continuation
+from nonlinear.curve_point import CurvePoint
 from nonlinear.quantities import amplitude_slope
 
 MAX_BISECTIONS = 60
@@ -21,18 +22,18 @@ class Peak:
     located: bool = True
 
 
-def locate_peak(continuation: Continuation, before: CurvePoint, after: CurvePoint) -> CurvePoint | None:
+def locate_peak(
+    continuation: Continuation, before: CurvePoint, after: CurvePoint, slopes: tuple[float, float]
+) -> CurvePoint | None:
     """The maximum between two neighbouring points; None where the amplitude does not turn from growing to falling.
 
-    The arc length beyond `before` is narrowed by regula falsi (Illinois) on the slope of the amplitude, with a
-    corrector solve at each trial, until the bracket is shorter than the peak tolerance asks for.
+    slopes: of the amplitude at the two points (see `amplitude_slope`). The arc length beyond `before` is narrowed by
+    regula falsi (Illinois) on the slope of the amplitude, with a corrector solve at each trial, until the bracket is
+    shorter than the peak tolerance asks for.
     """
     balance, options = continuation.balance, continuation.options
     left, right = 0.0, after.arc - before.arc
-    rising, falling = (
-        amplitude_slope(balance, before, options.output),
-        amplitude_slope(balance, after, options.output),
-    )
+    rising, falling = slopes
     if not rising > 0.0 > falling:
         return None
     best, side = (before if rising < -falling else after), 0
@@ -41,7 +42,7 @@ def locate_peak(continuation: Continuation, before: CurvePoint, after: CurvePoin
         trial = (left * falling - right * rising) / (falling - rising)
         if not left < trial < right:
             trial = 0.5 * (left + right)
-        point = continuation.correct(before, trial)
+        point = continuation.correct(before, trial, sharp=True)
         if point is None:
             return best
         slope = amplitude_slope(balance, point, options.output)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nonlinear.balance import HarmonicBalance
-from nonlinear.continuation import CurvePoint
+from nonlinear.curve_point import CurvePoint
 from nonlinear.fourier import ComplexArray, to_complex
 
 

@@ -69,7 +69,7 @@ def _with_harmonics(
         return assemble_curve(HarmonicBalance(receptance, element), options.output, data), float("nan")
     frozen = static if options.method == "static-first" else None
     balance = HarmonicBalance(receptance, element, frozen)
-    continuation = Continuation(balance, options, landmarks(receptance, contact, options))
+    continuation = Continuation(balance, options, landmarks(receptance, contact, options), contact)
     trace = trace_range(continuation, static, progress)
     truncation = Truncation(balance, contact, options, options.fixed_harmonics)
     at_peak = truncation.at_peak(trace.points, trace.peak_indices)

@@ -8,10 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from nonlinear.contact import Array
-from nonlinear.continuation import Continuation, CurvePoint
+from nonlinear.continuation import Continuation
+from nonlinear.curve_point import CurvePoint
 from nonlinear.options import SolverOptions
 from nonlinear.outcome import Ending, Outcome
 from nonlinear.peaks import locate_peak
+from nonlinear.quantities import amplitude_slope
 from nonlinear.start import periodic_start
 
 Progress = Callable[[float, int], None]
@@ -49,14 +51,18 @@ def _trace_from_end(continuation: Continuation, static: Array, upwards: bool, pr
     options = continuation.options
     end = continuation.span[0 if upwards else 1]
     hertz = options.frequency[0 if upwards else 1]
-    start = periodic_start(continuation.balance, end, static, options)
-    if not start.converged:
-        message = f"no start at {hertz:.6g} Hz: no periodic solution found, relative residual {start.residual:.2g}"
-        return Trace([], [], Outcome(Ending.START_FAILED, hertz, message))
-    at = continuation.balance.evaluate(start.solution, end)
-    forward = np.asarray(np.linalg.solve(at.jacobian, -at.slope), dtype=np.float64), 1.0
-    onward = forward if upwards else (-forward[0], -1.0)
-    first = continuation.point(start.solution, end, onward, start.iterations, 0.0, options.step)
+    first = continuation.linear.start(end, 1.0 if upwards else -1.0, options.step) if continuation.linear else None
+    if first is None:
+        start = periodic_start(continuation.balance, end, static, options)
+        if not start.converged:
+            message = (
+                f"no start at {hertz:.6g} Hz: no periodic solution found, relative residual {start.residual:.2g}"
+            )
+            return Trace([], [], Outcome(Ending.START_FAILED, hertz, message))
+        at = continuation.balance.evaluate(start.solution, end)
+        forward = np.asarray(np.linalg.solve(at.jacobian, -at.slope), dtype=np.float64), 1.0
+        onward = forward if upwards else (-forward[0], -1.0)
+        first = continuation.point(start.solution, end, onward, start.iterations, 0.0, options.step)
     points = list(continuation.trace(first, progress))
     outcome = _outcome(points, options, upwards)
     return Trace(*_insert_peaks(continuation, points), outcome)
@@ -81,8 +87,9 @@ def _outcome(points: list[CurvePoint], options: SolverOptions, upwards: bool) ->
 def _insert_peaks(continuation: Continuation, points: list[CurvePoint]) -> tuple[list[CurvePoint], list[int]]:
     """The points with the located maxima among them, and the indices of these."""
     result, indices = points[:1], []
-    for before, after in pairwise(points):
-        peak = locate_peak(continuation, before, after)
+    slopes = [amplitude_slope(continuation.balance, point, continuation.options.output) for point in points]
+    for (before, after), bracket in zip(pairwise(points), pairwise(slopes), strict=True):
+        peak = locate_peak(continuation, before, after, bracket)
         if peak is not None:
             if peak is not before and peak is not after:
                 result.append(peak)

@@ -7,7 +7,8 @@ import numpy as np
 
 from nonlinear.balance import HarmonicBalance
 from nonlinear.contact import ContactParameters
-from nonlinear.continuation import Continuation, CurvePoint
+from nonlinear.continuation import Continuation
+from nonlinear.curve_point import CurvePoint
 from nonlinear.elements import contact_element
 from nonlinear.options import SolverOptions
 from nonlinear.quantities import largest_amplitude, output_harmonics

@@ -9,7 +9,7 @@ from rom.full_model_file import load_full_model, save_full_model
 from rom.material import Material
 from rom.modal import ModalModel, modal_model
 from rom.natural_frequencies import contact_motion, mode_shapes, natural_frequencies
-from rom.receptance import ReceptanceAt, RelativeReceptance, coupled_frequencies, linear_response
+from rom.receptance import RelativeReceptance, coupled_frequencies, linear_response
 from rom.reduced_model import ReducedModel, ReducedModelError
 from rom.rotation import centrifugal_displacement, spin
 from rom.storage import read_reduced_model, write_reduced_model
@@ -21,7 +21,6 @@ __all__ = [
     "FullModelFileError",
     "Material",
     "ModalModel",
-    "ReceptanceAt",
     "ReducedModel",
     "ReducedModelError",
     "ReductionOptions",

@@ -12,7 +12,7 @@ from rom.reduced_model import Array, ComplexArray
 
 @dataclass(frozen=True)
 class RelativeReceptance:
-    """G^(h)(w) = B_h r^(h)(w) B_h^H and its companions for a travelling wave of inter-blade phase angle psi.
+    """G^(h)(w) = B_h r^(h)(w) B_h^H for a travelling wave of inter-blade phase angle psi.
 
     The relative displacement of the contact nodes is d^(h) = q_R^(h) - q_L^(h) exp(i h psi) = B_h q^(h), the
     contact force on the right nodes f^(h) acts on the blade as B_h^H f^(h) (paper eqs. 17 and 18), and the
@@ -51,28 +51,36 @@ class RelativeReceptance:
                 forces[row] = self.force * self.modal.force
         return forces
 
+    @cached_property
+    def adjoint(self) -> ComplexArray:
+        """Modal forces of unit contact forces, (B_h phi)^H: (n_h, m, 3 n_c)."""
+        return np.ascontiguousarray(self.relative.conj().transpose(0, 2, 1))
+
+    @cached_property
+    def _rates(self) -> tuple[ComplexArray, Array]:
+        """The coefficients of w and of -w^2 in the denominators, (n_h, m) and (n_h, 1)."""
+        h = np.asarray(self.harmonics, dtype=float)[:, None]
+        return 1j * h * self.modal.damping, h**2
+
     def denominators(self, frequency: float) -> tuple[ComplexArray, ComplexArray]:
         """w_m^2 + i c_m h w - (h w)^2 and its derivative in w at w = `frequency` (rad/s): each (n_h, m)."""
-        h = np.asarray(self.harmonics, dtype=float)[:, None]
-        modal = self.modal
-        value = modal.angular_frequency**2 + 1j * modal.damping * (h * frequency) - (h * frequency) ** 2
-        slope = 1j * h * modal.damping - 2.0 * h**2 * frequency
-        return value.astype(complex), slope.astype(complex)
+        damping, squares = self._rates
+        value = damping * frequency + (self.modal.angular_frequency**2 - squares * frequency**2)
+        return value, damping - 2.0 * frequency * squares
 
-    def evaluate(self, frequency: float) -> "ReceptanceAt":
-        """Receptance, linear relative response and their derivatives at `frequency` (rad/s)."""
-        value, slope = self.denominators(frequency)
-        inverse = 1.0 / value
-        inverse_slope = -slope * inverse**2
-        adjoint = self.relative.conj().transpose(0, 2, 1)
-        linear = np.stack([inverse * self.modal_force, inverse_slope * self.modal_force], axis=-1)
-        response = self.relative @ linear
-        return ReceptanceAt(
-            matrix=(self.relative * inverse[:, None, :]) @ adjoint,
-            matrix_slope=(self.relative * inverse_slope[:, None, :]) @ adjoint,
-            linear=response[..., 0],
-            linear_slope=response[..., 1],
-        )
+    def matrix(self, frequency: float) -> ComplexArray:
+        """G^(h) at `frequency` (rad/s), (n_h, 3 n_c, 3 n_c)."""
+        value, _ = self.denominators(frequency)
+        return (self.relative / value[:, None, :]) @ self.adjoint
+
+    def response(self, frequency: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Relative displacement under the external and the contact forces f^(h), and its derivative in w.
+
+        d_lin + G f and d_lin' + G' f, each (n_h, 3 n_c); two products with vectors, without G itself.
+        """
+        coordinates = np.stack(self.modal_response(frequency, contact_force), axis=-1)
+        both = self.relative @ coordinates
+        return both[..., 0], both[..., 1]
 
     def modal_response(self, frequency: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Modal coordinates under the external and the contact forces, and their derivative in w.
@@ -80,14 +88,14 @@ class RelativeReceptance:
         `contact_force` is f^(h) on the right nodes, (n_h, 3 n_c). Returns two arrays (n_h, m).
         """
         value, slope = self.denominators(frequency)
-        total = self.modal_force + (self.relative.conj().transpose(0, 2, 1) @ contact_force[..., None])[..., 0]
-        return total / value, -slope * total / value**2
+        coordinates = (self.modal_force + (self.adjoint @ contact_force[..., None])[..., 0]) / value
+        return coordinates, -slope * coordinates / value
 
     def output_rows(self, name: str, frequency: float) -> ComplexArray:
         """Rows of the output's receptance to contact forces, o r^(h) B_h^H: (n_h, 3 n_c)."""
         value, _ = self.denominators(frequency)
         weighted = (self.modal.outputs[name] / value)[:, None, :]
-        return (weighted @ self.relative.conj().transpose(0, 2, 1))[:, 0, :]
+        return (weighted @ self.adjoint)[:, 0, :]
 
 
 def coupled_frequencies(modal: ModalModel, phase: float, stiffness: Array) -> Array:
@@ -95,16 +103,6 @@ def coupled_frequencies(modal: ModalModel, phase: float, stiffness: Array) -> Ar
     relative = RelativeReceptance(modal, phase, (1,), 0.0).relative[0]
     squared = np.diag(modal.angular_frequency**2) + relative.conj().T @ (stiffness[:, None] * relative)
     return np.sqrt(np.linalg.eigvalsh(squared))
-
-
-@dataclass(frozen=True)
-class ReceptanceAt:
-    """Values at one frequency: `matrix` (n_h, 3 n_c, 3 n_c), `linear` (n_h, 3 n_c) and derivatives in w."""
-
-    matrix: ComplexArray
-    matrix_slope: ComplexArray
-    linear: ComplexArray
-    linear_slope: ComplexArray
 
 
 def linear_response(
@@ -133,9 +131,9 @@ def linear_response(
         omega = 2.0 * np.pi * hertz
         contact_force = np.zeros(3 * n_contacts, dtype=complex)
         if np.any(stiffness):
-            at = receptance.evaluate(omega)
-            system = np.eye(3 * n_contacts) + at.matrix[0] * stiffness
-            contact_force = -stiffness * np.linalg.solve(system, at.linear[0])
+            free, _ = receptance.response(omega, contact_force[None])
+            system = np.eye(3 * n_contacts) + receptance.matrix(omega)[0] * stiffness
+            contact_force = -stiffness * np.linalg.solve(system, free[0])
         coordinates, _ = receptance.modal_response(omega, contact_force[None])
         response[index] = modal.outputs[output] @ coordinates[0]
     return response

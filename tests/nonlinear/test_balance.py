@@ -53,7 +53,7 @@ def test_slope_of_the_amplitude_along_the_curve(harmonics, interference):
         heights = [largest_amplitude(output_harmonics(balance, p, "tip")).value for p in points]
         numerical = (-3.0 * heights[0] + 4.0 * heights[1] - heights[2]) / (2.0 * step)
         assert amplitude_slope(balance, point, "tip") == pytest.approx(numerical, rel=1e-4, abs=1e-6 * heights[0])
-        point = continuation.correct(point, 0.1)
+        point = continuation.correct(point, 0.1, sharp=True)
 
 
 def test_largest_amplitude_of_several_harmonics():
