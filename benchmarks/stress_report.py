@@ -37,7 +37,8 @@ def summary_text(results: Sequence[StressResult]) -> str:
     parts = [
         f"# Stability matrix, seed {results[0].case.seed}{', hard corner' if results[0].case.hard else ''}",
         f"{len(results)} curves, {len(results) - len(incomplete)} complete, {len(incomplete)} incomplete; "
-        f"{sum(r.seconds for r in results):.0f} s of solving, {sum(r.points for r in results)} points.",
+        f"{sum(r.seconds for r in results):.0f} s of solving, {sum(r.points for r in results)} points; "
+        f"{sum(r.detached > 0 for r in results)} curves with detached branches.",
         _outcomes(results),
         "## By harmonics",
         _by_harmonics(results),

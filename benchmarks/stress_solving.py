@@ -34,6 +34,7 @@ class StressResult:
     turning_points: int
     peaks: int
     truncation_error: float
+    detached: int
 
     @property
     def milliseconds_a_point(self) -> float:
@@ -79,7 +80,7 @@ def attempt(case: StressCase, model: Path, limit: float) -> tuple[StressResult, 
             ending = OUT_OF_TIME if isinstance(error, OutOfTimeError) else RAISED
             message = str(error) if isinstance(error, OutOfTimeError) else f"{type(error).__name__}: {error}"
             seconds, nan = time.perf_counter() - began, float("nan")
-            failed = StressResult(case, low, high, False, ending, message, reached[0], 0, seconds, nan, 0, 0, nan)
+            failed = StressResult(case, low, high, False, ending, message, reached[0], 0, seconds, nan, 0, 0, nan, 0)
             return failed, None
     return _result(case, low, high, curve), curve
 
@@ -99,6 +100,7 @@ def _result(case: StressCase, low: float, high: float, curve: ResponseCurve) -> 
         turning_points=int(curve.turning_points.size),
         peaks=len(curve.peaks),
         truncation_error=curve.truncation_error,
+        detached=len(curve.detached),
     )
 
 

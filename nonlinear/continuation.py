@@ -31,6 +31,7 @@ KINK_COSINE = 0.5
 LANDMARK_REACHED = 1e-9  # relative distance within which a landmark counts as reached
 FARTHEST_RESTART = 1.5  # arc length within which a solution counts as the same one
 RANGE_FRACTION = 0.1
+SAME_POINT = 1e-6  # relative distance of two solutions that are one
 MANY_ITERATIONS = 6  # more of them make the next step shorter
 
 
@@ -74,6 +75,12 @@ class Continuation:
         at = self.balance.evaluate(unknown, frequency)
         solved = Corrected(unknown, frequency, at, None, iterations)
         return self._with_tangent(solved, onward, 0, arc, step)
+
+    def onward(self, unknown: Array, frequency: float, direction: float, iterations: int) -> CurvePoint:
+        """The solved point (x, w) as the beginning of a trace; `direction`: +1 or -1, its way in frequency."""
+        at = self.balance.evaluate(unknown, frequency)
+        slope = np.asarray(np.linalg.solve(at.jacobian, -at.slope), dtype=np.float64)
+        return self.point(unknown, frequency, (direction * slope, direction), iterations, 0.0, self.options.step)
 
     def _with_tangent(
         self, solved: Corrected, onward: Tangent, orientation: int, arc: float, step: float
@@ -249,13 +256,19 @@ class Continuation:
         return None
 
     def trace(self, start: CurvePoint, progress: Callable[[float, int], None] | None = None) -> Iterator[CurvePoint]:
-        """Points from `start` on, until the range is left (its last point lies on the limit) or a step fails."""
+        """Points from `start` on, until the range is left (its last point lies on the limit) or a step fails.
+
+        A curve that comes back to `start` ends with it.
+        """
         low, high = self.span
         previous, point = None, start
         yield point
         for count in range(1, self.options.max_points):
             found = self.next_point(previous, point)
             if found is None:
+                return
+            if count > 2 and self._passes(point, found, start):
+                yield replace(start, arc=point.arc + self._along(point, start))
                 return
             limit = high if found.frequency >= high else low if found.frequency <= low else None
             if limit is not None:
@@ -266,6 +279,23 @@ class Continuation:
             if progress is not None:
                 progress(point.frequency / (2.0 * np.pi), count)
             yield point
+
+    def _along(self, point: CurvePoint, other: CurvePoint) -> float:
+        """Arc length from `point` to `other`, along the tangent."""
+        apart = other.unknown - point.unknown, other.frequency - point.frequency
+        return self.metric(point.unknown).product(apart, point.tangent)
+
+    def _passes(self, point: CurvePoint, found: CurvePoint, home: CurvePoint) -> bool:
+        """Whether `home` lies on the curve between two neighbouring points of it."""
+        along = self._along(point, home)
+        if home.orientation != point.orientation or not 0.0 < along <= found.arc - point.arc:
+            return False
+        metric = self.metric(point.unknown)
+        beside = home.unknown - point.unknown - along * point.tangent[0]
+        if metric.norm(beside, home.frequency - point.frequency - along * point.tangent[1]) > along:
+            return False
+        same = self.correct(point, along)
+        return same is not None and metric.norm(same.unknown - home.unknown, 0.0) <= SAME_POINT
 
 
 def _turns_sharply(point: CurvePoint, found: CurvePoint, metric: Metric) -> bool:

@@ -34,6 +34,7 @@ class ResponseCurve:
     peak, peaks : the highest local maximum (an end of the curve if there is none higher), and all of them.
     seconds : time of the solution. truncation_error : estimated relative error of the peak amplitude by the
         harmonics left out.
+    detached : curves of the branches that were found beside this one, and of the far side of an incomplete curve.
     """
 
     outcome: Outcome
@@ -58,6 +59,7 @@ class ResponseCurve:
     seconds: float
     harmonics: int
     truncation_error: float
+    detached: tuple["ResponseCurve", ...] = ()
 
     @property
     def points(self) -> int:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -9,6 +10,20 @@ from nonlinear.contact import Array
 
 MAX_ITERATIONS = 40
 SMALLEST_DAMPING = 1.0 / 256.0
+
+
+class Linearised(Protocol):
+    """R(x) and, when asked for, dR/dx."""
+
+    @property
+    def residual(self) -> Array:
+        """(n,)."""
+        ...
+
+    @property
+    def jacobian(self) -> Array:
+        """(n, n)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -43,7 +58,7 @@ class Convergence:
 
 
 def newton(
-    linearise: Callable[[Array], tuple[Array, Array]],
+    linearise: Callable[[Array], Linearised],
     guess: Array,
     *,
     error: Callable[[Array, Array], float],
@@ -51,31 +66,31 @@ def newton(
     round_off: float,
     max_iterations: int = MAX_ITERATIONS,
 ) -> NewtonResult:
-    """Solve R(x) = 0 from `guess`; `linearise(x)` returns R (n,) and dR/dx (n, n).
+    """Solve R(x) = 0 from `guess`; `linearise(x)` returns R with its derivative.
 
     `error(R, x)` is the relative error that `Convergence` watches. A step that does not reduce |R| is
     halved, down to a 256th; the shortest one is taken as it is, which lets a piecewise smooth problem leave a kink.
     """
     watch = Convergence(tolerance, round_off)
     x = guess
-    residual, jacobian = linearise(x)
-    relative = error(residual, x)
+    at = linearise(x)
+    relative = error(at.residual, x)
     for iteration in range(max_iterations):
         solved = watch.reached(relative)
         if solved or not np.isfinite(relative):
             return NewtonResult(x, solved, iteration, relative)
         try:
-            step = np.linalg.solve(jacobian, -residual)
+            step = np.linalg.solve(at.jacobian, -at.residual)
         except np.linalg.LinAlgError:
             return NewtonResult(x, False, iteration, relative)
-        size = np.linalg.norm(residual)
+        size = np.linalg.norm(at.residual)
         damping = 1.0
         while True:
             trial = x + damping * step
-            residual, jacobian = linearise(trial)
-            if np.linalg.norm(residual) < (1.0 - 0.25 * damping) * size or damping <= SMALLEST_DAMPING:
+            at = linearise(trial)
+            if np.linalg.norm(at.residual) < (1.0 - 0.25 * damping) * size or damping <= SMALLEST_DAMPING:
                 break
             damping /= 2.0
         x = trial
-        relative = error(residual, x)
+        relative = error(at.residual, x)
     return NewtonResult(x, watch.reached(relative), max_iterations, relative)

@@ -32,6 +32,7 @@ class SolverOptions:
         "sampled": at `samples` instants. None: exact where the law allows it, else sampled.
     samples : instants a period, at least 4 H + 4.
     method : "coupled" (static and dynamic balance together) or "static-first" (the classical two steps).
+    detached : whether branches that hang on the curve nowhere are looked for.
     output : name of the output that peaks are sought for.
     tolerance : residual relative to the displacement at which Newton's method stops; where round-off stands in the
         way, it stops when nothing improves below `round_off`.
@@ -46,6 +47,7 @@ class SolverOptions:
     integration: Integration | None = None
     samples: int = 1024
     method: Method = "coupled"
+    detached: bool = True
     output: str = "tip"
     tolerance: float = 1e-13
     round_off: float = 1e-12

@@ -2,18 +2,22 @@
 
 import time
 from dataclasses import replace
+from typing import NamedTuple
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from nonlinear.balance import HarmonicBalance
-from nonlinear.contact import ContactElement, ContactError, ContactParameters
+from nonlinear.contact import Array, ContactElement, ContactError, ContactParameters
 from nonlinear.continuation import Continuation
 from nonlinear.curve import CurveData, ResponseCurve, assemble_curve
+from nonlinear.detached import detached_branches
 from nonlinear.elements import contact_element
 from nonlinear.landmarks import landmarks
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.outcome import Ending, Outcome
 from nonlinear.start import static_displacement
+from nonlinear.trace import Trace
 from nonlinear.tracing import Progress, trace_range
 from nonlinear.truncation import Truncation
 from rom import ModalModel, RelativeReceptance
@@ -46,7 +50,17 @@ def forced_response(
     with threadpool_limits(1, "blas"):
         if options.harmonics == "auto":
             return _with_enough_harmonics(modal, contact, excitation, options, progress)
-        return _with_harmonics(modal, contact, excitation, options, progress)[0]
+        return _with_detached(_with_harmonics(modal, contact, excitation, options, progress), progress)
+
+
+class _Solved(NamedTuple):
+    """A curve, its truncation error (at the peak or along the curve), and what its branches are sought with."""
+
+    curve: ResponseCurve
+    truncation_error: float
+    continuation: Continuation
+    static: Array
+    traces: list[Trace]
 
 
 def _with_harmonics(
@@ -56,26 +70,43 @@ def _with_harmonics(
     options: SolverOptions,
     progress: Progress | None,
     everywhere: bool = False,
-) -> tuple[ResponseCurve, float]:
+) -> _Solved:
     """The curve with a given number of harmonics, and the truncation error: at the peak, or `everywhere` along it."""
     began = time.perf_counter()
     receptance, element = _parts(modal, contact, excitation, options)
+    nan = float("nan")
     try:
         static = static_displacement(receptance, contact, options)
     except ArithmeticError as error:
         message = f"no start at {options.frequency[0]:.6g} Hz: {error}"
-        outcome = Outcome(Ending.START_FAILED, options.frequency[0], message)
-        data = CurveData([], [], outcome, time.perf_counter() - began, float("nan"))
-        return assemble_curve(HarmonicBalance(receptance, element), options.output, data), float("nan")
-    frozen = static if options.method == "static-first" else None
-    balance = HarmonicBalance(receptance, element, frozen)
+        nothing = Trace([], [], Outcome(Ending.START_FAILED, options.frequency[0], message))
+        balance = HarmonicBalance(receptance, element)
+        curve = assemble_curve(balance, options.output, CurveData(*nothing, time.perf_counter() - began, nan))
+        return _Solved(curve, nan, Continuation(balance, options), np.zeros((contact.n_contacts, 3)), [])
+    balance = HarmonicBalance(receptance, element, static if options.method == "static-first" else None)
     continuation = Continuation(balance, options, landmarks(receptance, contact, options), contact)
-    trace = trace_range(continuation, static, progress)
+    traces = trace_range(continuation, static, progress)
     truncation = Truncation(balance, contact, options, options.fixed_harmonics)
-    at_peak = truncation.at_peak(trace.points, trace.peak_indices)
-    along = truncation.along(trace.points, trace.peak_indices) if everywhere else at_peak
-    data = CurveData(*trace, time.perf_counter() - began, at_peak)
-    return assemble_curve(balance, options.output, data), along
+    main = traces[0]
+    at_peak = truncation.at_peak(main.points, main.peak_indices)
+    along = truncation.along(main.points, main.peak_indices) if everywhere else at_peak
+    curve = assemble_curve(balance, options.output, CurveData(*main, time.perf_counter() - began, at_peak))
+    return _Solved(curve, along, continuation, static, traces)
+
+
+def _with_detached(solved: _Solved, progress: Progress | None) -> ResponseCurve:
+    """The curve with the branches that hang on it nowhere, and the pieces of an incomplete one."""
+    curve, continuation = solved.curve, solved.continuation
+    if not solved.traces:
+        return curve
+    began = time.perf_counter()
+    pieces = solved.traces[1:]
+    if continuation.options.detached:
+        pieces = [*pieces, *detached_branches(continuation, solved.static, solved.traces, progress)]
+    output, nan = continuation.options.output, float("nan")
+    branches = [assemble_curve(continuation.balance, output, CurveData(*piece, 0.0, nan)) for piece in pieces]
+    seconds = curve.seconds + time.perf_counter() - began
+    return replace(curve, detached=tuple(branches), seconds=seconds)
 
 
 def _with_enough_harmonics(
@@ -94,15 +125,18 @@ def _with_enough_harmonics(
     before: tuple[float, float] | None = None  # peak amplitude and estimate with fewer harmonics
     for harmonics in LADDER:
         fixed = replace(options, harmonics=harmonics)
-        curve, error = _with_harmonics(modal, contact, excitation, fixed, progress, everywhere=True)
+        solved = _with_harmonics(modal, contact, excitation, fixed, progress, everywhere=True)
+        curve, error = solved.curve, solved.truncation_error
         seconds += curve.seconds
         height = curve.peak.amplitude_m if curve.peak else 0.0
         confirmed = before is not None and abs(height - before[0]) <= (3.0 * before[1] + tolerance) * height
         if error <= NOTHING_LEFT_OUT or (error <= tolerance and confirmed):
-            return replace(curve, seconds=seconds)
+            break
         before = height, error
-    message = f"{curve.outcome.message}; {LADDER[-1]} harmonics, the most there are, do not reach {tolerance:g}"
-    return replace(curve, seconds=seconds, outcome=replace(curve.outcome, message=message))
+    else:
+        message = f"{curve.outcome.message}; {LADDER[-1]} harmonics, the most there are, do not reach {tolerance:g}"
+        curve = replace(curve, outcome=replace(curve.outcome, message=message))
+    return _with_detached(solved._replace(curve=replace(curve, seconds=seconds)), progress)
 
 
 def harmonic_balance(

@@ -1,9 +1,7 @@
-"""A curve over the whole frequency range: from the low end, and where that fails, from the high end."""
+"""The main curve over the whole frequency range: from the low end, and where that fails, from the high end."""
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -12,60 +10,80 @@ from nonlinear.continuation import Continuation
 from nonlinear.curve_point import CurvePoint
 from nonlinear.options import SolverOptions
 from nonlinear.outcome import Ending, Outcome
-from nonlinear.peaks import locate_peak
-from nonlinear.quantities import amplitude_slope
 from nonlinear.start import periodic_start
+from nonlinear.trace import Trace, reverse, with_peaks
 
 Progress = Callable[[float, int], None]
+UP, DOWN = "from the low end up", "from the high end down"
+FINER = 4.0  # how much shorter the longest step of a second attempt is
+MUCH_FINER = 100.0  # the same of its shortest step
 
 
-class Trace(NamedTuple):
-    """Points from low to high arc, the indices of the located peaks among them, and how the tracing ended."""
+def trace_range(continuation: Continuation, static: Array, progress: Progress | None = None) -> list[Trace]:
+    """Trace from the low end of the range; if the high end is not reached, from there down, then with finer steps.
 
-    points: list[CurvePoint]
-    peak_indices: list[int]
-    outcome: Outcome
-
-
-def trace_range(continuation: Continuation, static: Array, progress: Progress | None = None) -> Trace:
-    """Trace from the low end of the range; if the high end is not reached, trace back from there.
-
-    `static` (n_c, 3): static displacement to start from. Of two incomplete traces the one with more points is kept.
+    `static` (n_c, 3): static displacement to start from. The first trace is the curve. Where no attempt is complete,
+    it is the longest one, and the longest that came from the other end follows it.
     """
-    upwards = _trace_from_end(continuation, static, upwards=True, progress=progress)
-    if upwards.outcome.complete or upwards.outcome.ending is Ending.TOO_MANY_POINTS:
-        return upwards
-    downwards = _trace_from_end(continuation, static, upwards=False, progress=progress)
-    if downwards.outcome.complete or len(downwards.points) > len(upwards.points):
-        return _reversed(downwards, _both(downwards, "from the high end down", upwards, "from the low end up"))
-    return upwards._replace(outcome=_both(upwards, "from the low end up", downwards, "from the high end down"))
+    failed: list[tuple[str, Trace]] = []
+    for way, upwards, options in _attempts(continuation.options):
+        trace = _trace_from_end(replace(continuation, options=options), static, upwards, progress)
+        if trace.outcome.complete:
+            return [_rising(trace, _told(way, trace, failed))]
+        failed.append((way, trace))
+        if trace.outcome.ending is Ending.TOO_MANY_POINTS:
+            break
+    way, longest = max(failed, key=lambda attempt: len(attempt[1].points))
+    others = [attempt for attempt in failed if attempt[1] is not longest]
+    far_side = [trace for other, trace in others if (UP in other) != (UP in way) and trace.points]
+    pieces = sorted(far_side, key=lambda trace: -len(trace.points))[:1]
+    return [
+        _rising(piece, piece.outcome) for piece in (longest._replace(outcome=_told(way, longest, others)), *pieces)
+    ]
 
 
-def _both(kept: Trace, kept_way: str, other: Trace, other_way: str) -> Outcome:
-    """The outcome of the trace that is kept, with what became of the other one."""
-    message = f"{kept.outcome.message}, {kept_way}; {other_way}: {other.outcome.message}"
-    return replace(kept.outcome, message=message)
+def _attempts(options: SolverOptions) -> list[tuple[str, bool, SolverOptions]]:
+    """What is tried one after another: its name, whether it goes up in frequency, and its options."""
+    finer = replace(options, max_step=options.max_step / FINER, min_step=options.min_step / MUCH_FINER)
+    return [
+        (UP, True, options),
+        (DOWN, False, options),
+        (f"{UP} with finer steps", True, finer),
+        (f"{DOWN} with finer steps", False, finer),
+    ]
+
+
+def _told(way: str, kept: Trace, others: list[tuple[str, Trace]]) -> Outcome:
+    """The outcome of the trace that is kept, with what became of the other ones."""
+    if not others:
+        return kept.outcome
+    story = "; ".join(f"{other}: {trace.outcome.message}" for other, trace in others)
+    return replace(kept.outcome, message=f"{kept.outcome.message}, {way}; {story}")
+
+
+def _rising(trace: Trace, outcome: Outcome) -> Trace:
+    """The trace in the order of rising frequency of its ends."""
+    points = trace.points
+    if not points or points[0].frequency <= points[-1].frequency:
+        return trace._replace(outcome=outcome)
+    last = len(points) - 1
+    return Trace(reverse(points), [last - index for index in reversed(trace.peak_indices)], outcome)
 
 
 def _trace_from_end(continuation: Continuation, static: Array, upwards: bool, progress: Progress | None) -> Trace:
     options = continuation.options
-    end = continuation.span[0 if upwards else 1]
+    end, direction = continuation.span[0 if upwards else 1], 1.0 if upwards else -1.0
     hertz = options.frequency[0 if upwards else 1]
-    first = continuation.linear.start(end, 1.0 if upwards else -1.0, options.step) if continuation.linear else None
+    first = continuation.linear.start(end, direction, options.step) if continuation.linear else None
     if first is None:
-        start = periodic_start(continuation.balance, end, static, options)
+        start = periodic_start(continuation.balance, end, static, options, continuation.contact)
         if not start.converged:
-            message = (
-                f"no start at {hertz:.6g} Hz: no periodic solution found, relative residual {start.residual:.2g}"
-            )
+            error = f"relative residual {start.residual:.2g}"
+            message = f"no start at {hertz:.6g} Hz: no periodic solution found, {error}"
             return Trace([], [], Outcome(Ending.START_FAILED, hertz, message))
-        at = continuation.balance.evaluate(start.solution, end)
-        forward = np.asarray(np.linalg.solve(at.jacobian, -at.slope), dtype=np.float64), 1.0
-        onward = forward if upwards else (-forward[0], -1.0)
-        first = continuation.point(start.solution, end, onward, start.iterations, 0.0, options.step)
+        first = continuation.onward(start.solution, end, direction, start.iterations)
     points = list(continuation.trace(first, progress))
-    outcome = _outcome(points, options, upwards)
-    return Trace(*_insert_peaks(continuation, points), outcome)
+    return with_peaks(continuation, points, _outcome(points, options, upwards))
 
 
 def _outcome(points: list[CurvePoint], options: SolverOptions, upwards: bool) -> Outcome:
@@ -82,28 +100,3 @@ def _outcome(points: list[CurvePoint], options: SolverOptions, upwards: bool) ->
         return Outcome(Ending.TOO_MANY_POINTS, last, f"given up at {last:.6g} Hz after {len(points)} points")
     message = f"no next point found at {last:.6g} Hz with steps down to {options.min_step:g}"
     return Outcome(Ending.STEP_TOO_SMALL, last, message)
-
-
-def _insert_peaks(continuation: Continuation, points: list[CurvePoint]) -> tuple[list[CurvePoint], list[int]]:
-    """The points with the located maxima among them, and the indices of these."""
-    result, indices = points[:1], []
-    slopes = [amplitude_slope(continuation.balance, point, continuation.options.output) for point in points]
-    for (before, after), bracket in zip(pairwise(points), pairwise(slopes), strict=True):
-        peak = locate_peak(continuation, before, after, bracket)
-        if peak is not None:
-            if peak is not before and peak is not after:
-                result.append(peak)
-            indices.append(len(result) - 1 if peak is not after else len(result))
-        result.append(after)
-    return result, indices
-
-
-def _reversed(trace: Trace, outcome: Outcome) -> Trace:
-    """The same curve the other way round."""
-    whole = trace.points[-1].arc
-    points = [
-        replace(point, arc=whole - point.arc, tangent=(-point.tangent[0], -point.tangent[1]))
-        for point in reversed(trace.points)
-    ]
-    last = len(points) - 1
-    return Trace(points, [last - index for index in reversed(trace.peak_indices)], outcome)

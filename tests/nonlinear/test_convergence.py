@@ -5,11 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lumped import oscillator
-from solving import solve_from
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, contact_element, harmonic_balance
 from nonlinear.fourier import to_complex
-from nonlinear.start import periodic_start
+from nonlinear.start import periodic_start, solve_at
 from nonlinear.trigonometric import find_roots, value_and_slope
 from rom import modal_model
 
@@ -32,7 +31,7 @@ def nearly_rigid_slider(modal, harmonics, beta):
         if start is None:
             start = periodic_start(balance, beta, np.zeros((1, 3)), options)
         else:
-            start = solve_from(balance, beta, start.solution, options)
+            start = solve_at(balance, beta, start.solution, options)
     return start, balance
 
 

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 from ring_integration import integrate_ring
-from solving import solve_from
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
 from nonlinear.fourier import to_complex
-from nonlinear.start import periodic_start
+from nonlinear.start import periodic_start, solve_at
 from rom import modal_model
 
 HARMONICS, PERIODS, STEPS = 21, 40, 2000
@@ -49,7 +48,7 @@ def test_ring_of_blades(n_blades, interference, fraction):
             guess[0] = value.real
         else:
             guess[2 * h - 1], guess[2 * h] = value.real, value.imag
-    result = solve_from(balance, omega, guess.reshape(-1), options)
+    result = solve_at(balance, omega, guess.reshape(-1), options)
     assert result.converged
     solved = result.solution
     force = to_complex(balance.forces(solved).force.reshape(2 * HARMONICS + 1, -1))
