@@ -66,6 +66,11 @@ class HarmonicBalance:
         return self.receptance.modal.n_contacts
 
     @property
+    def n_harmonics(self) -> int:
+        """H."""
+        return len(self.receptance.harmonics) - 1
+
+    @property
     def first_row(self) -> int:
         """First row of coefficients that is unknown: 1 if harmonic 0 is frozen, else 0."""
         return 0 if self.frozen_static is None else 1

@@ -17,6 +17,7 @@ from nonlinear.bordered import BorderedSystem
 from nonlinear.contact import Array, ContactParameters
 from nonlinear.corrector import MAX_CORRECTIONS, Corrected, Plane, correct
 from nonlinear.curve_point import CurvePoint
+from nonlinear.family import resized
 from nonlinear.linear_step import LinearSteps
 from nonlinear.linear_stretch import LinearStretches
 from nonlinear.newton import Convergence
@@ -61,6 +62,10 @@ class Continuation:
             return None
         return LinearSteps(self.balance, LinearStretches(self.balance, self.contact), self.metric)
 
+    def of(self, balance: HarmonicBalance) -> "Continuation":
+        """The same continuation of another balance of the problem."""
+        return self if balance is self.balance else replace(self, balance=balance)
+
     def metric(self, unknown: Array) -> Metric:
         """Scales at a point."""
         low, high = self.span
@@ -93,6 +98,7 @@ class Continuation:
         if orientation not in (0, sign) and metric.product(metric.unit(onward), tangent) < KINK_COSINE:
             tangent, sign = (-tangent[0], -tangent[1]), -sign
         return CurvePoint(
+            balance=self.balance,
             unknown=solved.unknown,
             frequency=solved.frequency,
             tangent=tangent,
@@ -141,20 +147,17 @@ class Continuation:
             following = min(following, 0.7 * step)
         return min(following, self.options.max_step)
 
-    def correct_in_plane(self, start: CurvePoint) -> CurvePoint | None:
-        """The nearest solution in the plane normal to the tangent through `start`, which need not be one itself."""
+    def refit(self, point: CurvePoint) -> CurvePoint | None:
+        """The nearest solution of this balance in the plane normal to the tangent through a point of another one."""
+        start = resized(point, self.balance)
         metric = self.metric(start.unknown)
-        plane = Plane(start.unknown, start.frequency, start.tangent, metric, FARTHEST_RESTART)
-        solved = correct(self.balance, self.options, plane)
+        direction = metric.unit(start.tangent)
+        solved = correct(
+            self.balance, self.options, Plane(start.unknown, start.frequency, direction, metric, FARTHEST_RESTART)
+        )
         if solved is None:
             return None
-        return replace(
-            start,
-            unknown=solved.unknown,
-            frequency=solved.frequency,
-            contact=solved.at.contact,
-            iterations=solved.iterations,
-        )
+        return self._with_tangent(solved, direction, 0, point.arc, point.step)
 
     def at_frequency(self, point: CurvePoint, frequency: float) -> CurvePoint | None:
         """The point of the curve near `point` at a given w, along its tangent as first guess; None if not reached."""

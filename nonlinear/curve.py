@@ -88,8 +88,8 @@ def assemble_curve(balance: HarmonicBalance, output: str, data: CurveData) -> Re
     points = data.points
     n_contacts, n_harmonics = balance.n_contacts, len(balance.receptance.harmonics) - 1
     shape = (len(points), n_harmonics + 1, n_contacts, 3)
-    response = np.array([output_harmonics(balance, point, output) for point in points]).reshape(shape[:2])
-    works = [work(balance, point) for point in points]
+    response = np.array([output_harmonics(point, output) for point in points]).reshape(shape[:2])
+    works = [work(point) for point in points]
     state = np.array([point.contact.state for point in points], dtype=int).reshape(len(points), n_contacts)
     frequency = np.array([point.frequency for point in points]) / (2.0 * np.pi)
     amplitude = np.array([largest_amplitude(row).value for row in response])

@@ -3,18 +3,20 @@
 from dataclasses import dataclass
 
 from nonlinear.arclength import Tangent
+from nonlinear.balance import HarmonicBalance
 from nonlinear.contact import Array, ContactForces
 
 
 @dataclass(frozen=True)
 class CurvePoint:
-    """One solved point: unknown x (n,), w (rad/s), unit tangent (dx/ds, dw/ds) of growing arc, and how it was found.
+    """One solved point of `balance`: unknown x (n,), w (rad/s), unit tangent (dx/ds, dw/ds), and how it was found.
 
-    `determinant_sign` is that of det dR/dx: -1 where an odd number of real Floquet exponents is positive.
+    The tangent points to growing `arc`. `determinant_sign` is that of det dR/dx: -1 where an odd number of real Floquet exponents is positive.
     `orientation` is the sign of det [dR/dx, dR/dw; tangent], the same along a curve, kinks included. `step` is the
     arc length proposed for the next step.
     """
 
+    balance: HarmonicBalance
     unknown: Array
     frequency: float
     tangent: Tangent
@@ -24,3 +26,8 @@ class CurvePoint:
     iterations: int
     arc: float
     step: float
+
+    @property
+    def displacement(self) -> Array:
+        """Real Fourier coefficients of d, (2H+1, n_c, 3)."""
+        return self.balance.displacement(self.unknown)

@@ -63,7 +63,7 @@ class LinearSteps:
         unknown = self.balance.unknown(rows)
         tangent = self.metric(unknown).unit((direction * self.balance.unknown(slope), direction))
         contact = self.balance.element.evaluate(rows)
-        return CurvePoint(unknown, frequency, tangent, contact, 1, int(direction), 0, arc, step)
+        return CurvePoint(self.balance, unknown, frequency, tangent, contact, 1, int(direction), 0, arc, step)
 
     def _solve(self, state: LinearState, frequency: float) -> tuple[Array, Array]:
         key = state.pressed.tobytes()

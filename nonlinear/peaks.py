@@ -31,7 +31,13 @@ def locate_peak(
     regula falsi (Illinois) on the slope of the amplitude, with a corrector solve at each trial, until the bracket is
     shorter than the peak tolerance asks for.
     """
-    balance, options = continuation.balance, continuation.options
+    options = continuation.options
+    if before.balance is not after.balance:
+        refitted = continuation.of(after.balance).refit(before)
+        if refitted is None:
+            return None
+        before = refitted
+    continuation = continuation.of(before.balance)
     left, right = 0.0, after.arc - before.arc
     rising, falling = slopes
     if not rising > 0.0 > falling:
@@ -45,7 +51,7 @@ def locate_peak(
         point = continuation.correct(before, trial, sharp=True)
         if point is None:
             return best
-        slope = amplitude_slope(balance, point, options.output)
+        slope = amplitude_slope(point, options.output)
         moved, best = abs(point.frequency - best.frequency), point
         if slope > 0.0:
             left, rising = trial, slope

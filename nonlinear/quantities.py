@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonlinear.balance import HarmonicBalance
 from nonlinear.curve_point import CurvePoint
 from nonlinear.fourier import ComplexArray, to_complex
 
@@ -47,15 +46,17 @@ def largest_amplitude(harmonics: ComplexArray) -> Amplitude:
     return Amplitude(value, float(angle), sign)
 
 
-def output_harmonics(balance: HarmonicBalance, point: CurvePoint, output: str) -> ComplexArray:
+def output_harmonics(point: CurvePoint, output: str) -> ComplexArray:
     """Fourier coefficients of the output, (H+1,)."""
-    coordinates, _ = balance.receptance.modal_response(point.frequency, _contact_force(point))
-    return coordinates @ balance.receptance.modal.outputs[output]
+    receptance = point.balance.receptance
+    coordinates, _ = receptance.modal_response(point.frequency, _contact_force(point))
+    return coordinates @ receptance.modal.outputs[output]
 
 
-def amplitude_slope(balance: HarmonicBalance, point: CurvePoint, output: str) -> float:
+def amplitude_slope(point: CurvePoint, output: str) -> float:
     """Derivative of the largest |x(t)| with respect to the arc length at `point`, metres."""
-    receptance, output_shape = balance.receptance, balance.receptance.modal.outputs[output]
+    balance, receptance = point.balance, point.balance.receptance
+    output_shape = receptance.modal.outputs[output]
     coordinates, slope = receptance.modal_response(point.frequency, _contact_force(point))
     first = balance.first_row
     motion = point.tangent[0].reshape(-1, balance.n_contacts, 3)
@@ -83,22 +84,17 @@ class Work:
         return abs(self.excitation - self.damping - self.friction) / scale
 
 
-def work(balance: HarmonicBalance, point: CurvePoint) -> Work:
+def work(point: CurvePoint) -> Work:
     """Work balance of a cycle: W = -pi h Im(conj(F) X) for force and displacement coefficients of harmonic h."""
-    receptance = balance.receptance
+    receptance = point.balance.receptance
     force = _contact_force(point)
     coordinates, _ = receptance.modal_response(point.frequency, force)
     order = np.asarray(receptance.harmonics, dtype=float)
     excitation = -np.pi * (order[:, None] * (receptance.modal_force.conj() * coordinates).imag).sum()
     damping = np.pi * (order[:, None] ** 2 * receptance.modal.damping * np.abs(coordinates) ** 2).sum()
-    displacement = to_complex(balance.displacement(point.unknown)).reshape(force.shape)
+    displacement = to_complex(point.displacement).reshape(force.shape)
     friction = np.pi * (order[:, None] * (force.conj() * displacement).imag).sum()
     return Work(float(excitation), float(damping * point.frequency), float(friction))
-
-
-def relative_displacement(balance: HarmonicBalance, point: CurvePoint) -> ComplexArray:
-    """d^(h) of the contact nodes, (H+1, n_c, 3)."""
-    return to_complex(balance.displacement(point.unknown))
 
 
 def _contact_force(point: CurvePoint) -> ComplexArray:

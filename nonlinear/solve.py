@@ -13,6 +13,7 @@ from nonlinear.continuation import Continuation
 from nonlinear.curve import CurveData, ResponseCurve, assemble_curve
 from nonlinear.detached import detached_branches
 from nonlinear.elements import contact_element
+from nonlinear.family import BalanceFamily
 from nonlinear.landmarks import landmarks
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.outcome import Ending, Outcome
@@ -86,7 +87,7 @@ def _with_harmonics(
     balance = HarmonicBalance(receptance, element, static if options.method == "static-first" else None)
     continuation = Continuation(balance, options, landmarks(receptance, contact, options), contact)
     traces = trace_range(continuation, static, progress)
-    truncation = Truncation(balance, contact, options, options.fixed_harmonics)
+    truncation = Truncation(continuation, BalanceFamily(balance, contact, options))
     main = traces[0]
     at_peak = truncation.at_peak(main.points, main.peak_indices)
     along = truncation.along(main.points, main.peak_indices) if everywhere else at_peak

@@ -22,7 +22,7 @@ class Trace(NamedTuple):
 def with_peaks(continuation: Continuation, points: list[CurvePoint], outcome: Outcome) -> Trace:
     """The trace with the located maxima among its points."""
     result, indices = points[:1], []
-    slopes = [amplitude_slope(continuation.balance, point, continuation.options.output) for point in points]
+    slopes = [amplitude_slope(point, continuation.options.output) for point in points]
     for (before, after), bracket in zip(pairwise(points), pairwise(slopes), strict=True):
         peak = locate_peak(continuation, before, after, bracket)
         if peak is not None:

@@ -1,16 +1,12 @@
 """What the harmonics that were left out would change: a solved point solved again with more of them."""
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
-from nonlinear.balance import HarmonicBalance
-from nonlinear.contact import ContactParameters
 from nonlinear.continuation import Continuation
 from nonlinear.curve_point import CurvePoint
-from nonlinear.elements import contact_element
-from nonlinear.options import SolverOptions
+from nonlinear.family import BalanceFamily
 from nonlinear.quantities import largest_amplitude, output_harmonics
 
 LOOKS = 6  # places along a curve, beside its peaks, where the adaptive choice of harmonics looks
@@ -23,12 +19,10 @@ def wider_harmonics(n_harmonics: int) -> int:
 
 @dataclass(frozen=True)
 class Truncation:
-    """Estimates the error of the harmonics kept in `balance`, relative to the amplitude of the highest peak."""
+    """Estimates the error of the harmonics kept at the points of a curve, relative to the amplitude of its peak."""
 
-    balance: HarmonicBalance
-    contact: ContactParameters
-    options: SolverOptions
-    n_harmonics: int
+    continuation: Continuation
+    family: BalanceFamily
 
     def at_peak(self, points: list[CurvePoint], peak_indices: list[int]) -> float:
         """Relative change of the highest peak's amplitude; NaN where there is no peak, inf where it gets lost."""
@@ -51,30 +45,11 @@ class Truncation:
             return 0.0
         return max(abs(self._widened_height(point) - self._height(point)) for point in points) / reference
 
-    def _height(self, point: CurvePoint, balance: HarmonicBalance | None = None) -> float:
-        return largest_amplitude(output_harmonics(balance or self.balance, point, self.options.output)).value
-
-    @cached_property
-    def _wider(self) -> HarmonicBalance:
-        """The balance with more harmonics, its tables made once for all points."""
-        n_harmonics = wider_harmonics(self.n_harmonics)
-        return replace(
-            self.balance,
-            receptance=replace(self.balance.receptance, harmonics=tuple(range(n_harmonics + 1))),
-            element=contact_element(self.contact, n_harmonics, self.options),
-        )
+    def _height(self, point: CurvePoint) -> float:
+        return largest_amplitude(output_harmonics(point, self.continuation.options.output)).value
 
     def _widened_height(self, point: CurvePoint) -> float:
         """Amplitude with more harmonics, in the plane normal to the curve through the point; inf if not found."""
-        wider = self._wider
-        missing = wider.size - point.unknown.size
-        start = replace(
-            point,
-            unknown=np.append(point.unknown, np.zeros(missing)),
-            tangent=(np.append(point.tangent[0], np.zeros(missing)), point.tangent[1]),
-        )
-        try:
-            found = Continuation(wider, self.options).correct_in_plane(start)
-        except np.linalg.LinAlgError:
-            return float("inf")
-        return float("inf") if found is None else self._height(found, wider)
+        wider = self.family.balance(wider_harmonics(point.balance.n_harmonics))
+        found = self.continuation.of(wider).refit(point)
+        return float("inf") if found is None else self._height(found)

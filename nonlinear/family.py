@@ -1,0 +1,43 @@
+"""One problem with different numbers of harmonics: their balances, and points carried from one to another."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from nonlinear.balance import HarmonicBalance
+from nonlinear.contact import Array, ContactParameters
+from nonlinear.curve_point import CurvePoint
+from nonlinear.elements import contact_element
+from nonlinear.options import SolverOptions
+
+
+@dataclass(frozen=True)
+class BalanceFamily:
+    """The balances of one problem, each made when it is first asked for."""
+
+    base: HarmonicBalance
+    contact: ContactParameters
+    options: SolverOptions
+    made: dict[int, HarmonicBalance] = field(default_factory=dict)
+
+    def balance(self, n_harmonics: int) -> HarmonicBalance:
+        """The balance of harmonics 0 .. `n_harmonics`."""
+        if n_harmonics == self.base.n_harmonics:
+            return self.base
+        if n_harmonics not in self.made:
+            self.made[n_harmonics] = replace(
+                self.base,
+                receptance=replace(self.base.receptance, harmonics=tuple(range(n_harmonics + 1))),
+                element=contact_element(self.contact, n_harmonics, self.options),
+            )
+        return self.made[n_harmonics]
+
+
+def resized(point: CurvePoint, balance: HarmonicBalance) -> CurvePoint:
+    """The point with as many harmonics as `balance` has: new ones are zero, surplus ones cut off. Nothing is solved."""
+
+    def fit(vector: Array) -> Array:
+        return np.concatenate([vector[: balance.size], np.zeros(max(balance.size - vector.size, 0))])
+
+    tangent = fit(point.tangent[0]), point.tangent[1]
+    return replace(point, balance=balance, unknown=fit(point.unknown), tangent=tangent)
