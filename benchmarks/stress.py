@@ -56,7 +56,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=1, help="another seed draws other cases (1)")
     parser.add_argument("--hard", action="store_true", help="from the corner where curves have turning points")
     parser.add_argument("--jobs", type=_positive, default=1, help="worker processes, one BLAS thread each (1)")
-    parser.add_argument("--limit", type=float, default=120.0, help="seconds that a case may take (120)")
+    parser.add_argument("--limit", type=float, default=600.0, help="seconds that a case may take (600)")
     parser.add_argument("--scene", type=Path, default=HOUSE / "scenes" / "figure5.toml", help="whose blade to use")
     parser.add_argument("--out", type=Path, default=HOUSE / "out" / "stress", help="output folder")
     parser.add_argument("--replay", type=int, metavar="INDEX", help="solve this case of the seed only")

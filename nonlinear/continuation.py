@@ -31,6 +31,7 @@ KINK_DEVIATION = 4.0
 KINK_COSINE = 0.5
 LANDMARK_REACHED = 1e-9  # relative distance within which a landmark counts as reached
 FARTHEST_RESTART = 1.5  # arc length within which a solution counts as the same one
+ASIDE = 0.02  # distance from the mean of two tangents, relative to the step, that a smooth curve may have
 RANGE_FRACTION = 0.1
 SAME_POINT = 1e-6  # relative distance of two solutions that are one
 MANY_ITERATIONS = 6  # more of them make the next step shorter
@@ -229,8 +230,9 @@ class Continuation:
 
     def _follows(self, point: CurvePoint, found: CurvePoint) -> bool:
         """Whether `found` continues the leg of `point`."""
+        metric = self.metric(point.unknown)
         same_leg = found.orientation == point.orientation
-        return same_leg and not _turns_sharply(point, found, self.metric(point.unknown))
+        return same_leg and not _turns_sharply(point, found, metric) and not _moved_aside(point, found, metric)
 
     def _up_to_landmark(self, point: CurvePoint, step: float) -> float:
         """The step, or the one that reaches the next landmark frequency where it would pass that."""
@@ -305,3 +307,20 @@ def _turns_sharply(point: CurvePoint, found: CurvePoint, metric: Metric) -> bool
     """Whether the curve turned by more than 60 degrees in a step too long to be that of a kink."""
     cosine = metric.product(metric.unit(point.tangent), metric.unit(found.tangent))
     return cosine < KINK_COSINE and found.arc - point.arc > KINK_STEP
+
+
+def _moved_aside(point: CurvePoint, found: CurvePoint, metric: Metric) -> bool:
+    """Whether the step went to a neighbouring leg of the curve, as its two tangents tell.
+
+    Between two points of one leg the curve follows the mean of the tangents there, to the third power of the step; a
+    kink between them moves it by at most half of their difference. A leg beside runs parallel at a distance.
+    """
+    first, last = metric.unit(point.tangent), metric.unit(found.tangent)
+    moved = found.unknown - point.unknown, found.frequency - point.frequency
+    length = metric.norm(*moved)
+    turned = metric.norm(last[0] - first[0], last[1] - first[1])
+    aside = (
+        moved[0] - 0.5 * length * (first[0] + last[0]),
+        moved[1] - 0.5 * length * (first[1] + last[1]),
+    )
+    return metric.norm(*aside) > length * (0.5 * turned + ASIDE)

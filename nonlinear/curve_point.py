@@ -11,9 +11,9 @@ from nonlinear.contact import Array, ContactForces
 class CurvePoint:
     """One solved point of `balance`: unknown x (n,), w (rad/s), unit tangent (dx/ds, dw/ds), and how it was found.
 
-    The tangent points to growing `arc`. `determinant_sign` is that of det dR/dx: -1 where an odd number of real Floquet exponents is positive.
-    `orientation` is the sign of det [dR/dx, dR/dw; tangent], the same along a curve, kinks included. `step` is the
-    arc length proposed for the next step.
+    The tangent points to growing `arc`. `determinant_sign` is that of det dR/dx: -1 where an odd number of real
+    Floquet exponents is positive. `orientation` is the sign of det [dR/dx, dR/dw; tangent], the same along a curve,
+    kinks included. `step` is the arc length proposed for the next step.
     """
 
     balance: HarmonicBalance

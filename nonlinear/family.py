@@ -34,7 +34,7 @@ class BalanceFamily:
 
 
 def resized(point: CurvePoint, balance: HarmonicBalance) -> CurvePoint:
-    """The point with as many harmonics as `balance` has: new ones are zero, surplus ones cut off. Nothing is solved."""
+    """The point with as many harmonics as `balance` has: zeros added, or the highest cut off. Nothing is solved."""
 
     def fit(vector: Array) -> Array:
         return np.concatenate([vector[: balance.size], np.zeros(max(balance.size - vector.size, 0))])

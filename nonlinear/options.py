@@ -54,7 +54,7 @@ class SolverOptions:
     step: float = 0.05
     max_step: float = 0.25
     min_step: float = 1e-6
-    max_points: int = 5000
+    max_points: int = 20000
     peak_tolerance: float = 1e-7
 
     def __post_init__(self) -> None:
