@@ -6,7 +6,7 @@ same steps.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from nonlinear.contact import Array, ContactParameters
 from nonlinear.corrector import MAX_CORRECTIONS, Corrected, Plane, correct
 from nonlinear.curve_point import CurvePoint
 from nonlinear.family import resized
+from nonlinear.landmarks import Landmarks
 from nonlinear.linear_step import LinearSteps
 from nonlinear.linear_stretch import LinearStretches
 from nonlinear.newton import Convergence
@@ -41,14 +42,16 @@ MANY_ITERATIONS = 6  # more of them make the next step shorter
 class Continuation:
     """Continuation of `balance` under `options`; frequencies in rad/s.
 
-    No step passes one of the `landmarks`, natural frequencies whose resonance may be narrower than a step. With the
-    `contact` given, stretches on which no contact changes its state are followed without iterations.
+    No step passes one of the `landmarks`, resonances that may be narrower than a step. With the
+    `contact` given, stretches on which no contact changes its state are followed without iterations. `adapt` may give
+    each new point another number of harmonics.
     """
 
     balance: HarmonicBalance
     options: SolverOptions
-    landmarks: tuple[float, ...] = ()
+    landmarks: Landmarks = field(default_factory=Landmarks)
     contact: ContactParameters | None = None
+    adapt: Callable[["Continuation", CurvePoint], CurvePoint | None] | None = None
 
     @property
     def span(self) -> tuple[float, float]:
@@ -66,6 +69,10 @@ class Continuation:
     def of(self, balance: HarmonicBalance) -> "Continuation":
         """The same continuation of another balance of the problem."""
         return self if balance is self.balance else replace(self, balance=balance)
+
+    def is_linear(self, point: CurvePoint) -> bool:
+        """Whether the point is known to lie on a linear stretch."""
+        return self.linear is not None and self.linear.stretches.state(point.displacement) is not None
 
     def metric(self, unknown: Array) -> Metric:
         """Scales at a point."""
@@ -237,7 +244,7 @@ class Continuation:
     def _up_to_landmark(self, point: CurvePoint, step: float) -> float:
         """The step, or the one that reaches the next landmark frequency where it would pass that."""
         slope = point.tangent[1]
-        for landmark in self.landmarks:
+        for landmark in self.landmarks.all:
             distance = landmark - point.frequency
             if distance * slope > 0.0 and abs(distance) > LANDMARK_REACHED * landmark:
                 step = min(step, distance / slope)
@@ -266,21 +273,29 @@ class Continuation:
         A curve that comes back to `start` ends with it.
         """
         low, high = self.span
-        previous, point = None, start
-        yield point
+        here = self.of(start.balance)
+        first = start if self.adapt is None else self.adapt(here, start)
+        yield first or start
+        if first is None:
+            return
+        previous, point, here = None, first, here.of(first.balance)
         for count in range(1, self.options.max_points):
-            found = self.next_point(previous, point)
+            found = here.next_point(previous, point)
             if found is None:
                 return
-            if count > 2 and self._passes(point, found, start):
-                yield replace(start, arc=point.arc + self._along(point, start))
+            if count > 2 and here._passes(point, found, first):
+                yield replace(first, arc=point.arc + here._along(point, first))
                 return
             limit = high if found.frequency >= high else low if found.frequency <= low else None
             if limit is not None:
-                end = found if found.frequency == limit else self.at_frequency(point, limit)
+                end = found if found.frequency == limit else here.at_frequency(point, limit)
                 yield found if end is None else end
                 return
-            previous, point = point, found
+            adapted = found if here.adapt is None else here.adapt(here, found)
+            if adapted is None:
+                return
+            previous = point if adapted.balance is point.balance else None
+            point, here = adapted, here.of(adapted.balance)
             if progress is not None:
                 progress(point.frequency / (2.0 * np.pi), count)
             yield point
@@ -292,6 +307,8 @@ class Continuation:
 
     def _passes(self, point: CurvePoint, found: CurvePoint, home: CurvePoint) -> bool:
         """Whether `home` lies on the curve between two neighbouring points of it."""
+        if home.balance is not point.balance:
+            return False
         along = self._along(point, home)
         if home.orientation != point.orientation or not 0.0 < along <= found.arc - point.arc:
             return False

@@ -1,18 +1,18 @@
 """A response curve as arrays over its points."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.balance import HarmonicBalance
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array
-from nonlinear.curve_point import CurvePoint
 from nonlinear.fourier import ComplexArray, to_complex
 from nonlinear.outcome import Outcome
 from nonlinear.peaks import Peak
 from nonlinear.quantities import largest_amplitude, output_harmonics, work
+from nonlinear.trace import Trace
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class ResponseCurve:
     sticking, slipping, separating : (P,) nodes whose worst state in the cycle is that.
     dissipated_j : (P,) friction work a cycle on one contact face, J (one blade owns one face pair).
     energy_error : (P,) relative mismatch of the work put in and dissipated.
-    iterations : (P,) Newton iterations.
+    iterations : (P,) Newton iterations. kept_harmonics : (P,) harmonics balanced at the point, H or fewer.
     relative_displacement, contact_force : (P, H+1, n_c, 3) complex, d^(h) and f_R^(h) in (t1, t2, n).
     peak, peaks : the highest local maximum (an end of the curve if there is none higher), and all of them.
     seconds : time of the solution. truncation_error : estimated relative error of the peak amplitude by the
@@ -49,6 +49,7 @@ class ResponseCurve:
     separating: NDArray[np.int64]
     dissipated_j: Array
     iterations: NDArray[np.int64]
+    kept_harmonics: NDArray[np.int64]
     arc: Array
     energy_error: Array
     output: ComplexArray
@@ -73,31 +74,29 @@ class ResponseCurve:
         return np.flatnonzero(direction[1:] * direction[:-1] < 0) + 1
 
 
-class CurveData(NamedTuple):
-    """Points of a curve and what was found along it."""
+def assemble_curve(
+    balance: HarmonicBalance, trace: Trace, output: str, truncation_error: float = float("nan")
+) -> ResponseCurve:
+    """Evaluate the quantities of every point and arrange them as arrays; `balance` counts where there is no point."""
+    points = trace.points
+    n_contacts = balance.n_contacts
+    n_harmonics = max((point.balance.n_harmonics for point in points), default=balance.n_harmonics)
 
-    points: list[CurvePoint]
-    peak_indices: list[int]
-    outcome: Outcome
-    seconds: float
-    truncation_error: float
+    def stacked(rows: Iterable[ComplexArray], *shape: int) -> ComplexArray:
+        """Coefficients of all points, those that were not kept at a point being zero there."""
+        result = np.zeros((len(points), n_harmonics + 1, *shape), dtype=complex)
+        for index, row in enumerate(rows):
+            result[index, : row.shape[0]] = row
+        return result
 
-
-def assemble_curve(balance: HarmonicBalance, output: str, data: CurveData) -> ResponseCurve:
-    """Evaluate the quantities of every point and arrange them as arrays."""
-    points = data.points
-    n_contacts, n_harmonics = balance.n_contacts, len(balance.receptance.harmonics) - 1
-    shape = (len(points), n_harmonics + 1, n_contacts, 3)
-    response = np.array([output_harmonics(point, output) for point in points]).reshape(shape[:2])
+    response = stacked(output_harmonics(point, output) for point in points)
     works = [work(point) for point in points]
     state = np.array([point.contact.state for point in points], dtype=int).reshape(len(points), n_contacts)
     frequency = np.array([point.frequency for point in points]) / (2.0 * np.pi)
     amplitude = np.array([largest_amplitude(row).value for row in response])
-    peaks = tuple(Peak(float(frequency[i]), float(amplitude[i]), i) for i in data.peak_indices)
-    displacement = np.array([to_complex(balance.displacement(point.unknown)) for point in points]).reshape(shape)
-    force = np.array([to_complex(point.contact.force) for point in points]).reshape(shape)
+    peaks = tuple(Peak(float(frequency[i]), float(amplitude[i]), i) for i in trace.peak_indices)
     return ResponseCurve(
-        outcome=data.outcome,
+        outcome=trace.outcome,
         frequency_hz=frequency,
         amplitude_m=amplitude,
         harmonic_m=np.abs(response[:, 1:]),
@@ -109,16 +108,17 @@ def assemble_curve(balance: HarmonicBalance, output: str, data: CurveData) -> Re
         separating=(state == LIFT_OFF).sum(axis=1),
         dissipated_j=np.array([item.friction for item in works]),
         iterations=np.array([point.iterations for point in points], dtype=int),
+        kept_harmonics=np.array([point.balance.n_harmonics for point in points], dtype=int),
         arc=np.array([point.arc for point in points]),
         energy_error=np.array([item.mismatch for item in works]),
         output=response,
-        relative_displacement=displacement,
-        contact_force=force,
+        relative_displacement=stacked((to_complex(point.displacement) for point in points), n_contacts, 3),
+        contact_force=stacked((to_complex(point.contact.force) for point in points), n_contacts, 3),
         peak=_highest(peaks, frequency, amplitude),
         peaks=peaks,
-        seconds=data.seconds,
+        seconds=0.0,
         harmonics=n_harmonics,
-        truncation_error=data.truncation_error,
+        truncation_error=truncation_error,
     )
 
 

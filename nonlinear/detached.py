@@ -8,6 +8,7 @@ import numpy as np
 from nonlinear.contact import Array
 from nonlinear.continuation import Continuation
 from nonlinear.curve_point import CurvePoint
+from nonlinear.family import BalanceFamily, fitted
 from nonlinear.linear_stretch import LinearState
 from nonlinear.outcome import Ending, Outcome
 from nonlinear.start import solve_at
@@ -15,59 +16,71 @@ from nonlinear.trace import Trace, joined, with_peaks
 from nonlinear.tracing import Progress
 
 MOST_ITERATIONS = 15
+FEW_HARMONICS = 3
 SAME_SOLUTION = 1e-6  # relative distance of two solutions that are one
-WIDEST_SEGMENT = 2.0  # a solution farther than this many steps from a segment's chord does not lie on it
+WIDEST_SEGMENT = 2.0  # a solution farther than this many steps, and a little, from a segment's chord is not on it
+NEAR = 0.1
 
 
 def detached_branches(
-    continuation: Continuation, static: Array, known: list[Trace], progress: Progress | None = None
+    continuation: Continuation, family: BalanceFamily, known: list[Trace], progress: Progress | None = None
 ) -> list[Trace]:
     """Branches beside the `known` ones, traced both ways until they close, or leave the range.
 
-    Newton's method starts at both ends of the range and at every natural frequency in it (`Continuation.landmarks`),
-    from the open and from the stuck linear response. A solution on no branch known so far lies on a new one. This is
+    Newton's method starts at both ends of the range and at every natural frequency in it, from the open and from the
+    stuck linear response, with few harmonics at first. A solution on no branch known so far lies on a new one. It is
     a search, not a proof: a branch that none of these starts falls onto is not found.
     """
+    most = max((point.balance.n_harmonics for trace in known for point in trace.points), default=0)
     found: list[Trace] = []
-    for frequency, guess in _probes(continuation, static):
-        solved = solve_at(continuation.balance, frequency, guess, continuation.options, MOST_ITERATIONS)
-        if not solved.converged:
-            continue
-        traces = [*known, *found]
-        if any(lies_on(continuation, trace.points, frequency, solved.solution) for trace in traces):
-            continue
-        trace = _trace_both_ways(continuation, frequency, solved.solution, progress)
-        if trace is not None:
-            found.append(trace)
+    if most == 0:
+        return found
+    few, all_kept = (continuation.of(family.balance(n)) for n in (min(most, FEW_HARMONICS), most))
+    for frequency, guess in _probes(continuation):
+        solution = _another(few, [*known, *found], frequency, guess)
+        if solution is not None and few.balance is not all_kept.balance:
+            solution = _another(all_kept, [*known, *found], frequency, solution)
+        if solution is not None:
+            found.append(_trace_both_ways(all_kept, frequency, solution, progress))
     return found
 
 
-def _probes(continuation: Continuation, static: Array) -> Iterator[tuple[float, Array]]:
+def _another(here: Continuation, known: list[Trace], frequency: float, guess: Array) -> Array | None:
+    """The solution that Newton's method finds from a guess, if it is none of the known branches."""
+    start = fitted(guess, here.balance)
+    solved = solve_at(here.balance, frequency, start, here.options, MOST_ITERATIONS)
+    if not solved.converged or any(lies_on(here, trace.points, frequency, solved.solution) for trace in known):
+        return None
+    return solved.solution
+
+
+def _probes(continuation: Continuation) -> Iterator[tuple[float, Array]]:
     """Frequencies (rad/s) and first guesses."""
-    balance = continuation.balance
-    assert continuation.linear is not None
-    stretches = continuation.linear.stretches
+    if continuation.linear is None:
+        return
+    balance, stretches = continuation.balance, continuation.linear.stretches
     low, high = continuation.span
     states = [LinearState(np.full(balance.n_contacts, pressed)) for pressed in (False, True)]
     statics = [stretches.static(state) for state in states]
-    for frequency in (low, high, *continuation.landmarks):
+    for frequency in (low, high, *continuation.landmarks.natural):
         for state, harmonic_0 in zip(states, statics, strict=True):
             yield frequency, balance.unknown(stretches.solve(state, harmonic_0, frequency)[0])
 
 
-def lies_on(continuation: Continuation, points: list[CurvePoint], frequency: float, unknown: Array) -> bool:
-    """Whether the solution (x, w) is one of the traced curve."""
-    metric = continuation.metric(unknown)
+def lies_on(here: Continuation, points: list[CurvePoint], frequency: float, unknown: Array) -> bool:
+    """Whether the solution (x, w) is one of the traced curve, whose points may have other numbers of harmonics."""
+    metric = here.metric(unknown)
     for before, after in pairwise(points):
         low, high = sorted((before.frequency, after.frequency))
         if not low <= frequency <= high:
             continue
+        one, other = fitted(before.unknown, here.balance), fitted(after.unknown, here.balance)
         share = (frequency - before.frequency) / (after.frequency - before.frequency) if high > low else 0.5
-        between = before.unknown + share * (after.unknown - before.unknown)
-        reach = WIDEST_SEGMENT * metric.norm(after.unknown - before.unknown, after.frequency - before.frequency)
-        if metric.norm(between - unknown, 0.0) > reach + SAME_SOLUTION:
+        between = one + share * (other - one)
+        reach = WIDEST_SEGMENT * metric.norm(other - one, after.frequency - before.frequency)
+        if metric.norm(between - unknown, 0.0) > reach + NEAR:
             continue
-        solved = solve_at(continuation.balance, frequency, between, continuation.options, MOST_ITERATIONS)
+        solved = solve_at(here.balance, frequency, between, here.options, MOST_ITERATIONS)
         if solved.converged and metric.norm(solved.solution - unknown, 0.0) <= SAME_SOLUTION:
             return True
     return False
@@ -75,14 +88,12 @@ def lies_on(continuation: Continuation, points: list[CurvePoint], frequency: flo
 
 def _trace_both_ways(
     continuation: Continuation, frequency: float, unknown: Array, progress: Progress | None
-) -> Trace | None:
-    """The branch through a solution: closed, or from one end to the other; None where not even a step is found."""
+) -> Trace:
+    """The branch through a solution: closed, or from one end to the other."""
     points = list(continuation.trace(continuation.onward(unknown, frequency, 1.0, 0), progress))
     closed = len(points) > 2 and points[-1].unknown is points[0].unknown
     if not closed:
         points = joined(list(continuation.trace(continuation.onward(unknown, frequency, -1.0, 0), progress)), points)
-    if len(points) < 2:
-        return None
     return with_peaks(continuation, points, _outcome(continuation, points, closed))
 
 

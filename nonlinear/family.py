@@ -33,11 +33,12 @@ class BalanceFamily:
         return self.made[n_harmonics]
 
 
+def fitted(unknown: Array, balance: HarmonicBalance) -> Array:
+    """The unknown of another number of harmonics in the size of `balance`: zeros added, or the highest cut off."""
+    return np.concatenate([unknown[: balance.size], np.zeros(max(balance.size - unknown.size, 0))])
+
+
 def resized(point: CurvePoint, balance: HarmonicBalance) -> CurvePoint:
-    """The point with as many harmonics as `balance` has: zeros added, or the highest cut off. Nothing is solved."""
-
-    def fit(vector: Array) -> Array:
-        return np.concatenate([vector[: balance.size], np.zeros(max(balance.size - vector.size, 0))])
-
-    tangent = fit(point.tangent[0]), point.tangent[1]
-    return replace(point, balance=balance, unknown=fit(point.unknown), tangent=tangent)
+    """The point with as many harmonics as `balance` has. Nothing is solved."""
+    tangent = fitted(point.tangent[0], balance), point.tangent[1]
+    return replace(point, balance=balance, unknown=fitted(point.unknown, balance), tangent=tangent)

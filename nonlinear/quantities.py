@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nonlinear.contact import ContactForces
 from nonlinear.curve_point import CurvePoint
 from nonlinear.fourier import ComplexArray, to_complex
+from rom import RelativeReceptance
 
 
 @dataclass(frozen=True)
@@ -48,8 +50,14 @@ def largest_amplitude(harmonics: ComplexArray) -> Amplitude:
 
 def output_harmonics(point: CurvePoint, output: str) -> ComplexArray:
     """Fourier coefficients of the output, (H+1,)."""
-    receptance = point.balance.receptance
-    coordinates, _ = receptance.modal_response(point.frequency, _contact_force(point))
+    return output_under(point.balance.receptance, point.frequency, point.contact, output)
+
+
+def output_under(
+    receptance: RelativeReceptance, frequency: float, contact: ContactForces, output: str
+) -> ComplexArray:
+    """Fourier coefficients of the output under the excitation and given contact forces, (H+1,)."""
+    coordinates, _ = receptance.modal_response(frequency, complex_force(contact))
     return coordinates @ receptance.modal.outputs[output]
 
 
@@ -57,7 +65,7 @@ def amplitude_slope(point: CurvePoint, output: str) -> float:
     """Derivative of the largest |x(t)| with respect to the arc length at `point`, metres."""
     balance, receptance = point.balance, point.balance.receptance
     output_shape = receptance.modal.outputs[output]
-    coordinates, slope = receptance.modal_response(point.frequency, _contact_force(point))
+    coordinates, slope = receptance.modal_response(point.frequency, complex_force(point.contact))
     first = balance.first_row
     motion = point.tangent[0].reshape(-1, balance.n_contacts, 3)
     change = np.einsum("kabij,jkb->ika", point.contact.jacobian[..., first:], motion)
@@ -87,7 +95,7 @@ class Work:
 def work(point: CurvePoint) -> Work:
     """Work balance of a cycle: W = -pi h Im(conj(F) X) for force and displacement coefficients of harmonic h."""
     receptance = point.balance.receptance
-    force = _contact_force(point)
+    force = complex_force(point.contact)
     coordinates, _ = receptance.modal_response(point.frequency, force)
     order = np.asarray(receptance.harmonics, dtype=float)
     excitation = -np.pi * (order[:, None] * (receptance.modal_force.conj() * coordinates).imag).sum()
@@ -97,6 +105,6 @@ def work(point: CurvePoint) -> Work:
     return Work(float(excitation), float(damping * point.frequency), float(friction))
 
 
-def _contact_force(point: CurvePoint) -> ComplexArray:
-    force = point.contact.force
-    return to_complex(force.reshape(force.shape[0], -1))
+def complex_force(contact: ContactForces) -> ComplexArray:
+    """f_R^(h), (H+1, 3 n_c)."""
+    return to_complex(contact.force.reshape(contact.force.shape[0], -1))
