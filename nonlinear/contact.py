@@ -94,13 +94,18 @@ class ContactForces:
     """What an element returns for real Fourier coefficients (see `ContactElement`).
 
     force : (2H+1, n_c, 3), f_R = -(T1, T2, N - N0).
-    jacobian : (n_c, 3, 3, 2H+1, 2H+1); [k, a, b, i, j] = d force[i, k, a] / d displacement[j, k, b].
+    jacobian : (n_c, 3, 3, 2H+1, 2H+1); [k, a, b, i, j] = d force[i, k, a] / d displacement[j, k, b]; empty where it
+        is not kept.
     state : (n_c,) worst state of each node in the cycle: STICK, SLIP or LIFT_OFF.
     """
 
     force: Array
     jacobian: Array
     state: NDArray[np.int64]
+
+    def without_jacobian(self) -> "ContactForces":
+        """The same forces; a curve of thousands of points has no room for the Jacobian of each."""
+        return replace(self, jacobian=np.empty((0,) * self.jacobian.ndim))
 
 
 class ContactElement(Protocol):

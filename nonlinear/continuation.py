@@ -24,6 +24,7 @@ from nonlinear.linear_stretch import LinearStretches
 from nonlinear.newton import Convergence
 from nonlinear.options import SolverOptions
 from nonlinear.predictor import cubic_offset
+from nonlinear.quantities import amplitude_slope
 
 TARGET_DEVIATION = 0.08  # distance of the corrected from the predicted point, relative to the step
 LARGEST_DEVIATION = 0.6
@@ -197,7 +198,7 @@ class Continuation:
         if found is not None:
             return found
         wanted = min(point.step, self.options.max_step)
-        step = self._up_to_landmark(point, wanted)
+        step = self._up_to_landmark(point, wanted, self.landmarks.all)
         while step >= self.options.min_step:
             found = self.correct(point, step, previous=previous)
             if found is not None and self._follows(point, found):
@@ -220,7 +221,7 @@ class Continuation:
         low, high = self.span
         metric = self.metric(point.unknown)
         wanted = min(point.step, self.options.max_step)
-        step = self._up_to_landmark(point, wanted)
+        step = self._up_to_landmark(point, wanted, self.landmarks.natural)
         limit = high if point.tangent[1] > 0.0 else low
         step = min(step, max((limit - point.frequency) / point.tangent[1], self.options.min_step))
         while step >= self.options.min_step:
@@ -241,10 +242,10 @@ class Continuation:
         same_leg = found.orientation == point.orientation
         return same_leg and not _turns_sharply(point, found, metric) and not _moved_aside(point, found, metric)
 
-    def _up_to_landmark(self, point: CurvePoint, step: float) -> float:
+    def _up_to_landmark(self, point: CurvePoint, step: float, landmarks: tuple[float, ...]) -> float:
         """The step, or the one that reaches the next landmark frequency where it would pass that."""
         slope = point.tangent[1]
-        for landmark in self.landmarks.all:
+        for landmark in landmarks:
             distance = landmark - point.frequency
             if distance * slope > 0.0 and abs(distance) > LANDMARK_REACHED * landmark:
                 step = min(step, distance / slope)
@@ -275,7 +276,7 @@ class Continuation:
         low, high = self.span
         here = self.of(start.balance)
         first = start if self.adapt is None else self.adapt(here, start)
-        yield first or start
+        yield self.recorded(first or start)
         if first is None:
             return
         previous, point, here = None, first, here.of(first.balance)
@@ -284,12 +285,12 @@ class Continuation:
             if found is None:
                 return
             if count > 2 and here._passes(point, found, first):
-                yield replace(first, arc=point.arc + here._along(point, first))
+                yield self.recorded(replace(first, arc=point.arc + here._along(point, first)))
                 return
             limit = high if found.frequency >= high else low if found.frequency <= low else None
             if limit is not None:
                 end = found if found.frequency == limit else here.at_frequency(point, limit)
-                yield found if end is None else end
+                yield self.recorded(found if end is None else end)
                 return
             adapted = found if here.adapt is None else here.adapt(here, found)
             if adapted is None:
@@ -298,7 +299,12 @@ class Continuation:
             point, here = adapted, here.of(adapted.balance)
             if progress is not None:
                 progress(point.frequency / (2.0 * np.pi), count)
-            yield point
+            yield self.recorded(point)
+
+    def recorded(self, point: CurvePoint) -> CurvePoint:
+        """The point with what is derived from its contact Jacobian, and without that."""
+        slope = amplitude_slope(point, self.options.output)
+        return replace(point, amplitude_slope=slope, contact=point.contact.without_jacobian())
 
     def _along(self, point: CurvePoint, other: CurvePoint) -> float:
         """Arc length from `point` to `other`, along the tangent."""

@@ -14,6 +14,8 @@ from nonlinear.peaks import Peak
 from nonlinear.quantities import largest_amplitude, output_harmonics, work
 from nonlinear.trace import Trace
 
+JUMP = 0.02  # the amplitude may jump by less than this where the number of harmonics changes
+
 
 @dataclass(frozen=True)
 class ResponseCurve:
@@ -91,6 +93,7 @@ def assemble_curve(
 
     response = stacked(output_harmonics(point, output) for point in points)
     works = [work(point) for point in points]
+    kept = {point.balance.n_harmonics for point in points}
     state = np.array([point.contact.state for point in points], dtype=int).reshape(len(points), n_contacts)
     frequency = np.array([point.frequency for point in points]) / (2.0 * np.pi)
     amplitude = np.array([largest_amplitude(row).value for row in response])
@@ -114,7 +117,7 @@ def assemble_curve(
         output=response,
         relative_displacement=stacked((to_complex(point.displacement) for point in points), n_contacts, 3),
         contact_force=stacked((to_complex(point.contact.force) for point in points), n_contacts, 3),
-        peak=_highest(peaks, frequency, amplitude),
+        peak=_highest(peaks, frequency, amplitude, 1e-9 if len(kept) < 2 else JUMP),
         peaks=peaks,
         seconds=0.0,
         harmonics=n_harmonics,
@@ -122,11 +125,12 @@ def assemble_curve(
     )
 
 
-def _highest(peaks: tuple[Peak, ...], frequency: Array, amplitude: Array) -> Peak | None:
+def _highest(peaks: tuple[Peak, ...], frequency: Array, amplitude: Array, slack: float) -> Peak | None:
+    """The highest located peak; the largest amplitude, if that is higher by more than the relative `slack`."""
     if amplitude.size == 0:
         return None
     largest = int(np.argmax(amplitude))
     inside = max(peaks, key=lambda peak: peak.amplitude_m, default=None)
-    if inside is not None and inside.amplitude_m >= (1.0 - 1e-9) * amplitude[largest]:
+    if inside is not None and inside.amplitude_m >= (1.0 - slack) * amplitude[largest]:
         return inside
     return Peak(float(frequency[largest]), float(amplitude[largest]), largest, located=False)

@@ -13,7 +13,8 @@ class CurvePoint:
 
     The tangent points to growing `arc`. `determinant_sign` is that of det dR/dx: -1 where an odd number of real
     Floquet exponents is positive. `orientation` is the sign of det [dR/dx, dR/dw; tangent], the same along a curve,
-    kinks included. `step` is the arc length proposed for the next step.
+    kinks included. `step` is the arc length proposed for the next step, `amplitude_slope` the derivative of the
+    output's amplitude in the arc.
     """
 
     balance: HarmonicBalance
@@ -26,6 +27,7 @@ class CurvePoint:
     iterations: int
     arc: float
     step: float
+    amplitude_slope: float = float("nan")
 
     @property
     def displacement(self) -> Array:

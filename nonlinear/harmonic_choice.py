@@ -15,6 +15,7 @@ from nonlinear.truncation import wider_harmonics
 LADDER = (1, 3, 5, 7, 9, 11, 15, 21, 31)  # numbers of harmonics that are tried
 DIVERGES = 0.5  # part of the residual of the new harmonics that one sweep may leave
 CLEARLY_ENOUGH = 0.02  # part of the tolerance below which the highest harmonics are dropped again
+CLEARLY_BELOW = 0.2  # part of the tolerance below which an estimate is believed for the next few points too
 PATIENCE = 4  # points in a row of which that must be true
 
 
@@ -41,7 +42,7 @@ class HarmonicChoice:
         if self.believed:
             self.believed -= 1
             return point
-        while self.missing(continuation, point) > self.tolerance:
+        while (missing := self.missing(continuation, point)) > self.tolerance:
             self.quiet = 0
             more = [n for n in LADDER if n > point.balance.n_harmonics]
             if not more:
@@ -50,6 +51,7 @@ class HarmonicChoice:
             if raised is None:
                 return None
             point = raised
+        self.believed = PATIENCE if missing < CLEARLY_BELOW * self.tolerance else 0
         return self._lowered(continuation, point)
 
     def missing(self, continuation: Continuation, point: CurvePoint) -> float:
@@ -57,7 +59,7 @@ class HarmonicChoice:
 
         One sweep of a block iteration: the new harmonics of the displacement from the forces that the old ones
         cause, the old ones again from those by a Newton step normal to the curve. Where that iteration would
-        diverge, the point is solved with more harmonics, and a good outcome is believed for a few points.
+        diverge, the point is solved with more harmonics.
         """
         n_old = point.unknown.size
         wider = self.family.balance(wider_harmonics(point.balance.n_harmonics))
@@ -80,10 +82,7 @@ class HarmonicChoice:
         found = continuation.of(wider).refit(point)
         if found is None:
             return float("inf")
-        change = abs(self._height(found) - self._height(point)) / max(self.highest, 1e-300)
-        if change < CLEARLY_ENOUGH * self.tolerance:
-            self.believed = PATIENCE
-        return change
+        return abs(self._height(found) - self._height(point)) / max(self.highest, 1e-300)
 
     @property
     def _output(self) -> str:

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 from nonlinear.continuation import Continuation
 from nonlinear.curve_point import CurvePoint
-from nonlinear.quantities import amplitude_slope
 
 MAX_BISECTIONS = 60
 
@@ -22,26 +21,23 @@ class Peak:
     located: bool = True
 
 
-def locate_peak(
-    continuation: Continuation, before: CurvePoint, after: CurvePoint, slopes: tuple[float, float]
-) -> CurvePoint | None:
+def locate_peak(continuation: Continuation, before: CurvePoint, after: CurvePoint) -> CurvePoint | None:
     """The maximum between two neighbouring points; None where the amplitude does not turn from growing to falling.
 
-    slopes: of the amplitude at the two points (see `amplitude_slope`). The arc length beyond `before` is narrowed by
-    regula falsi (Illinois) on the slope of the amplitude, with a corrector solve at each trial, until the bracket is
-    shorter than the peak tolerance asks for.
+    The arc length beyond `before` is narrowed by regula falsi (Illinois) on the slope of the amplitude, with a
+    corrector solve at each trial, until the bracket is shorter than the peak tolerance asks for.
     """
     options = continuation.options
+    left, right = 0.0, after.arc - before.arc
+    rising, falling = before.amplitude_slope, after.amplitude_slope
+    if not rising > 0.0 > falling:
+        return None
     if before.balance is not after.balance:
         refitted = continuation.of(after.balance).refit(before)
         if refitted is None:
             return None
-        before = refitted
+        before = continuation.recorded(refitted)
     continuation = continuation.of(before.balance)
-    left, right = 0.0, after.arc - before.arc
-    rising, falling = slopes
-    if not rising > 0.0 > falling:
-        return None
     best, side = (before if rising < -falling else after), 0
     frequencies = (before.frequency, after.frequency)
     for _ in range(MAX_BISECTIONS):
@@ -51,7 +47,8 @@ def locate_peak(
         point = continuation.correct(before, trial, sharp=True)
         if point is None:
             return best
-        slope = amplitude_slope(point, options.output)
+        point = continuation.recorded(point)
+        slope = point.amplitude_slope
         moved, best = abs(point.frequency - best.frequency), point
         if slope > 0.0:
             left, rising = trial, slope

@@ -8,7 +8,6 @@ from nonlinear.continuation import Continuation
 from nonlinear.curve_point import CurvePoint
 from nonlinear.outcome import Outcome
 from nonlinear.peaks import locate_peak
-from nonlinear.quantities import amplitude_slope
 
 
 class Trace(NamedTuple):
@@ -22,9 +21,8 @@ class Trace(NamedTuple):
 def with_peaks(continuation: Continuation, points: list[CurvePoint], outcome: Outcome) -> Trace:
     """The trace with the located maxima among its points."""
     result, indices = points[:1], []
-    slopes = [amplitude_slope(point, continuation.options.output) for point in points]
-    for (before, after), bracket in zip(pairwise(points), pairwise(slopes), strict=True):
-        peak = locate_peak(continuation, before, after, bracket)
+    for before, after in pairwise(points):
+        peak = locate_peak(continuation, before, after)
         if peak is not None:
             if peak is not before and peak is not after:
                 result.append(peak)
@@ -42,6 +40,7 @@ def reverse(points: list[CurvePoint]) -> list[CurvePoint]:
             arc=whole - point.arc,
             tangent=(-point.tangent[0], -point.tangent[1]),
             orientation=-point.orientation,
+            amplitude_slope=-point.amplitude_slope,
         )
         for point in reversed(points)
     ]
