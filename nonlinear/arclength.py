@@ -1,8 +1,7 @@
 """Lengths along a curve: how displacement and frequency count in a step."""
 
+import math
 from dataclasses import dataclass
-
-import numpy as np
 
 from nonlinear.contact import Array
 
@@ -18,7 +17,7 @@ class Metric:
 
     def norm(self, displacement: Array, frequency: float) -> float:
         """Length of a step."""
-        return float(np.hypot(np.linalg.norm(displacement) / self.length, frequency / self.frequency))
+        return math.hypot(math.sqrt(displacement @ displacement) / self.length, frequency / self.frequency)
 
     def product(self, one: Tangent, other: Tangent) -> float:
         """Scalar product of two steps."""

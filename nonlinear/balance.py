@@ -1,5 +1,6 @@
 """Harmonic balance on the relative contact displacements: residual, Jacobian and derivative in the frequency."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -108,7 +109,8 @@ class HarmonicBalance:
 
     def vibration(self, unknown: Array) -> float:
         """2-norm of the dynamic part (harmonics 1 .. H) of `unknown`, metres."""
-        return float(np.linalg.norm(self._dynamic(unknown)))
+        dynamic = self._dynamic(unknown)
+        return math.sqrt(dynamic @ dynamic)
 
     def relative_error(self, residual: Array, unknown: Array) -> float:
         """Residual relative to the displacement: its static rows to all of it, its dynamic rows to the vibration.
@@ -116,10 +118,10 @@ class HarmonicBalance:
         A vibration that is a million times smaller than the static displacement is resolved no further: round-off
         of the contact forces stands in the way.
         """
-        whole = float(np.linalg.norm(unknown)) + self.tiny
+        whole = math.sqrt(unknown @ unknown) + self.tiny
         vibration = max(self.vibration(unknown), FINEST_VIBRATION * whole)
         dynamic = self.vibration(residual) / vibration
-        return max(dynamic, float(np.linalg.norm(residual)) / whole)
+        return max(dynamic, math.sqrt(residual @ residual) / whole)
 
     def _dynamic(self, unknown: Array) -> Array:
         return unknown[(1 - self.first_row) * 3 * self.n_contacts :]

@@ -5,6 +5,7 @@ a step means the same at the top of a resonance and far below it, and force and 
 same steps.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -73,12 +74,14 @@ class Continuation:
 
     def is_linear(self, point: CurvePoint) -> bool:
         """Whether the point is known to lie on a linear stretch."""
+        if point.linear is not None:
+            return True
         return self.linear is not None and self.linear.stretches.state(point.displacement) is not None
 
     def metric(self, unknown: Array) -> Metric:
         """Scales at a point."""
         low, high = self.span
-        whole = float(np.linalg.norm(unknown))
+        whole = math.sqrt(unknown @ unknown)
         length = max(self.balance.vibration(unknown), 1e-6 * whole, self.balance.tiny)
         return Metric(length, RANGE_FRACTION * (high - low))
 

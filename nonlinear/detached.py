@@ -7,9 +7,8 @@ import numpy as np
 
 from nonlinear.contact import Array
 from nonlinear.continuation import Continuation
-from nonlinear.curve_point import CurvePoint
+from nonlinear.curve_point import CurvePoint, LinearState
 from nonlinear.family import BalanceFamily, fitted
-from nonlinear.linear_stretch import LinearState
 from nonlinear.outcome import Ending, Outcome
 from nonlinear.start import solve_at
 from nonlinear.trace import Trace, joined, with_peaks

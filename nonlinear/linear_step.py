@@ -8,8 +8,8 @@ import numpy as np
 from nonlinear.arclength import Metric
 from nonlinear.balance import HarmonicBalance
 from nonlinear.contact import Array
-from nonlinear.curve_point import CurvePoint
-from nonlinear.linear_stretch import LinearState, LinearStretches
+from nonlinear.curve_point import CurvePoint, LinearState
+from nonlinear.linear_stretch import LinearStretches
 
 SHORTEST = 1e-10  # relative step in frequency that is none: the end of the stretch is reached
 END_TOLERANCE = 1e-14
@@ -30,7 +30,7 @@ class LinearSteps:
         None: `point` is on no linear stretch, or this is its end. The arc of the new point is its distance along the
         tangent; its own `step` is the one made.
         """
-        state = self.stretches.state(self.balance.displacement(point.unknown))
+        state = point.linear or self.stretches.state(point.displacement)
         if state is None:
             return None
         ahead = point.frequency + step * point.tangent[1]
@@ -42,7 +42,7 @@ class LinearSteps:
             rows, slope = self._solve(state, ahead)
         moved = self.balance.unknown(rows) - point.unknown, ahead - point.frequency
         along = self.metric(point.unknown).product(moved, point.tangent)
-        return self._point(rows, slope, ahead, (float(np.sign(point.tangent[1])), point.arc + along, along))
+        return self._point(state, (rows, slope), ahead, (float(np.sign(point.tangent[1])), point.arc + along, along))
 
     def start(self, frequency: float, direction: float, first_step: float) -> CurvePoint | None:
         """The linear solution at w = `frequency`, all contacts open or all stuck; None if neither is one.
@@ -54,16 +54,19 @@ class LinearSteps:
             rows, slope = self._solve(state, frequency)
             found = self.stretches.state(rows)
             if found is not None and np.array_equal(found.pressed, state.pressed):
-                return self._point(rows, slope, frequency, (direction, 0.0, first_step))
+                return self._point(state, (rows, slope), frequency, (direction, 0.0, first_step))
         return None
 
-    def _point(self, rows: Array, slope: Array, frequency: float, record: tuple[float, float, float]) -> CurvePoint:
+    def _point(
+        self, state: LinearState, solution: tuple[Array, Array], frequency: float, record: tuple[float, float, float]
+    ) -> CurvePoint:
         """The solved point; record: direction, arc and step. A stable linear structure has det dR/dx > 0."""
-        direction, arc, step = record
+        (rows, slope), (direction, arc, step) = solution, record
         unknown = self.balance.unknown(rows)
         tangent = self.metric(unknown).unit((direction * self.balance.unknown(slope), direction))
-        contact = self.balance.element.evaluate(rows)
-        return CurvePoint(self.balance, unknown, frequency, tangent, contact, 1, int(direction), 0, arc, step)
+        contact = self.stretches.forces(state, rows)
+        sign = int(direction)
+        return CurvePoint(self.balance, unknown, frequency, tangent, contact, 1, sign, 0, arc, step, linear=state)
 
     def _solve(self, state: LinearState, frequency: float) -> tuple[Array, Array]:
         key = state.pressed.tobytes()

@@ -7,18 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.balance import HarmonicBalance
-from nonlinear.contact import Array, ContactParameters
+from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
+from nonlinear.curve_point import LinearState
 from nonlinear.fourier import ComplexArray
 from rom import RelativeReceptance
 
 NO_VIBRATION = 1e-12  # higher harmonics below this part of the displacement are round-off
-
-
-@dataclass(frozen=True)
-class LinearState:
-    """Which contacts are pressed together all the time, (n_c,), the others being open all the time."""
-
-    pressed: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -102,17 +96,37 @@ class LinearStretches:
         system = np.eye(springs.size) + self._receptance.matrix(0.0)[0].real * springs.reshape(-1)
         return np.linalg.solve(system, free[0].real).reshape(-1, 3)
 
+    def forces(self, state: LinearState, displacement: Array) -> ContactForces:
+        """Contact forces of a motion in a state, as the contact element would give them."""
+        springs = self.springs(state)
+        force = -springs * displacement
+        force[0, :, 2] += np.where(
+            state.pressed, -self.contact.normal_stiffness * self.contact.interference, self.contact.preload
+        )
+        rows = np.arange(displacement.shape[0])
+        jacobian = np.zeros((springs.shape[0], 3, 3, rows.size, rows.size))
+        for axis in range(3):
+            jacobian[:, axis, axis, rows, rows] = -springs[:, axis, None]
+        sliding = (self.contact.tangential_stiffness > 0.0) & (self.contact.friction == 0.0)
+        moving = displacement[1:, :, :2].any(axis=(0, 2))
+        worst = np.where(state.pressed, np.where(sliding & moving, SLIP, STICK), LIFT_OFF)
+        return ContactForces(force, jacobian, worst.astype(np.int64))
+
     def solve(self, state: LinearState, static: Array, frequency: float) -> tuple[Array, Array]:
         """The motion (2H+1, n_c, 3) in a state at w = `frequency` (rad/s) with its harmonic 0, and d/dw of it."""
+        from scipy.linalg.lapack import zgetrf, zgetrs
+
         springs = self.springs(state).reshape(-1)
         force = np.zeros((2, springs.size), dtype=complex)
         free, slope = self._receptance.response(frequency, force)
         motion, change = free[1], slope[1]
         if springs.any():
-            system = np.eye(springs.size) + self._receptance.matrix(frequency)[1] * springs
-            motion = np.linalg.solve(system, motion)
+            system = self._receptance.matrix(frequency)[1] * springs
+            system[np.diag_indices_from(system)] += 1.0
+            factors, pivots, _ = zgetrf(system.T, overwrite_a=1)
+            motion, _ = zgetrs(factors, pivots, motion, trans=1)
             force[1] = -springs * motion
-            change = np.linalg.solve(system, self._receptance.response(frequency, force)[1][1])
+            change, _ = zgetrs(factors, pivots, self._receptance.response(frequency, force)[1][1], trans=1)
         return self._rows(static, motion), self._rows(np.zeros_like(static), change)
 
     def _rows(self, static: Array, harmonic: ComplexArray) -> Array:
