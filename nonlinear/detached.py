@@ -17,6 +17,7 @@ from nonlinear.tracing import Progress
 MOST_ITERATIONS = 15
 FEW_HARMONICS = 3
 SAME_SOLUTION = 1e-6  # relative distance of two solutions that are one
+SAME_END = 1e-2  # the same of ends, whose numbers of harmonics may differ
 WIDEST_SEGMENT = 2.0  # a solution farther than this many steps, and a little, from a segment's chord is not on it
 NEAR = 0.1
 
@@ -40,8 +41,21 @@ def detached_branches(
         if solution is not None and few.balance is not all_kept.balance:
             solution = _another(all_kept, [*known, *found], frequency, solution)
         if solution is not None:
-            found.append(_trace_both_ways(all_kept, frequency, solution, progress))
+            trace = _trace_both_ways(all_kept, frequency, solution, progress)
+            if not any(_share_an_end(all_kept, trace, other) for other in (*known, *found)):
+                found.append(trace)
     return found
+
+
+def _share_an_end(here: Continuation, one: Trace, other: Trace) -> bool:
+    """Whether two traces end at the same place: then they are one curve, which a probe mistook for another."""
+    for mine in (one.points[0], one.points[-1]):
+        metric = here.metric(fitted(mine.unknown, here.balance))
+        for yours in (other.points[0], other.points[-1]):
+            apart = fitted(mine.unknown, here.balance) - fitted(yours.unknown, here.balance)
+            if metric.norm(apart, mine.frequency - yours.frequency) <= SAME_END:
+                return True
+    return False
 
 
 def _another(here: Continuation, known: list[Trace], frequency: float, guess: Array) -> Array | None:

@@ -1,0 +1,90 @@
+"""Branches that hang on the main curve nowhere: found, closed or open, and true solutions of a ring of blades."""
+
+import numpy as np
+import pytest
+from lumped import lumped_blade
+from ring_integration import integrate_ring
+
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
+from rom import modal_model
+
+LOW, HIGH = 0.08, 1.0
+
+
+def solve(harmonics=1, detached=True, *, n_blades=2, damping=0.005, stiffness=0.81, friction=0.05, interference=-2.0):
+    modal = modal_model(lumped_blade(n_blades), damping_ratio=damping)
+    contact = ContactParameters.shared(
+        2,
+        normal_stiffness=stiffness,
+        tangential_stiffness=0.75 * stiffness,
+        friction=friction,
+        interference=interference,
+    )
+    options = SolverOptions((LOW, HIGH), harmonics=harmonics, detached=detached)
+    return modal, contact, forced_response(modal, contact, Excitation(1, 1.0), options)
+
+
+def test_an_isola_is_found_and_closes():
+    modal, contact, curve = solve()
+    assert curve.outcome.complete
+    (isola,) = curve.detached
+    assert isola.outcome.complete
+    assert "detached branch, closed" in isola.outcome.message
+    # closed: it comes back to where it began, with two folds, and stays inside the range
+    assert isola.frequency_hz[0] == pytest.approx(isola.frequency_hz[-1], rel=1e-12)
+    assert isola.amplitude_m[0] == pytest.approx(isola.amplitude_m[-1], rel=1e-9)
+    assert isola.turning_points.size == 2
+    assert LOW < isola.frequency_hz.min() < isola.frequency_hz.max() < HIGH
+    assert isola.energy_error.max() < 1e-8
+    # and it is none of the main curve: at each of its frequencies its solution is far from all of that
+    balance = harmonic_balance(modal, contact, Excitation(1, 1.0), SolverOptions((LOW, HIGH)))
+    for index in range(0, isola.points, 5):
+        omega = 2.0 * np.pi * isola.frequency_hz[index]
+        unknown = rows(isola.relative_displacement[index])
+        assert balance.relative_error(balance.evaluate(unknown, omega).residual, unknown) < 1e-10
+        apart = np.abs(curve.relative_displacement - isola.relative_displacement[index]).max(axis=(1, 2, 3))
+        near = np.abs(curve.frequency_hz - isola.frequency_hz[index]) < 0.01
+        assert apart[near].min() > 1e-2 * np.abs(isola.relative_displacement[index]).max()
+
+
+def test_it_is_not_looked_for_unless_asked():
+    assert solve(detached=False)[2].detached == ()
+
+
+def test_the_open_blade_at_rest_beside_the_rattling_one():
+    """Above its folds the curve with contacts and the blade that vibrates inside its gap exist side by side."""
+    parameters = {"damping": 0.02, "stiffness": 85.28, "friction": 0.4, "interference": -0.3}
+    _, _, curve = solve(**parameters)
+    assert curve.outcome.complete
+    assert len(curve.detached) == 1
+    branch = curve.detached[0]
+    assert branch.frequency_hz.max() == pytest.approx(HIGH)
+    open_part = branch.separating == 2
+    assert np.any(open_part & (branch.iterations == 0))  # part of it is the linear response of the open blade
+
+
+def test_a_stable_point_of_the_isola_holds_in_time():
+    """A ring of two blades, started on the upper side of the isola, stays there."""
+    harmonics = 9
+    modal, contact, curve = solve(harmonics)
+    isola = curve.detached[0]
+    top = int(np.argmax(np.where(isola.stable, isola.amplitude_m, 0.0)))
+    omega = 2.0 * np.pi * isola.frequency_hz[top]
+    displacement, force = isola.relative_displacement[top], isola.contact_force[top]
+    balance = harmonic_balance(modal, contact, Excitation(1, 1.0), SolverOptions((LOW, HIGH), harmonics=harmonics))
+    coordinates, _ = balance.receptance.modal_response(omega, force.reshape(harmonics + 1, -1))
+    balanced = coordinates @ modal.outputs["tip"]
+    steps = 2000
+    theta = 2.0 * np.pi * np.arange(steps) / steps
+    wave = (np.exp(1j * np.outer(theta, np.arange(harmonics + 1))) @ balanced).real
+    point = omega, coordinates, displacement
+    marched = integrate_ring(modal, contact, point, engine_order=1, force=1.0, periods=200, steps_per_period=steps)
+    assert np.max(np.abs(np.roll(marched, 1) - wave)) < 3e-3 * np.max(np.abs(wave))
+
+
+def rows(displacement):
+    """Real unknown of complex coefficients (H+1, n_c, 3)."""
+    real = [displacement[0].real]
+    for harmonic in displacement[1:]:
+        real += [harmonic.real, harmonic.imag]
+    return np.array(real).reshape(-1)

@@ -1,0 +1,122 @@
+"""Linear stretches of a curve: no iterations, the linear response to the last digit, and their ends in place."""
+
+import numpy as np
+import pytest
+from lumped import lumped_blade
+
+from nonlinear import (
+    ContactParameters,
+    Excitation,
+    SolverOptions,
+    contact_cycle,
+    contact_element,
+    forced_response,
+    harmonic_balance,
+    linear_response,
+)
+from nonlinear.continuation import Continuation
+from nonlinear.linear_stretch import LinearStretches
+from nonlinear.quantities import largest_amplitude, output_harmonics
+from nonlinear.start import static_displacement
+from nonlinear.tracing import trace_range
+from rom import modal_model
+
+SPAN = (0.1, 0.8)
+
+
+def problem(interference, friction=0.4, law="uncoupled", harmonics=1, preload=0.0):
+    modal = modal_model(lumped_blade(), damping_ratio=0.01)
+    contact = ContactParameters.shared(
+        2,
+        normal_stiffness=6.0,
+        tangential_stiffness=4.0,
+        friction=friction,
+        interference=interference,
+        preload=preload,
+        law=law,
+    )
+    return modal, contact, Excitation(4, 1.0), SolverOptions(SPAN, harmonics=harmonics, detached=False)
+
+
+@pytest.mark.parametrize(
+    ("interference", "friction", "springs"),
+    [
+        (-1e3, 0.4, {}),
+        (1e3, 0.4, {"normal": 3.0, "tangential": 2.0}),
+        (1e3, 0.0, {"normal": 3.0}),  # pressed together without friction: it slides, and is linear
+    ],
+)
+@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+def test_the_whole_curve_is_linear(interference, friction, springs, law):
+    modal, contact, excitation, options = problem(interference, friction, law, harmonics=3)
+    curve = forced_response(modal, contact, excitation, options)
+    assert curve.outcome.complete
+    linear = linear_response(modal, excitation, curve.frequency_hz, **springs)
+    assert curve.output[:, 1] == pytest.approx(linear, rel=1e-9)
+    ordinary = np.ones(curve.points, dtype=bool)
+    ordinary[[peak.index for peak in curve.peaks]] = False  # these are solved for
+    assert curve.iterations[ordinary].sum() == 0
+
+
+@pytest.mark.parametrize(("interference", "law"), [(-3.0, "uncoupled"), (1.5, "uncoupled"), (-3.0, "coupled")])
+def test_a_stretch_ends_where_a_contact_changes(interference, law):
+    """At the last linear point a contact just touches, or just begins to slip: found in the time domain."""
+    modal, contact, excitation, options = problem(interference, law=law)
+    curve = forced_response(modal, contact, excitation, options)
+    linear = curve.iterations == 0
+    linear[[peak.index for peak in curve.peaks]] = False  # solved for, if with luck at once
+    ends = [i for i in range(1, curve.points - 1) if linear[i] and not linear[i + 1]]
+    assert ends
+    for end in ends:
+        cycle = contact_cycle(curve.relative_displacement[end], contact, samples=20000)
+        v = contact.interference + cycle.displacement[..., 2]
+        if interference < 0.0:
+            assert v.max() == pytest.approx(0.0, abs=1e-6)
+        else:
+            load = contact.normal_stiffness * v
+            slack = contact.friction[:, None] * load[..., None] - np.abs(
+                contact.tangential_stiffness[:, None] * cycle.displacement[..., :2]
+            )
+            assert min(slack.min(), load.min()) == pytest.approx(0.0, abs=1e-5)
+
+
+@pytest.mark.parametrize("interference", [-3.0, 1.5])
+def test_the_same_curve_as_with_newton_everywhere(interference):
+    modal, contact, excitation, options = problem(interference, harmonics=3)
+    balance = harmonic_balance(modal, contact, excitation, options)
+    static = static_displacement(balance.receptance, contact, options)
+    points = {}
+    for name, known in (("stretches", contact), ("newton", None)):
+        continuation = Continuation(balance, options, contact=known)
+        trace = trace_range(continuation, static)[0]
+        assert trace.outcome.complete
+        points[name] = trace
+    heights = [
+        sorted(largest_amplitude(output_harmonics(trace.points[i], "tip")).value for i in trace.peak_indices)
+        for trace in points.values()
+    ]
+    assert len(heights[0]) > 0
+    assert heights[0] == pytest.approx(heights[1], rel=1e-9)
+    # every linear point solves the equations that Newton's method would solve
+    for point in points["stretches"].points:
+        residual = balance.evaluate(point.unknown, point.frequency).residual
+        assert balance.relative_error(residual, point.unknown) < 1e-11
+
+
+@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+@pytest.mark.parametrize("preload", [0.0, 0.7])
+def test_forces_are_those_of_the_contact_element(law, preload):
+    modal, contact, excitation, options = problem(1e3, law=law, harmonics=2, preload=preload)
+    for interference in (-1e3, 1e3):
+        contact = contact.with_interference(interference)
+        balance = harmonic_balance(modal, contact, excitation, options)
+        stretches = LinearStretches(balance, contact)
+        motion = 0.1 * np.random.default_rng(2).normal(size=(5, 2, 3))
+        motion[3:] = 0.0
+        state = stretches.state(motion)
+        assert state is not None
+        expected = contact_element(contact, 2, options).evaluate(motion)
+        found = stretches.forces(state, motion)
+        assert found.force == pytest.approx(expected.force, rel=1e-9, abs=1e-9)
+        assert found.jacobian == pytest.approx(expected.jacobian, rel=1e-9, abs=1e-8)
+        assert np.array_equal(found.state, expected.state)
