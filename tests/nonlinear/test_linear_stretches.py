@@ -1,5 +1,7 @@
 """Linear stretches of a curve: no iterations, the linear response to the last digit, and their ends in place."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from lumped import lumped_blade
@@ -15,6 +17,7 @@ from nonlinear import (
     linear_response,
 )
 from nonlinear.continuation import Continuation
+from nonlinear.fourier import to_complex
 from nonlinear.linear_stretch import LinearStretches
 from nonlinear.quantities import largest_amplitude, output_harmonics
 from nonlinear.start import static_displacement
@@ -62,13 +65,13 @@ def test_the_whole_curve_is_linear(interference, friction, springs, law):
 def test_a_stretch_ends_where_a_contact_changes(interference, law):
     """At the last linear point a contact just touches, or just begins to slip: found in the time domain."""
     modal, contact, excitation, options = problem(interference, law=law)
-    curve = forced_response(modal, contact, excitation, options)
-    linear = curve.iterations == 0
-    linear[[peak.index for peak in curve.peaks]] = False  # solved for, if with luck at once
-    ends = [i for i in range(1, curve.points - 1) if linear[i] and not linear[i + 1]]
+    balance = harmonic_balance(modal, contact, excitation, options)
+    static = static_displacement(balance.receptance, contact, options)
+    points = trace_range(Continuation(balance, options, contact=contact), static)[0].points
+    ends = [point for point, after in pairwise(points) if point.linear is not None and after.linear is None]
     assert ends
     for end in ends:
-        cycle = contact_cycle(curve.relative_displacement[end], contact, samples=20000)
+        cycle = contact_cycle(to_complex(end.displacement), contact, samples=20000)
         v = contact.interference + cycle.displacement[..., 2]
         if interference < 0.0:
             assert v.max() == pytest.approx(0.0, abs=1e-6)

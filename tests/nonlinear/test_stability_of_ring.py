@@ -1,0 +1,145 @@
+"""Floquet exponents of the wave against time integration of the whole ring, on all branches of curves with folds."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from lumped import lumped_blade
+from ring_map import RingMap
+
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
+from nonlinear.floquet import FloquetAnalysis, Instability, kind, ring_patterns
+from nonlinear.fourier import to_real
+from rom import modal_model
+
+RANGE, COARSE = (0.1, 0.8), 5
+
+
+@lru_cache
+def response(n_blades, interference, friction):
+    """Contact, modes and the curve with a few harmonics."""
+    modal = modal_model(lumped_blade(n_blades, 1), damping_ratio=0.01)
+    contact = ContactParameters.shared(
+        1, normal_stiffness=6.0, tangential_stiffness=4.2, friction=friction, interference=interference
+    )
+    curve = forced_response(modal, contact, Excitation(1, 1.0), SolverOptions(RANGE, harmonics=COARSE))
+    assert curve.outcome.complete
+    return modal, contact, curve
+
+
+@lru_cache
+def solutions(n_blades, interference, friction, omega, harmonics):
+    """The balance with many harmonics and its solutions at omega, near those of the curve, largest first."""
+    modal, contact, curve = response(n_blades, interference, friction)
+    balance = harmonic_balance(modal, contact, Excitation(1, 1.0), SolverOptions(RANGE, harmonics=harmonics))
+    omegas, found = 2.0 * np.pi * curve.frequency_hz, []
+    for i in np.flatnonzero((omegas[:-1] - omega) * (omegas[1:] - omega) < 0.0):
+        share = (omega - omegas[i]) / (omegas[i + 1] - omegas[i])
+        rows = to_real((1.0 - share) * curve.relative_displacement[i] + share * curve.relative_displacement[i + 1])
+        unknown = np.zeros(balance.size)
+        unknown[: rows.size] = rows.reshape(-1)[: unknown.size]
+        for _ in range(40):
+            at = balance.evaluate(unknown, omega)
+            step = np.linalg.solve(at.jacobian, -at.residual)
+            unknown = unknown + step
+            if np.abs(step).max() < 1e-12 * np.abs(unknown).max():
+                break
+        else:
+            raise AssertionError("no solution near that of the curve")
+        found.append(unknown)
+    return balance, sorted(found, key=np.linalg.norm, reverse=True)
+
+
+def exponents(balance, contact, unknown, omega, n_blades):
+    """Pattern -> exponents / w."""
+    displacement, jacobian = balance.displacement(unknown), balance.forces(unknown).jacobian
+    return {
+        pattern: FloquetAnalysis.of(balance.receptance, contact, pattern=pattern).exponents(
+            displacement, jacobian, omega
+        )
+        / omega
+        for pattern in ring_patterns(n_blades)
+    }
+
+
+CASES = [
+    # blades, interference, friction, w, branch; what grows with the symmetry of the wave, and what without
+    (2, -4.0, 0.4, 1.17, 0, None, Instability.REAL),  # upper branch: the two blades stop moving alike
+    (2, -4.0, 0.4, 1.17, 1, Instability.REAL, None),  # between the folds
+    (2, -4.0, 0.4, 1.17, 2, None, None),  # lower branch: open
+    (3, -4.0, 0.4, 1.2, 0, None, None),
+    (3, -4.0, 0.4, 1.2, 1, Instability.REAL, None),
+    (3, -4.0, 0.4, 1.2, 2, None, None),
+    (3, 0.3, 0.4, 3.6, 1, Instability.REAL, Instability.COMPLEX),  # slip, and lift-off in part of the cycle
+    (2, -0.5, 0.0, 1.54, 0, Instability.COMPLEX, None),  # no fold anywhere near
+    (2, -0.5, 0.4, 1.5, 0, Instability.COMPLEX, None),  # the same with friction
+]
+
+
+@pytest.mark.parametrize(("n_blades", "interference", "friction", "omega", "branch", "own", "other"), CASES)
+def test_exponents_are_those_of_the_ring(n_blades, interference, friction, omega, branch, own, other):
+    """Every multiplier near the unit circle or beyond, in growth and in frequency."""
+    _, contact, _ = response(n_blades, interference, friction)
+    balance, found = solutions(n_blades, interference, friction, omega, 25)
+    unknown = found[branch]
+    hill = exponents(balance, contact, unknown, omega, n_blades)
+    ring = RingMap(balance, contact, omega, n_blades, steps=2000 if n_blades == 2 else 1000)
+    start = ring.start(unknown)
+    state, jacobian = ring.fixed_point(start)
+    assert np.abs(state - start)[: ring.positions].max() < 0.02 * np.abs(start).max()
+
+    pool = np.concatenate([value for row in hill.values() for value in (row, row.conj())])
+    marched = ring.exponents(jacobian)
+    for value in marched[marched.real > -0.03]:
+        assert np.abs(pool - value).min() < 0.003 + 0.05 * abs(value.real)
+    leading = max(row[0].real for row in hill.values())
+    assert leading == pytest.approx(marched[0].real, rel=0.06, abs=1e-3)
+
+    patterns = list(hill)
+    grows = [None if hill[pattern][0].real < 0.0 else kind(hill[pattern][0], 1.0) for pattern in patterns]
+    assert grows[0] is own
+    assert next((item for item in grows[1:] if item), None) is other
+    sign = np.linalg.slogdet(balance.evaluate(unknown, omega).jacobian)[0]
+    assert (sign < 0) == (own is Instability.REAL)
+
+
+@pytest.mark.parametrize(("case", "periods"), [(0, 10), (1, 24), (2, 200), (7, 16)])
+def test_a_small_disturbance_grows_or_decays_as_foretold(case, periods):
+    """Marched in time from the periodic motion and a little beside it: no derivative of the map."""
+    n_blades, interference, friction, omega, branch, own, other = CASES[case]
+    _, contact, _ = response(n_blades, interference, friction)
+    balance, found = solutions(n_blades, interference, friction, omega, 25)
+    hill = exponents(balance, contact, found[branch], omega, n_blades)
+    leading = max((row[0] for row in hill.values()), key=lambda value: value.real)
+    ring = RingMap(balance, contact, omega, n_blades, steps=500)
+    periodic, _ = ring.fixed_point(ring.start(found[branch]))
+    disturbance = 1e-8 * np.random.default_rng(2).normal(size=periodic.size)
+    disturbance[2 * ring.positions :] = 0.0
+    disturbed, apart = periodic + disturbance, []
+    for _ in range(periods):
+        periodic, disturbed = ring(periodic), ring(disturbed)
+        apart.append((disturbed - periodic)[: ring.positions])
+    # what decays fast has gone: d_(k+2) = a d_(k+1) + b d_k, whose roots are the leading pair of multipliers
+    first, second, third = (np.concatenate(apart[-4 - shift : -2 - shift]) for shift in (2, 1, 0))
+    (a, b), *_ = np.linalg.lstsq(np.stack([second, first], axis=1), third, rcond=None)
+    root = max(np.roots([1.0, -a, -b]).astype(complex), key=abs)
+    marched = np.log(root) / (2.0 * np.pi)
+    assert marched.real == pytest.approx(leading.real, rel=0.08, abs=2e-4)
+    assert abs(marched.imag) == pytest.approx(abs(leading.imag), abs=0.005)
+    assert (marched.real > 0.0) == (own is not None or other is not None)
+
+
+def test_more_harmonics_come_nearer_to_the_ring():
+    n_blades, interference, friction, omega = 2, -0.5, 0.0, 1.54
+    _, contact, _ = response(n_blades, interference, friction)
+    marched, errors = None, []
+    for harmonics in (15, 7, 3):
+        balance, found = solutions(n_blades, interference, friction, omega, harmonics)
+        if marched is None:
+            ring = RingMap(balance, contact, omega, n_blades, steps=2000)
+            marched = ring.exponents(ring.fixed_point(ring.start(found[0]))[1])[0]
+        leading = exponents(balance, contact, found[0], omega, n_blades)[0.0][0]
+        errors.append(abs(leading.real - marched.real) / marched.real)
+    assert errors[0] < 0.005
+    assert errors[0] < errors[1] < errors[2]
+    assert errors[2] < 0.3
