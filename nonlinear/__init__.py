@@ -1,6 +1,7 @@
 """Nonlinear forced response: contact element, harmonic balance and continuation on a modal model."""
 
 from nonlinear.balance import BalanceAt, HarmonicBalance
+from nonlinear.bifurcations import Bifurcation, BifurcationKind
 from nonlinear.contact import (
     LIFT_OFF,
     SLIP,
@@ -25,6 +26,8 @@ __all__ = [
     "SLIP",
     "STICK",
     "BalanceAt",
+    "Bifurcation",
+    "BifurcationKind",
     "ContactCycle",
     "ContactElement",
     "ContactError",

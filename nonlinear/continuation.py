@@ -26,6 +26,7 @@ from nonlinear.newton import Convergence
 from nonlinear.options import SolverOptions
 from nonlinear.predictor import cubic_offset
 from nonlinear.quantities import amplitude_slope
+from nonlinear.stability import Stability
 
 TARGET_DEVIATION = 0.08  # distance of the corrected from the predicted point, relative to the step
 LARGEST_DEVIATION = 0.6
@@ -46,7 +47,7 @@ class Continuation:
 
     No step passes one of the `landmarks`, resonances that may be narrower than a step. With the
     `contact` given, stretches on which no contact changes its state are followed without iterations. `adapt` may give
-    each new point another number of harmonics.
+    each new point another number of harmonics, `stability` adds the exponents.
     """
 
     balance: HarmonicBalance
@@ -54,6 +55,7 @@ class Continuation:
     landmarks: Landmarks = field(default_factory=Landmarks)
     contact: ContactParameters | None = None
     adapt: Callable[["Continuation", CurvePoint], CurvePoint | None] | None = None
+    stability: Stability | None = None
 
     @property
     def span(self) -> tuple[float, float]:
@@ -304,10 +306,19 @@ class Continuation:
                 progress(point.frequency / (2.0 * np.pi), count)
             yield self.recorded(point)
 
-    def recorded(self, point: CurvePoint) -> CurvePoint:
-        """The point with what is derived from its contact Jacobian, and without that."""
+    def recorded(self, point: CurvePoint, exponents: bool = True) -> CurvePoint:
+        """The point with what is derived from its contact Jacobian, and without that; `exponents`: these too."""
         slope = amplitude_slope(point, self.options.output)
-        return replace(point, amplitude_slope=slope, contact=point.contact.without_jacobian())
+        found = self.stability.exponents(point) if self.stability is not None and exponents else None
+        contact = point.contact.without_jacobian()
+        return replace(point, amplitude_slope=slope, exponents=found, contact=contact)
+
+    def with_exponents(self, point: CurvePoint) -> CurvePoint:
+        """A recorded point with its exponents, if they are asked for."""
+        if self.stability is None or point.exponents is not None:
+            return point
+        contact = self.balance.element.evaluate(point.displacement)
+        return replace(point, exponents=self.stability.exponents(replace(point, contact=contact)))
 
     def _along(self, point: CurvePoint, other: CurvePoint) -> float:
         """Arc length from `point` to `other`, along the tangent."""

@@ -12,7 +12,7 @@ from nonlinear.newton import Convergence
 from nonlinear.options import SolverOptions
 
 MAX_CORRECTIONS = 12
-SAME_SYSTEM = 1e-4  # error left by a step, relative to that before it, which shows that its system is that of the end
+SAME_SYSTEM = 1e-6  # error left by a step, relative to that before it, which shows that its system is that of the end
 
 
 @dataclass(frozen=True)

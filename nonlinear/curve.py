@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.balance import HarmonicBalance
+from nonlinear.bifurcations import Bifurcation
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.fourier import ComplexArray, to_complex
 from nonlinear.outcome import Outcome
@@ -27,12 +28,15 @@ class ResponseCurve:
     frequency_hz, amplitude_m, static_m, phase_rad, arc : (P,); amplitude is the largest |x(t)| of the output over a
         period, static harmonic 0, phase that of harmonic 1, arc the length along the curve (relative measure).
     harmonic_m : (P, H), |x^(h)|. output : (P, H+1) complex, x^(h).
-    stable : (P,) bool; False between the folds of an overhanging part (odd number of positive real exponents).
+    stable : (P,) bool; whether all Floquet exponents have negative real parts, for perturbations with the symmetry of
+        the travelling wave. growth_rate : (P,), the largest of these real parts, 1/s; NaN where not asked for: then
+        `stable` is False only where an odd number of real exponents is positive, between two folds.
     sticking, slipping, separating : (P,) nodes whose worst state in the cycle is that.
     dissipated_j : (P,) friction work a cycle on one contact face, J (one blade owns one face pair).
     energy_error : (P,) relative mismatch of the work put in and dissipated.
     iterations : (P,) Newton iterations. kept_harmonics : (P,) harmonics balanced at the point, H or fewer.
     relative_displacement, contact_force : (P, H+1, n_c, 3) complex, d^(h) and f_R^(h) in (t1, t2, n).
+    bifurcations : folds and other changes of stability, located.
     peak, peaks : the highest local maximum (an end of the curve if there is none higher), and all of them.
     seconds : time of the solution. truncation_error : estimated relative error of the peak amplitude by the
         harmonics left out.
@@ -46,6 +50,7 @@ class ResponseCurve:
     static_m: Array
     phase_rad: Array
     stable: NDArray[np.bool_]
+    growth_rate: Array
     sticking: NDArray[np.int64]
     slipping: NDArray[np.int64]
     separating: NDArray[np.int64]
@@ -59,6 +64,7 @@ class ResponseCurve:
     contact_force: ComplexArray
     peak: Peak | None
     peaks: tuple[Peak, ...]
+    bifurcations: tuple[Bifurcation, ...]
     seconds: float
     harmonics: int
     truncation_error: float
@@ -105,7 +111,8 @@ def assemble_curve(
         harmonic_m=np.abs(response[:, 1:]),
         static_m=response[:, 0].real,
         phase_rad=np.angle(response[:, 1]),
-        stable=np.array([point.determinant_sign > 0 for point in points], dtype=bool),
+        stable=np.array([point.stable for point in points], dtype=bool),
+        growth_rate=np.array([point.growth_rate for point in points]),
         sticking=(state == STICK).sum(axis=1),
         slipping=(state == SLIP).sum(axis=1),
         separating=(state == LIFT_OFF).sum(axis=1),
@@ -119,6 +126,9 @@ def assemble_curve(
         contact_force=stacked((to_complex(point.contact.force) for point in points), n_contacts, 3),
         peak=_highest(peaks, frequency, amplitude, 1e-9 if len(kept) < 2 else JUMP),
         peaks=peaks,
+        bifurcations=tuple(
+            Bifurcation(kind, float(frequency[i]), float(amplitude[i]), i) for kind, i in trace.bifurcations
+        ),
         seconds=0.0,
         harmonics=n_harmonics,
         truncation_error=truncation_error,

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from nonlinear.arclength import Tangent
 from nonlinear.balance import HarmonicBalance
 from nonlinear.contact import Array, ContactForces
+from nonlinear.fourier import ComplexArray
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,8 @@ class CurvePoint:
     The tangent points to growing `arc`. `determinant_sign` is that of det dR/dx: -1 where an odd number of real
     Floquet exponents is positive. `orientation` is the sign of det [dR/dx, dR/dw; tangent], the same along a curve,
     kinks included. `step` is the arc length proposed for the next step, `amplitude_slope` the derivative of the
-    output's amplitude in the arc, `linear` the state of its contacts if it was solved as a linear problem.
+    output's amplitude in the arc. `linear`: the state of the contacts if the point was solved as a linear problem.
+    `exponents`: the Floquet exponents (1/s), the least stable first.
     """
 
     balance: HarmonicBalance
@@ -39,6 +41,24 @@ class CurvePoint:
     step: float
     amplitude_slope: float = float("nan")
     linear: LinearState | None = None
+    exponents: ComplexArray | None = None
+
+    @property
+    def unstable(self) -> int:
+        """Number of exponents with a positive real part."""
+        return 0 if self.exponents is None else int(np.count_nonzero(self.exponents.real > 0.0))
+
+    @property
+    def growth_rate(self) -> float:
+        """Largest real part of the exponents, 1/s; NaN where they are not known."""
+        if self.exponents is None or self.exponents.size == 0:
+            return float("nan")
+        return float(self.exponents[0].real)
+
+    @property
+    def stable(self) -> bool:
+        """Whether no exponent grows; without exponents, whether the number of real ones that do is even."""
+        return self.determinant_sign > 0 if self.exponents is None else self.unstable == 0
 
     @property
     def displacement(self) -> Array:

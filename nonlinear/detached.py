@@ -11,7 +11,7 @@ from nonlinear.curve_point import CurvePoint, LinearState
 from nonlinear.family import BalanceFamily, fitted
 from nonlinear.outcome import Ending, Outcome
 from nonlinear.start import solve_at
-from nonlinear.trace import Trace, joined, with_peaks
+from nonlinear.trace import Trace, joined, with_events
 from nonlinear.tracing import Progress
 
 MOST_ITERATIONS = 15
@@ -107,7 +107,7 @@ def _trace_both_ways(
     closed = len(points) > 2 and points[-1].unknown is points[0].unknown
     if not closed:
         points = joined(list(continuation.trace(continuation.onward(unknown, frequency, -1.0, 0), progress)), points)
-    return with_peaks(continuation, points, _outcome(continuation, points, closed))
+    return with_events(continuation, points, _outcome(continuation, points, closed))
 
 
 def _outcome(continuation: Continuation, points: list[CurvePoint], closed: bool) -> Outcome:

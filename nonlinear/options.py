@@ -5,6 +5,7 @@ from typing import Literal
 
 Method = Literal["coupled", "static-first"]
 Integration = Literal["exact", "sampled"]
+Stability = Literal["floquet", "folds"]
 
 
 class OptionsError(ValueError):
@@ -33,6 +34,8 @@ class SolverOptions:
     samples : instants a period, at least 4 H + 4.
     method : "coupled" (static and dynamic balance together) or "static-first" (the classical two steps).
     detached : whether branches that hang on the curve nowhere are looked for.
+    stability : "floquet": the Floquet exponents of every point; "folds": only the sign of a determinant, which sees
+        the unstable part between two folds.
     output : name of the output that peaks are sought for.
     tolerance : residual relative to the displacement at which Newton's method stops; where round-off stands in the
         way, it stops when nothing improves below `round_off`.
@@ -48,6 +51,7 @@ class SolverOptions:
     samples: int = 1024
     method: Method = "coupled"
     detached: bool = True
+    stability: Stability = "floquet"
     output: str = "tip"
     tolerance: float = 1e-13
     round_off: float = 1e-12
@@ -71,6 +75,8 @@ class SolverOptions:
             raise OptionsError(f"samples: {self.samples}, allowed: {least} or more for so many harmonics")
         if self.integration not in (None, "exact", "sampled"):
             raise OptionsError(f'integration: {self.integration!r}, allowed: "exact" or "sampled"')
+        if self.stability not in ("floquet", "folds"):
+            raise OptionsError(f'stability: {self.stability!r}, allowed: "floquet" or "folds"')
         if self.method not in ("coupled", "static-first"):
             raise OptionsError(f'method: {self.method!r}, allowed: "coupled" or "static-first"')
 

@@ -16,6 +16,7 @@ from nonlinear.harmonic_choice import LADDER, HarmonicChoice
 from nonlinear.landmarks import find_landmarks
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.outcome import Ending, Outcome
+from nonlinear.stability import Stability
 from nonlinear.start import static_displacement
 from nonlinear.trace import Trace
 from nonlinear.tracing import Progress, trace_range
@@ -65,10 +66,16 @@ def _solve(
         static = static_displacement(receptance, contact, options)
     except ArithmeticError as error:
         message = f"no start at {options.frequency[0]:.6g} Hz: {error}"
-        nothing = Trace([], [], Outcome(Ending.START_FAILED, options.frequency[0], message))
+        nothing = Trace([], [], [], Outcome(Ending.START_FAILED, options.frequency[0], message))
         return assemble_curve(HarmonicBalance(receptance, element), nothing, options.output)
     balance = HarmonicBalance(receptance, element, static if options.method == "static-first" else None)
-    continuation = Continuation(balance, options, find_landmarks(receptance, contact, options), contact)
+    continuation = Continuation(
+        balance,
+        options,
+        find_landmarks(receptance, contact, options),
+        contact,
+        stability=_stability(contact, options),
+    )
     truncation = Truncation(continuation, BalanceFamily(balance, contact, fixed))
     if options.harmonics == "auto":
         traces = _with_enough_harmonics(continuation, truncation, static, progress)
@@ -80,6 +87,13 @@ def _solve(
     if options.detached:
         pieces = [*pieces, *detached_branches(continuation, truncation.family, traces, progress)]
     return replace(curve, detached=tuple(assemble_curve(balance, piece, options.output) for piece in pieces))
+
+
+def _stability(contact: ContactParameters, options: SolverOptions) -> Stability | None:
+    """The analysis that the options ask for."""
+    if options.stability == "folds":
+        return None
+    return Stability(contact)
 
 
 def _with_enough_harmonics(

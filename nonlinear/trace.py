@@ -4,6 +4,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
+from nonlinear.bifurcations import BifurcationKind, locate_bifurcations
 from nonlinear.continuation import Continuation
 from nonlinear.curve_point import CurvePoint
 from nonlinear.outcome import Outcome
@@ -11,24 +12,45 @@ from nonlinear.peaks import locate_peak
 
 
 class Trace(NamedTuple):
-    """Points of growing arc, the indices of the located peaks among them, and how the tracing ended."""
+    """Points of growing arc, indices of peaks and of bifurcations among them, and how the tracing ended."""
 
     points: list[CurvePoint]
     peak_indices: list[int]
+    bifurcations: list[tuple[BifurcationKind, int]]
     outcome: Outcome
 
+    def reversed(self) -> "Trace":
+        """The same trace the other way round."""
+        last = len(self.points) - 1
+        peaks = [last - index for index in reversed(self.peak_indices)]
+        bifurcations = [(kind, last - index) for kind, index in reversed(self.bifurcations)]
+        return Trace(reverse(self.points), peaks, bifurcations, self.outcome)
 
-def with_peaks(continuation: Continuation, points: list[CurvePoint], outcome: Outcome) -> Trace:
-    """The trace with the located maxima among its points."""
-    result, indices = points[:1], []
+
+def with_events(continuation: Continuation, points: list[CurvePoint], outcome: Outcome) -> Trace:
+    """The trace with the located maxima and bifurcations among its points."""
+    trace = Trace(points[:1], [], [], outcome)
     for before, after in pairwise(points):
         peak = locate_peak(continuation, before, after)
-        if peak is not None:
-            if peak is not before and peak is not after:
-                result.append(peak)
-            indices.append(len(result) - 1 if peak is not after else len(result))
-        result.append(after)
-    return Trace(result, indices, outcome)
+        found: list[tuple[BifurcationKind | None, CurvePoint]] = [] if peak is None else [(None, peak)]
+        found += locate_bifurcations(continuation, before, after)
+        for kind, point in sorted(found, key=lambda event: event[1].arc):
+            index = _insert(trace.points, point, before, after)
+            if kind is None:
+                trace.peak_indices.append(index)
+            else:
+                trace.bifurcations.append((kind, index))
+        trace.points.append(after)
+    return trace
+
+
+def _insert(points: list[CurvePoint], point: CurvePoint, before: CurvePoint, after: CurvePoint) -> int:
+    """Append a point unless it is one of its neighbours; its index, or theirs."""
+    if point is after:
+        return len(points)
+    if point is not before and point is not points[-1]:
+        points.append(point)
+    return len(points) - 1
 
 
 def reverse(points: list[CurvePoint]) -> list[CurvePoint]:

@@ -11,7 +11,7 @@ from nonlinear.curve_point import CurvePoint
 from nonlinear.options import SolverOptions
 from nonlinear.outcome import Ending, Outcome
 from nonlinear.start import periodic_start
-from nonlinear.trace import Trace, reverse, with_peaks
+from nonlinear.trace import Trace, with_events
 
 Progress = Callable[[float, int], None]
 UP, DOWN = "from the low end up", "from the high end down"
@@ -66,8 +66,7 @@ def _rising(trace: Trace, outcome: Outcome) -> Trace:
     points = trace.points
     if not points or points[0].frequency <= points[-1].frequency:
         return trace._replace(outcome=outcome)
-    last = len(points) - 1
-    return Trace(reverse(points), [last - index for index in reversed(trace.peak_indices)], outcome)
+    return trace.reversed()._replace(outcome=outcome)
 
 
 def _trace_from_end(continuation: Continuation, static: Array, upwards: bool, progress: Progress | None) -> Trace:
@@ -80,10 +79,10 @@ def _trace_from_end(continuation: Continuation, static: Array, upwards: bool, pr
         if not start.converged:
             error = f"relative residual {start.residual:.2g}"
             message = f"no start at {hertz:.6g} Hz: no periodic solution found, {error}"
-            return Trace([], [], Outcome(Ending.START_FAILED, hertz, message))
+            return Trace([], [], [], Outcome(Ending.START_FAILED, hertz, message))
         first = continuation.onward(start.solution, end, direction, start.iterations)
     points = list(continuation.trace(first, progress))
-    return with_peaks(continuation, points, _outcome(points, options, upwards))
+    return with_events(continuation, points, _outcome(points, options, upwards))
 
 
 def _outcome(points: list[CurvePoint], options: SolverOptions, upwards: bool) -> Outcome:

@@ -154,11 +154,13 @@ def _finish(request: Request, quiet: bool) -> None:
 def _tell(request: Request, outcome: Outcome) -> None:
     from rich.console import Console
 
-    from pipeline.tables import curve_table, harmonics_warning
+    from pipeline.tables import curve_table, harmonics_warning, motion_notes
 
     if outcome.curves:
         width = None if sys.stdout.isatty() else NO_TERMINAL
         Console(width=width).print(curve_table(outcome))
+    for note in motion_notes(outcome):
+        print(note)
     if warning := harmonics_warning(outcome):
         print(warning, file=sys.stderr)
     print(f"{outcome.seconds:.2f} s, results in {request.out}")

@@ -15,7 +15,7 @@ from pipeline.scene import Scene
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import ResponseCurve
+    from nonlinear import Bifurcation, ResponseCurve
     from rom import ModalModel, ReducedModel
 
 CURVE = "curve.h5"
@@ -32,7 +32,10 @@ COLUMNS = {
     "dissipated_j": "dissipated_j",
     "iterations": "iterations",
     "arc": "arc",
+    "kept_harmonics": "kept_harmonics",
+    "growth_rate": "growth_rate",
 }
+BRANCHES = "branch"  # group of the detached branches of a curve: branch/1, branch/2, ...
 Progress = Callable[[float, int], None]
 
 
@@ -108,6 +111,8 @@ def solve_curve(folder: Path, task: CurveTask, progress: Progress | None = None)
                 samples=scene.contact.samples,
                 integration=scene.contact.used_integration,
                 method=scene.response.method,
+                stability=scene.response.stability,
+                detached=scene.response.detached,
             ),
             progress,
         )
@@ -128,20 +133,29 @@ def curve_attributes(scene: Scene, contact: Mapping[str, Any], parameters: Mappi
 def _write(path: Path, response: ResponseCurve, attributes: Mapping[str, Any]) -> None:
     """Columns, complex coefficients and attributes in the layout of one group of response.h5."""
     import h5py
-    import numpy as np
 
     with h5py.File(path, "w") as file:
-        for column, attribute in COLUMNS.items():
-            file.create_dataset(column, data=np.asarray(getattr(response, attribute)), track_times=False)
-        harmonics = np.asarray(response.harmonic_m)
-        for h in range(harmonics.shape[1]):
-            file.create_dataset(f"harmonic_{h + 1}_m", data=harmonics[:, h], track_times=False)
-        for name in ("relative_displacement", "contact_force", "output", "energy_error"):
-            file.create_dataset(name, data=np.asarray(getattr(response, name)), track_times=False)
+        _write_points(file, response)
         for key, value in attributes.items():
             file.attrs[key] = value
         for key, value in _outcome(response).items():
             file.attrs[key] = value
+        for number, branch in enumerate(response.detached, start=1):
+            group = file.create_group(f"{BRANCHES}/{number}")
+            _write_points(group, branch)
+            group.attrs["reason"] = branch.outcome.message
+
+
+def _write_points(group: h5py.Group, response: ResponseCurve) -> None:
+    import numpy as np
+
+    for column, attribute in COLUMNS.items():
+        group.create_dataset(column, data=np.asarray(getattr(response, attribute)), track_times=False)
+    harmonics = np.asarray(response.harmonic_m)
+    for h in range(harmonics.shape[1]):
+        group.create_dataset(f"harmonic_{h + 1}_m", data=harmonics[:, h], track_times=False)
+    for name in ("relative_displacement", "contact_force", "output", "energy_error"):
+        group.create_dataset(name, data=np.asarray(getattr(response, name)), track_times=False)
 
 
 def _outcome(response: ResponseCurve) -> dict[str, Any]:
@@ -163,6 +177,23 @@ def _outcome(response: ResponseCurve) -> dict[str, Any]:
         "energy_error": float(np.nanmax(errors)) if np.any(np.isfinite(errors)) else math.nan,
         "harmonics": int(response.harmonics),
         "truncation_error": float(response.truncation_error),
+        "bifurcations": json.dumps([_bifurcation(item) for item in response.bifurcations]),
+        "detached": json.dumps([_detached(branch) for branch in response.detached]),
+    }
+
+
+def _bifurcation(item: Bifurcation) -> dict[str, Any]:
+    return {"kind": item.kind.value, "frequency_hz": item.frequency_hz, "amplitude_m": item.amplitude_m}
+
+
+def _detached(branch: ResponseCurve) -> dict[str, Any]:
+    return {
+        "from_hz": float(branch.frequency_hz.min()),
+        "to_hz": float(branch.frequency_hz.max()),
+        "peak_amplitude_m": float(branch.amplitude_m.max()),
+        "points": branch.points,
+        "stable_points": int(branch.stable.sum()),
+        "reason": branch.outcome.message,
     }
 
 
@@ -182,6 +213,8 @@ class CurveFacts:
     energy_error: float
     harmonics: int
     truncation_error: float
+    bifurcations: tuple[dict[str, Any], ...]
+    detached: tuple[dict[str, Any], ...]
 
 
 def read_facts(group: h5py.Group) -> CurveFacts:
@@ -200,6 +233,8 @@ def read_facts(group: h5py.Group) -> CurveFacts:
         energy_error=float(attributes["energy_error"]),
         harmonics=int(attributes["harmonics"]),
         truncation_error=float(attributes["truncation_error"]),
+        bifurcations=tuple(json.loads(attributes["bifurcations"])),
+        detached=tuple(json.loads(attributes["detached"])),
     )
 
 

@@ -10,14 +10,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.curve import COLUMNS, plain
+from pipeline.curve import BRANCHES, COLUMNS, plain
 from pipeline.respond import Solved
 from pipeline.store import Store
 
 if TYPE_CHECKING:
     import h5py
 
-WHOLE_COLUMNS = ("stable", "sticking", "slipping", "separating", "iterations")
+WHOLE_COLUMNS = ("stable", "sticking", "slipping", "separating", "iterations", "kept_harmonics")
 
 
 def relative_path(path: Path, out: Path) -> str:
@@ -43,13 +43,24 @@ def write_response(store: Store, out: Path, curves: Sequence[Solved], swept: Seq
         for index, curve in enumerate(curves):
             if curve.file is not None:
                 with h5py.File(curve.file, "r") as source:
-                    writer.writerows(_rows(index, curve, swept, source, highest))
+                    head = [index, *(plain(curve.member.parameters[key]) for key in swept)]
+                    writer.writerows(_rows(head, 0, source, highest))
+                    for number in sorted(source.get(BRANCHES, ()), key=int):
+                        writer.writerows(_rows(head, int(number), source[f"{BRANCHES}/{number}"], highest))
 
 
 def csv_header(swept: Iterable[str], harmonics: int) -> list[str]:
-    """Names of the columns: curve, the swept parameters, then the quantities of a point."""
+    """Names of the columns: curve, the swept parameters, the quantities of a point, and the branch it is on."""
     first, *rest = (name for name in COLUMNS if name != "amplitude_m")
-    return ["curve", *swept, first, "amplitude_m", *(f"harmonic_{h + 1}_m" for h in range(harmonics)), *rest]
+    return [
+        "curve",
+        *swept,
+        first,
+        "amplitude_m",
+        *(f"harmonic_{h + 1}_m" for h in range(harmonics)),
+        *rest,
+        "branch",
+    ]
 
 
 def _copy(source: h5py.File, group: h5py.Group, curve: Solved) -> None:
@@ -63,18 +74,18 @@ def _copy(source: h5py.File, group: h5py.Group, curve: Solved) -> None:
             group.attrs[key] = value
 
 
-def _rows(index: int, curve: Solved, swept: Sequence[str], source: h5py.File, harmonics: int) -> Iterator[list[Any]]:
+def _rows(head: list[Any], branch: int, source: h5py.Group, harmonics: int) -> Iterator[list[Any]]:
+    """The points of a curve (branch 0) or of one of its detached branches."""
     points = len(source["frequency_hz"])
-    head = [index, *(plain(curve.member.parameters[key]) for key in swept)]
     columns: list[list[Any]] = []
-    for name in csv_header((), harmonics)[1:]:
+    for name in csv_header((), harmonics)[1:-1]:
         if name not in source:  # a curve with fewer harmonics than the others of its sweep
             columns.append([""] * points)
             continue
         values = source[name][()]
         columns.append([int(v) for v in values] if name in WHOLE_COLUMNS else [repr(float(v)) for v in values])
     for row in zip(*columns, strict=True):
-        yield [*head, *row]
+        yield [*head, *row, branch]
 
 
 def curve_summary(curve: Solved, out: Path) -> dict[str, Any]:
@@ -83,11 +94,13 @@ def curve_summary(curve: Solved, out: Path) -> dict[str, Any]:
     numbers: dict[str, Any] = dict.fromkeys(("peak_frequency_hz", "peak_amplitude_m", "energy_error"))
     numbers |= dict.fromkeys(("truncation_error",)) | {"points": 0, "iterations": 0, "seconds": 0.0}
     numbers["harmonics"] = curve.member.scene.response.harmonics
+    numbers |= {"bifurcations": [], "detached": []}
     if facts is not None:
         for name in ("peak_frequency_hz", "peak_amplitude_m", "energy_error", "truncation_error"):
             numbers[name] = number_or_null(getattr(facts, name))
         numbers["points"], numbers["iterations"] = facts.points, facts.total_iterations
         numbers["seconds"], numbers["harmonics"] = facts.seconds, facts.harmonics
+        numbers["bifurcations"], numbers["detached"] = list(facts.bifurcations), list(facts.detached)
     return {
         "parameters": {key: _plain_list(value) for key, value in curve.member.parameters.items()},
         "rom": None if curve.rom is None else relative_path(curve.rom, out),

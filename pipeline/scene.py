@@ -204,6 +204,10 @@ class Response(Section):
     method: Literal["coupled", "static-first"] = _key(
         "statics and dynamics together, or a static contact analysis first", '"coupled" or "static-first"', "coupled"
     )
+    stability: Literal["floquet", "folds"] = _key(
+        "Floquet exponents of every point, or only the unstable part between folds", '"floquet" or "folds"', "floquet"
+    )
+    detached: bool = _key("whether detached branches are looked for", "true or false", True)
 
 
 class Render(Section):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from pipeline.labels import prefixed, quantity
@@ -89,3 +90,22 @@ def harmonics_warning(outcome: Outcome) -> str:
         f"{len(lacking)} of {len(outcome.curves)} curves: the harmonics kept may put the peak wrong by more than "
         f"{100.0 * TOLERATED:.0f} % (largest estimate: {_share(max(lacking))}); raise response.harmonics"
     )
+
+
+def motion_notes(outcome: Outcome) -> list[str]:
+    """Lines that say which curves have detached branches, and which lose their stability other than at a fold."""
+    notes = []
+    for index, curve in enumerate(outcome.curves):
+        if curve.facts is None:
+            continue
+        for branch in curve.facts.detached:
+            factor, unit = prefixed(branch["peak_amplitude_m"], "m")
+            height = f"{branch['peak_amplitude_m'] * factor:.4g} {unit}"
+            span = f"{branch['from_hz']:.6g} to {branch['to_hz']:.6g} Hz"
+            stable = "" if branch["stable_points"] else ", unstable"
+            notes.append(f"curve {index}: a detached branch, {span}, up to {height}{stable}")
+        kinds = Counter(item["kind"] for item in curve.facts.bifurcations if item["kind"] != "fold")
+        if kinds:
+            found = ", ".join(f"{kind} ({count})" for kind, count in kinds.items())
+            notes.append(f"curve {index}: the periodic motion loses its stability other than at a fold: {found}")
+    return notes

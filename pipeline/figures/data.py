@@ -10,11 +10,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.curve import BRANCHES, read_facts
 from pipeline.labels import member_label
 from pipeline.respond import Solved
 from pipeline.scene import Scene
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PlottedBranch:
+    """Points of a detached branch."""
+
+    frequency_hz: Array
+    amplitude_m: Array
+    stable: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -33,6 +43,8 @@ class PlottedCurve:
     peak_index: int
     peak_displacement: NDArray[np.complex128] | None
     contact: dict[str, Any]
+    branches: tuple[PlottedBranch, ...]
+    bifurcations: tuple[dict[str, Any], ...]
 
     @property
     def peak(self) -> tuple[float, float]:
@@ -67,5 +79,11 @@ def _read(index: int, curve: Solved, file: Path, rom: Path) -> PlottedCurve:
             dissipated_j=source["dissipated_j"][()],
             peak_index=peak,
             peak_displacement=source["relative_displacement"][peak] if peak >= 0 else None,
+            branches=tuple(_branch(source[BRANCHES][name]) for name in sorted(source.get(BRANCHES, ()), key=int)),
+            bifurcations=read_facts(source).bifurcations,
             contact={key: tuple(v) if isinstance(v, np.ndarray) else v for key, v in contact.items()},
         )
+
+
+def _branch(group: Any) -> PlottedBranch:
+    return PlottedBranch(group["frequency_hz"][()], group["amplitude_m"][()], group["stable"][()].astype(bool))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.figures.data import Array, PlottedCurve
+from pipeline.figures.data import Array, PlottedBranch, PlottedCurve
 from pipeline.figures.limits import Limit
 from pipeline.figures.style import LIMIT_COLOUR, LOG_FROM, ordered_colours, plain_log_labels, scale
 
@@ -16,11 +16,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+MARKS = {"branch point": "D", "Neimark-Sacker": "s", "period doubling": "^"}
 _DEPTH = 0.15  # how far below the lowest peak a logarithmic axis reaches
 
 
 def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str) -> Figure:
-    """Amplitude against frequency: one line a curve, dashed where unstable, a circle on each peak."""
+    """Amplitude against frequency: one line a curve, dashed where unstable, a circle on each peak.
+
+    Detached branches are thin lines of the same colour; stability lost other than at a fold has a mark of its own.
+    """
     from matplotlib import pyplot as plt
 
     figure, axes = plt.subplots(figsize=(8.4, 4.8), layout="constrained")
@@ -28,6 +32,7 @@ def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], tit
     colours = ordered_colours(len(curves))
     for curve, colour in zip(curves, colours, strict=True):
         _draw_curve(axes, curve, colour, factor)
+    _mark_bifurcations(axes, curves, colours, factor)
     _draw_limits(axes, limits, colours, factor)
     _set_range(axes, curves, limits, factor)
     axes.set(title=title, xlabel="excitation frequency [Hz]", ylabel=f"largest displacement over a period [{unit}]")
@@ -38,15 +43,33 @@ def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], tit
 
 
 def _draw_curve(axes: Axes, curve: PlottedCurve, colour: Any, factor: float) -> None:
-    amplitude = curve.amplitude_m * factor
-    label: str | None = curve.label
-    for start, stop, stable in stretches(curve.stable):
-        part = slice(start, stop)
-        style = "-" if stable else (0, (3, 1.5))
-        axes.plot(curve.frequency_hz[part], amplitude[part], color=colour, linestyle=style, label=label)
-        label = None
+    _draw_line(axes, curve, factor, color=colour, label=curve.label)
+    for branch in curve.branches:
+        _draw_line(axes, branch, factor, color=colour, label=None, linewidth=0.8)
     frequency, height = curve.peak
     axes.plot(frequency, height * factor, "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
+
+
+def _draw_line(axes: Axes, line: PlottedCurve | PlottedBranch, factor: float, label: str | None, **look: Any) -> None:
+    """The line, dashed where it is unstable."""
+    for start, stop, stable in stretches(line.stable):
+        part = slice(start, stop)
+        style = "-" if stable else (0, (3, 1.5))
+        axes.plot(line.frequency_hz[part], line.amplitude_m[part] * factor, linestyle=style, label=label, **look)
+        label = None
+
+
+def _mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
+    """Marks where a motion loses its stability other than at a fold, one entry a kind in the legend."""
+    for kind, marker in MARKS.items():
+        label: str | None = kind
+        for curve, colour in zip(curves, colours, strict=True):
+            places = [item for item in curve.bifurcations if item["kind"] == kind]
+            if places:
+                x = [item["frequency_hz"] for item in places]
+                y = [item["amplitude_m"] * factor for item in places]
+                axes.plot(x, y, marker, color=colour, markersize=5, markerfacecolor="white", zorder=4, label=label)
+                label = None
 
 
 def stretches(stable: np.ndarray) -> list[tuple[int, int, bool]]:
@@ -95,5 +118,8 @@ def _set_range(axes: Axes, curves: Sequence[PlottedCurve], limits: Sequence[Limi
 
 
 def _floor(curves: Sequence[PlottedCurve], factor: float, peaks: Array) -> float:
-    lowest = min(float(np.min(curve.amplitude_m)) for curve in curves) * factor
+    lines = [curve.amplitude_m for curve in curves] + [
+        branch.amplitude_m for curve in curves for branch in curve.branches
+    ]
+    lowest = min(float(np.min(line)) for line in lines) * factor
     return max(_DEPTH * float(peaks.min()), 0.7 * lowest)

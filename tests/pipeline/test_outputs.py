@@ -27,6 +27,8 @@ POINT_COLUMNS = [
     "dissipated_j",
     "iterations",
     "arc",
+    "kept_harmonics",
+    "growth_rate",
 ]
 CURVE_KEYS = {
     "parameters",
@@ -41,6 +43,8 @@ CURVE_KEYS = {
     "energy_error",
     "harmonics",
     "truncation_error",
+    "bifurcations",
+    "detached",
 }
 
 
@@ -52,11 +56,11 @@ def rows_of(folder: Path) -> list[dict[str, str]]:
 
 def test_csv_and_hdf5_hold_the_same_points(finished: Path) -> None:
     rows = rows_of(finished)
-    assert list(rows[0]) == ["curve", "contact.interference", *POINT_COLUMNS]
+    assert list(rows[0]) == ["curve", "contact.interference", *POINT_COLUMNS, "branch"]
     with h5py.File(finished / "response.h5") as file:
         assert sorted(file["curve"]) == ["0", "1"]
         for index, v0 in enumerate((1e-5, 1e-3)):
-            mine = [row for row in rows if row["curve"] == str(index)]
+            mine = [row for row in rows if row["curve"] == str(index) and row["branch"] == "0"]
             group = file[f"curve/{index}"]
             assert (
                 {float(row["contact.interference"]) for row in mine} == {v0} == {group.attrs["contact.interference"]}
@@ -112,7 +116,7 @@ def test_summary_has_the_peaks_of_the_curves(finished: Path) -> None:
     assert summary["complete"] is True
     for index, curve in enumerate(summary["curves"]):
         assert set(curve) == CURVE_KEYS
-        mine = [row for row in rows if row["curve"] == str(index)]
+        mine = [row for row in rows if row["curve"] == str(index) and row["branch"] == "0"]
         highest = max(mine, key=lambda row: float(row["amplitude_m"]))
         assert curve["points"] == len(mine)
         assert curve["iterations"] == sum(int(row["iterations"]) for row in mine)
