@@ -37,8 +37,29 @@ def test_ring_of_blades(n_blades, interference, fraction):
     omega = 2.0 * np.pi * fraction * coarse.peak.frequency_hz
     near = np.abs(2.0 * np.pi * coarse.frequency_hz / omega - 1.0) < 0.02
     start = int(np.argmax(np.where(near & coarse.stable, coarse.amplitude_m, 0.0)))
-    omega = 2.0 * np.pi * coarse.frequency_hz[start]
+    state, difference = against_the_ring(modal, parameters, excitation, coarse, start)
+    assert state.max() == 2  # a hard point: at least one node lifts off
+    assert difference < 3e-3
 
+
+@pytest.mark.parametrize("n_blades", [2, 3])
+def test_grazing(n_blades):
+    """Where a gap has just begun to close: the contacts touch for a moment of the cycle, one after another."""
+    modal = modal_model(lumped_blade(n_blades), damping_ratio=0.02)
+    parameters, excitation = contact(-3.0), Excitation(1, 1.0)  # wider gaps make other patterns of the ring unstable
+    coarse = forced_response(modal, parameters, excitation, SolverOptions((0.1, 0.8), harmonics=3))
+    first = int(np.argmax(coarse.iterations > 0))  # the first point beyond the linear stretch of the open blade
+    assert first > 1
+    assert coarse.separating[first] == 2
+    depth = parameters.interference + np.abs(coarse.relative_displacement[first, 1, :, 2])
+    assert 0.0 < depth.max() < 0.05 * np.abs(parameters.interference).max()
+    _, difference = against_the_ring(modal, parameters, excitation, coarse, first)
+    assert difference < 1e-3
+
+
+def against_the_ring(modal, parameters, excitation, coarse, start):
+    """States of the nodes at a point of a curve, and how far a marched ring of blades is from it, relative."""
+    omega = 2.0 * np.pi * coarse.frequency_hz[start]
     options = SolverOptions((0.1, 0.8), harmonics=HARMONICS)
     balance = harmonic_balance(modal, parameters, excitation, options)
     guess = np.zeros((2 * HARMONICS + 1, 2, 3))
@@ -54,8 +75,6 @@ def test_ring_of_blades(n_blades, interference, fraction):
     force = to_complex(balance.forces(solved).force.reshape(2 * HARMONICS + 1, -1))
     coordinates, _ = balance.receptance.modal_response(omega, force)
     displacement = to_complex(balance.displacement(solved))
-    state = balance.forces(solved).state
-    assert state.max() == 2  # a hard point: at least one node lifts off
 
     theta = 2.0 * np.pi * np.arange(STEPS) / STEPS
     harmonics = coordinates @ modal.outputs["tip"]
@@ -64,13 +83,14 @@ def test_ring_of_blades(n_blades, interference, fraction):
         modal,
         parameters,
         (omega, coordinates, displacement),
-        engine_order=1,
-        force=1.0,
+        engine_order=excitation.engine_order,
+        force=excitation.force,
         periods=PERIODS,
         steps_per_period=STEPS,
     )
     # the last sample is theta = 2 pi: it belongs at theta = 0
-    assert np.max(np.abs(np.roll(marched, 1) - balanced)) < 3e-3 * np.max(np.abs(balanced))
+    difference = np.max(np.abs(np.roll(marched, 1) - balanced)) / np.max(np.abs(balanced))
+    return balance.forces(solved).state, difference
 
 
 def test_start_finds_the_same_solution_as_the_curve():
