@@ -57,8 +57,8 @@ class CurvePoint:
 
     @property
     def stable(self) -> bool:
-        """Whether no exponent grows; without exponents, whether the number of real ones that do is even."""
-        return self.determinant_sign > 0 if self.exponents is None else self.unstable == 0
+        """Whether no exponent grows, as far as they are known; that the number of real ones is even, in any case."""
+        return self.determinant_sign > 0 and self.unstable == 0
 
     @property
     def displacement(self) -> Array:

@@ -14,6 +14,7 @@ from nonlinear.open_blade import OpenBlade
 from rom import ModalModel
 
 REACH = 2.0
+HIGHEST = 5
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,7 @@ class HillProblem:
     pattern : kappa, rad.
     static : whether the perturbation has a harmonic 0 (False with a frozen static displacement).
     reach : distance of the poles that are condensed from the strip, in units of w; np.inf: none is.
+    highest : harmonics above this keep the poles near the strip only, and none of modes above (highest + reach) w.
     """
 
     modal: ModalModel
@@ -50,6 +52,7 @@ class HillProblem:
     pattern: float = 0.0
     static: bool = True
     reach: float = REACH
+    highest: int = HIGHEST
 
     @property
     def symmetric(self) -> bool:
@@ -66,7 +69,9 @@ class HillProblem:
             harmonics = np.append(0.0, harmonics)
         left = 0.0 if self.modal.left is None else self.modal.left
         turn = np.exp(1j * (harmonics * self.phase + self.pattern))[:, None, None]
-        return OpenBlade(self.modal, harmonics, self.modal.right - left * turn, self.reach, real=self.symmetric)
+        return OpenBlade(
+            self.modal, harmonics, self.modal.right - left * turn, self.reach, self.highest, self.symmetric
+        )
 
     @cached_property
     def _to_real(self) -> Matrix | None:

@@ -39,13 +39,16 @@ class OpenBlade:
     flexibility and the slope of that.
 
     modal : the modes. harmonics : (n_h,) h; 0, if it is there, comes first. relative : (n_h, 3 n_c, m) B_h phi.
-    reach : in units of w. real : the harmonics 0, 1, 2, ... stand for real motions, in rows (0, Re 1, Im 1, ...).
+    reach : in units of w. highest : harmonics |h| above this keep the poles within reach w of lambda = 0 only, and
+    none of modes above (highest + reach) w: where such a mode is near resonance its flexibility has no slope.
+    real : the harmonics 0, 1, 2, ... stand for real motions, in rows (0, Re 1, Im 1, ...).
     """
 
     modal: ModalModel
     harmonics: Array
     relative: ComplexArray
     reach: float
+    highest: int
     real: bool
 
     @property
@@ -67,7 +70,10 @@ class OpenBlade:
     def _kept(self, frequency: float) -> NDArray[np.bool_]:
         """Which poles are states, (n_h, 2, m)."""
         h, size = np.abs(self.harmonics)[:, None], np.abs(self._poles[0]) / frequency
-        kept = np.stack([size[:, 0] <= h + self.reach, size[:, 1] <= self.reach - h], axis=1)
+        turning = (size[:, 0] <= np.minimum(h, self.highest) + self.reach) & (
+            (h <= self.highest) | (size[:, 0] >= h - self.reach)
+        )
+        kept = np.stack([turning, size[:, 1] <= self.reach - h], axis=1)
         kept[: self._first] = size[: self._first, :1] <= self.reach  # both or none
         return kept
 
@@ -78,6 +84,7 @@ class OpenBlade:
         residues = self._poles[1] / frequency
         near = np.where(kept, 1.0, -roots)
         rest = np.where(kept, 0.0, residues / near)
+        late = np.where(np.abs(near) < self.reach, 0.0, -rest / near)
         relative = np.ascontiguousarray(self.relative[:, active])
         adjoint = relative.conj().transpose(0, 2, 1)
         first = self._first
@@ -95,7 +102,7 @@ class OpenBlade:
             inlet,
             outlet,
             self._blocks((relative * rest.sum(axis=1)[:, None]) @ adjoint),
-            self._blocks((relative * -(rest / near).sum(axis=1)[:, None]) @ adjoint),
+            self._blocks((relative * late.sum(axis=1)[:, None]) @ adjoint),
         )
 
     def _static(self, frequency: float, kept: NDArray[np.bool_], relative: Matrix) -> tuple[Matrix, Matrix, Matrix]:

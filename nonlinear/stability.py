@@ -1,13 +1,11 @@
 """Floquet exponents of the points of a curve, whatever their number of harmonics."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from nonlinear.contact import ContactParameters
 from nonlinear.curve_point import CurvePoint
 from nonlinear.floquet import FloquetAnalysis
 from nonlinear.fourier import ComplexArray
-
-MOST_HARMONICS = 7  # of the perturbation; more change its growth little and cost much
 
 
 @dataclass(frozen=True)
@@ -28,11 +26,9 @@ class Stability:
         return self.linear[key]
 
     def _solve(self, point: CurvePoint) -> ComplexArray:
-        n_harmonics = min(point.balance.n_harmonics, MOST_HARMONICS)
+        n_harmonics = point.balance.n_harmonics
         if n_harmonics not in self.analyses:
             static = point.balance.frozen_static is None
-            receptance = replace(point.balance.receptance, harmonics=tuple(range(n_harmonics + 1)))
-            self.analyses[n_harmonics] = FloquetAnalysis.of(receptance, self.contact, static=static)
-        kept = slice(2 * n_harmonics + 1)
-        jacobian = point.contact.jacobian[..., kept, kept]
-        return self.analyses[n_harmonics].exponents(point.displacement[kept], jacobian, point.frequency)
+            self.analyses[n_harmonics] = FloquetAnalysis.of(point.balance.receptance, self.contact, static=static)
+        analysis = self.analyses[n_harmonics]
+        return analysis.exponents(point.displacement, point.contact.jacobian, point.frequency)

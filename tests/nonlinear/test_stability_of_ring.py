@@ -1,5 +1,6 @@
 """Floquet exponents of the wave against time integration of the whole ring, on all branches of curves with folds."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -91,7 +92,7 @@ def test_exponents_are_those_of_the_ring(n_blades, interference, friction, omega
     pool = np.concatenate([value for row in hill.values() for value in (row, row.conj())])
     marched = ring.exponents(jacobian)
     for value in marched[marched.real > -0.03]:
-        assert np.abs(pool - value).min() < 0.003 + 0.05 * abs(value.real)
+        assert np.abs(pool - value).min() < 0.006 + 0.05 * abs(value.real)
     leading = max(row[0].real for row in hill.values())
     assert leading == pytest.approx(marched[0].real, rel=0.06, abs=1e-3)
 
@@ -127,6 +128,17 @@ def test_a_small_disturbance_grows_or_decays_as_foretold(case, periods):
     assert marched.real == pytest.approx(leading.real, rel=0.08, abs=2e-4)
     assert abs(marched.imag) == pytest.approx(abs(leading.imag), abs=0.005)
     assert (marched.real > 0.0) == (own is not None or other is not None)
+
+
+def test_poles_of_high_harmonics_matter_little():
+    n_blades, interference, friction, omega = 2, -0.5, 0.4, 1.5
+    _, contact, _ = response(n_blades, interference, friction)
+    balance, found = solutions(n_blades, interference, friction, omega, 15)
+    analysis = FloquetAnalysis.of(balance.receptance, contact)
+    whole = replace(analysis, problem=replace(analysis.problem, highest=15))
+    point = balance.displacement(found[0]), balance.forces(found[0]).jacobian, omega
+    assert len(whole.problem.at(*point[1:]).matrix) > 2 * len(analysis.problem.at(*point[1:]).matrix)
+    assert np.abs(analysis.exponents(*point)[:2] - whole.exponents(*point)[:2]).max() < 1e-4 * omega
 
 
 def test_more_harmonics_come_nearer_to_the_ring():

@@ -1,0 +1,347 @@
+"""Floquet exponents against closed forms: linear contacts, Mathieu's equation, a fold; kinds; memory of sliders."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lumped import lumped_blade, oscillator
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq, minimize_scalar
+from scipy.special import mathieu_a, mathieu_b
+
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
+from nonlinear.exact import ExactContact
+from nonlinear.floquet import (
+    FloquetAnalysis,
+    Instability,
+    crossings,
+    floquet_exponents,
+    kind,
+    ring_patterns,
+    wave_patterns,
+)
+from nonlinear.fourier import basis_table, to_real
+from nonlinear.friction_memory import MemorySampler
+from nonlinear.hill import HillProblem
+from rom import modal_model
+
+STRIP = 0.5 - 1e-6
+
+
+def spring_jacobian(stiffness, n_harmonics):
+    """Contact Jacobian of springs (n_c, 3)."""
+    size = 2 * n_harmonics + 1
+    jacobian = np.zeros((len(stiffness), 3, 3, size, size))
+    for node, row in enumerate(stiffness):
+        for a in range(3):
+            jacobian[node, a, a] = -row[a] * np.eye(size)
+    return jacobian
+
+
+def coupled_exponents(modal, phase, pattern, stiffness, n_harmonics, omega):
+    """lambda = s - i h w in the strip, s of the blade with springs to its neighbours at the phase h psi + kappa."""
+    found = []
+    count = modal.angular_frequency.size
+    for h in range(-n_harmonics, n_harmonics + 1):
+        relative = modal.right - modal.left * np.exp(1j * (h * phase + pattern))
+        coupled = np.diag(modal.angular_frequency**2) + relative.conj().T @ (stiffness.reshape(-1, 1) * relative)
+        system = np.block([[np.zeros((count, count)), np.eye(count)], [-coupled, -np.diag(modal.damping)]])
+        found.append(np.linalg.eigvals(system) - 1j * h * omega)
+    found = np.concatenate(found)
+    return found[np.abs(found.imag) < STRIP * omega]
+
+
+def distance(values, others):
+    """Largest distance of one of the values from the nearest of the others."""
+    return max(np.abs(others - value).min() for value in values)
+
+
+class TestLinearContacts:
+    """Springs between the blades: the exponents are those of the coupled structure."""
+
+    omega, n_harmonics = 1.3, 3
+
+    @pytest.mark.parametrize("pattern", [0.0, 2.0 * np.pi / 3.0, np.pi])
+    @pytest.mark.parametrize("stiffness", [0.0, 5.0])
+    @pytest.mark.parametrize("damping", [0.02, [0.02, 1.0, 1.6, 0.1]])  # critical and overdamped modes among them
+    def test_all_poles_kept(self, pattern, stiffness, damping):
+        modal = modal_model(lumped_blade(3), damping_ratio=damping)
+        springs = stiffness * np.array([[1.0, 1.0, 1.5], [1.2, 0.8, 2.0]])
+        phase = modal.phase(1)
+        problem = HillProblem(modal, phase, self.n_harmonics, pattern, reach=np.inf)
+        found = floquet_exponents(problem, spring_jacobian(springs, self.n_harmonics), self.omega)
+        inside = found[np.abs(found.imag) < STRIP * self.omega]
+        expected = coupled_exponents(modal, phase, pattern, springs, self.n_harmonics, self.omega)
+        tolerance = 1e-9 if damping == 0.02 else 3e-6  # a double pole splits by the root of what is neglected
+        assert inside.size == expected.size
+        assert distance(inside, expected) < tolerance
+        assert distance(expected, inside) < tolerance
+        assert np.all(np.diff(found.real) <= 1e-12)
+
+    @pytest.mark.parametrize("pattern", [0.0, 2.0 * np.pi / 3.0])
+    def test_condensed(self, pattern):
+        """The contact nodes are 30 times faster than the blade: no pole of theirs needs to be kept."""
+        modal = modal_model(lumped_blade(3), damping_ratio=0.02)
+        springs = np.full((2, 3), 5.0)
+        problem = HillProblem(modal, modal.phase(1), self.n_harmonics, pattern)
+        found = floquet_exponents(problem, spring_jacobian(springs, self.n_harmonics), self.omega)
+        expected = coupled_exponents(modal, modal.phase(1), pattern, springs, self.n_harmonics, self.omega)
+        assert distance(expected, found) < 1e-8
+
+    def test_sticking_contacts_of_the_element(self):
+        modal = modal_model(lumped_blade(3), damping_ratio=0.02)
+        contact = ContactParameters.shared(
+            2, normal_stiffness=6.0, tangential_stiffness=4.0, friction=0.5, interference=1e3
+        )
+        balance = harmonic_balance(modal, contact, Excitation(1, 1.0), SolverOptions((0.1, 0.8), harmonics=3))
+        displacement = 1e-2 * np.random.default_rng(3).normal(size=(7, 2, 3))
+        springs = np.tile([2.0, 2.0, 3.0], (2, 1))
+        analysis = FloquetAnalysis.of(balance.receptance, contact)
+        assert analysis.sampler.memory(displacement) is None
+        jacobian = balance.element.evaluate(displacement).jacobian
+        found = analysis.exponents(displacement, jacobian, self.omega)
+        expected = coupled_exponents(modal, modal.phase(1), 0.0, springs, 3, self.omega)
+        assert distance(found[:4], expected) < 1e-3
+        assert analysis.growth_rate(displacement, jacobian, self.omega) == pytest.approx(
+            expected.real.max(), abs=1e-4
+        )
+
+    def test_patterns_are_copies_of_each_other(self):
+        """lambda + i w for kappa + psi, but for what would come from a harmonic that is left out."""
+        modal = modal_model(lumped_blade(3), damping_ratio=0.02)
+        jacobian = spring_jacobian(np.full((2, 3), 5.0), 2)
+        one, other = (
+            HillProblem(modal, modal.phase(1), 2, pattern, reach=np.inf).at(jacobian, 1.3).eigenvalues()
+            for pattern in (0.0, modal.phase(1))
+        )
+        copied = np.array([np.abs(other - value - 1j).min() < 1e-9 for value in one])
+        assert np.count_nonzero(copied) == 4 * one.size // 5
+
+
+class TestMathieu:
+    """x'' + c x' + (a - 2 q cos n theta) x = 0, w = 1: one mode, and a contact whose stiffness varies by hand."""
+
+    def problem(self, reach=np.inf, damping=0.0, n_harmonics=14):
+        modal = modal_model(oscillator(stiffness=0.3, tangential=False), rayleigh=(damping, 0.0))
+        return HillProblem(modal, 0.0, n_harmonics, reach=reach)
+
+    def jacobian(self, a, q, order, n_harmonics=14):
+        samples = 256
+        table = basis_table(n_harmonics, samples)
+        theta = 2.0 * np.pi * np.arange(samples) / samples
+        stiffness = a - 0.3 - 2.0 * q * np.cos(order * theta)
+        product = 2.0 * table.T @ (stiffness[:, None] * table) / samples
+        product[0] /= 2.0
+        jacobian = np.zeros((1, 3, 3, *product.shape))
+        jacobian[0, 2, 2] = -product
+        return jacobian
+
+    @pytest.mark.parametrize("reach", [np.inf, 2.0])
+    @pytest.mark.parametrize(("value", "number"), [(mathieu_a, 0), (mathieu_a, 1), (mathieu_a, 2), (mathieu_b, 3)])
+    def test_characteristic_values_have_a_zero_exponent(self, value, number, reach):
+        q = 1.7
+        motion = self.problem(reach).at(self.jacobian(value(number, q), q, 2), 1.0)
+        nearest = np.sort(np.abs(motion.eigenvalues()))
+        assert nearest[0] < 1e-6  # a double zero
+        assert (
+            np.abs(self.problem(reach).at(self.jacobian(value(number, q) + 0.1, q, 2), 1.0).eigenvalues()).min()
+            > 1e-2
+        )
+
+    def test_damping_shifts_the_exponents(self):
+        """x = e^(-c t / 2) y, y'' + (a - c^2 / 4 - ...) y = 0."""
+        q, damping = 0.8, 0.3
+        jacobian = self.jacobian(mathieu_b(1, q) + damping**2 / 4.0, q, 2)
+        values = self.problem(damping=damping).at(jacobian, 1.0).eigenvalues()
+        assert np.abs(values + damping / 2.0).min() < 1e-6
+
+    @pytest.mark.parametrize(
+        ("a", "q", "order", "expected"),
+        [
+            (1.0, 0.4, 2, Instability.REAL),  # first tongue, stiffness twice a period
+            (0.25, 0.1, 1, Instability.PERIOD_DOUBLING),  # the same once a period
+        ],
+    )
+    def test_growth_in_a_tongue(self, a, q, order, expected):
+        damping = 0.05
+
+        def slope(t, x):
+            return [x[1], -damping * x[1] - (a - 2.0 * q * np.cos(order * t)) * x[0]]
+
+        columns = [
+            solve_ivp(slope, (0.0, 2.0 * np.pi), start, method="DOP853", rtol=1e-11, atol=1e-13).y[:, -1]
+            for start in ([1.0, 0.0], [0.0, 1.0])
+        ]
+        multiplier = max(np.linalg.eigvals(np.array(columns).T), key=abs)
+        growth = np.log(abs(multiplier)) / (2.0 * np.pi)
+        assert growth > 0.01
+        for reach, tolerance in ((np.inf, 1e-8), (2.0, 1e-3)):
+            found = floquet_exponents(self.problem(reach, damping), self.jacobian(a, q, order), 1.0)
+            assert found[0].real == pytest.approx(growth, abs=tolerance)
+            assert kind(found[0], 1.0) is expected
+        assert (multiplier.real < 0.0) == (expected is Instability.PERIOD_DOUBLING)
+
+
+class TestFold:
+    """One-sided stop with a gap of 3, one harmonic: the response curve is known in closed form."""
+
+    contact = ContactParameters(np.ones(1), np.zeros(1), np.zeros(1), -3.0 * np.ones(1), np.zeros(1))
+
+    def stiffness(self, amplitude):
+        """Static displacement and N_1 / A, from N = max(x - 3, 0) on x = x0 + A cos."""
+
+        def moments(static):
+            threshold = np.clip((3.0 - static) / amplitude, -1.0, 1.0)
+            half = np.arccos(threshold)
+            mean = amplitude * (np.sin(half) - threshold * half) / np.pi
+            return mean, (half - 0.5 * np.sin(2.0 * half)) / np.pi
+
+        static = brentq(lambda x: x + moments(x)[0], -amplitude, 0.0, xtol=1e-15)
+        return static, moments(static)[1]
+
+    def omega(self, amplitude):
+        """The larger w at which |1 + N_1 / A - w^2 + 0.04 i w| A = 1."""
+        total = 1.0 + self.stiffness(amplitude)[1]
+        half = total - 0.5 * 0.04**2
+        return np.sqrt(half + np.sqrt(half**2 - total**2 + amplitude**-2))
+
+    def leading(self, amplitude):
+        """The real exponent nearest to zero."""
+        modal = modal_model(oscillator(tangential=False), damping_ratio=0.02)
+        balance = harmonic_balance(modal, self.contact, Excitation(0, 1.0), SolverOptions((0.05, 0.4)))
+        (static, added), omega = self.stiffness(amplitude), self.omega(amplitude)
+        first = 1.0 / (1.0 + added - omega**2 + 0.04j * omega)
+        unknown = np.zeros((3, 1, 3))
+        unknown[:, 0, 2] = static, first.real, first.imag
+        at = balance.evaluate(unknown.reshape(-1), omega)
+        assert np.abs(at.residual).max() < 1e-9
+        values = HillProblem(modal, 0.0, 1).at(at.contact.jacobian, omega).eigenvalues()
+        values = values.real[values.imag == 0.0]
+        return values[np.argmin(np.abs(values))] if values.size else None
+
+    def test_the_exponent_vanishes_at_the_fold(self):
+        fold = minimize_scalar(self.omega, bounds=(3.05, 8.0), method="bounded", options={"xatol": 1e-12}).x
+        assert 3.2 < fold < 7.0
+        before, at, after = (self.leading(fold * factor) for factor in (0.99, 1.0, 1.01))
+        assert before < -1e-3  # the lower branch
+        assert abs(at) < 1e-6
+        assert after > 1e-3  # the middle one
+
+
+def friction_case(n_blades, interference, harmonics, method):
+    modal = modal_model(lumped_blade(n_blades, 1), damping_ratio=0.01)
+    contact = ContactParameters.shared(
+        1, normal_stiffness=6.0, tangential_stiffness=4.0, friction=0.4, interference=interference
+    )
+    options = SolverOptions((0.1, 0.8), harmonics=harmonics, method=method)
+    curve = forced_response(modal, contact, Excitation(1, 1.0), options)
+    return contact, harmonic_balance(modal, contact, Excitation(1, 1.0), options), curve
+
+
+@pytest.mark.parametrize(
+    ("n_blades", "interference", "harmonics", "method"),
+    [(2, -4.0, 3, "coupled"), (2, -4.0, 9, "coupled"), (3, 0.3, 3, "coupled"), (2, -4.0, 3, "static-first")],
+)
+def test_the_determinant_changes_its_sign_with_a_real_exponent(n_blades, interference, harmonics, method):
+    """With all harmonics, those that keep few poles included."""
+    contact, balance, curve = friction_case(n_blades, interference, harmonics, method)
+    analysis = FloquetAnalysis.of(balance.receptance, contact, static=method == "coupled")
+    assert analysis.problem.highest < 9
+    signs, exponents = [], []
+    for displacement, hertz in zip(curve.relative_displacement, curve.frequency_hz, strict=True):
+        real, omega = to_real(displacement), 2.0 * np.pi * hertz
+        at = balance.evaluate(balance.unknown(real), omega)
+        signs.append(np.linalg.slogdet(at.jacobian)[0])
+        exponents.append(analysis.exponents(real, at.contact.jacobian, omega))
+    positive = np.array([np.count_nonzero((row.real > 0.0) & (row.imag == 0.0)) for row in exponents])
+    assert np.all((-1.0) ** positive == signs)
+    assert np.count_nonzero(np.diff(signs)) == 2  # two folds
+    for index in np.flatnonzero(np.diff(signs)):
+        omega = 2.0 * np.pi * curve.frequency_hz[index]
+        assert Instability.REAL in crossings(exponents[index], exponents[index + 1], omega)
+
+
+class TestFrictionMemory:
+    """Forces on a slider under u + e^(lambda theta) p(theta), marched in small steps, less those under u alone."""
+
+    contact = ContactParameters(np.array([1.0]), np.array([0.8]), np.array([0.5]), np.array([0.2]), np.zeros(1))
+    n_harmonics, samples = 3, 60000
+
+    def march(self, motion):
+        """Friction force over two turns from a slider at rest in its steady cycle, (2 samples,)."""
+        forces, position = np.empty(len(motion)), 0.0
+        load = np.maximum(0.2 + motion[:, 1], 0.0)
+        reach = 0.5 * load / 0.8
+        low, high = motion[:, 0] - reach, motion[:, 0] + reach
+        for k, (below, above) in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
+            position = min(max(position, below), above)
+            forces[k] = -0.8 * (motion[k, 0] - position)
+        return forces
+
+    @pytest.mark.parametrize("exponent", [0.3, 0.4j, 0.1 - 0.3j])
+    def test_growing_perturbation(self, exponent):
+        """A cycle in which the slider sticks after slip and after re-contact."""
+        rng = np.random.default_rng(1)
+        size = 2 * self.n_harmonics + 1
+        base, shape = rng.normal(size=(size, 1, 3)) * 0.3, rng.normal(size=(size, 3))
+        turn = basis_table(self.n_harmonics, self.samples)
+        table = np.concatenate([turn, turn])
+        theta = 2.0 * np.pi * np.arange(2 * self.samples) / self.samples
+        growth = np.exp(exponent * theta)[:, None] * (table @ shape)
+        motion, change, step = table @ base[:, 0, :], 0.0, 5e-4
+        for part, unit in ((growth.real, 1.0), (growth.imag, 1j)):
+            up, down = (self.march((motion + sign * step * part)[:, [0, 2]]) for sign in (1.0, -1.0))
+            change = change + unit * (up - down) / (2.0 * step)
+        relative = (change * np.exp(-exponent * theta))[self.samples :]
+        measured = 2.0 * turn.T @ relative / self.samples
+        measured[0] /= 2.0
+
+        jacobian = ExactContact(self.contact, self.n_harmonics).evaluate(base).jacobian[0, 0]
+        at_rest = np.einsum("bij,jb->i", jacobian, shape)
+        memory = MemorySampler(self.contact, self.n_harmonics, 4096).memory(base)
+        places = memory.origin @ shape
+        origin = places[np.arange(memory.node.size), memory.direction] + memory.ratio * places[:, 2]
+        of_t1 = memory.direction == 0
+        force, slope = memory.force(complex(exponent))
+        expected = at_rest + (origin[of_t1, None] * force[of_t1]).sum(axis=0)
+        size = np.abs(measured).max()
+        assert np.abs(expected - measured).max() < 0.01 * size
+        assert np.abs(at_rest - measured).max() > 0.05 * size  # without memory
+        nearby = (memory.force(exponent + 1e-5)[0] - memory.force(exponent - 1e-5)[0]) / 2e-5
+        assert slope == pytest.approx(nearby, abs=1e-6)
+        assert memory.force(0.0)[0] == pytest.approx(0.0, abs=1e-15)
+
+    def test_there_is_none_without_events(self):
+        sampler = MemorySampler(self.contact, 1)
+        still = np.zeros((3, 1, 3))
+        assert sampler.memory(still) is None  # full stick: the slider stands where it always stood
+        still[0, 0, 2] = -1.0
+        assert sampler.memory(still) is None  # open
+        moving = np.zeros((3, 1, 3))
+        moving[1, 0, 0] = 1.0
+        assert sampler.memory(moving).node.size == 2  # slip at both ends of the stroke
+        assert replace(sampler, parameters=replace(self.contact, law="coupled")).memory(moving) is None
+
+
+def test_kinds_and_crossings():
+    omega = 10.0
+    assert kind(0.3 + 0.0j, omega) is Instability.REAL
+    assert kind(0.3 - 2.0j, omega) is Instability.COMPLEX
+    assert kind(0.3 + 5.01j, omega) is Instability.PERIOD_DOUBLING
+    stable = np.array([-1.0 + 2.0j, -1.0 - 2.0j, -2.0, -3.0])
+    pair = np.array([1.0 + 2.0j, 1.0 - 2.0j, -2.0, -3.0])
+    assert crossings(stable, stable, omega) == ()
+    assert crossings(stable, pair, omega) == (Instability.COMPLEX,)
+    assert crossings(pair, stable, omega) == (Instability.COMPLEX,)
+    # a pair that meets on the axis of growth crosses nothing; one of the two may go back later
+    met = np.array([1.5, 0.5, -2.0, -3.0], dtype=complex)
+    assert crossings(pair, met, omega) == ()
+    assert crossings(met, np.array([1.5, -0.5, -2.0, -3.0], dtype=complex), omega) == (Instability.REAL,)
+
+
+def test_patterns():
+    assert wave_patterns(72, 36) == pytest.approx((0.0, np.pi))
+    assert wave_patterns(12, 4) == pytest.approx((0.0, 2.0 * np.pi / 3.0))
+    assert wave_patterns(None, 1) == (0.0,)
+    assert ring_patterns(4) == pytest.approx((0.0, np.pi / 2.0, np.pi))
+    assert len(ring_patterns(12)) == 7
