@@ -154,6 +154,8 @@ def shroud(request: Request) -> Program:
             harmonics=request.harmonics,
             samples=request.samples,
             integration="exact" if request.variant == "exact" else "sampled",
+            detached=False,  # pyHarm looks for no other branches,
+            stability="folds",  # and says nothing of the stability
             tolerance=request.tolerance,
             round_off=max(request.tolerance, 1e-12),
             max_points=max_points,
