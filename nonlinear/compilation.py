@@ -2,6 +2,9 @@
 
 The compiler keys its cache by the file of a function and does not see that a function called from another file has
 changed. Here the key is the source of all kernels: a change in any compiles all anew, and nothing stale is run.
+
+A function is optimised again in every one that calls it, and in those that call these. So calls go few levels deep,
+functions are small, and each is given no more than it needs: `lean` and `inner` where they do.
 """
 
 import hashlib
@@ -10,13 +13,46 @@ import tempfile
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 Function = TypeVar("Function", bound=Callable)
 
 
 def compiled(function: Function) -> Function:
     """Compile `function` at its first call, or load it from the cache."""
+    return _compile(function)
+
+
+def lean(function: Function) -> Function:
+    """The same for a function that makes no array: it does not count references (atomically) for every view."""
+    return _compile(function, _nrt=False)
+
+
+def inner(function: Function) -> Function:
+    """The same for a function that makes no array and is called from compiled ones: it has no entry from Python.
+
+    Called from Python all the same, it runs uncompiled.
+    """
+    kernel = _compile(function, _nrt=False, no_cpython_wrapper=True)
+    if kernel is not function:  # the compiler may be switched off
+        kernel.__class__ = _without_entry()
+    return kernel
+
+
+@lru_cache(maxsize=1)
+def _without_entry() -> type:
+    from numba.core.registry import CPUDispatcher
+
+    class WithoutEntry(CPUDispatcher):
+        """A compiled function that Python must not enter."""
+
+        def __call__(self, *arguments: Any) -> Any:
+            return self.py_func(*arguments)
+
+    return WithoutEntry
+
+
+def _compile(function: Function, **options: bool) -> Any:
     from numba import njit
     from numba.core import config
 
@@ -24,7 +60,7 @@ def compiled(function: Function) -> Function:
     before = settings.CACHE_DIR
     settings.CACHE_DIR = before or str(cache_directory())
     try:
-        return cast(Function, njit(cache=True, error_model="numpy")(function))
+        return njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
     finally:
         settings.CACHE_DIR = before
 
@@ -36,7 +72,7 @@ def cache_directory() -> Path:
     digest = hashlib.sha256()
     for source in sorted(package.glob("*.py")):
         text = source.read_bytes()
-        if b"@compiled" in text:
+        if b"from nonlinear.compilation import" in text:  # this file too
             digest.update(source.name.encode() + text)
     name = f"compiled-{digest.hexdigest()[:16]}"
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())

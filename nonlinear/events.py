@@ -1,165 +1,181 @@
-"""Events of a slider over one cycle: when it sticks, slips and lifts off, in the order of time (compiled)."""
+"""Events of the sliders over one cycle: when they stick, slip and lift off, in the order of time (compiled)."""
 
-from nonlinear.compilation import compiled
-from nonlinear.contact import SLIP, STICK, Array
+import math
+
+from nonlinear.compilation import inner, lean
+from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.slider import Integers
-from nonlinear.trigonometric import FULL_TURN, NOWHERE, bound_cells, derivative_bounds, next_rise, taylor
+from nonlinear.trigonometric import FULL_TURN, NOWHERE, bound_cells, next_rise, prepare_roots, taylor
 
-STICKS, SLIPS = float(STICK), float(SLIP)  # floats all: every integer constant would be compiled for by itself
-NEVER, EXTREMUM, RECONTACT = -1.0, 0.0, 1.0
+NEVER_MOVED, STICKS, SLIPS = -1.0, float(STICK), float(SLIP)
 ROUND_OFF = 1e-13  # slip shorter than this part of the motion is none
 SAME = 1e-7  # two maxima nearer than this (rad) set the slider at the same place, to 1e-14
 
 
-@compiled
-def write_limits(motion: Array, load: Array, gain: float, curves: Array) -> bool:
-    """Write the curves that decide on the slider w of the motion u under the load N: gain = mu / kt.
+@lean
+def list_stretches(
+    displacement: Array, values: Array, gains: Array, curves: Array, bounds: Array, stretches: Array, spans: Integers
+) -> None:
+    """Record the cycles of all nodes and directions.
+
+    displacement (n_c, 3, 2H+1): u1, u2 and N; values (n_c, 3, 3, cells): the same times `cell_table`; gains (n_c,):
+    mu / kt, 0 where there is no slider. Written: `stretches`, rows as in `record`; spans (n_c, 4, 2): first row and
+    the one after the last of t1, t2 and n (where N > 0), then the worst state if nothing slips.
+    curves (4, 2H+1) and bounds (5, cells) are scratch: see `next_rise`, row 4 of `bounds` holds the third derivatives.
+    """
+    count, thirds, roots = 0, bounds[4], curves[0]
+    for node in range(gains.shape[0]):
+        load, normal, gain, span = displacement[node, 2], values[node, 2], gains[node], spans[node, 2]
+        span[0], span[1] = count, count
+        n_roots = prepare_roots(load, normal, curves, thirds, bounds, roots)
+        value, slope, _ = taylor(load, 0.0)
+        pressed = value > 0.0 or (value == 0.0 and slope > 0.0)
+        if pressed and n_roots == 0:
+            record(stretches, span, SLIPS, 0.0, FULL_TURN, 1.0)
+        left = roots[n_roots - 1] - FULL_TURN if n_roots > 0 and n_roots % 2 == 0 else 0.0
+        for k in range(n_roots):
+            if pressed:
+                record(stretches, span, SLIPS, left, roots[k], 1.0)
+            left, pressed = roots[k], not pressed
+        first, last = span[0], span[1]
+        closed = n_roots == 0 and last > first
+        spans[node, 3, 0] = STICK if closed else LIFT_OFF
+        count = last
+        for direction in range(2):
+            span, motion = spans[node, direction], values[node, direction]
+            span[0], span[1] = count, count
+            if last > first and gain > 0.0:
+                height, least = write_limits(displacement[node, direction], load, gain, curves, thirds)
+                if closed and height <= 0.0:
+                    record(stretches, span, NEVER_MOVED, 0.0, FULL_TURN, 0.0)
+                else:
+                    for side in range(2):
+                        sign = 1.0 - 2.0 * side
+                        bound_cells(motion, sign, normal, -gain, thirds[side], bounds[side], bounds[side + 2])
+                    for k in range(first, last):
+                        start = start_slider(stretches[k, 1], closed, motion, normal, gain, curves, least)
+                        march(start, stretches[k, 2], closed, curves, bounds, least, stretches, span)
+            count = span[1]
+
+
+@inner
+def write_limits(motion: Array, load: Array, gain: float, curves: Array, thirds: Array) -> tuple[float, float]:
+    """Write the curves that decide on the slider w of the motion u under the load N, and bounds of their g'''.
 
     Rows 0 and 1: u - gain N, which w follows upwards, and -(u + gain N), which -w follows upwards. Rows 2 and 3:
-    their derivatives times -1, which rise through 0 where such a slip ends. Returns whether the first two are surely
-    negative: then a slider at w = 0 never slips.
+    their derivatives times -1, which rise through 0 where such a slip ends. Returns what the first two do not exceed
+    (not positive: a slider at w = 0 never slips) and the slip that counts as none.
     """
-    stuck = True
+    height, least, end = -NOWHERE, 0.0, 0.5 * motion.shape[0]
     for side in range(2):
-        for j in range(motion.shape[0]):
-            curves[side, j] = (1.0 - 2.0 * side) * motion[j] - gain * load[j]
-        curves[side + 2, 0] = 0.0
-        for h in range(1, (motion.shape[0] + 1) // 2):
-            curves[side + 2, 2 * h - 1] = h * curves[side, 2 * h]
-            curves[side + 2, 2 * h] = -h * curves[side, 2 * h - 1]
-        stuck = stuck and curves[side, 0] + derivative_bounds(curves[side])[0] <= 0.0
-    return stuck
+        sign, row, slope = 1.0 - 2.0 * side, curves[side], curves[side + 2]
+        row[0], slope[0] = sign * motion[0] - gain * load[0], 0.0
+        zeroth, third, fourth = 0.0, 0.0, 0.0
+        h, k = 1.0, 1
+        while h < end:
+            re, im = sign * motion[k] - gain * load[k], sign * motion[k + 1] - gain * load[k + 1]
+            row[k], row[k + 1], slope[k], slope[k + 1] = re, im, h * im, -h * re
+            size = math.sqrt(re * re + im * im)
+            zeroth += size
+            size *= h * h * h
+            third += size
+            fourth += h * size
+            h += 1.0
+            k += 2
+        thirds[side], thirds[side + 2] = third, fourth
+        least += ROUND_OFF * (abs(row[0]) + zeroth)
+        if row[0] + zeroth > height:
+            height = row[0] + zeroth
+    return height, least
 
 
-@compiled
-def bound_limits(gain: float, motion: Array, load: Array, curves: Array, thirds: Array, highest: Array) -> None:
-    """Write bounds of the curves (see `next_rise`); motion and load: their values (3, cells) of `cell_table`."""
-    for side in range(2):
-        _, thirds[side], thirds[side + 2] = derivative_bounds(curves[side])
-        bound_cells(motion, 1.0 - 2.0 * side, load, -gain, thirds[side], highest[side], highest[side + 2])
+@inner
+def record(stretches: Array, span: Integers, state: float, left: float, right: float, pull: float) -> None:
+    """Append a stretch (state, left and right angle, pull) to the cycle `span`: first row, the one after the last.
 
-
-@compiled
-def record(
-    stretches: Array, span: Integers, state: float, left: float, right: float, sign: float, kind: float
-) -> None:
-    """Append a stretch: state, left and right angle, sign of the last slip, what set the slider (at `left`).
-
-    span: first row of the cycle and number of rows.
+    pull: T / (mu N) in slip; in stick -dw / (gain dN) at the angle `left` that set the slider.
     """
-    if right > left:
+    if right > left and span[1] < stretches.shape[0]:
         row = stretches[span[1]]
-        row[0], row[1], row[2], row[3], row[4] = state, left, right, sign, kind
+        row[0], row[1], row[2], row[3] = state, left, right, pull
         span[1] += 1
 
 
-@compiled
-def start_loaded(curves: Array, highest: Array, least: float) -> tuple[float, float, float, float]:
-    """Where to start a slider that never lifts off: angle, position, limit it slips along (-1.0: it sticks), sign.
+@inner
+def start_slider(
+    angle: float, closed: bool, motion: Array, load: Array, gain: float, curves: Array, least: float
+) -> tuple[float, float, int, float]:
+    """Where to start a slider: angle, position w, limit it slips along (-1: it sticks), pull if it sticks.
 
-    The sign (0.0: none) is that of the limit which moved it to its position. Where it slips at all in its cycle, the
-    largest value of its lower limit u - gain N sets it: it starts just before that, on the limit. Else it starts from
-    w = 0.
+    One that touches down at `angle` starts from w = u = the mean of its limits, where N = 0: the angle moves by
+    -dN / N', so that dw = -u' dN / N'. One that never lifts off, if it slips at all, is set by the largest value of
+    its lower limit u - gain N: it starts just before that, on the limit; else from w = 0 (pull 0).
+    motion, load: values in the cells, where `closed`.
     """
-    cells = highest.shape[1]
-    width = FULL_TURN / cells
-    top, peak = 0.0, 0
-    for row in range(1, -1, -1):
-        peak = 0
+    cells = motion.shape[1]
+    peak, low, high = 0, -NOWHERE, NOWHERE
+    if closed:
         for k in range(cells):
-            if highest[row, k] > highest[row, peak]:
-                peak = k
-        top += taylor(curves[row], (peak + 0.5) * width)[0]
-    angle = ((peak - 1) % cells) * width
-    position, side, sign = 0.0, -1.0, 0.0
-    for row in range(2):
-        value, slope, _ = taylor(curves[row], angle)
-        direction = 1.0 - 2.0 * row
-        if value - direction * position > least or (row == 0 and top > least):
-            position, side, sign = direction * value, float(row) if slope > 0.0 else -1.0, direction
-    return angle, position, side, sign
+            u, reach = motion[0, k], gain * load[0, k]
+            if u + reach < high:
+                high = u + reach
+            if u - reach > low:
+                low, peak = u - reach, k
+        angle = (peak - 1 if peak > 0 else cells - 1) * (FULL_TURN / cells)
+    lower, rising, _ = taylor(curves[0], angle)
+    upper, falling, _ = taylor(curves[1], angle)
+    if not closed:
+        closing = rising + falling
+        side = 0 if rising > 0.0 else (1 if falling > 0.0 else -1)
+        return angle, 0.5 * (lower - upper), side, (falling - rising) / closing if closing != 0.0 else 0.0
+    if low - high > least or lower > least:
+        return angle, lower, 0 if rising > 0.0 else -1, 1.0
+    if upper > least:
+        return angle, -upper, 1 if falling > 0.0 else -1, -1.0
+    return angle, 0.0, -1, 0.0
 
 
-@compiled
-def start_recontact(angle: float, curves: Array) -> tuple[float, float, float, float]:
-    """The same for a slider that touches down at `angle`: it starts from w = u, the mean of its limits."""
-    up, rising, _ = taylor(curves[0], angle)
-    down, falling, _ = taylor(curves[1], angle)
-    side = -1.0
-    if rising > 0.0:
-        side = 0.0
-    elif falling > 0.0:
-        side = 1.0
-    return angle, 0.5 * (up - down), side, 0.0
-
-
-@compiled
+@inner
 def march(
-    start: tuple[float, float, float, float],
+    start: tuple[float, float, int, float],
     end: float,
+    closed: bool,
     curves: Array,
-    thirds: Array,
-    highest: Array,
+    bounds: Array,
     least: float,
     stretches: Array,
     span: Integers,
 ) -> None:
-    """Record the stretches of a slider under load.
+    """Record the stretches of a slider under load from its `start` (see `start_slider`) to lift-off at `end`.
 
-    start: angle, position w, limit the slider slips along (-1.0: it sticks), sign of what moved it there. It goes to
-    lift-off at `end` or,
-    end = NOWHERE, on and on. Then the cycle begins where a slip ends: a turn later the slider is at the same place,
-    or that slip was none of the steady cycle, which is reached within one turn; then it begins at the last slip.
+    Where it is `closed` it goes on and on. Then the cycle begins where a slip ends: a turn later the slider is at the
+    same place, or that slip was none of the steady cycle, which is reached within one turn; then it begins at the last
+    slip.
     """
-    began, position = start[0], start[1]
-    side = int(start[2])
-    closed, settled = end == NOWHERE, False
-    sign = start[3] if side < 0 else 1.0 - 2.0 * side
-    kind = RECONTACT
+    began, position, side, pull = start
+    rest = STICKS
     if closed:
-        # a motion too small to tell where its limit is largest sticks where the limit put it
-        kind, end = NEVER if sign == 0.0 else EXTREMUM, began + FULL_TURN
-    anchor, last, last_row, fresh = -1, began, 0, -1.0
+        end = began + FULL_TURN
+        if pull == 0.0:
+            rest = NEVER_MOVED
+    anchor, settled, last, last_row, fresh = -1, False, began, 0, -1.0
     while True:
-        slack = least if side < 0 else 0.0
-        rows = (0, 2) if side < 0 else (side + 2, side + 3)
-        met, hit = next_rise((began, end), rows, position, slack, fresh, curves, thirds, highest)
+        rows, slack = ((0, 2), least) if side < 0 else ((side + 2, side + 3), 0.0)
+        met, hit = next_rise((began, end), rows, position, slack, fresh, curves, bounds[4], bounds)
         if hit < 0 and closed and anchor >= 0 and not settled:
             settled = side == anchor or last_row == span[0] or last > end - SAME
             if not settled:
                 span[0], end, settled = last_row, last + FULL_TURN, True
                 continue
-        record(stretches, span, STICKS if side < 0 else SLIPS, began, met, sign, kind)
+        record(stretches, span, rest if side < 0 else SLIPS, began, met, pull if side < 0 else 1.0 - 2.0 * side)
         if hit < 0:
             return
         began, fresh = met, -1.0
         if side < 0:
-            side, sign = hit, 1.0 - 2.0 * hit
+            side = hit
             continue
-        position, kind, last, last_row = sign * taylor(curves[side], met)[0], EXTREMUM, met, span[1]
+        pull, rest, last, last_row = 1.0 - 2.0 * side, STICKS, met, span[1]
+        position = pull * taylor(curves[side], met)[0]
         if closed and anchor < 0:
             span[0], anchor, end = last_row, side, met + FULL_TURN
         fresh, side = float(side), -1
-
-
-@compiled
-def slide(
-    windows: Array,
-    n_windows: int,
-    curves: Array,
-    thirds: Array,
-    highest: Array,
-    stretches: Array,
-    span: Integers,
-) -> None:
-    """Record the steady cycle of a slider under load in the `windows`, beginning and end (NOWHERE: no lift-off)."""
-    span[0], span[1] = 0, 0
-    least = 0.0
-    for j in range(curves.shape[1]):
-        least += ROUND_OFF * (abs(curves[0, j]) + abs(curves[1, j]))
-    for k in range(n_windows):
-        if windows[k, 1] == NOWHERE:
-            start = start_loaded(curves, highest, least)
-        else:
-            start = start_recontact(windows[k, 0], curves)
-        march(start, windows[k, 1], curves, thirds, highest, least, stretches, span)

@@ -1,17 +1,16 @@
 """Event-driven contact element for the uncoupled law: transition times found, stretches integrated in closed form."""
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from nonlinear.compilation import compiled
-from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
-from nonlinear.events import NEVER, RECONTACT, SLIPS, STICKS, bound_limits, record, slide, write_limits
-from nonlinear.moments import add_gram
+from nonlinear.compilation import inner, lean
+from nonlinear.contact import SLIP, STICK, Array, ContactForces, ContactParameters
+from nonlinear.events import SLIPS, STICKS, list_stretches
+from nonlinear.moments import add_moments, product_table
 from nonlinear.slider import Integers
-from nonlinear.trigonometric import FULL_TURN, NOWHERE, cell_table, derivative_bounds, prepare_roots, taylor
+from nonlinear.trigonometric import FULL_TURN, NOWHERE, cell_table
 
 WHOLE_TURN = FULL_TURN - 1e-12  # stretches longer than this are the whole cycle
 
@@ -33,175 +32,134 @@ class ExactContact:
     def _table(self) -> Array:
         return cell_table(self.n_harmonics)
 
+    @cached_property
+    def _products(self) -> tuple[Integers, Array]:
+        """`product_table`, rows weighted as coefficients of the reaction -T."""
+        indices, factors = product_table(self.n_harmonics)
+        weight = np.where(np.arange(2 * self.n_harmonics + 1) == 0, -1.0, -2.0)
+        return indices.reshape(2, -1), (weight[:, None] * factors).reshape(2, -1)
+
+    @cached_property
+    def _load(self) -> tuple[Array, Array]:
+        """Scale (3 n_c, 1) and shift (3 n_c, 2H+1) that turn (u1, u2, d_n) of every node into (u1, u2, N)."""
+        p = self.parameters
+        scale = np.ones((p.n_contacts, 3))
+        scale[:, 2] = p.normal_stiffness
+        shift = np.zeros((p.n_contacts, 3, 2 * self.n_harmonics + 1))
+        shift[:, 2, 0] = p.preload + p.normal_stiffness * p.interference
+        return scale.reshape(-1, 1), shift.reshape(3 * p.n_contacts, -1)
+
+    @cached_property
+    def _laws(self) -> tuple[Array, Array]:
+        """(kn, kt, mu, N0) of every node, (n_c, 4), and mu / kt, (n_c,), 0 where there is no tangential force."""
+        p = self.parameters
+        kt, mu = p.tangential_stiffness, p.friction
+        gains = np.divide(mu, kt, out=np.zeros(p.n_contacts), where=kt > 0.0)
+        return np.stack([p.normal_stiffness, kt, mu, p.preload], axis=1), gains
+
+    @cached_property
+    def _frictionless(self) -> Integers:
+        """Nodes with sliders that meet no resistance: they have no events, and slip whenever they move."""
+        return np.flatnonzero((self.parameters.tangential_stiffness > 0.0) & (self.parameters.friction == 0.0))
+
     def evaluate(self, displacement: Array) -> ContactForces:
         """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
         size, n_contacts, _ = displacement.shape
-        columns = np.ascontiguousarray(displacement.reshape(size, -1).T)
-        force = np.zeros((n_contacts, 3, size))
-        jacobian = np.zeros((n_contacts, 3, 3, size, size))
-        state = np.zeros(n_contacts, dtype=np.int64)
-        p = self.parameters
-        laws = (p.normal_stiffness, p.tangential_stiffness, p.friction, p.interference, p.preload)
-        values = (columns @ self._table).reshape(n_contacts, 3, 3, -1)
-        _evaluate(columns.reshape(n_contacts, 3, size), values, laws, force, jacobian, state)
-        return ContactForces(np.ascontiguousarray(force.transpose(2, 0, 1)), jacobian, state)
+        scale, shift = self._load
+        laws, gains = self._laws
+        motion = np.multiply(displacement.reshape(size, -1).T, scale, order="C")
+        motion += shift
+        values = (motion @ self._table).reshape(n_contacts, 3, 3, -1)
+        motion = motion.reshape(n_contacts, 3, size)
+        spans = np.zeros((n_contacts, 4, 2), np.int64)
+        stretches = np.empty((n_contacts * 32 * (size + 1), 4))
+        list_stretches(motion, values, gains, np.empty((4, size)), np.empty((5, values.shape[3])), stretches, spans)
+        force = np.zeros((size, n_contacts, 3))
+        jacobian = np.zeros((n_contacts, 3, 3, size * size))
+        _integrate(motion, laws, stretches, spans, *self._products, np.zeros((5, 2 * size - 1)), force, jacobian)
+        state = spans[:, 3, 0].copy()
+        if self._frictionless.size > 0:
+            moving = np.any(displacement[1:, self._frictionless, :2] != 0.0, axis=(0, 2))
+            state[self._frictionless] = np.maximum(state[self._frictionless], np.where(moving, SLIP, STICK))
+        return ContactForces(force, jacobian.reshape(n_contacts, 3, 3, size, size), state)
 
 
-@compiled
-def _evaluate(
+@lean
+def _integrate(
     displacement: Array,
-    values: Array,
-    laws: tuple[Array, Array, Array, Array, Array],
+    laws: Array,
+    stretches: Array,
+    spans: Integers,
+    indices: Integers,
+    factors: Array,
+    work: Array,
     force: Array,
     jacobian: Array,
-    worst: Integers,
 ) -> None:
-    """All nodes and directions; displacement, force (n_c, 3, 2H+1), values (n_c, 3, 3, cells) (see `cell_table`)."""
-    size, cells = displacement.shape[2], values.shape[3]
-    windows, scratch = np.empty((size, 2)), np.empty((11, size))
-    curves, thirds, highest = np.empty((4, size)), np.empty(4), np.empty((4, cells))
-    stretches, span = np.empty((32 * size + 8, 5)), np.zeros(2, np.int64)
-    none, load = np.zeros((size, size)), scratch[10]
-    for node in range(force.shape[0]):
-        kn, kt, mu, preload = laws[0][node], laws[1][node], laws[2][node], laws[4][node]
-        for j in range(size):
-            load[j] = kn * displacement[node, 2, j]
-        offset = preload + kn * laws[3][node]
-        load[0] += offset
-        normal = values[node, 2]
-        for k in range(cells):
-            normal[0, k] = kn * normal[0, k] + offset
-            normal[1, k] *= kn
-            normal[2, k] *= kn
-        n_roots = prepare_roots(load, normal, curves, thirds, highest, scratch[0])
-        n_windows = _list_pressed(load, scratch[0], n_roots, windows, stretches, span)
-        force[node, 2, 0] = preload
-        closed = n_windows == 1 and windows[0, 1] == NOWHERE
-        worst[node] = STICK if closed else LIFT_OFF
-        if n_windows == 0:
-            continue
-        for axis in range(3):
-            direction = 2 - axis
-            motion, through = displacement[node, direction], jacobian[node, direction, 2]
-            own = none
-            if direction < 2:
-                if kt == 0.0:
-                    continue
-                own = jacobian[node, direction, direction]
-                stuck = write_limits(motion, load, mu / kt, curves)
-                if mu == 0.0:  # no force: the slider goes with u
-                    worst[node] = max(worst[node], SLIP if derivative_bounds(motion)[0] > 0.0 else STICK)
-                    continue
-                if closed and stuck:
-                    for j in range(size):
-                        own[j, j] = -kt
-                        force[node, direction, j] = -kt * motion[j]
-                    continue
-                bound_limits(mu / kt, values[node, direction], normal, curves, thirds, highest)
-                slide(windows, n_windows, curves, thirds, highest, stretches, span)
-                for k in range(span[0], span[1]):
-                    if stretches[k, 0] == SLIPS:
-                        worst[node] = max(worst[node], SLIP)
-            else:  # N is a slip with mu = 1
-                kt, mu = 0.0, 1.0
-            _integrate(stretches, span, kt, mu, motion, load, scratch, own, through)
-            _finish(own, through, kn, motion, load, force[node, direction])
-            kt, mu = laws[1][node], laws[2][node]
+    """Fourier coefficients of the reactions -(T1, T2, N - N0) and their derivatives.
+
+    T = sign mu N in slip, T = kt (u - w) in stick. There w was set at the left end theta_s of the stretch: by a slip
+    that ended there, w = u(theta_s) - sign mu N(theta_s) / kt, or by re-contact, w = u(theta_s) with N(theta_s) = 0,
+    hence dw = du(theta_s) - u'(theta_s) dN(theta_s) / N'(theta_s). Both are w = u - pull mu N / kt (see `record`).
+    displacement, stretches, spans: see `list_stretches`; laws (n_c, 4): kn, kt, mu, N0; indices, factors: see
+    `product_table`; work (5, 4H+1): scratch, zeros. Written: force (2H+1, n_c, 3), jacobian (n_c, 3, 3, (2H+1)^2),
+    zeros both, and the worst state in `spans`.
+    """
+    size, moments = displacement.shape[2], work[4]
+    for node in range(laws.shape[0]):
+        load, kn = displacement[node, 2], laws[node, 0]
+        force[0, node, 2] = laws[node, 3]
+        for direction in range(3):
+            first, last, motion = spans[node, direction, 0], spans[node, direction, 1], displacement[node, direction]
+            own, through = jacobian[node, direction, direction % 2], jacobian[node, direction, 2]
+            kt, mu = (laws[node, 1], laws[node, 2]) if direction < 2 else (0.0, 1.0)  # N: as T in slip
+            for m in range(moments.shape[0]):
+                work[2, m], work[3, m] = 0.0, 0.0
+            now, previous = 0, -NOWHERE
+            for k in range(first, last):
+                state, left, right, pull = stretches[k, 0], stretches[k, 1], stretches[k, 2], stretches[k, 3]
+                if left != previous:
+                    add_moments(left, 0.0, 0.0, work[now], work[now], moments, moments)
+                now, previous = 1 - now, right
+                row, factor = (3, pull * mu) if state == SLIPS else (2, kt)
+                # a whole turn has no moments but its length: exactly, so that a large static load makes no vibration
+                angle, here = left if right - left > WHOLE_TURN else right, work[1 - now]
+                add_moments(angle, right - left, factor, here, work[now], moments, work[row])
+                if state == STICKS:
+                    e = 0
+                    for i in range(size):
+                        weight = 2.0 * moments[i] if i > 0 else moments[0]
+                        for j in range(size):
+                            own[e] += weight * kt * here[j]
+                            through[e] -= weight * (pull * mu) * here[j]
+                            e += 1
+                if state == SLIPS and direction < 2 and spans[node, 3, 0] < SLIP:
+                    spans[node, 3, 0] = SLIP
+            if last > first:
+                _finish(own, through, kn, indices, factors, work, motion, load, force[:, node, direction])
 
 
-@compiled
-def _list_pressed(load: Array, roots: Array, n_roots: int, windows: Array, stretches: Array, span: Integers) -> int:
-    """Write the windows in which N > 0, beginning and end, and the same as stretches; returns their number."""
-    count = 0
-    span[0], span[1] = 0, 0
-    for k in range(max(n_roots, 1)):
-        left, right = 0.0, FULL_TURN
-        if n_roots > 0:
-            left, right = roots[k], roots[k + 1] if k + 1 < n_roots else roots[0] + FULL_TURN
-        if taylor(load, 0.5 * (left + right))[0] > 0.0:
-            windows[count, 0], windows[count, 1] = left, right if n_roots > 0 else NOWHERE
-            count += 1
-            record(stretches, span, SLIPS, left, right, 1.0, NEVER)
-    return count
-
-
-@compiled
-def _powers(angle: float, cosine: Array, sine: Array) -> None:
-    """cos(m theta), sin(m theta) for m = 0 .. 2H."""
-    c, s = math.cos(angle), math.sin(angle)
-    cosine[0], sine[0] = 1.0, 0.0
-    for m in range(1, cosine.shape[0]):
-        cosine[m] = cosine[m - 1] * c - sine[m - 1] * s
-        sine[m] = sine[m - 1] * c + cosine[m - 1] * s
-
-
-@compiled
-def _integrate(
-    stretches: Array,
-    span: Integers,
-    kt: float,
-    mu: float,
-    motion: Array,
-    load: Array,
-    scratch: Array,
+@inner
+def _finish(
     own: Array,
     through: Array,
+    kn: float,
+    indices: Integers,
+    factors: Array,
+    work: Array,
+    motion: Array,
+    load: Array,
+    force: Array,
 ) -> None:
-    """Add the law T = own u + through N of a cycle to `own` and `through` (2H+1, 2H+1).
-
-    Slip: T = sign mu N. Stick: T = kt (u - w), where w was set at the left end theta_s of the stretch: by a slip that
-    ended there, w = u(theta_s) - sign mu N(theta_s) / kt, or by re-contact, w = u(theta_s) with N(theta_s) = 0, hence
-    dw = du(theta_s) - u'(theta_s) dN(theta_s) / N'(theta_s).
-    """
-    size, now, previous = load.shape[0], 0, -1.0
-    for row in range(4, 8):  # sums of the moments: stick and slip, cosine and sine
-        for m in range(size):
-            scratch[row, m] = 0.0
-    mean, basis = scratch[8], scratch[9]
-    for k in range(span[0], span[1]):
-        state, left, right, sign, kind = stretches[k]
-        if left != previous:
-            _powers(left, scratch[now], scratch[now + 1])
-        then, previous = 2 - now, right
-        # a whole turn has no moments but its length: exactly, so that a large static load makes no vibration
-        _powers(left if right - left > WHOLE_TURN else right, scratch[then], scratch[then + 1])
-        row, factor = (6, sign * mu) if state == SLIPS else (4, 1.0)
-        for m in range(size):
-            scale = 1.0 / (max(m, 1) * FULL_TURN)
-            cosine = (scratch[then + 1, m] - scratch[now + 1, m]) * scale
-            sine = (scratch[now, m] - scratch[then, m]) * scale
-            if m == 0:
-                cosine = (right - left) * scale
-            scratch[row, m] += factor * cosine
-            scratch[row + 1, m] += factor * sine
-            if 2 * m < size:
-                if m > 0:
-                    mean[2 * m - 1], basis[2 * m - 1] = cosine, scratch[now, m]
-                mean[2 * m], basis[2 * m] = (-sine, -scratch[now + 1, m]) if m > 0 else (cosine, 1.0)
-        if state == STICKS and kind != NEVER:
-            gain = sign * mu
-            if kind == RECONTACT:
-                closing = taylor(load, left)[1]
-                gain = kt * taylor(motion, left)[1] / closing if closing != 0.0 else 0.0
-            for i in range(size):
-                held, pushed = kt * mean[i], gain * mean[i]
-                for j in range(size):
-                    own[i, j] -= held * basis[j]
-                    through[i, j] += pushed * basis[j]
-        now = then
-    add_gram(own, scratch[4], scratch[5], kt)
-    add_gram(through, scratch[6], scratch[7], 1.0)
-
-
-@compiled
-def _finish(own: Array, through: Array, kn: float, motion: Array, load: Array, force: Array) -> None:
-    """Turn the law T = own u + through N into the Fourier coefficients of -T and their derivatives by u and d_n."""
-    size = load.shape[0]
-    for i in range(size):
-        weight = -1.0 if i == 0 else -2.0
+    """Add the moments of stick and slip (work[2], work[3]) to the law own u + through N; its value, d/du and d/d(d_n)."""
+    e = 0
+    for i in range(motion.shape[0]):
         value = 0.0
-        for j in range(size):
-            value += own[i, j] * motion[j] + through[i, j] * load[j]
-            own[i, j] *= weight
-            through[i, j] *= weight * kn
-        force[i] += weight * value
+        for j in range(motion.shape[0]):
+            p, q, a, b = indices[0, e], indices[1, e], factors[0, e], factors[1, e]
+            held = own[e] + a * work[2, p] + b * work[2, q]
+            pushed = through[e] + a * work[3, p] + b * work[3, q]
+            own[e], through[e] = held, kn * pushed
+            value += held * motion[j] + pushed * load[j]
+            e += 1
+        force[i] += value

@@ -87,22 +87,24 @@ class LinearStretches:
             return self.balance.frozen_static
         springs = self.springs(state)
         force = np.zeros_like(springs)
-        force[:, 2] = np.where(
-            state.pressed, -self.contact.normal_stiffness * self.contact.interference, self.contact.preload
-        )
+        force[:, 2] = self._rest_force(state)
         both = np.zeros((2, springs.size), dtype=complex)
         both[0] = force.reshape(-1)
         free, _ = self._receptance.response(0.0, both)
         system = np.eye(springs.size) + self._receptance.matrix(0.0)[0].real * springs.reshape(-1)
         return np.linalg.solve(system, free[0].real).reshape(-1, 3)
 
+    def _rest_force(self, state: LinearState) -> Array:
+        """The normal force of a state without displacement, N0 - N, (n_c,)."""
+        return np.where(
+            state.pressed, -self.contact.normal_stiffness * self.contact.interference, self.contact.preload
+        )
+
     def forces(self, state: LinearState, displacement: Array) -> ContactForces:
         """Contact forces of a motion in a state, as the contact element would give them."""
         springs = self.springs(state)
         force = -springs * displacement
-        force[0, :, 2] += np.where(
-            state.pressed, -self.contact.normal_stiffness * self.contact.interference, self.contact.preload
-        )
+        force[0, :, 2] += self._rest_force(state)
         rows = np.arange(displacement.shape[0])
         jacobian = np.zeros((springs.shape[0], 3, 3, rows.size, rows.size))
         for axis in range(3):

@@ -4,10 +4,51 @@ A stretch enters by its trigonometric moments C_m = sum cos(m theta), S_m = sum 
 samples or integrals over angles alike. All that is linear in the displacement on the stretch follows from them.
 """
 
-import numpy as np
+import math
 
-from nonlinear.compilation import compiled
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.compilation import compiled, inner
 from nonlinear.contact import Array
+
+
+@inner
+def add_moments(
+    angle: float, length: float, factor: float, here: Array, there: Array, moments: Array, total: Array
+) -> None:
+    """Moments of a stretch of `length` that ends at `angle`: integrals of phi = 1, cos, -sin, cos 2, ... over 2 pi.
+
+    All arrays (4H+1,); here: phi at its beginning. Written: phi at its end and the moments; factor times these is added
+    to `total`.
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    ch, sh = 1.0, 0.0
+    moments[0], there[0] = length / (2.0 * math.pi), 1.0
+    total[0] += factor * moments[0]
+    h, k, end = 1.0, 1, 0.5 * here.shape[0]
+    while h < end:
+        ch, sh = ch * c - sh * s, sh * c + ch * s
+        rate = 1.0 / (2.0 * math.pi * h)
+        even, odd = (here[k + 1] + sh) * rate, (ch - here[k]) * rate
+        there[k], there[k + 1], moments[k], moments[k + 1] = ch, -sh, even, odd
+        total[k] += factor * even
+        total[k + 1] += factor * odd
+        h += 1.0
+        k += 2
+
+
+def product_table(n_harmonics: int) -> tuple[NDArray[np.int64], Array]:
+    """phi_i phi_j = sum_s factors[s] phi_k, k = indices[s], for phi = 1, cos, -sin, cos 2, ...: each (2, 2H+1, 2H+1)."""
+    size = 2 * n_harmonics + 1
+    harmonic, sine = (np.arange(size) + 1) // 2, (np.arange(size) % 2 == 0) & (np.arange(size) > 0)
+    mixed, both = sine[:, None] ^ sine, sine[:, None] & sine
+    total, difference = np.add.outer(harmonic, harmonic), np.subtract.outer(harmonic, harmonic)
+    sign = np.sign(np.where(sine, difference, -difference))  # of -sin(g - h) in -sin(g) cos(h)
+    indices = np.stack([total, np.abs(difference)]) * 2
+    indices[:, ~mixed] = np.maximum(indices[:, ~mixed] - 1, 0)
+    factors = np.stack([np.where(both, -0.5, 0.5), np.where(mixed, -0.5 * sign, 0.5)])
+    return indices, factors
 
 
 @compiled

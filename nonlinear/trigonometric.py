@@ -1,10 +1,13 @@
-"""Trigonometric polynomials c_0 + sum_h Re_h cos(h theta) - Im_h sin(h theta): values, rises and roots (compiled)."""
+"""Trigonometric polynomials c_0 + sum_h Re_h cos(h theta) - Im_h sin(h theta): values, rises and roots (compiled).
+
+Loops over harmonics count in floats: the compiler would unroll and vectorise others, for the few rounds that they do.
+"""
 
 import math
 
 import numpy as np
 
-from nonlinear.compilation import compiled
+from nonlinear.compilation import inner, lean
 from nonlinear.contact import Array
 
 FULL_TURN = 2.0 * math.pi
@@ -12,39 +15,46 @@ NARROWEST = 5e-9  # half width (rad) of an interval in which two roots count as 
 NOWHERE = 1e300
 
 
-@compiled
+@inner
 def taylor(coefficients: Array, angle: float) -> tuple[float, float, float]:
     """g(theta), g'(theta) and g''(theta); coefficients (2H+1,) in the order 0, Re 1, Im 1, ..."""
     c, s = math.cos(angle), math.sin(angle)
     value, slope, curvature = coefficients[0], 0.0, 0.0
     ch, sh = 1.0, 0.0
-    for h in range(1, (coefficients.shape[0] + 1) // 2):
+    h, k, end = 1.0, 1, 0.5 * coefficients.shape[0]
+    while h < end:
         ch, sh = ch * c - sh * s, sh * c + ch * s
-        re, im = coefficients[2 * h - 1], coefficients[2 * h]
+        re, im = coefficients[k], coefficients[k + 1]
         part = re * ch - im * sh
         value += part
         slope -= h * (re * sh + im * ch)
         curvature -= h * h * part
+        h += 1.0
+        k += 2
     return value, slope, curvature
 
 
-@compiled
+@lean
 def value_and_slope(coefficients: Array, angle: float) -> tuple[float, float]:
     """g(theta) and g'(theta)."""
     value, slope, _ = taylor(coefficients, angle)
     return value, slope
 
 
-@compiled
+@inner
 def derivative_bounds(coefficients: Array) -> tuple[float, float, float]:
     """Upper bounds sum h^k |c_h|, h > 0, of |g - c_0| and of the third and the fourth derivative."""
     zeroth, third, fourth = 0.0, 0.0, 0.0
-    for h in range(1, (coefficients.shape[0] + 1) // 2):
-        re, im = coefficients[2 * h - 1], coefficients[2 * h]
+    h, k, end = 1.0, 1, 0.5 * coefficients.shape[0]
+    while h < end:
+        re, im = coefficients[k], coefficients[k + 1]
         size = math.sqrt(re * re + im * im)
         zeroth += size
-        third += h * h * h * size
-        fourth += h * h * h * h * size
+        size *= h * h * h
+        third += size
+        fourth += h * size
+        h += 1.0
+        k += 2
     return zeroth, third, fourth
 
 
@@ -62,7 +72,7 @@ def cell_table(n_harmonics: int) -> Array:
     return table.reshape(2 * n_harmonics + 1, 3 * cells)
 
 
-@compiled
+@inner
 def bound_cells(
     first: Array, factor: float, second: Array, other: float, third: float, highest: Array, steepest: Array
 ) -> None:
@@ -77,11 +87,11 @@ def bound_cells(
         value = factor * first[0, k] + other * second[0, k]
         slope = factor * first[1, k] + other * second[1, k]
         bend = factor * first[2, k] + other * second[2, k]
-        highest[k] = value + abs(slope) + max(bend, 0.0) + rest / 6.0
+        highest[k] = value + abs(slope) + 0.5 * (bend + abs(bend)) + rest / 6.0
         steepest[k] = 2.0 * abs(bend) - slope + 0.5 * rest
 
 
-@compiled
+@inner
 def crossing(coefficients: Array, level: float, left: float, right: float, angle: float) -> float:
     """The one angle in [left, right] at which g rises through `level`: Halley's steps from `angle`, kept in there."""
     for _ in range(100):
@@ -93,18 +103,18 @@ def crossing(coefficients: Array, level: float, left: float, right: float, angle
             right = angle
         divisor = 2.0 * slope * slope - value * curvature
         step = 2.0 * value * slope / divisor if divisor > 0.0 else NOWHERE
-        moved = angle - step
-        if abs(step) <= 1e-7 and left - 1e-9 <= moved <= right + 1e-9:  # third order: the next step would be nothing
-            return min(max(moved, left), right)
-        if not left < moved < right:
-            moved = 0.5 * (left + right)
+        angle -= step
+        if left <= angle <= right:
+            if abs(step) <= 1e-7:  # third order: the next step would be nothing
+                return angle
+        else:
+            angle = 0.5 * (left + right)
             if right - left <= 1e-15 * FULL_TURN:
-                return moved
-        angle = moved
+                return angle
     return angle
 
 
-@compiled
+@inner
 def first_rise(
     coefficients: Array, level: float, third: float, left: float, right: float, falling: bool, slack: float
 ) -> float:
@@ -124,7 +134,9 @@ def first_rise(
             value, slope, curvature = taylor(coefficients, middle)
             value -= level
             change = (abs(curvature) + 0.5 * third * radius) * radius
-            top = value + (abs(slope) + (0.5 * max(curvature, 0.0) + third * radius / 6.0) * radius) * radius
+            top = (
+                value + (abs(slope) + (0.25 * (curvature + abs(curvature)) + third * radius / 6.0) * radius) * radius
+            )
             concave = curvature + third * radius <= 0.0
             if top <= slack or slope <= -change or (falling and concave):
                 break
@@ -136,21 +148,20 @@ def first_rise(
                     at_stop, leaving, _ = taylor(coefficients, stop)
                     at_stop -= level
                 if at_stop > slack:
-                    root = math.sqrt(max(slope * slope - 2.0 * curvature * value, 0.0))
-                    start = middle
-                    if slope + root > 0.0:
-                        start -= 2.0 * value / (slope + root)
+                    root = slope * slope - 2.0 * curvature * value
+                    root = slope + (math.sqrt(root) if root > 0.0 else 0.0)
+                    start = middle - 2.0 * value / root if root > 0.0 else middle
                     if not angle < start < stop:
                         start = middle if value > 0.0 else stop
                     return crossing(coefficients, level, angle, stop, start)
-                if narrow or not concave or at_stop - 2.0 * radius * min(leaving, 0.0) <= slack:
+                if narrow or not concave or at_stop - radius * (leaving - abs(leaving)) <= slack:
                     break
             stop = middle
         angle, falling = stop, False
     return NOWHERE
 
 
-@compiled
+@inner
 def next_rise(
     interval: tuple[float, float],
     rows: tuple[int, int],
@@ -170,16 +181,18 @@ def next_rise(
     angle, end = interval
     cells = highest.shape[1]
     width = FULL_TURN / cells
-    cell = int(angle / width)
+    cell = math.floor(angle / width)
     if (cell + 1) * width <= angle:
         cell += 1
     place = cell % cells
     while angle < end:
-        right = min((cell + 1) * width, end)
+        right = (cell + 1) * width
+        if right > end:
+            right = end
         # A maximum just before the end of a cell is best judged together with what follows.
         wide = fresh >= 0.0 and right - angle < 0.5 * width
         if wide:
-            right = min(right + width, end)
+            right = right + width if right + width < end else end
         met, hit = right, -1
         for row in range(rows[0], rows[1]):
             height = 0.0 if row > 1 else (1 - 2 * row) * level
@@ -197,10 +210,24 @@ def next_rise(
     return end, -1
 
 
-@compiled
-def list_roots(curves: Array, thirds: Array, highest: Array, roots: Array) -> int:
-    """Write the roots in [0, 2 pi) of the curve in row 2, its negative in row 3 (see `next_rise`); their number."""
-    value, slope, _ = taylor(curves[2], 0.0)
+@inner
+def prepare_roots(
+    coefficients: Array, values: Array, curves: Array, thirds: Array, highest: Array, roots: Array
+) -> int:
+    """Roots of g in [0, 2 pi) from its `values` (3, cells) in the cells (see `cell_table`); their number.
+
+    `roots` has room for them; curves, thirds and highest are scratch (see `next_rise`).
+    """
+    zeroth, third, _ = derivative_bounds(coefficients)
+    if zeroth <= abs(coefficients[0]):  # no harmonic can reach zero
+        return 0
+    for row in range(2, 4):
+        sign = 5.0 - 2.0 * row
+        for j in range(coefficients.shape[0]):
+            curves[row, j] = sign * coefficients[j]
+        thirds[row] = third
+        bound_cells(values, sign, values, 0.0, third, highest[row], highest[0])
+    value, slope, _ = taylor(coefficients, 0.0)
     row = 3 if value > 0.0 or (value == 0.0 and slope > 0.0) else 2
     angle, count = 0.0, 0
     while count < roots.shape[0]:
@@ -213,22 +240,6 @@ def list_roots(curves: Array, thirds: Array, highest: Array, roots: Array) -> in
     return count
 
 
-@compiled
-def prepare_roots(
-    coefficients: Array, values: Array, curves: Array, thirds: Array, highest: Array, roots: Array
-) -> int:
-    """Roots of g from its `values` (3, cells) in the cells (see `cell_table`); the other arrays are scratch."""
-    zeroth, third, _ = derivative_bounds(coefficients)
-    if zeroth <= abs(coefficients[0]):  # no harmonic can reach zero
-        return 0
-    for j in range(coefficients.shape[0]):
-        curves[2, j], curves[3, j] = coefficients[j], -coefficients[j]
-    thirds[2] = thirds[3] = third
-    bound_cells(values, 1.0, values, 0.0, third, highest[2], highest[0])
-    bound_cells(values, -1.0, values, 0.0, third, highest[3], highest[0])
-    return list_roots(curves, thirds, highest, roots)
-
-
 def find_roots(coefficients: Array, roots: Array) -> int:
     """Write all simple roots of g in [0, 2 pi) into `roots` (room for 2H), ascending; returns their number.
 
@@ -239,4 +250,11 @@ def find_roots(coefficients: Array, roots: Array) -> int:
     table = cell_table((coefficients.shape[0] - 1) // 2)
     values = np.ascontiguousarray((coefficients @ table).reshape(3, -1))
     curves, highest = np.zeros((4, coefficients.shape[0])), np.empty((4, values.shape[1]))
-    return prepare_roots(coefficients, values, curves, np.empty(4), highest, roots)
+    return _enter_roots(coefficients, values, curves, np.empty(4), highest, roots)
+
+
+@lean
+def _enter_roots(
+    coefficients: Array, values: Array, curves: Array, thirds: Array, highest: Array, roots: Array
+) -> int:
+    return prepare_roots(coefficients, values, curves, thirds, highest, roots)
