@@ -3,8 +3,9 @@
 The compiler keys its cache by the file of a function and does not see that a function called from another file has
 changed. Here the key is the source of all kernels: a change in any compiles all anew, and nothing stale is run.
 
-A function is optimised again in every one that calls it, and in those that call these. So calls go few levels deep,
-functions are small, and each is given no more than it needs: `lean` and `inner` where they do.
+Each function is optimised and translated again in every one that calls it, and in those that call these: calls should
+not go deep. `lean` and `inner` leave out what small kernels do not need, by options that numba has but does not
+document (its version is pinned).
 """
 
 import hashlib
@@ -24,7 +25,7 @@ def compiled(function: Function) -> Function:
 
 
 def lean(function: Function) -> Function:
-    """The same for a function that makes no array: it does not count references (atomically) for every view."""
+    """The same for a function that makes no array: references are not counted (atomically, for every view)."""
     return _compile(function, _nrt=False)
 
 
@@ -53,14 +54,15 @@ def _without_entry() -> type:
 
 
 def _compile(function: Function, **options: bool) -> Any:
-    from numba import njit
+    import numba
     from numba.core import config
 
     settings: Any = config
+    compiler: Any = numba.njit
     before = settings.CACHE_DIR
     settings.CACHE_DIR = before or str(cache_directory())
     try:
-        return njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
+        return compiler(cache=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
     finally:
         settings.CACHE_DIR = before
 

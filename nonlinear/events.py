@@ -19,9 +19,9 @@ def list_stretches(
     """Record the cycles of all nodes and directions.
 
     displacement (n_c, 3, 2H+1): u1, u2 and N; values (n_c, 3, 3, cells): the same times `cell_table`; gains (n_c,):
-    mu / kt, 0 where there is no slider. Written: `stretches`, rows as in `record`; spans (n_c, 4, 2): first row and
-    the one after the last of t1, t2 and n (where N > 0), then the worst state if nothing slips.
-    curves (4, 2H+1) and bounds (5, cells) are scratch: see `next_rise`, row 4 of `bounds` holds the third derivatives.
+    mu / kt, 0 where there is no slider. Written: `stretches`, rows as in `record`, and spans (n_c, 4, 2): for t1, t2
+    and n (where N > 0) the first row and the one after the last; then the worst state, slip not yet considered.
+    Scratch: curves (4, 2H+1) and bounds (5, cells), see `next_rise`; row 4 of `bounds` is its `thirds`.
     """
     count, thirds, roots = 0, bounds[4], curves[0]
     for node in range(gains.shape[0]):
@@ -149,8 +149,8 @@ def march(
     """Record the stretches of a slider under load from its `start` (see `start_slider`) to lift-off at `end`.
 
     Where it is `closed` it goes on and on. Then the cycle begins where a slip ends: a turn later the slider is at the
-    same place, or that slip was none of the steady cycle, which is reached within one turn; then it begins at the last
-    slip.
+    same place, or that slip was none of the steady cycle, which is reached within one turn; then it begins at the
+    last slip.
     """
     began, position, side, pull = start
     rest = STICKS

@@ -151,7 +151,7 @@ def _finish(
     load: Array,
     force: Array,
 ) -> None:
-    """Add the moments of stick and slip (work[2], work[3]) to the law own u + through N; its value, d/du and d/d(d_n)."""
+    """Add moments of stick and slip (work[2], work[3]) to the law own u + through N; its value and derivatives."""
     e = 0
     for i in range(motion.shape[0]):
         value = 0.0

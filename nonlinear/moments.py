@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.compilation import compiled, inner
+from nonlinear.compilation import inner
 from nonlinear.contact import Array
 
 
@@ -19,8 +19,8 @@ def add_moments(
 ) -> None:
     """Moments of a stretch of `length` that ends at `angle`: integrals of phi = 1, cos, -sin, cos 2, ... over 2 pi.
 
-    All arrays (4H+1,); here: phi at its beginning. Written: phi at its end and the moments; factor times these is added
-    to `total`.
+    All arrays (4H+1,); here: phi at its beginning. Written: `there`, phi at its end, and `moments`; these times
+    `factor` are added to `total`.
     """
     c, s = math.cos(angle), math.sin(angle)
     ch, sh = 1.0, 0.0
@@ -39,7 +39,7 @@ def add_moments(
 
 
 def product_table(n_harmonics: int) -> tuple[NDArray[np.int64], Array]:
-    """phi_i phi_j = sum_s factors[s] phi_k, k = indices[s], for phi = 1, cos, -sin, cos 2, ...: each (2, 2H+1, 2H+1)."""
+    """phi_i phi_j = sum_s factors[s, i, j] phi_k, k = indices[s, i, j], phi = 1, cos, -sin, cos 2, ...; s = 0, 1."""
     size = 2 * n_harmonics + 1
     harmonic, sine = (np.arange(size) + 1) // 2, (np.arange(size) % 2 == 0) & (np.arange(size) > 0)
     mixed, both = sine[:, None] ^ sine, sine[:, None] & sine
@@ -51,7 +51,7 @@ def product_table(n_harmonics: int) -> tuple[NDArray[np.int64], Array]:
     return indices, factors
 
 
-@compiled
+@inner
 def add_gram(gram: Array, cosine: Array, sine: Array, factor: float) -> None:
     """Add factor * sum phi_i phi_j to `gram` (2H+1, 2H+1) for phi = 1, cos, -sin, cos 2, -sin 2, ..."""
     n_harmonics = (gram.shape[0] - 1) // 2
@@ -71,7 +71,7 @@ def add_gram(gram: Array, cosine: Array, sine: Array, factor: float) -> None:
             gram[2 * h, 2 * g - 1] -= 0.5 * factor * (sine[plus] + sine_minus)
 
 
-@compiled
+@inner
 def mean_basis(vector: Array, cosine: Array, sine: Array) -> None:
     """Write sum phi_i into `vector` (2H+1,)."""
     vector[0] = cosine[0]
@@ -80,14 +80,14 @@ def mean_basis(vector: Array, cosine: Array, sine: Array) -> None:
         vector[2 * h] = -sine[h]
 
 
-@compiled
+@inner
 def add_scaled(total: Array, factor: float, vector: Array) -> None:
     """Add factor * vector to `total`; a loop, since array expressions take long to compile."""
     for i in range(total.shape[0]):
         total[i] += factor * vector[i]
 
 
-@compiled
+@inner
 def finish_node(
     node: int, direction: int, law: tuple[Array, Array, Array], displacement: Array, force: Array, jacobian: Array
 ) -> None:
@@ -111,12 +111,17 @@ def finish_node(
         force[i, node, direction] = weight * value
 
 
-def prefix_moments(n_harmonics: int, n_samples: int) -> tuple[Array, Array]:
-    """Running sums over samples of cos(m theta_k) and sin(m theta_k), m = 0 .. 2H: each (2H+1, n+1)."""
-    theta = 2.0 * np.pi * np.arange(n_samples) / n_samples
-    cosine = np.zeros((2 * n_harmonics + 1, n_samples + 1))
-    sine = np.zeros_like(cosine)
-    for m in range(2 * n_harmonics + 1):
-        cosine[m, 1:] = np.cumsum(np.cos(m * theta))
-        sine[m, 1:] = np.cumsum(np.sin(m * theta))
-    return cosine, sine
+def prefix_moments(n_harmonics: int, n_samples: int) -> Array:
+    """Running means over samples of cos(m theta_k) and sin(m theta_k), m = 0 .. 2H: (n+1, 2, 2H+1)."""
+    angles = np.outer(2.0 * np.pi * np.arange(n_samples) / n_samples, np.arange(2 * n_harmonics + 1))
+    prefix = np.zeros((n_samples + 1, 2, 2 * n_harmonics + 1))
+    prefix[1:] = np.cumsum(np.stack([np.cos(angles), np.sin(angles)], axis=1), axis=0) / n_samples
+    return prefix
+
+
+@inner
+def write_moments(prefix: Array, start: int, stop: int, moments: Array) -> None:
+    """Write the moments of the samples start .. stop - 1 over their number in the cycle, (2, 2H+1), from `prefix`."""
+    for part in range(2):
+        for m in range(moments.shape[1]):
+            moments[part, m] = prefix[stop, part, m] - prefix[start, part, m]

@@ -5,10 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
-from nonlinear.compilation import compiled
+from nonlinear.compilation import compiled, inner
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.fourier import basis_table
-from nonlinear.moments import add_gram, add_scaled, finish_node, mean_basis, prefix_moments
+from nonlinear.moments import add_gram, add_scaled, finish_node, mean_basis, prefix_moments, write_moments
 from nonlinear.sampled_plane import evaluate_plane
 from nonlinear.slider import NEVER, Integers, march
 
@@ -31,24 +31,24 @@ class SampledContact:
         return basis_table(self.n_harmonics, self.samples)
 
     @cached_property
-    def _prefix(self) -> tuple[Array, Array]:
+    def _prefix(self) -> Array:
         return prefix_moments(self.n_harmonics, self.samples)
 
     def evaluate(self, displacement: Array) -> ContactForces:
         """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
         size, n_contacts, _ = displacement.shape
         motion = (self.table @ displacement.reshape(size, -1)).T.reshape(n_contacts, 3, self.samples)
+        motion = np.ascontiguousarray(motion)
         force = np.zeros((size, n_contacts, 3))
         jacobian = np.zeros((n_contacts, 3, 3, size, size))
         state = np.zeros(n_contacts, dtype=np.int64)
         p = self.parameters
         laws = (p.normal_stiffness, p.tangential_stiffness, p.friction, p.interference, p.preload)
-        arguments = (displacement, np.ascontiguousarray(motion), laws, self.table, *self._prefix)
-        evaluate_normal(*arguments, force, jacobian)
+        evaluate_normal(displacement, motion, laws, self._prefix, force, jacobian)
         if p.law == "coupled":
-            evaluate_plane(displacement, arguments[1], laws, self.table, force, jacobian, state)
+            evaluate_plane(displacement, motion, laws, self.table, force, jacobian, state)
         else:
-            evaluate_tangential(*arguments, force, jacobian, state)
+            evaluate_tangential(displacement, motion, laws, self._prefix, self.table, force, jacobian, state)
         return ContactForces(force, jacobian, state)
 
 
@@ -57,32 +57,27 @@ def evaluate_normal(
     displacement: Array,
     motion: Array,
     laws: tuple[Array, Array, Array, Array, Array],
-    table: Array,
-    prefix_cosine: Array,
-    prefix_sine: Array,
+    prefix: Array,
     force: Array,
     jacobian: Array,
 ) -> None:
     """N = max(N0 + kn (v0 + d_n), 0) of every node; the balance sees N - N0."""
     normal_stiffness, _, _, interference, preload = laws
-    n_samples, size = table.shape
-    none = np.zeros((size, size))
-    mean = np.empty(size)
+    n_samples, size = motion.shape[2], force.shape[0]
+    none, moments, mean = np.zeros((size, size)), np.empty((2, size)), np.empty(size)
     for node in range(force.shape[1]):
         stiffness = normal_stiffness[node]
         offset = preload[node] + stiffness * interference[node]
-        gram = np.zeros((size, size))
-        constant = np.zeros(size)
+        gram, constant = np.zeros((size, size)), np.zeros(size)
         start = NEVER
         for k in range(n_samples + 1):
             pressed = k < n_samples and offset + stiffness * motion[node, 2, k] > 0.0
             if pressed and start == NEVER:
                 start = k
             elif not pressed and start != NEVER:
-                cosine = (prefix_cosine[:, k] - prefix_cosine[:, start]) / n_samples
-                sine = (prefix_sine[:, k] - prefix_sine[:, start]) / n_samples
-                add_gram(gram, cosine, sine, stiffness)
-                mean_basis(mean, cosine, sine)
+                write_moments(prefix, start, k, moments)
+                add_gram(gram, moments[0], moments[1], stiffness)
+                mean_basis(mean, moments[0], moments[1])
                 add_scaled(constant, offset, mean)
                 start = NEVER
         finish_node(node, 2, (gram, none, constant), displacement, force, jacobian)
@@ -94,9 +89,8 @@ def evaluate_tangential(
     displacement: Array,
     motion: Array,
     laws: tuple[Array, Array, Array, Array, Array],
+    prefix: Array,
     table: Array,
-    prefix_cosine: Array,
-    prefix_sine: Array,
     force: Array,
     jacobian: Array,
     worst: Integers,
@@ -104,66 +98,52 @@ def evaluate_tangential(
     """One slider along t1 and one along t2 at every node (uncoupled law)."""
     normal_stiffness, tangential_stiffness, friction, interference, preload = laws
     n_samples, size = table.shape
-    state = np.empty(n_samples, dtype=np.int64)
-    source = np.empty(n_samples, dtype=np.int64)
-    sign = np.empty(n_samples, dtype=np.int64)
-    limit = np.empty(n_samples)
+    history = np.empty((3, n_samples), dtype=np.int64)
+    state, source, sign = history[0], history[1], history[2]
+    limit, moments, mean = np.empty(n_samples), np.empty((2, size)), np.empty(size)
     for node in range(force.shape[1]):
-        offset = preload[node] + normal_stiffness[node] * interference[node]
+        kt, mu, kn = tangential_stiffness[node], friction[node], normal_stiffness[node]
+        offset = preload[node] + kn * interference[node]
         for k in range(n_samples):
-            load = offset + normal_stiffness[node] * motion[node, 2, k]
-            limit[k] = friction[node] * max(load, 0.0)
-            worst[node] = max(worst[node], LIFT_OFF if load <= 0.0 else STICK)
+            load = offset + kn * motion[node, 2, k]
+            limit[k] = mu * load if load > 0.0 else 0.0
+            if load <= 0.0:
+                worst[node] = LIFT_OFF
+        if kt == 0.0:
+            continue
         for direction in range(2):
-            if tangential_stiffness[node] == 0.0:
-                continue
-            march(motion[node, direction], limit, tangential_stiffness[node], state, source, sign)
+            march(motion[node, direction], limit, kt, state, source, sign)
             law = (np.zeros((size, size)), np.zeros((size, size)), np.zeros(size))
             start = 0
             for k in range(1, n_samples + 1):
                 if k == n_samples or state[k] != state[start] or sign[k] != sign[start] or _moved(state, source, k):
-                    moments = (
-                        (prefix_cosine[:, k] - prefix_cosine[:, start]) / n_samples,
-                        (prefix_sine[:, k] - prefix_sine[:, start]) / n_samples,
-                    )
-                    coefficients = (tangential_stiffness[node], friction[node], normal_stiffness[node], offset)
-                    _add_stretch(law, moments, coefficients, state[start], sign[start], source[start], table)
-                    if state[start] == SLIP:
-                        worst[node] = max(worst[node], SLIP)
+                    write_moments(prefix, start, k, moments)
+                    mean_basis(mean, moments[0], moments[1])
+                    pull = sign[start] * mu
+                    if state[start] == SLIP:  # T = sign mu N
+                        add_gram(law[1], moments[0], moments[1], pull * kn)
+                        add_scaled(law[2], pull * offset, mean)
+                        if worst[node] < SLIP:
+                            worst[node] = SLIP
+                    elif state[start] == STICK:
+                        add_gram(law[0], moments[0], moments[1], kt)
+                        if source[start] != NEVER:
+                            _add_memory(law, mean, table[source[start]], kt, pull * kn)
+                            add_scaled(law[2], pull * offset, mean)
                     start = k
             finish_node(node, direction, law, displacement, force, jacobian)
 
 
-@compiled
+@inner
 def _moved(state: Integers, source: Integers, k: int) -> bool:
     """Whether the slider stands elsewhere in the stick sample k than in the one before."""
     return state[k] == STICK and source[k] != source[k - 1]
 
 
-@compiled
-def _add_stretch(
-    law: tuple[Array, Array, Array],
-    moments: tuple[Array, Array],
-    coefficients: tuple[float, float, float, float],
-    state: int,
-    sign: int,
-    source: int,
-    table: Array,
-) -> None:
-    """Add the tangential force of one stretch, linear in the displacement, to `law` (see `finish_node`)."""
-    own, normal, constant = law
-    cosine, sine = moments
-    kt, mu, kn, offset = coefficients
-    mean = np.empty(constant.shape[0])
-    mean_basis(mean, cosine, sine)
-    if state == SLIP:  # T = sign mu N
-        add_gram(normal, cosine, sine, sign * mu * kn)
-        add_scaled(constant, sign * mu * offset, mean)
-    elif state == STICK:  # T = kt (u - u_source) + sign mu N_source
-        add_gram(own, cosine, sine, kt)
-        if source != NEVER:
-            for i in range(mean.shape[0]):
-                for j in range(mean.shape[0]):
-                    own[i, j] -= kt * mean[i] * table[source, j]
-                    normal[i, j] += sign * mu * kn * mean[i] * table[source, j]
-            add_scaled(constant, sign * mu * offset, mean)
+@inner
+def _add_memory(law: tuple[Array, Array, Array], mean: Array, basis: Array, kt: float, slope: float) -> None:
+    """Add to T = kt u what it owes to the sample of `basis`, which set the slider: sign mu N - kt u there."""
+    for i in range(mean.shape[0]):
+        for j in range(mean.shape[0]):
+            law[0][i, j] -= kt * mean[i] * basis[j]
+            law[1][i, j] += slope * mean[i] * basis[j]

@@ -9,7 +9,7 @@ in full stick ends with the static force projected on its admissible range (pape
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.compilation import compiled
+from nonlinear.compilation import lean
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array
 
 Integers = NDArray[np.int64]
@@ -17,7 +17,7 @@ NEVER = -1
 ROUND_OFF = 1e-13  # excess over the limit, relative, that does not count as slip
 
 
-@compiled
+@lean
 def march(motion: Array, limit: Array, stiffness: float, state: Integers, source: Integers, sign: Integers) -> None:
     """Record the steady cycle of a 1D slider of `stiffness` kt > 0.
 
@@ -45,7 +45,7 @@ def march(motion: Array, limit: Array, stiffness: float, state: Integers, source
                 source[k], sign[k] = last, direction
 
 
-@compiled
+@lean
 def march_plane(
     motion: Array, limit: Array, stiffness: float, max_turns: int, tolerance: float, state: Integers, force: Array
 ) -> int:
