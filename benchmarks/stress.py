@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from bisect import insort
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -38,8 +39,10 @@ def main(arguments: list[str] | None = None) -> int:
         return _replay(options)
     cases = draw_cases(FULL if options.full else options.cases, options.seed, options.hard)
     models = reduced_models(options.scene, (case.angle for case in cases), options.out / "models")
-    results = sorted(_solved(cases, models, options), key=lambda result: result.case.index)
-    write_csv(options.out / "cases.csv", results)
+    results: list[StressResult] = []
+    for result in _solved(cases, models, options):
+        insort(results, result, key=lambda done: done.case.index)
+        write_csv(options.out / "cases.csv", results)  # what is done is kept if the run is stopped
     (options.out / "summary.md").write_text(summary_text(results), encoding="utf-8")
     from stress_picture import draw_matrix
 
