@@ -37,7 +37,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     if options.replay is not None:
         return _replay(options)
-    cases = draw_cases(FULL if options.full else options.cases, options.seed, options.hard)
+    cases = draw_cases(FULL if options.full else options.cases, options.seed, options.hard, options.law)
     models = reduced_models(options.scene, (case.angle for case in cases), options.out / "models")
     results: list[StressResult] = []
     for result in _solved(cases, models, options):
@@ -58,6 +58,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--full", action="store_true", help=f"draw {FULL}")
     parser.add_argument("--seed", type=int, default=1, help="another seed draws other cases (1)")
     parser.add_argument("--hard", action="store_true", help="from the corner where curves have turning points")
+    parser.add_argument("--law", choices=("uncoupled", "coupled"), default="uncoupled", help="of the friction")
     parser.add_argument("--jobs", type=_positive, default=1, help="worker processes, one BLAS thread each (1)")
     parser.add_argument("--limit", type=float, default=600.0, help="seconds that a case may take (600)")
     parser.add_argument("--scene", type=Path, default=HOUSE / "scenes" / "figure5.toml", help="whose blade to use")
@@ -103,7 +104,7 @@ def _each(cases: list[StressCase], models: dict[float, Path], options: argparse.
 
 
 def _replay(options: argparse.Namespace) -> int:
-    case = draw_cases(options.replay + 1, options.seed, options.hard)[options.replay]
+    case = draw_cases(options.replay + 1, options.seed, options.hard, options.law)[options.replay]
     model = reduced_models(options.scene, [case.angle], options.out / "models")[case.angle]
     result, curve = attempt(case, model, options.limit)
     for name, value in result.row().items():

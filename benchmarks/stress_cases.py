@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields
-from typing import Any
+from dataclasses import asdict, dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
+if TYPE_CHECKING:
+    from nonlinear.contact import Law
+
 BLOCK = 200  # every block is a Latin hypercube of its own: case INDEX of a seed is the same however many are drawn
-SCALES = tuple(
-    float(value) for value in np.logspace(-8.0, -3.0, 10)
-)  # m/N; the free peak moves 3e-4 m/N at zeta 1e-4
+SCALES = tuple(np.logspace(-8.0, -3.0, 10).tolist())  # m/N; the free peak moves 3e-4 m/N at zeta 1e-4
 
 LEVELS: dict[str, tuple[Any, ...]] = {
     "angle": (45.0, 70.0, 110.0, 150.0, 180.0),
@@ -39,6 +40,7 @@ class StressCase:
 
     order_ratio : EO / N_b. normal_stiffness : N/m of the whole face; tangential is 0.75 of it.
     interference : v0 over the force amplitude, m/N, negative for a gap. The force is 1 N: the problem is homogeneous.
+    law : of the friction, the same for all cases of a draw.
     """
 
     seed: int
@@ -51,12 +53,13 @@ class StressCase:
     friction: float
     damping_ratio: float
     harmonics: int
+    law: Law = "uncoupled"
 
     @property
     def replay(self) -> str:
         """The command that solves this case again and draws its curve."""
-        hard = " --hard" if self.hard else ""
-        return f"python benchmarks/stress.py --replay {self.index} --seed {self.seed}{hard} --draw"
+        draw = (" --hard" if self.hard else "") + (f" --law {self.law}" if self.law != "uncoupled" else "")
+        return f"python benchmarks/stress.py --replay {self.index} --seed {self.seed}{draw} --draw"
 
     @property
     def stiffness_decade(self) -> str:
@@ -76,10 +79,10 @@ class StressCase:
         return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
-FACTORS = tuple(field.name for field in fields(StressCase) if field.name not in ("seed", "index", "hard"))
+FACTORS = tuple(field.name for field in fields(StressCase) if field.name not in ("seed", "index", "hard", "law"))
 
 
-def draw_cases(count: int, seed: int, hard: bool = False) -> list[StressCase]:
+def draw_cases(count: int, seed: int, hard: bool = False, law: Law = "uncoupled") -> list[StressCase]:
     """The first `count` cases of a seed: Latin hypercubes of 200, every level of a factor equally frequent in each.
 
     Equally to within two cases; the stiffness is spread log-uniformly. `hard`: from the hard corner only.
@@ -89,7 +92,7 @@ def draw_cases(count: int, seed: int, hard: bool = False) -> list[StressCase]:
         hypercube = qmc.LatinHypercube(d=len(FACTORS), rng=np.random.default_rng((seed, block)))
         rows = hypercube.random(BLOCK)
         cases.extend(_case(seed, block * BLOCK + row, sample, hard) for row, sample in enumerate(rows))
-    return cases[:count]
+    return [replace(case, law=law) for case in cases[:count]]
 
 
 def _case(seed: int, index: int, sample: NDArray[np.float64], hard: bool) -> StressCase:

@@ -35,7 +35,7 @@ def summary_text(results: Sequence[StressResult]) -> str:
     """Counts by outcome and by level, times, slowest cases, worst energy errors, every incomplete case in full."""
     incomplete = [result for result in results if not result.complete]
     parts = [
-        f"# Stability matrix, seed {results[0].case.seed}{', hard corner' if results[0].case.hard else ''}",
+        _title(results[0].case),
         f"{len(results)} curves, {len(results) - len(incomplete)} complete, {len(incomplete)} incomplete; "
         f"{sum(r.seconds for r in results):.0f} s of solving, {sum(r.points for r in results)} points; "
         f"{sum(r.detached > 0 for r in results)} curves with detached branches.",
@@ -53,6 +53,11 @@ def summary_text(results: Sequence[StressResult]) -> str:
         "\n\n".join(_in_full(result) for result in incomplete) or "None.",
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def _title(case: StressCase) -> str:
+    hard = ", hard corner" if case.hard else ""
+    return f"# Stability matrix, seed {case.seed}{hard}{', coupled law' if case.law == 'coupled' else ''}"
 
 
 def _outcomes(results: Sequence[StressResult]) -> str:

@@ -132,6 +132,7 @@ def curve_of(case: StressCase, model: Path, frequency: tuple[float, float], watc
         tangential_stiffness=TANGENTIAL_RATIO * case.normal_stiffness,
         friction=case.friction,
         interference=case.interference,
+        law=case.law,
     )
     modal = modal_model(reduced, damping_ratio=case.damping_ratio)
     options = SolverOptions(frequency, harmonics=case.harmonics)

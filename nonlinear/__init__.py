@@ -14,7 +14,7 @@ from nonlinear.contact import (
 )
 from nonlinear.curve import ResponseCurve
 from nonlinear.cycle import ContactCycle, contact_cycle
-from nonlinear.elements import contact_element, integration_of
+from nonlinear.elements import contact_element
 from nonlinear.linear import linear_response
 from nonlinear.options import Excitation, OptionsError, SolverOptions
 from nonlinear.outcome import Ending, Outcome
@@ -45,7 +45,6 @@ __all__ = [
     "contact_element",
     "forced_response",
     "harmonic_balance",
-    "integration_of",
     "linear_response",
     "punch_stiffness",
 ]

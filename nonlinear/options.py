@@ -29,8 +29,8 @@ class SolverOptions:
     frequency : (low, high) in Hz.
     harmonics : H, harmonics 0 .. H are balanced; "auto": as many as `harmonic_tolerance` asks for.
     harmonic_tolerance : largest estimated truncation error, relative to the peak amplitude, that "auto" accepts.
-    integration : how the contact force is integrated over the cycle; "exact": from event to event (uncoupled law),
-        "sampled": at `samples` instants. None: exact where the law allows it, else sampled.
+    integration : how the contact force is integrated over the cycle; "exact": from event to event (in closed form for
+        the uncoupled law, with a controlled error for the coupled one), "sampled": at `samples` instants.
     samples : instants a period, at least 4 H + 4.
     method : "coupled" (static and dynamic balance together) or "static-first" (the classical two steps).
     detached : whether branches that hang on the curve nowhere are looked for.
@@ -47,7 +47,7 @@ class SolverOptions:
     frequency: tuple[float, float]
     harmonics: int | Literal["auto"] = 1
     harmonic_tolerance: float = 1e-3
-    integration: Integration | None = None
+    integration: Integration = "exact"
     samples: int = 1024
     method: Method = "coupled"
     detached: bool = True
@@ -73,7 +73,7 @@ class SolverOptions:
         least = 4 * (1 if self.harmonics == "auto" else self.harmonics) + 4
         if self.samples < least:
             raise OptionsError(f"samples: {self.samples}, allowed: {least} or more for so many harmonics")
-        if self.integration not in (None, "exact", "sampled"):
+        if self.integration not in ("exact", "sampled"):
             raise OptionsError(f'integration: {self.integration!r}, allowed: "exact" or "sampled"')
         if self.stability not in ("floquet", "folds"):
             raise OptionsError(f'stability: {self.stability!r}, allowed: "floquet" or "folds"')

@@ -89,9 +89,6 @@ def _check_keys(path: Path, member: Member) -> None:
         raise input_error(path, "rom.frequency_limit", "given beside modes", "one of the two")
     if not any(scene.excitation.unit_direction):
         raise _refused(path, member, "excitation.direction", list(scene.excitation.direction))
-    if scene.contact.used_integration == "exact" and scene.contact.law == "coupled":
-        allowed = '"sampled" with law = "coupled"'
-        raise input_error(path, _where(member, "contact.integration"), '"exact"', allowed)
     least = 4 * (1 if response.harmonics == "auto" else response.harmonics) + 4
     if scene.contact.samples < least:
         allowed = f"{least} or more with {response.harmonics} harmonics"

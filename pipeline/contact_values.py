@@ -18,7 +18,7 @@ def used_contact(scene: Scene, face_area: float | None) -> dict[str, Any]:
 
     `face_area` (m^2) is needed for "punch" alone.
     """
-    values = scene.contact.model_dump() | {"integration": scene.contact.used_integration}
+    values = scene.contact.model_dump()
     if "punch" in (values["normal_stiffness"], values["tangential_stiffness"]):
         from nonlinear import punch_stiffness
 

@@ -129,21 +129,12 @@ class Contact(Section):
     law: Literal["uncoupled", "coupled"] = _key(
         "one slider along t1 and one along t2, or one slider in the plane", '"uncoupled" or "coupled"', "uncoupled"
     )
-    integration: Literal["exact", "sampled"] | None = _key(
-        "how a period is integrated: from event to event or at equal instants; default: exact if the law allows",
-        '"exact" (law "uncoupled" only) or "sampled"',
-        None,
+    integration: Literal["exact", "sampled"] = _key(
+        "how a period is integrated: from event to event or at equal instants", '"exact" or "sampled"', "exact"
     )
     samples: Whole = _key(
         "instants of a period where it is sampled", "a whole number, 16 to 65536", 1024, ge=16, le=65536
     )
-
-    @property
-    def used_integration(self) -> Literal["exact", "sampled"]:
-        """The integration that is used: the one asked for, else exact where the law allows it."""
-        if self.integration is not None:
-            return self.integration
-        return "exact" if self.law == "uncoupled" else "sampled"
 
 
 class Excitation(Section):

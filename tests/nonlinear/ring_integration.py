@@ -26,7 +26,7 @@ def transition(frequency, damping, step):
 
 
 @njit
-def march_ring(matrices, right, left, external, laws, eta, rate, slider, n_steps, tip):
+def march_ring(matrices, right, left, external, laws, coupled, eta, rate, slider, n_steps, tip):
     """March `n_steps`; external (period steps, blades, modes); returns the tip motion of blade 0, (n_steps + 1,)."""
     kn, kt, mu, v0 = laws
     n_blades, n_modes = eta.shape
@@ -48,10 +48,18 @@ def march_ring(matrices, right, left, external, laws, eta, rate, slider, n_steps
                 for node in range(n_rows // 3):
                     load = max(kn[node] * (v0[node] + d[3 * node + 2]), 0.0)
                     f[3 * node + 2] = -load
+                    reach = mu[node] * load / kt[node]
+                    over = 0.0
+                    if coupled:
+                        stretch = d[3 * node : 3 * node + 2] - slider[blade, node]
+                        far = np.sqrt(stretch[0] ** 2 + stretch[1] ** 2)
+                        over = max(1.0 - reach / far, 0.0) if far > 0.0 else 0.0
                     for a in range(2):
-                        reach = mu[node] * load / kt[node]
                         w = slider[blade, node, a]
-                        w = min(max(w, d[3 * node + a] - reach), d[3 * node + a] + reach)
+                        if coupled:  # drawn towards d up to the circle
+                            w += over * stretch[a]
+                        else:
+                            w = min(max(w, d[3 * node + a] - reach), d[3 * node + a] + reach)
                         placed[blade, node, a] = w
                         f[3 * node + a] = -kt[node] * (d[3 * node + a] - w)
                 force[blade] += right.T @ f
@@ -98,6 +106,7 @@ def integrate_ring(modal, contact, point, *, engine_order, force, periods, steps
         np.ascontiguousarray(modal.left),
         external,
         laws,
+        contact.law == "coupled",
         eta,
         rate,
         slider,

@@ -21,7 +21,7 @@ def directional_error(element, rows, direction, step):
     return np.max(np.abs(numerical - analytic)) / max(np.max(np.abs(analytic)), 1.0)
 
 
-CASES = [("exact", "uncoupled"), ("sampled", "uncoupled"), ("sampled", "coupled")]
+CASES = [("exact", "uncoupled"), ("exact", "coupled"), ("sampled", "uncoupled"), ("sampled", "coupled")]
 
 
 @pytest.mark.parametrize(("integration", "law"), CASES)

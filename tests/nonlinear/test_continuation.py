@@ -253,10 +253,3 @@ def test_bad_contact_parameters_are_named():
     modal = modal_model(oscillator(), damping_ratio=0.01)
     with pytest.raises(ContactError, match="2 nodes, allowed: 1"):
         forced_response(modal, ContactParameters(one, one, one, one, one), Excitation(0, 1.0), SolverOptions((1, 2)))
-    with pytest.raises(ContactError, match="closed form"):
-        forced_response(
-            modal,
-            ContactParameters(*(np.ones(1) for _ in range(5)), law="coupled"),
-            Excitation(0, 1.0),
-            SolverOptions((1, 2), integration="exact"),
-        )

@@ -53,12 +53,13 @@ def test_den_hartog(beta, exact, one):
     assert errors[3] < errors[2] < errors[1] < errors[0]
 
 
+@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
 @pytest.mark.parametrize("harmonics", [1, 3])
-def test_samples_converge_to_the_exact_element(harmonics):
+def test_samples_converge_to_the_exact_element(harmonics, law):
     """Errors of the sampled force fall at least linearly in the sample spacing, on average over random states."""
     rng = np.random.default_rng(2)
     contact = ContactParameters.shared(
-        40, normal_stiffness=40.0, tangential_stiffness=30.0, friction=0.5, interference=rng.normal(size=40)
+        40, normal_stiffness=40.0, tangential_stiffness=30.0, friction=0.5, interference=rng.normal(size=40), law=law
     )
     rows = rng.normal(size=(2 * harmonics + 1, 40, 3))
 
@@ -74,19 +75,24 @@ def test_samples_converge_to_the_exact_element(harmonics):
     assert errors[-1] < 1e-4 * np.abs(exact).max()
 
 
+@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
 @pytest.mark.parametrize("harmonics", [1, 3])
 @pytest.mark.parametrize("vibration", [0.0, 1e-25, 1e-20, 1e-16, 1e-12, 1e-6])
-def test_motion_of_round_off_size(harmonics, vibration):
+def test_motion_of_round_off_size(harmonics, vibration, law):
     """A large static slip under next to no vibration: the slider stands where the limit put it."""
     rng = np.random.default_rng(9)
     contact = ContactParameters.shared(
-        50, normal_stiffness=100.0, tangential_stiffness=150.0, friction=0.1, interference=5.0
+        50, normal_stiffness=100.0, tangential_stiffness=150.0, friction=0.1, interference=5.0, law=law
     )
     rows = vibration * rng.normal(size=(2 * harmonics + 1, 50, 3))
     rows[0, :, :2] = 10.0 * rng.normal(size=(50, 2))
     options = SolverOptions((1.0, 2.0), harmonics=harmonics)
     forces = contact_element(contact, harmonics, options).evaluate(rows)
-    static = np.clip(3.0 * rows[0, :, :2], -1.0, 1.0)  # kt u, at most mu N = 0.1 * 2 * 5
+    static = 3.0 * rows[0, :, :2]  # kt u, at most mu N = 0.1 * 2 * 5, in each direction or in the plane
+    if law == "uncoupled":
+        static = np.clip(static, -1.0, 1.0)
+    else:
+        static /= np.maximum(np.linalg.norm(static, axis=1, keepdims=True), 1.0)
     assert -forces.force[0, :, :2] == pytest.approx(static, abs=1e-14 + 50.0 * vibration)
     assert np.max(np.abs(forces.force[1:])) <= 50.0 * vibration  # 0 where nothing moves: no round-off of the load
 

@@ -83,8 +83,7 @@ def test_very_large_friction_never_slips_while_pressed():
 @pytest.mark.parametrize("interference", [-3.0, 0.0, 2.0])
 @pytest.mark.parametrize("law", ["uncoupled", "coupled"])
 def test_homogeneous_in_force_and_interference(interference, law):
-    keys = {"law": law, "integration": "sampled", "samples": 256} if law == "coupled" else {}
-    one, scaled = solve(interference, **keys), solve(8.0 * interference, force=8.0, **keys)
+    one, scaled = solve(interference, law=law), solve(8.0 * interference, force=8.0, law=law)
     assert one.outcome.complete
     assert scaled.points == one.points  # the step control sees no scale
     assert scaled.frequency_hz == pytest.approx(one.frequency_hz, rel=1e-10)

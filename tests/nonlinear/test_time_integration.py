@@ -13,24 +13,26 @@ from rom import modal_model
 HARMONICS, PERIODS, STEPS = 21, 40, 2000
 
 
-def contact(interference):
+def contact(interference, law="uncoupled"):
     return ContactParameters.shared(
-        2, normal_stiffness=6.0, tangential_stiffness=4.0, friction=0.4, interference=interference
+        2, normal_stiffness=6.0, tangential_stiffness=4.0, friction=0.4, interference=interference, law=law
     )
 
 
 @pytest.mark.parametrize(
-    ("n_blades", "interference", "fraction"),
+    ("n_blades", "interference", "fraction", "law"),
     [
-        (2, -6.0, 0.9),  # a gap that closes: on the upper stable branch above the free resonance
-        (3, -4.0, 0.97),  # the same with a travelling wave of 120 degrees
-        (3, 0.5, 1.0),  # pressed together: stick, slip and partial lift-off
-        (2, 0.0, 1.0),
+        (2, -6.0, 0.9, "uncoupled"),  # a gap that closes: on the upper stable branch above the free resonance
+        (3, -4.0, 0.97, "uncoupled"),  # the same with a travelling wave of 120 degrees
+        (3, 0.5, 1.0, "uncoupled"),  # pressed together: stick, slip and partial lift-off
+        (2, 0.0, 1.0, "uncoupled"),
+        (3, 0.5, 1.0, "coupled"),
+        (2, 0.0, 1.0, "coupled"),
     ],
 )
-def test_ring_of_blades(n_blades, interference, fraction):
+def test_ring_of_blades(n_blades, interference, fraction, law):
     modal = modal_model(lumped_blade(n_blades), damping_ratio=0.02)
-    parameters, excitation = contact(interference), Excitation(1, 1.0)
+    parameters, excitation = contact(interference, law), Excitation(1, 1.0)
     coarse = forced_response(modal, parameters, excitation, SolverOptions((0.1, 0.8), harmonics=3))
     assert coarse.outcome.complete
     # the stable point nearest to a fraction of the peak's frequency, highest amplitude first

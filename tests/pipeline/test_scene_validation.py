@@ -79,7 +79,7 @@ def test_missing_sections_are_named(tmp_path: Path, section: str) -> None:
         ({"contact__law": "isotropic"}, "contact.law", '"isotropic"'),
         ({"contact__samples": 1}, "contact.samples", "1"),
         ({"contact__samples": 64, "response__harmonics": 30}, "contact.samples", "64"),
-        ({"contact__law": "coupled", "contact__integration": "exact"}, "contact.integration", '"exact"'),
+        ({"contact__integration": "trapezoidal"}, "contact.integration", '"trapezoidal"'),
         ({"blade__n_blades": 72.0}, "blade.n_blades", "72.0"),
         ({"blade__n_blades": 2}, "blade.n_blades", "2"),
         ({"blade__length": 0}, "blade.length", "0"),

@@ -1,0 +1,104 @@
+"""The coupled law, exact to a stated error: against SciPy's integrators, symmetries, and whole curves."""
+
+import numpy as np
+import pytest
+from cone_reference import PlaneSlider
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nonlinear import LIFT_OFF, SLIP, STICK, ContactParameters, SolverOptions, contact_element
+from nonlinear.cone import FORCE_ERROR, ConeContact
+
+NORMAL, TANGENTIAL, FRICTION = 1.0, 3.0, 0.5
+
+
+def cone(interference, harmonics):
+    n = np.size(interference)
+    contact = ContactParameters.shared(
+        n,
+        normal_stiffness=n * NORMAL,
+        tangential_stiffness=n * TANGENTIAL,
+        friction=FRICTION,
+        interference=interference,
+        law="coupled",
+    )
+    return contact_element(contact, harmonics, SolverOptions((1.0, 2.0), harmonics=harmonics))
+
+
+def motion(seed, harmonics, n_contacts):
+    """Random coefficients that fall with the harmonic, (2H+1, n_c, 3)."""
+    rows = np.random.default_rng(seed).normal(size=(2 * harmonics + 1, n_contacts, 3))
+    return rows / (1.0 + np.arange(2 * harmonics + 1)[:, None, None] // 2)
+
+
+def slip_work(rows, force):
+    """Work per cycle that the motion puts into the tangential forces -f_R."""
+    f, d = force[1::2] + 1j * force[2::2], rows[1::2] + 1j * rows[2::2]
+    order = np.arange(1, f.shape[0] + 1)[:, None]
+    return float(np.pi * (order * (f.conj() * d).imag).sum())
+
+
+def test_it_is_the_default_of_the_coupled_law():
+    assert isinstance(cone([0.0], 1), ConeContact)
+
+
+@pytest.mark.parametrize(("harmonics", "nodes"), [(1, 10), (3, 6), (5, 5)])
+def test_forces_and_work_of_a_general_integrator(harmonics, nodes):
+    """Open part of the time, or slipping all the time, at random; to the error that the element states."""
+    interference = np.random.default_rng(harmonics).choice([-0.3, 0.3, 1.2, 2.5], size=nodes)
+    rows = motion(harmonics, harmonics, nodes)
+    result = cone(interference, harmonics).evaluate(rows)
+    assert {SLIP, LIFT_OFF} == set(result.state.tolist())
+    for node in range(nodes):
+        slider = PlaneSlider(rows[:, node], kn=NORMAL, kt=TANGENTIAL, mu=FRICTION, load=interference[node])
+        force, work = slider.steady()
+        assert np.abs(force - result.force[:, node, :2]).max() < FORCE_ERROR * TANGENTIAL * slider.largest
+        assert slip_work(rows[:, node, :2], result.force[:, node, :2]) == pytest.approx(work, rel=1e-10, abs=1e-12)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.integers(0, 2**32 - 1),
+    st.sampled_from([1, 2, 3, 5]),
+    st.floats(-1.0, 3.0),
+    st.floats(0.0, 6.28),
+    st.floats(0.0, 6.28),
+)
+def test_no_direction_and_no_instant_is_special(seed, harmonics, interference, turn, shift):
+    """Turning the plane turns the force, a later start of the cycle shifts it: all event searches begin elsewhere."""
+    rows, element = motion(seed, harmonics, 3), cone(np.full(3, interference), harmonics)
+    plain = element.evaluate(rows)
+    matrix = np.eye(3)
+    matrix[:2, :2] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
+    later = np.exp(1j * shift * np.arange(1, harmonics + 1))[:, None, None]
+
+    def moved(values):
+        result = values @ matrix.T
+        complex_values = (result[1::2] + 1j * result[2::2]) * later
+        result[1::2], result[2::2] = complex_values.real, complex_values.imag
+        return result
+
+    there = element.evaluate(moved(rows))
+    rests = there.state == STICK  # where a slider comes to rest depends on where its cycle begins
+    assert np.array_equal(there.state, plain.state)
+    scale = TANGENTIAL * np.abs(rows).max() * harmonics
+    assert np.abs(there.force - moved(plain.force))[:, ~rests].max(initial=0.0) < 1e-9 * scale
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1, 2, 5, 7]))
+def test_finite_and_dissipating_for_parameters_of_any_size(seed, harmonics):
+    rng = np.random.default_rng(seed)
+    n = 12
+    kn, kt = rng.choice([0.0, 1e-9, 1.0, 1e9], size=n), rng.choice([0.0, 1e-12, 1.0, 1e6], size=n)
+    mu, v0 = rng.choice([0.0, 1e-12, 0.3, 1e6], size=n), rng.choice([0.0, -1.0, 1.0, 1e-9, 100.0], size=n)
+    contact = ContactParameters(kn, kt, mu, v0, rng.choice([0.0, 1e-12, 1.0, 1e6], size=n), "coupled")
+    rows = motion(seed, harmonics, n) * rng.choice([0.0, 1e-15, 1e-6, 1.0, 1e3], size=n)[:, None]
+    rows[:, rng.random(n) < 0.3, 1] = 0.0  # along a line
+    result = ConeContact(contact, harmonics).evaluate(rows)
+    assert np.isfinite(result.force).all()
+    assert np.isfinite(result.jacobian).all()
+    for node in range(n):
+        force = result.force[:, node, :2]
+        size = np.abs(force).max() * np.abs(rows[:, node, :2]).max()
+        assert slip_work(rows[:, node, :2], force) >= -1e-9 * size * harmonics**2
