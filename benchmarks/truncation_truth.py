@@ -1,0 +1,219 @@
+"""The highest peak with 31 harmonics: that of a wider curve, and the peak at hand, each carried up step by step."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stress_cases import TANGENTIAL_RATIO, StressCase
+from stress_solving import OutOfTimeError, frequency_range
+
+if TYPE_CHECKING:
+    from nonlinear.contact import Array
+    from nonlinear.continuation import Continuation
+    from nonlinear.curve_point import CurvePoint
+    from nonlinear.family import BalanceFamily
+    from nonlinear.trace import Trace
+
+STEPS_UP = (3, 5, 7, 9, 11, 15, 21, 31)
+REFERENCES = {1: (7, 11), 3: (7, 11), 5: (9, 13), 7: (11, 15)}  # harmonics of the wider curves, by those at hand
+NEAR_THE_TOP = 0.75  # peaks of the wider curve this high, relative to the highest, are carried up too
+MOST_PEAKS = 3
+WILD = 15  # harmonics above which a peak that jumps is another one
+JUMP = 0.1  # relative change of the height that is a jump
+MOST_STEPS = 40
+FIRST_STEP = 0.05
+AROUND = 4  # points on each side of a peak from which it is sought with more harmonics
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What a case asks to solve, ready for any number of harmonics; `static` (n_c, 3) to start from."""
+
+    continuation: Continuation
+    family: BalanceFamily
+    static: Array
+
+    def trace(self, n_harmonics: int, seconds: float) -> Trace:
+        """The main curve with so many harmonics.
+
+        Raises
+        ------
+        OutOfTimeError : it takes longer than `seconds`.
+        """
+        from nonlinear.tracing import trace_range
+
+        began = time.perf_counter()
+
+        def watch(frequency_hz: float, points: int) -> None:
+            if time.perf_counter() - began > seconds:
+                raise OutOfTimeError(f"H = {n_harmonics} given up at {frequency_hz:.6g} Hz after {seconds:g} s")
+
+        return trace_range(self.at(n_harmonics), self.static, watch)[0]
+
+    def at(self, n_harmonics: int) -> Continuation:
+        """The continuation with so many harmonics."""
+        return self.continuation.of(self.family.balance(n_harmonics))
+
+    def height(self, point: CurvePoint) -> float:
+        """Amplitude of the output at a point, m."""
+        from nonlinear.quantities import largest_amplitude, output_harmonics
+
+        return largest_amplitude(output_harmonics(point, self.continuation.options.output)).value
+
+
+def problem_of(case: StressCase, model: Path) -> Problem:
+    """The problem of a case under 1 N, as the stability matrix poses it."""
+    from nonlinear import ContactParameters, Excitation, SolverOptions, harmonic_balance
+    from nonlinear.continuation import Continuation
+    from nonlinear.family import BalanceFamily
+    from nonlinear.landmarks import find_landmarks
+    from nonlinear.start import static_displacement
+    from rom import modal_model, read_reduced_model
+
+    reduced = read_reduced_model(model)
+    assert reduced.n_blades is not None
+    contact = ContactParameters.shared(
+        reduced.n_contacts,
+        normal_stiffness=case.normal_stiffness,
+        tangential_stiffness=TANGENTIAL_RATIO * case.normal_stiffness,
+        friction=case.friction,
+        interference=case.interference,
+    )
+    options = SolverOptions(frequency_range(case, model), harmonics=case.harmonics)
+    excitation = Excitation(round(case.order_ratio * reduced.n_blades), 1.0)
+    balance = harmonic_balance(modal_model(reduced, damping_ratio=case.damping_ratio), contact, excitation, options)
+    continuation = Continuation(balance, options, find_landmarks(balance.receptance, contact, options), contact)
+    static = static_displacement(balance.receptance, contact, options)
+    return Problem(continuation, BalanceFamily(balance, contact, options), static)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Height (m) of the highest peak: of the wider curve, or of the branch on which the peak at hand lies.
+
+    `harmonics`: with which it was solved at last; `before`: height with the number before, to judge the convergence.
+    `curve`: the highest of the wider curve alone; the branch of the peak at hand may have come off it.
+    `reference`: harmonics with which the whole curve was traced.
+    """
+
+    height: float
+    harmonics: int
+    before: float
+    curve: float
+    reference: int
+
+
+def truth_of(problem: Problem, trace: Trace, seconds: float) -> Truth:
+    """The truth about a traced curve.
+
+    Raises
+    ------
+    OutOfTimeError : no wider curve was complete in `seconds`.
+    """
+    own = max(trace.peak_indices, key=lambda place: problem.height(trace.points[place]))
+    reference, of_curve = _top_of_wider_curve(problem, seconds)
+    of_branch = carried(problem, trace.points, own, gradually=True)
+    best = of_branch if max(of_branch) == STEPS_UP[-1] and _last(of_branch) > _last(of_curve) else of_curve
+    solved = sorted(best)
+    return Truth(best[solved[-1]], solved[-1], best[solved[max(len(solved) - 2, 0)]], _last(of_curve), reference)
+
+
+def _top_of_wider_curve(problem: Problem, seconds: float) -> tuple[int, dict[int, float]]:
+    """Harmonics of a wider curve, and the highest of its peaks as `carried` up.
+
+    A peak that gets lost on the way may be one that there is no more: then the next curve decides.
+    """
+    reasons = []
+    result: tuple[int, dict[int, float]] | None = None
+    for n_harmonics in REFERENCES[problem.continuation.balance.n_harmonics]:
+        try:
+            wider = problem.trace(n_harmonics, seconds)
+        except OutOfTimeError as error:
+            reasons.append(str(error))
+            continue
+        if not wider.outcome.complete or not wider.peak_indices:
+            reasons.append(f"H = {n_harmonics}: {wider.outcome.message}")
+            continue
+        heights = {place: problem.height(wider.points[place]) for place in wider.peak_indices}
+        tops = sorted(heights, key=lambda place: -heights[place])[:MOST_PEAKS]
+        near = [place for place in tops if heights[place] >= NEAR_THE_TOP * heights[tops[0]]]
+        peaks = [carried(problem, wider.points, place) for place in near]
+        result = n_harmonics, max(peaks, key=_last)
+        if max(peaks[0]) == STEPS_UP[-1]:
+            return result
+    if result is None:
+        raise OutOfTimeError("; ".join(reasons))
+    return result
+
+
+def _last(heights: dict[int, float]) -> float:
+    return heights[max(heights)]
+
+
+def carried(problem: Problem, points: Sequence[CurvePoint], place: int, gradually: bool = False) -> dict[int, float]:
+    """Number of harmonics -> height of a located peak, as far up to 31 as it can be followed.
+
+    `gradually`: only as long as no step changes it by more than a tenth.
+    """
+    peak = points[place]
+    heights = {peak.balance.n_harmonics: problem.height(peak)}
+    beside = points[max(place - AROUND, 0) : place + AROUND + 1]
+    stretch = sorted(beside, key=lambda point: abs(point.arc - points[place].arc))
+    for n_harmonics in STEPS_UP:
+        if n_harmonics <= peak.balance.n_harmonics:
+            continue
+        height = heights[peak.balance.n_harmonics]
+        found = _peak_near(problem, n_harmonics, stretch, height)
+        if found is None or ((gradually or n_harmonics > WILD) and not _alike(problem.height(found[0]), height)):
+            break
+        peak, stretch = found[0], found
+        heights[n_harmonics] = problem.height(peak)
+    return heights
+
+
+def _alike(height: float, other: float) -> bool:
+    return abs(height / other - 1.0) <= JUMP
+
+
+def _peak_near(
+    problem: Problem, n_harmonics: int, stretch: Sequence[CurvePoint], height: float
+) -> list[CurvePoint] | None:
+    """A located peak with more harmonics, reached from one of the points, and the points around it.
+
+    The first that is about as high as before, else the first of all.
+    """
+    from nonlinear.peaks import locate_peak
+
+    here = problem.at(n_harmonics)
+    others = []
+    for start in stretch:
+        found = here.refit(start)
+        if found is None:
+            continue
+        walk = list(_up_and_over(here, found))
+        peak = locate_peak(here, walk[-2], walk[-1]) if len(walk) > 1 else None
+        if peak is None:
+            continue
+        around = [peak, *reversed(walk[-AROUND:])]
+        if _alike(problem.height(peak), height):
+            return around
+        others.append(around)
+    return others[0] if others else None
+
+
+def _up_and_over(here: Continuation, start: CurvePoint) -> Iterator[CurvePoint]:
+    """Points along the curve from `start` to the first one beyond a peak."""
+    from nonlinear.quantities import amplitude_slope
+
+    if amplitude_slope(start, here.options.output) < 0.0:
+        tangent = -start.tangent[0], -start.tangent[1]
+        start = replace(start, tangent=tangent, orientation=-start.orientation)
+    for point in islice(here.trace(replace(start, step=FIRST_STEP)), MOST_STEPS):
+        yield point
+        if point.amplitude_slope < 0.0:
+            return

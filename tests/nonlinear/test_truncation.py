@@ -1,0 +1,181 @@
+"""The estimate of the truncation error at a peak: against exact solutions, and where the peak is hard to follow."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lumped import lumped_blade, oscillator
+from scipy.optimize import minimize_scalar, root
+
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
+from nonlinear.continuation import Continuation
+from nonlinear.family import BalanceFamily
+from nonlinear.landmarks import find_landmarks
+from nonlinear.quantities import largest_amplitude, output_harmonics
+from nonlinear.start import static_displacement
+from nonlinear.tracing import trace_range
+from nonlinear.truncation import Truncation, wider_harmonics
+from rom import modal_model
+
+DAMPING = 0.02
+
+
+def segment(stiffness, omega, start, phase):
+    """x(t), x'(t) of x'' + c x' + k x = cos(omega t + phase) from `start` = (x, x') at t = 0; c = 2 DAMPING."""
+    steady = 1.0 / (stiffness - omega**2 + 2j * DAMPING * omega)
+    own = -DAMPING + 1j * np.sqrt(stiffness - DAMPING**2)
+    x, v = start[0] - (steady * np.exp(1j * phase)).real, start[1] - (1j * omega * steady * np.exp(1j * phase)).real
+    free = x + (own.real * x - v) / own.imag * 1j
+
+    def motion(t):
+        forced, decaying = steady * np.exp(1j * (omega * t + phase)), free * np.exp(own * t)
+        return (forced + decaying).real, (1j * omega * forced + own * decaying).real
+
+    return motion
+
+
+class Bilinear:
+    """Exact periodic motion of x'' + c x' + x + k max(x, 0) = cos(omega t): one stretch on each side a period."""
+
+    def __init__(self, stiffness):
+        self.stiffness = stiffness
+        free = np.sqrt(1.0 + stiffness)
+        self.resonance = 2.0 * free / (1.0 + free)
+        self.guess = np.array([0.5 / DAMPING, 0.0, np.pi / free])  # speed and phase at x = 0, time pressed
+
+    def pieces(self, omega, unknown):
+        speed, phase, pressed = unknown
+        first = segment(1.0 + self.stiffness, omega, (0.0, speed), phase)
+        second = segment(1.0, omega, first(pressed), phase + omega * pressed)
+        return first, second, 2.0 * np.pi / omega - pressed
+
+    def amplitude(self, omega):
+        def closes(unknown):
+            first, second, apart = self.pieces(omega, unknown)
+            x, v = second(apart)
+            return first(unknown[2])[0], x, v - unknown[0]
+
+        solved = root(closes, self.guess, tol=1e-13)
+        assert solved.success
+        self.guess = solved.x
+        first, second, apart = self.pieces(omega, solved.x)
+        pressed, away = first(np.linspace(0.0, solved.x[2], 20001))[0], second(np.linspace(0.0, apart, 20001))[0]
+        assert pressed[1:-1].min() > 0.0 > away[1:-1].max()
+        return max(pressed.max(), -away.min())
+
+    def peak(self):
+        near = (0.97 * self.resonance, 1.03 * self.resonance)
+        self.amplitude(self.resonance)
+        return -minimize_scalar(lambda omega: -self.amplitude(omega), bounds=near, options={"xatol": 1e-7}).fun
+
+
+def bilinear(stiffness):
+    """The oscillator's modes and contact: pressed for x > 0, without friction."""
+    one = np.ones(1)
+    contact = ContactParameters(stiffness * one, one, 0.0 * one, 0.0 * one, 0.0 * one)
+    return modal_model(oscillator(tangential=False), damping_ratio=DAMPING), contact
+
+
+def opening(engine_order, damping, stiffness, interference):
+    """A lumped blade whose contacts open: modes, contact, excitation."""
+    modal = modal_model(lumped_blade(), damping_ratio=damping)
+    contact = ContactParameters.shared(
+        2,
+        normal_stiffness=stiffness,
+        tangential_stiffness=0.75 * stiffness,
+        friction=0.4,
+        interference=interference,
+    )
+    return modal, contact, Excitation(engine_order, 1.0)
+
+
+def solve(problem, frequency, harmonics, **options):
+    chosen = SolverOptions(frequency, harmonics=harmonics, detached=False, stability="folds", **options)
+    return forced_response(*problem, chosen)
+
+
+@pytest.mark.parametrize("stiffness", [0.5, 3.0, 10.0])
+def test_bounds_the_error_against_an_exact_solution(stiffness):
+    exact = Bilinear(stiffness).peak()
+    problem = (*bilinear(stiffness), Excitation(0, 1.0))
+    for harmonics in (1, 2, 3, 5, 7):
+        curve = solve(problem, (0.14, 0.32), harmonics)
+        error = abs(curve.peak.amplitude_m / exact - 1.0)
+        assert error <= 3.0 * curve.truncation_error
+        assert curve.truncation_error <= 10.0 * error
+
+
+def test_a_range_that_ends_before_the_peak():
+    """The highest amplitude is that of the end then, and so is the error."""
+    motion = Bilinear(3.0)
+    omega = 0.985 * motion.resonance
+    motion.amplitude(motion.resonance)
+    exact = motion.amplitude(omega)
+    problem = (*bilinear(3.0), Excitation(0, 1.0))
+    for harmonics in (2, 3, 5):
+        curve = solve(problem, (0.14, omega / (2.0 * np.pi)), harmonics)
+        print(curve.peak, exact, curve.truncation_error)
+        assert not curve.peak.located
+        error = abs(curve.peak.amplitude_m / exact - 1.0)
+        assert error <= 3.0 * curve.truncation_error
+        assert curve.truncation_error <= 10.0 * error
+
+
+@pytest.mark.parametrize(
+    ("engine_order", "damping", "stiffness", "interference", "harmonics"),
+    [
+        (4, 0.02, 20.0, -1.0, 1),
+        (4, 0.02, 20.0, -1.0, 3),
+        (4, 0.01, 10.0, -0.3, 1),
+        (6, 0.02, 20.0, -1.0, 1),  # with more harmonics there is no such peak
+        (6, 0.02, 20.0, -1.0, 2),
+    ],
+)
+def test_a_peak_that_is_lost_in_its_plane(engine_order, damping, stiffness, interference, harmonics):
+    """Its error is bounded too, against 11 harmonics (good to half a per cent here)."""
+    problem = opening(engine_order, damping, stiffness, interference)
+    truncation, main = traced(problem, (0.1, 0.9), harmonics)
+    peak = max((main.points[place] for place in main.peak_indices), key=lambda point: height(truncation, point))
+    sets = (harmonics + 2, wider_harmonics(harmonics), wider_harmonics(wider_harmonics(harmonics)))
+    found = [truncation.continuation.of(truncation.family.balance(n)).refit(peak) for n in sets]
+    assert any(point is None for point in found)
+    reference = solve(problem, (0.1, 0.9), 11).peak.amplitude_m
+    estimate = truncation.at_peak(main.points, main.peak_indices)
+    assert abs(height(truncation, peak) / reference - 1.0) <= 3.0 * estimate
+    assert np.isfinite(estimate)
+
+
+def traced(problem, frequency, harmonics):
+    """The estimator and the main curve, as `forced_response` makes them."""
+    modal, contact, excitation = problem
+    options = SolverOptions(frequency, harmonics=harmonics)
+    balance = harmonic_balance(modal, contact, excitation, options)
+    marks = find_landmarks(balance.receptance, contact, options)
+    continuation = Continuation(balance, options, marks, contact)
+    main = trace_range(continuation, static_displacement(balance.receptance, contact, options))[0]
+    assert main.outcome.complete
+    return Truncation(continuation, BalanceFamily(balance, contact, options)), main
+
+
+def height(truncation, point):
+    return largest_amplitude(output_harmonics(point, truncation.continuation.options.output)).value
+
+
+@pytest.mark.parametrize("method", ["coupled", "static-first"])
+def test_force_and_interference_scale_together(method):
+    modal, contact, excitation = opening(4, 0.03, 4.0, 0.5)
+    larger = replace(contact, interference=1e3 * contact.interference)
+    small = solve((modal, contact, excitation), (0.1, 0.7), 1, method=method)
+    large = solve((modal, larger, Excitation(excitation.engine_order, 1e3)), (0.1, 0.7), 1, method=method)
+    assert 1e-3 < small.truncation_error < 1.0
+    assert large.truncation_error == pytest.approx(small.truncation_error, rel=1e-6)
+
+
+def test_nothing_to_look_at():
+    modal, contact, excitation = opening(4, 0.03, 4.0, 0.5)
+    truncation, main = traced((modal, contact, excitation), (0.1, 0.2), 1)
+    assert np.isnan(truncation.at_peak([], []))
+    assert np.isnan(truncation.along([], []))
+    still, main = traced((modal, contact, Excitation(4, 0.0)), (0.1, 0.2), 1)
+    assert still.at_peak(main.points, main.peak_indices) == 0.0
+    assert still.along(main.points, main.peak_indices) == 0.0
