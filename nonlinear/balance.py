@@ -12,6 +12,7 @@ from nonlinear.fourier import ComplexArray, to_complex, to_real
 from rom import RelativeReceptance
 
 FINEST_VIBRATION = 1e-6
+RESOLUTION = 1e-3  # a tolerance of 1e-13 of it is the round-off of one side
 
 
 @dataclass(frozen=True)
@@ -26,16 +27,18 @@ class BalanceAt:
 
     @cached_property
     def coupling(self) -> tuple[Array, NDArray[np.intp]]:
-        """d(response)/dx = G df/dx without its zero columns, (n, n_active), and the unknowns that remain."""
+        """G df/dx without columns that are zero or meet zeros only, (n, n_active), and the unknowns that remain."""
         first = self.balance.first_row
         matrix = self.balance.receptance.matrix(self.frequency)
         product = _chain(matrix, self.contact.jacobian, first)
         n_contacts, rows = self.balance.n_contacts, product.shape[0] // (3 * self.balance.n_contacts)
         unknowns = np.arange(product.shape[0]).reshape(rows, n_contacts, 3).transpose(1, 0, 2)
         depends: NDArray[np.bool_] = np.any(self.contact.jacobian, axis=(1, 3, 4))
-        if depends.all():
+        if depends.all() and not self.balance.odd:
             return product, unknowns.reshape(-1)
-        active = np.broadcast_to(depends[:, None, :], unknowns.shape)
+        active = np.repeat(depends[:, None, :], rows, axis=1)
+        if self.balance.odd:
+            active[:, 3 - first :: 4] = active[:, 4 - first :: 4] = False
         return product[:, active.reshape(-1)], unknowns[active]
 
     @cached_property
@@ -54,12 +57,14 @@ class HarmonicBalance:
     The unknown x holds the real Fourier coefficients of d, rows (0, Re 1, Im 1, ...) of 3 n_c numbers each. With
     `frozen_static` (n_c, 3) harmonic 0 of d is given and not balanced: the second of the classical two steps.
     `tiny` is a length far below any displacement of interest; it keeps relative errors finite where nothing moves.
+    `odd`: the contact excites no even harmonics (see `ContactParameters.odd`); they stay zero and are not solved for.
     """
 
     receptance: RelativeReceptance
     element: ContactElement
     frozen_static: Array | None = None
     tiny: float = 1e-15
+    odd: bool = False
 
     @property
     def n_contacts(self) -> int:
@@ -92,7 +97,10 @@ class HarmonicBalance:
 
     def forces(self, unknown: Array) -> ContactForces:
         """Contact forces and Jacobian at `unknown`."""
-        return self.element.evaluate(self.displacement(unknown))
+        forces = self.element.evaluate(self.displacement(unknown))
+        if self.odd:
+            forces.force[3::4] = forces.force[4::4] = 0.0  # round-off, which stiff contacts would make grow
+        return forces
 
     def with_force(self, force: float) -> "HarmonicBalance":
         """The same balance under another excitation amplitude (N)."""
@@ -118,10 +126,22 @@ class HarmonicBalance:
         A vibration that is a million times smaller than the static displacement is resolved no further: round-off
         of the contact forces stands in the way.
         """
-        whole = math.sqrt(unknown @ unknown) + self.tiny
+        whole = math.sqrt(unknown @ unknown) + self.tiny + self._static_resolution
         vibration = max(self.vibration(unknown), FINEST_VIBRATION * whole)
         dynamic = self.vibration(residual) / vibration
         return max(dynamic, math.sqrt(residual @ residual) / whole)
+
+    @cached_property
+    def _static_resolution(self) -> float:
+        """Static relative displacement (m) that is solved to round-off of the motion of either side, no further.
+
+        A static force that moves both sides alike leaves a difference that is round-off.
+        """
+        receptance = self.receptance
+        if receptance.harmonics[0] != 0 or self.frozen_static is not None:
+            return 0.0
+        free = np.abs(receptance.modal_force[0] / receptance.modal.angular_frequency**2)
+        return RESOLUTION * float(np.linalg.norm(np.abs(receptance.modal.right) @ free))
 
     def _dynamic(self, unknown: Array) -> Array:
         return unknown[(1 - self.first_row) * 3 * self.n_contacts :]

@@ -84,6 +84,14 @@ class ContactParameters:
         """Number of contact nodes."""
         return self.normal_stiffness.shape[0]
 
+    @property
+    def odd(self) -> bool:
+        """Whether no normal load varies (kn = 0), so that the vibration half a turn later has the opposite forces.
+
+        Then there are no even harmonics: friction under a constant load has one steady response only.
+        """
+        return not np.any(self.normal_stiffness)
+
     def with_interference(self, interference: ArrayLike) -> "ContactParameters":
         """The same contact with another interference (a number or one a node)."""
         return replace(self, interference=np.broadcast_to(np.asarray(interference, float), (self.n_contacts,)).copy())

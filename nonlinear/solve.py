@@ -68,7 +68,8 @@ def _solve(
         message = f"no start at {options.frequency[0]:.6g} Hz: {error}"
         nothing = Trace([], [], [], Outcome(Ending.START_FAILED, options.frequency[0], message))
         return assemble_curve(HarmonicBalance(receptance, element), nothing, options.output)
-    balance = HarmonicBalance(receptance, element, static if options.method == "static-first" else None)
+    frozen = static if options.method == "static-first" else None
+    balance = HarmonicBalance(receptance, element, frozen, odd=contact.odd)
     continuation = Continuation(
         balance,
         options,
@@ -129,7 +130,7 @@ def harmonic_balance(
     """
     receptance, element = _parts(modal, contact, excitation, options)
     static = static_displacement(receptance, contact, options) if options.method == "static-first" else None
-    return HarmonicBalance(receptance, element, static)
+    return HarmonicBalance(receptance, element, static, odd=contact.odd)
 
 
 def _parts(

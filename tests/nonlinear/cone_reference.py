@@ -74,7 +74,7 @@ class PlaneSlider:
         return met, solved.y[0, -1], solved.y[2:, -1].reshape(-1, 2), solved.y[1, -1]
 
     def march(self, angle, end, w, phi=None):
-        """From `angle` to `end`, in slip along phi if given: w, phi, integrals of (u - w) phi_i and r times the slip."""
+        """From `angle` to `end`, in slip along phi if given: w, phi, integrals of (u - w) phi_i, r times slip."""
         total, work = np.zeros((self.u.shape[1], 2)), 0.0
         while angle is not None:
             if phi is None:

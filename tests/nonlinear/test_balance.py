@@ -1,10 +1,12 @@
 """Derivatives of the whole balance and of the amplitude along the curve against finite differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, harmonic_balance
+from nonlinear import SLIP, ContactParameters, Excitation, SolverOptions, harmonic_balance
 from nonlinear.bordered import BorderedSystem
 from nonlinear.continuation import Continuation
 from nonlinear.quantities import amplitude_slope, largest_amplitude, output_harmonics
@@ -100,3 +102,38 @@ def test_newton_converges_quadratically(interference, harmonics):
         rates.append(drift[1] < 1e-2 * drift[0] and (drift[2] < 1e-10 or drift[2] < 1e3 * drift[1] ** 2))
     assert max(reached) < 1e-12
     assert np.mean(rates) >= 0.9  # a kink within the first step costs that step its square
+
+
+@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+@pytest.mark.parametrize("preload", [0.6, 3.0])
+def test_even_harmonics_that_nothing_excites_are_left_out(preload, law):
+    """Friction under a constant load: half a turn later the vibration has the opposite forces."""
+    model = lumped_blade(3)
+    modal = modal_model(replace(model, force_static=0.3 * model.force_excitation), damping_ratio=0.02)
+    contact = ContactParameters.shared(
+        2, normal_stiffness=0.0, tangential_stiffness=4.0, friction=0.5, preload=preload, law=law
+    )
+    options = SolverOptions((0.1, 0.8), harmonics=6)
+    balance = harmonic_balance(modal, contact, Excitation(1, 1.0), options)
+    assert balance.odd
+    whole = replace(balance, odd=False)
+    static = static_displacement(balance.receptance, contact, options)
+    points = trace_range(Continuation(balance, options, contact=contact), static)[0].points
+    slipping = [point for point in points if point.contact.state.max() == SLIP]
+    assert len(slipping) > 10
+    for point in slipping[::5]:
+        at = whole.evaluate(point.unknown, point.frequency)  # the whole balance holds
+        assert whole.relative_error(at.residual, point.unknown) < 1e-11
+        assert np.abs(point.displacement[[3, 4, 7, 8, 11, 12]]).max() < 1e-15 * np.abs(point.displacement).max()
+        left, all_of_them = (part.evaluate(point.unknown, point.frequency) for part in (balance, whole))
+        assert left.coupling[1].size == 7 * 4  # of 13 rows harmonics 0, 1, 3 and 5; no normal displacement
+        assert all_of_them.coupling[1].size == 13 * 4
+        shift = np.sin(1.0 + np.arange(point.unknown.size)).reshape(13, -1)
+        shift[3:5] = shift[7:9] = shift[11:13] = 0.0
+        difference = (left.jacobian - all_of_them.jacobian) @ shift.reshape(-1)
+        assert np.abs(difference).max() < 1e-7 * np.abs(all_of_them.jacobian).max()
+
+
+def test_a_load_that_varies_excites_all_harmonics():
+    balance, _, _ = build(3, interference=5.0)
+    assert not balance.odd

@@ -253,3 +253,16 @@ def test_bad_contact_parameters_are_named():
     modal = modal_model(oscillator(), damping_ratio=0.01)
     with pytest.raises(ContactError, match="2 nodes, allowed: 1"):
         forced_response(modal, ContactParameters(one, one, one, one, one), Excitation(0, 1.0), SolverOptions((1, 2)))
+
+
+def test_a_static_force_that_moves_both_sides_alike():
+    """The static relative displacement is round-off, and counts as solved."""
+    model = lumped_blade(3)
+    modal = modal_model(replace(model, force_static=0.3 * model.force_excitation), damping_ratio=0.02)
+    contact = ContactParameters.shared(
+        2, normal_stiffness=0.0, tangential_stiffness=4.0, friction=0.5, preload=3.0, law="uncoupled"
+    )
+    curve = forced_response(modal, contact, Excitation(1, 1.0), SolverOptions((0.1, 0.8)))
+    assert curve.outcome.complete
+    assert np.abs(curve.relative_displacement[:, 0]).max() < 1e-12 * np.abs(curve.relative_displacement[:, 1]).max()
+    assert curve.output[:, 0].real == pytest.approx(0.3, rel=1e-10)  # tip spring 1 N/m against 0.3 N
