@@ -118,7 +118,8 @@ def truth_of(problem: Problem, trace: Trace, seconds: float) -> Truth:
     own = max(trace.peak_indices, key=lambda place: problem.height(trace.points[place]))
     reference, of_curve = _top_of_wider_curve(problem, seconds)
     of_branch = carried(problem, trace.points, own, gradually=True)
-    best = of_branch if max(of_branch) == STEPS_UP[-1] and _last(of_branch) > _last(of_curve) else of_curve
+    as_far = max(of_branch) >= max(WILD, max(of_curve))
+    best = of_branch if as_far and _last(of_branch) > _last(of_curve) else of_curve
     solved = sorted(best)
     return Truth(best[solved[-1]], solved[-1], best[solved[max(len(solved) - 2, 0)]], _last(of_curve), reference)
 
@@ -128,9 +129,12 @@ def _top_of_wider_curve(problem: Problem, seconds: float) -> tuple[int, dict[int
 
     A peak that gets lost on the way may be one that there is no more: then the next curve decides.
     """
-    reasons = []
+    own = problem.continuation.balance.n_harmonics
+    reasons: list[str] = []
     result: tuple[int, dict[int, float]] | None = None
-    for n_harmonics in REFERENCES[problem.continuation.balance.n_harmonics]:
+    for n_harmonics in (*REFERENCES[own], own + 2):
+        if (n_harmonics == own + 2) if result is not None else (reasons and n_harmonics != own + 2):
+            continue  # the curve with the next harmonics only where those with more take too long
         try:
             wider = problem.trace(n_harmonics, seconds)
         except OutOfTimeError as error:
@@ -158,21 +162,23 @@ def _last(heights: dict[int, float]) -> float:
 def carried(problem: Problem, points: Sequence[CurvePoint], place: int, gradually: bool = False) -> dict[int, float]:
     """Number of harmonics -> height of a located peak, as far up to 31 as it can be followed.
 
-    `gradually`: only as long as no step changes it by more than a tenth.
+    In steps of two harmonics where the longer ones lose it. `gradually`: only as long as no step changes it by more
+    than a tenth.
     """
     peak = points[place]
     heights = {peak.balance.n_harmonics: problem.height(peak)}
     beside = points[max(place - AROUND, 0) : place + AROUND + 1]
     stretch = sorted(beside, key=lambda point: abs(point.arc - points[place].arc))
-    for n_harmonics in STEPS_UP:
-        if n_harmonics <= peak.balance.n_harmonics:
-            continue
-        height = heights[peak.balance.n_harmonics]
-        found = _peak_near(problem, n_harmonics, stretch, height)
-        if found is None or ((gradually or n_harmonics > WILD) and not _alike(problem.height(found[0]), height)):
+    while (reached := max(heights)) < STEPS_UP[-1]:
+        for n_harmonics in (next(number for number in STEPS_UP if number > reached), reached + 2):
+            found = _peak_near(problem, n_harmonics, stretch, heights[reached])
+            free = n_harmonics <= WILD and not gradually
+            if found is not None and (free or _alike(problem.height(found[0]), heights[reached])):
+                break
+        else:
             break
-        peak, stretch = found[0], found
-        heights[n_harmonics] = problem.height(peak)
+        stretch = found
+        heights[n_harmonics] = problem.height(found[0])
     return heights
 
 

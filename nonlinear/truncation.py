@@ -1,6 +1,6 @@
 """What the harmonics that were left out would change: a solved point solved again with more of them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 
@@ -11,15 +11,14 @@ from nonlinear.curve_point import CurvePoint
 from nonlinear.family import BalanceFamily, resized
 from nonlinear.quantities import amplitude_slope, largest_amplitude, output_harmonics
 from nonlinear.start import solve_at
-from nonlinear.tracing import trace_range
 
 LOOKS = 6  # places along a curve, beside its peaks, where the adaptive choice of harmonics looks
-NEIGHBOURS = 2  # points on each side from which a point is sought too if it is lost
+AWAY = (1, 2, 4, 8, 16, 32, 64)  # steps down from a lost peak, on each side, after which the curve is sought again
 MOST_ITERATIONS = 20
 FIRST_STEP = 0.05  # arc length of the first step up to a peak that moved
 MOST_STEPS = 10
+MOST_STEPS_BACK = 30  # the same towards one that was lost
 WORTH_A_WALK = 0.02  # part of the change of the height that a walk up to the peak may add unseen
-LONGER = 4  # times as many points as the curve has: with more, one traced again is given up
 NOTHING = 1e-12  # relative change of a response that is linear
 
 
@@ -40,8 +39,8 @@ class Truncation:
 
         The peak is followed to H + 2 harmonics, to `wider_harmonics` of H, and to that of the latter. The estimate is
         the sum of the changes from each to the next, relative to the amplitude with more harmonics: amplitudes that
-        go up and down are farther from their limit than the last of them tells. A peak that is found with none of
-        these is compared with the highest of the curve traced again with H + 2.
+        go up and down are farther from their limit than the last of them tells. Where the peak is lost, the highest
+        amplitude with more harmonics that is reached from the curve on both sides of it takes its place.
         """
         if not points:
             return float("nan")
@@ -49,7 +48,7 @@ class Truncation:
         height = self._height(points[index])
         if height == 0.0:
             return 0.0
-        wider = list(self._followed(points, index, index in peak_indices)) or self._traced_again(points)
+        wider = list(self._followed(points, index, index in peak_indices))
         changes = [abs(before / after - 1.0) for before, after in pairwise((height, *wider))]
         return sum(changes) if changes else float("inf")
 
@@ -80,35 +79,40 @@ class Truncation:
         """Heights of the point with more and more harmonics, without those with which it is not found.
 
         A peak may move; the end of a range stays at its frequency. The last and costly number only where the others
-        found something left out, and without a long search.
+        found something left out.
         """
         point = points[index]
         height = self._height(point)
         n_harmonics = point.balance.n_harmonics
         once = wider_harmonics(n_harmonics)
-        beside = [points[place] for place in _beside(index, len(points))]
         left_out = False
         for more in (n_harmonics + 2, once, wider_harmonics(once)):
             if more > once and not left_out:
                 return
             here = self._with(more)
             found = here.refit(point) if is_peak else _at_frequency(here, point)
-            if found is None and is_peak and more <= once:
-                found = _sought(here, point, beside)
-            if found is not None:
-                point, wider = self._top(here, found, height) if is_peak else (found, self._height(found))
+            if found is None:
+                reached = self._from_both_sides(here, point) if is_peak else None
+            else:
+                reached = self._top(here, found, height) if is_peak else (found, self._height(found))
+            if reached is not None:
+                point, wider = reached
                 left_out = left_out or abs(wider - height) > NOTHING * height
                 yield wider
 
-    def _traced_again(self, points: list[CurvePoint]) -> list[float]:
-        """Height of the highest point of the curve with H + 2; none where that is not complete or far longer."""
-        balance = points[0].balance
-        if any(point.balance is not balance for point in points):
-            return []
-        options = replace(self.continuation.options, max_points=LONGER * len(points))
-        here = replace(self._with(balance.n_harmonics + 2), options=options)
-        again = trace_range(here, points[0].displacement[0])[0]
-        return [max(self._height(point) for point in again.points)] if again.outcome.complete else []
+    def _from_both_sides(self, here: Continuation, lost: CurvePoint) -> tuple[CurvePoint, float] | None:
+        """The highest amplitude that the curve with more harmonics reaches from both sides of a lost peak."""
+        narrow = self._with(lost.balance.n_harmonics)
+        peak = narrow.refit(lost)
+        reached: list[CurvePoint] = []
+        for start in () if peak is None else (peak, _turned(peak)):
+            down = islice(narrow.trace(replace(start, step=FIRST_STEP)), AWAY[-1] + 1)
+            refits = (here.refit(point) for count, point in enumerate(down) if count in AWAY)
+            found = next((point for point in refits if point is not None), None)
+            if found is not None:
+                reached += islice(here.trace(replace(_turned(found), step=FIRST_STEP)), MOST_STEPS_BACK)
+        top = max(reached, key=self._height, default=None)
+        return None if top is None else (top, self._height(top))
 
     def _top(self, here: Continuation, start: CurvePoint, narrow: float) -> tuple[CurvePoint, float]:
         """The peak that `start` stands beside, and its height; the highest point met where none is reached.
@@ -120,8 +124,7 @@ class Truncation:
         if slope * slope <= WORTH_A_WALK * height * abs(height - narrow):
             return start, height
         if slope < 0.0:
-            tangent = -start.tangent[0], -start.tangent[1]
-            start = replace(start, tangent=tangent, orientation=-start.orientation)
+            start = _turned(start)
         before: CurvePoint | None = None
         for point in islice(here.trace(replace(start, step=FIRST_STEP)), MOST_STEPS):
             if before is not None and point.amplitude_slope <= 0.0:
@@ -131,19 +134,9 @@ class Truncation:
         return last, self._height(last)
 
 
-def _beside(index: int, count: int) -> list[int]:
-    """Places next to `index`, the nearest first."""
-    places = [index + side * away for away in range(1, NEIGHBOURS + 1) for side in (-1, 1)]
-    return [place for place in places if 0 <= place < count]
-
-
-def _sought(here: Continuation, lost: CurvePoint, beside: Sequence[CurvePoint]) -> CurvePoint | None:
-    """A solution near a point that is not found in its plane: in that of one beside it, else at its frequency."""
-    for start in beside:
-        found = here.refit(start)
-        if found is not None:
-            return found
-    return _at_frequency(here, lost)
+def _turned(point: CurvePoint) -> CurvePoint:
+    """The point as the beginning of a trace the other way."""
+    return replace(point, tangent=(-point.tangent[0], -point.tangent[1]), orientation=-point.orientation)
 
 
 def _at_frequency(here: Continuation, point: CurvePoint) -> CurvePoint | None:
