@@ -36,6 +36,7 @@ KINK_COSINE = 0.5
 LANDMARK_REACHED = 1e-9  # relative distance within which a landmark counts as reached
 FARTHEST_RESTART = 1.5  # arc length within which a solution counts as the same one
 ASIDE = 0.02  # distance from the mean of two tangents, relative to the step, that a smooth curve may have
+BRANCH_BRACKET, BRANCH_GAP = 1e-3, 1.5  # how closely a branch point is looked at, and the gap that may be there
 RANGE_FRACTION = 0.1
 SAME_POINT = 1e-6  # relative distance of two solutions that are one
 MANY_ITERATIONS = 6  # more of them make the next step shorter
@@ -197,7 +198,7 @@ class Continuation:
     def next_point(self, previous: CurvePoint | None, point: CurvePoint) -> CurvePoint | None:
         """The next accepted point: shorter steps first, then the secant in place of the tangent; None if all fail.
 
-        A point of another orientation lies on another leg of the curve (or beyond a branch point): it is refused.
+        A point of another orientation lies beyond a branch point, or on another leg of the curve: then it is refused.
         """
         found = self._linear_step(point)
         if found is not None:
@@ -206,7 +207,7 @@ class Continuation:
         step = self._up_to_landmark(point, wanted, self.landmarks.all)
         while step >= self.options.min_step:
             found = self.correct(point, step, previous=previous)
-            if found is not None and self._follows(point, found):
+            if found is not None and (self._follows(point, found) or self._crosses_branch(point, found, step)):
                 # a step that a landmark cut short says nothing against long ones
                 return replace(found, step=wanted) if step < wanted and found.step >= step else found
             wanted = step = step / (3.0 if found is None else 2.0)
@@ -246,6 +247,33 @@ class Continuation:
         metric = self.metric(point.unknown)
         same_leg = found.orientation == point.orientation
         return same_leg and not _turns_sharply(point, found, metric) and not _moved_aside(point, found, metric)
+
+    def _crosses_branch(self, point: CurvePoint, found: CurvePoint, step: float) -> bool:
+        """Whether the curve goes straight on through a branch point to `found`, the point `step` beyond `point`.
+
+        There the orientation changes, on a curve without a gap. A leg that runs the other way, beside the curve, is
+        as far from it where it is looked at more closely.
+        """
+        metric = self.metric(point.unknown)
+        if found.orientation == point.orientation or _turns_sharply(point, found, metric):
+            return False
+        if _moved_aside(point, found, metric):
+            return False
+        near, far = (0.0, point), (step, found)
+        while far[0] - near[0] > BRANCH_BRACKET * step:
+            for part in (0.5, 0.3, 0.7):  # the middle may be the singular point itself
+                ahead = near[0] + part * (far[0] - near[0])
+                middle = self.correct(point, ahead)
+                if middle is not None:
+                    break
+            else:
+                return False
+            if middle.orientation == point.orientation:
+                near = ahead, middle
+            else:
+                far = ahead, middle
+        apart = metric.norm(far[1].unknown - near[1].unknown, far[1].frequency - near[1].frequency)
+        return apart < BRANCH_GAP * (far[0] - near[0])
 
     def _up_to_landmark(self, point: CurvePoint, step: float, landmarks: tuple[float, ...]) -> float:
         """The step, or the one that reaches the next landmark frequency where it would pass that."""

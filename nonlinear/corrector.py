@@ -12,7 +12,7 @@ from nonlinear.newton import Convergence
 from nonlinear.options import SolverOptions
 
 MAX_CORRECTIONS = 12
-SAME_SYSTEM = 1e-6  # error left by a step, relative to that before it, which shows that its system is that of the end
+SAME_SYSTEM = 1e-3  # part of the error that a step leaves if its system may give the tangent too
 
 
 @dataclass(frozen=True)
@@ -53,17 +53,19 @@ def correct(
     if offset is not None:
         x, w = x + offset[0], w + offset[1]
     watch = Convergence(options.tolerance, options.round_off)
-    system, before = None, np.inf
+    system, before, first = None, np.inf, np.inf
     for iteration in range(MAX_CORRECTIONS + 1):
         at = balance.evaluate(x, w)
         error = balance.relative_error(at.residual, x)
         contraction = error / before
+        if first == np.inf:  # of this system; the next ones may be round-off
+            first = contraction
         if watch.reached(error):
-            return Corrected(x, w, at, system if contraction <= SAME_SYSTEM else None, iteration)
+            return Corrected(x, w, at, system if first <= SAME_SYSTEM else None, iteration)
         if iteration == MAX_CORRECTIONS or not np.isfinite(error):
             return None
         if system is None or error * (2.0 * contraction) ** 2 > options.tolerance:
-            system = BorderedSystem.factorise(at, plane.direction, plane.metric)
+            system, first = BorderedSystem.factorise(at, plane.direction, plane.metric), np.inf
         dx, dw = system.step(at.residual)
         x, w, before = x + dx, w + dw, error
         # a step that is no number fails here too
