@@ -155,7 +155,8 @@ def shroud(request: Request) -> Program:
             samples=request.samples,
             integration="exact" if request.variant == "exact" else "sampled",
             detached=False,  # pyHarm looks for no other branches,
-            stability="folds",  # and says nothing of the stability
+            stability="folds",  # says nothing of the stability
+            truncation=False,  # and does not tell what the harmonics left out would change
             tolerance=request.tolerance,
             round_off=max(request.tolerance, 1e-12),
             max_points=max_points,

@@ -36,6 +36,7 @@ class SolverOptions:
     detached : whether branches that hang on the curve nowhere are looked for.
     stability : "floquet": the Floquet exponents of every point; "folds": only the sign of a determinant, which sees
         the unstable part between two folds.
+    truncation : whether the error of the harmonics left out is estimated, for half the cost of the curve or so.
     output : name of the output that peaks are sought for.
     tolerance : residual relative to the displacement at which Newton's method stops; where round-off stands in the
         way, it stops when nothing improves below `round_off`.
@@ -52,6 +53,7 @@ class SolverOptions:
     method: Method = "coupled"
     detached: bool = True
     stability: Stability = "floquet"
+    truncation: bool = True
     output: str = "tip"
     tolerance: float = 1e-13
     round_off: float = 1e-12

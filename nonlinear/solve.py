@@ -83,7 +83,8 @@ def _solve(
     else:
         traces = trace_range(continuation, static, progress)
     main = traces[0]
-    curve = assemble_curve(balance, main, options.output, truncation.at_peak(main.points, main.peak_indices))
+    left_out = truncation.at_peak(main.points, main.peak_indices) if options.truncation else float("nan")
+    curve = assemble_curve(balance, main, options.output, left_out)
     pieces = traces[1:]
     if options.detached:
         pieces = [*pieces, *detached_branches(continuation, truncation.family, traces, progress)]

@@ -113,6 +113,7 @@ def solve_curve(folder: Path, task: CurveTask, progress: Progress | None = None)
                 method=scene.response.method,
                 stability=scene.response.stability,
                 detached=scene.response.detached,
+                truncation=scene.response.truncation,
             ),
             progress,
         )

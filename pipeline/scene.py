@@ -199,6 +199,7 @@ class Response(Section):
         "Floquet exponents of every point, or only the unstable part between folds", '"floquet" or "folds"', "floquet"
     )
     detached: bool = _key("whether detached branches are looked for", "true or false", True)
+    truncation: bool = _key("whether the error of the harmonics left out is estimated", "true or false", True)
 
 
 class Render(Section):

@@ -255,6 +255,21 @@ def test_bad_contact_parameters_are_named():
         forced_response(modal, ContactParameters(one, one, one, one, one), Excitation(0, 1.0), SolverOptions((1, 2)))
 
 
+def test_what_is_not_asked_for_is_not_done():
+    modal = modal_model(lumped_blade(3), damping_ratio=0.02)
+    contact = ContactParameters.shared(
+        2, normal_stiffness=4.0, tangential_stiffness=3.0, friction=0.4, interference=0.5
+    )
+    options = SolverOptions((0.1, 0.8), detached=False, stability="folds", truncation=False)
+    bare = forced_response(modal, contact, Excitation(1, 1.0), options)
+    whole = forced_response(modal, contact, Excitation(1, 1.0), SolverOptions((0.1, 0.8)))
+    assert np.isnan(bare.truncation_error)
+    assert np.isnan(bare.growth_rate).all()
+    assert whole.truncation_error > 0.0
+    assert np.isfinite(whole.growth_rate).any()
+    assert np.array_equal(bare.frequency_hz, whole.frequency_hz)
+
+
 def test_a_static_force_that_moves_both_sides_alike():
     """The static relative displacement is round-off, and counts as solved."""
     model = lumped_blade(3)
