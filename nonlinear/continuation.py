@@ -22,11 +22,11 @@ from nonlinear.family import resized
 from nonlinear.landmarks import Landmarks
 from nonlinear.linear_step import LinearSteps
 from nonlinear.linear_stretch import LinearStretches
-from nonlinear.newton import Convergence
 from nonlinear.options import SolverOptions
 from nonlinear.predictor import cubic_offset
 from nonlinear.quantities import amplitude_slope
 from nonlinear.stability import Stability
+from nonlinear.start import solve_at
 
 TARGET_DEVIATION = 0.08  # distance of the corrected from the predicted point, relative to the step
 LARGEST_DEVIATION = 0.6
@@ -177,23 +177,12 @@ class Continuation:
     def at_frequency(self, point: CurvePoint, frequency: float) -> CurvePoint | None:
         """The point of the curve near `point` at a given w, along its tangent as first guess; None if not reached."""
         along = (frequency - point.frequency) / point.tangent[1]
-        x = point.unknown + along * point.tangent[0]
-        watch = Convergence(self.options.tolerance, self.options.round_off)
-        for iteration in range(MAX_CORRECTIONS + 1):
-            at = self.balance.evaluate(x, frequency)
-            error = self.balance.relative_error(at.residual, x)
-            if watch.reached(error):
-                solved = Corrected(x, frequency, at, None, iteration)
-                return self._with_tangent(
-                    solved, point.tangent, point.orientation, point.arc + abs(along), point.step
-                )
-            try:
-                x = x + np.linalg.solve(at.jacobian, -at.residual)
-            except np.linalg.LinAlgError:
-                return None
-            if not np.all(np.isfinite(x)):
-                return None
-        return None
+        guess = point.unknown + along * point.tangent[0]
+        found = solve_at(self.balance, frequency, guess, self.options, MAX_CORRECTIONS)
+        if not found.converged:
+            return None
+        arc = point.arc + abs(along)
+        return self.point(found.solution, frequency, point.tangent, found.iterations, arc, point.step)
 
     def next_point(self, previous: CurvePoint | None, point: CurvePoint) -> CurvePoint | None:
         """The next accepted point: shorter steps first, then the secant in place of the tangent; None if all fail.
