@@ -25,6 +25,7 @@ NEAR_THE_TOP = 0.75  # peaks of the wider curve this high, relative to the highe
 MOST_PEAKS = 3
 WILD = 15  # harmonics above which a peak that jumps is another one
 JUMP = 0.1  # relative change of the height that is a jump
+FEW, JUMP_OF_FEW = 7, 0.3  # the same up to so many harmonics, whose peaks move more
 MOST_STEPS = 40
 FIRST_STEP = 0.05
 AROUND = 4  # points on each side of a peak from which it is sought with more harmonics
@@ -162,8 +163,7 @@ def _last(heights: dict[int, float]) -> float:
 def carried(problem: Problem, points: Sequence[CurvePoint], place: int, gradually: bool = False) -> dict[int, float]:
     """Number of harmonics -> height of a located peak, as far up to 31 as it can be followed.
 
-    In steps of two harmonics where the longer ones lose it. `gradually`: only as long as no step changes it by more
-    than a tenth.
+    In steps of two harmonics where the longer ones lose it. `gradually`: only as long as no step is a jump.
     """
     peak = points[place]
     heights = {peak.balance.n_harmonics: problem.height(peak)}
@@ -173,7 +173,8 @@ def carried(problem: Problem, points: Sequence[CurvePoint], place: int, graduall
         for n_harmonics in (next(number for number in STEPS_UP if number > reached), reached + 2):
             found = _peak_near(problem, n_harmonics, stretch, heights[reached])
             free = n_harmonics <= WILD and not gradually
-            if found is not None and (free or _alike(problem.height(found[0]), heights[reached])):
+            jump = JUMP_OF_FEW if n_harmonics <= FEW else JUMP
+            if found is not None and (free or _alike(problem.height(found[0]), heights[reached], jump)):
                 break
         else:
             break
@@ -182,8 +183,8 @@ def carried(problem: Problem, points: Sequence[CurvePoint], place: int, graduall
     return heights
 
 
-def _alike(height: float, other: float) -> bool:
-    return abs(height / other - 1.0) <= JUMP
+def _alike(height: float, other: float, jump: float = JUMP) -> bool:
+    return abs(height / other - 1.0) <= jump
 
 
 def _peak_near(
