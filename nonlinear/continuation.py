@@ -36,7 +36,8 @@ KINK_COSINE = 0.5
 LANDMARK_REACHED = 1e-9  # relative distance within which a landmark counts as reached
 FARTHEST_RESTART = 1.5  # arc length within which a solution counts as the same one
 ASIDE = 0.02  # distance from the mean of two tangents, relative to the step, that a smooth curve may have
-BRANCH_BRACKET, BRANCH_GAP = 1e-3, 1.5  # how closely a branch point is looked at, and the gap that may be there
+BRANCH_GAP = 1e-4  # arc length within which a curve that goes straight on may be interrupted at a branch point
+SAME_BRANCH = 1e-3  # distance of two branch points that are one
 RANGE_FRACTION = 0.1
 SAME_POINT = 1e-6  # relative distance of two solutions that are one
 MANY_ITERATIONS = 6  # more of them make the next step shorter
@@ -48,7 +49,8 @@ class Continuation:
 
     No step passes one of the `landmarks`, resonances that may be narrower than a step. With the
     `contact` given, stretches on which no contact changes its state are followed without iterations. `adapt` may give
-    each new point another number of harmonics, `stability` adds the exponents.
+    each new point another number of harmonics, `stability` adds the exponents. `branch_points`: beside those that the
+    trace has gone through so far.
     """
 
     balance: HarmonicBalance
@@ -57,6 +59,7 @@ class Continuation:
     contact: ContactParameters | None = None
     adapt: Callable[["Continuation", CurvePoint], CurvePoint | None] | None = None
     stability: Stability | None = None
+    branch_points: list[CurvePoint] = field(default_factory=list)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -240,29 +243,36 @@ class Continuation:
     def _crosses_branch(self, point: CurvePoint, found: CurvePoint, step: float) -> bool:
         """Whether the curve goes straight on through a branch point to `found`, the point `step` beyond `point`.
 
-        There the orientation changes, on a curve without a gap. A leg that runs the other way, beside the curve, is
-        as far from it where it is looked at more closely.
+        There the orientation changes, within a gap that is nothing or next to it (if a symmetry is not quite exact).
+        Where the curve has a leg beside it that runs the other way, its own leg is found in that place if the search
+        starts near enough. No trace goes through a branch point twice in the same direction: it came to a loop.
         """
         metric = self.metric(point.unknown)
         if found.orientation == point.orientation or _turns_sharply(point, found, metric):
             return False
         if _moved_aside(point, found, metric):
             return False
-        near, far = (0.0, point), (step, found)
-        while far[0] - near[0] > BRANCH_BRACKET * step:
+        near, left = point, step
+        while left > BRANCH_GAP:
             for part in (0.5, 0.3, 0.7):  # the middle may be the singular point itself
-                ahead = near[0] + part * (far[0] - near[0])
-                middle = self.correct(point, ahead)
+                middle = self.correct(near, part * left)
                 if middle is not None:
                     break
             else:
                 return False
-            if middle.orientation == point.orientation:
-                near = ahead, middle
+            if middle.orientation == point.orientation and not _turns_sharply(near, middle, metric):
+                near, left = middle, self._along(middle, found)
             else:
-                far = ahead, middle
-        apart = metric.norm(far[1].unknown - near[1].unknown, far[1].frequency - near[1].frequency)
-        return apart < BRANCH_GAP * (far[0] - near[0])
+                found, left = middle, part * left
+        if left < 0.0 or _distance(near, found, metric) > 2.0 * BRANCH_GAP:
+            return False
+        crossed = [other for other in self.branch_points if other.balance is self.balance]
+        for other in crossed:
+            parallel = abs(metric.product(metric.unit(other.tangent), metric.unit(found.tangent))) > KINK_COSINE
+            if parallel and _distance(other, found, metric) < SAME_BRANCH:
+                return False
+        self.branch_points.append(found)
+        return True
 
     def _up_to_landmark(self, point: CurvePoint, step: float, landmarks: tuple[float, ...]) -> float:
         """The step, or the one that reaches the next landmark frequency where it would pass that."""
@@ -296,7 +306,7 @@ class Continuation:
         A curve that comes back to `start` ends with it.
         """
         low, high = self.span
-        here = self.of(start.balance)
+        here = replace(self, balance=start.balance, branch_points=[])
         first = start if self.adapt is None else self.adapt(here, start)
         yield self.recorded(first or start)
         if first is None:
@@ -355,6 +365,10 @@ class Continuation:
             return False
         same = self.correct(point, along)
         return same is not None and metric.norm(same.unknown - home.unknown, 0.0) <= SAME_POINT
+
+
+def _distance(one: CurvePoint, other: CurvePoint, metric: Metric) -> float:
+    return metric.norm(one.unknown - other.unknown, one.frequency - other.frequency)
 
 
 def _turns_sharply(point: CurvePoint, found: CurvePoint, metric: Metric) -> bool:
