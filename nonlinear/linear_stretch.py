@@ -28,7 +28,8 @@ class LinearStretches:
 
     @cached_property
     def _receptance(self) -> RelativeReceptance:
-        return replace(self.balance.receptance, harmonics=(0, 1))
+        """Of harmonic 1."""
+        return replace(self.balance.receptance, harmonics=(1,))
 
     @cached_property
     def _held(self) -> NDArray[np.bool_]:
@@ -88,10 +89,9 @@ class LinearStretches:
         springs = self.springs(state)
         force = np.zeros_like(springs)
         force[:, 2] = self._rest_force(state)
-        both = np.zeros((2, springs.size), dtype=complex)
-        both[0] = force.reshape(-1)
-        free, _ = self._receptance.response(0.0, both)
-        system = np.eye(springs.size) + self._receptance.matrix(0.0)[0].real * springs.reshape(-1)
+        at_rest = replace(self.balance.receptance, harmonics=(0,))
+        free, _ = at_rest.response(0.0, force.reshape(1, -1).astype(complex))
+        system = np.eye(springs.size) + at_rest.matrix(0.0)[0].real * springs.reshape(-1)
         return np.linalg.solve(system, free[0].real).reshape(-1, 3)
 
     def _rest_force(self, state: LinearState) -> Array:
@@ -119,16 +119,16 @@ class LinearStretches:
         from scipy.linalg.lapack import zgetrf, zgetrs
 
         springs = self.springs(state).reshape(-1)
-        force = np.zeros((2, springs.size), dtype=complex)
+        force = np.zeros((1, springs.size), dtype=complex)
         free, slope = self._receptance.response(frequency, force)
-        motion, change = free[1], slope[1]
+        motion, change = free[0], slope[0]
         if springs.any():
-            system = self._receptance.matrix(frequency)[1] * springs
+            system = self._receptance.matrix(frequency)[0] * springs
             system[np.diag_indices_from(system)] += 1.0
             factors, pivots, _ = zgetrf(system.T, overwrite_a=1)
             motion, _ = zgetrs(factors, pivots, motion, trans=1)
-            force[1] = -springs * motion
-            change, _ = zgetrs(factors, pivots, self._receptance.response(frequency, force)[1][1], trans=1)
+            force[0] = -springs * motion
+            change, _ = zgetrs(factors, pivots, self._receptance.response(frequency, force)[1][0], trans=1)
         return self._rows(static, motion), self._rows(np.zeros_like(static), change)
 
     def _rows(self, static: Array, harmonic: ComplexArray) -> Array:

@@ -2,8 +2,9 @@
 
 import time
 from dataclasses import replace
+from functools import lru_cache
 
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from nonlinear.balance import HarmonicBalance
 from nonlinear.contact import Array, ContactElement, ContactError, ContactParameters
@@ -47,10 +48,16 @@ def forced_response(
             f"contact: parameters of {contact.n_contacts} nodes, allowed: {modal.n_contacts}, as the model"
         )
     # The matrices are small: more threads than one make each product slower.
-    with threadpool_limits(1, "blas"):
+    with _threads().limit(limits=1, user_api="blas"):
         began = time.perf_counter()
         solved = _solve(modal, contact, excitation, options, progress)
         return replace(solved, seconds=time.perf_counter() - began)
+
+
+@lru_cache(maxsize=1)
+def _threads() -> ThreadpoolController:
+    """The libraries that have been loaded: numpy's and SciPy's by now. To look for them takes 2 ms."""
+    return ThreadpoolController()
 
 
 def _solve(

@@ -1,7 +1,7 @@
 """Receptance of the blade in cyclic relative coordinates: all that the contact forces see of the structure."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -31,6 +31,9 @@ class RelativeReceptance:
     phase: float
     harmonics: tuple[int, ...]
     force: float
+    _last: dict[float, tuple[ComplexArray, ComplexArray]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @cached_property
     def relative(self) -> ComplexArray:
@@ -64,9 +67,14 @@ class RelativeReceptance:
 
     def denominators(self, frequency: float) -> tuple[ComplexArray, ComplexArray]:
         """w_m^2 + i c_m h w - (h w)^2 and its derivative in w at w = `frequency` (rad/s): each (n_h, m)."""
-        damping, squares = self._rates
-        value = damping * frequency + (self.modal.angular_frequency**2 - squares * frequency**2)
-        return value, damping - 2.0 * frequency * squares
+        found = self._last.get(frequency)
+        if found is None:  # asked for time and again at the same frequency
+            damping, squares = self._rates
+            value = damping * frequency + (self.modal.angular_frequency**2 - squares * frequency**2)
+            found = value, damping - 2.0 * frequency * squares
+            self._last.clear()
+            self._last[frequency] = found
+        return found
 
     def matrix(self, frequency: float) -> ComplexArray:
         """G^(h) at `frequency` (rad/s), (n_h, 3 n_c, 3 n_c)."""
