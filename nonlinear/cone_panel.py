@@ -14,7 +14,7 @@ import numpy as np
 
 from nonlinear.compilation import inner
 from nonlinear.contact import Array
-from nonlinear.trigonometric import FULL_TURN, NOWHERE
+from nonlinear.trigonometric import FULL_TURN, NOWHERE, cosine_sine
 
 ORDER = 8  # Radau points of a panel
 # rows of a panel: theta, d theta / ds, u1, u2, r and their derivatives, phi, e, f, r / (d theta / ds), m
@@ -70,7 +70,7 @@ def write_panel(
             start + length * point * (1.0 + graded * (1.0 - point)),
             length * (1.0 + graded - 2.0 * graded * point),
         )
-        c, s = math.cos(angle), math.sin(angle)
+        c, s = cosine_sine(angle)
         ch, sh = 1.0, 0.0
         basis[k, 0], basis[k, size] = 1.0, 0.0
         for h in range(1, (size + 1) // 2):

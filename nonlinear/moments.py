@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from nonlinear.compilation import inner
 from nonlinear.contact import Array
+from nonlinear.trigonometric import cosine_sine
 
 
 @inner
@@ -22,7 +23,7 @@ def add_moments(
     All arrays (4H+1,); here: phi at its beginning. Written: `there`, phi at its end, and `moments`; these times
     `factor` are added to `total`.
     """
-    c, s = math.cos(angle), math.sin(angle)
+    c, s = cosine_sine(angle)
     ch, sh = 1.0, 0.0
     moments[0], there[0] = length / (2.0 * math.pi), 1.0
     total[0] += factor * moments[0]

@@ -9,7 +9,7 @@ from lumped import oscillator
 from nonlinear import ContactParameters, Excitation, SolverOptions, contact_element, harmonic_balance
 from nonlinear.fourier import to_complex
 from nonlinear.start import periodic_start, solve_at
-from nonlinear.trigonometric import find_roots, value_and_slope
+from nonlinear.trigonometric import cosine_sine, find_roots, value_and_slope
 from rom import modal_model
 
 
@@ -145,3 +145,9 @@ def test_touching_roots_do_not_hang_or_cross():
     shifted[0] = 1.0 - 1e-9
     assert find_roots(shifted, found) == 4
     assert np.diff(found[:2])[0] == pytest.approx(2.0 * np.arccos(-1.0 + 1e-9) * -0.5 + np.pi, rel=1e-3)
+
+
+def test_quick_cosine_and_sine():
+    angles = np.concatenate([np.linspace(-7.0, 14.0, 4001), np.pi / 2.0 * np.arange(-3, 9), [6000.3, -6000.3]])
+    quick = np.array([cosine_sine(float(angle)) for angle in angles])
+    assert np.abs(quick - np.stack([np.cos(angles), np.sin(angles)], axis=1)).max() < 3e-16
