@@ -79,7 +79,7 @@ class RelativeReceptance:
     def matrix(self, frequency: float) -> ComplexArray:
         """G^(h) at `frequency` (rad/s), (n_h, 3 n_c, 3 n_c)."""
         value, _ = self.denominators(frequency)
-        return (self.relative / value[:, None, :]) @ self.adjoint
+        return (self.relative * (1.0 / value)[:, None, :]) @ self.adjoint
 
     def response(self, frequency: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Relative displacement under the external and the contact forces f^(h), and its derivative in w.
