@@ -38,7 +38,7 @@ from nonlinear.trigonometric import FULL_TURN, NOWHERE
 # contact ends r e is less smooth, the error as large as they times the length.
 TAIL, GRADED_TAIL = 1e-7, 1e-11
 SHORTEST = 1e-9  # length (rad) of a panel that is taken as it is
-MOST_PANELS, MOST_TURNS = 50000, 200
+MOST_PANELS, MOST_TURNS = 50000, 60
 STICKING, STARTING, SLIPPING = 0.0, 1.0, 2.0
 TOUCHING = 1e-13  # slip that is none
 OPEN = -1.0  # in place of the slip of a turn: there is lift-off
