@@ -30,8 +30,8 @@ class ConeContact:
     they are shortened until the last Legendre coefficients of T are below 1e-7 of the largest mu N; the error of the
     integrals is of the size of their square (where contact ends and T is less smooth they are kept below 1e-11). So
     the error of each force coefficient is below `FORCE_ERROR` mu (|N_0| + |N_1| + ... + |N_H|), as measured against
-    other integrators. The exception is a cycle without lift-off that comes to next to no slip: a slider may need hundreds
-    of turns to its place of rest, and is left after 60, its static force then up to some 1e-2 mu N from that at rest.
+    other integrators. The exception is a cycle without lift-off that comes to next to no slip: a slider may need
+    hundreds of turns to its place of rest, and is left after 60, its static force up to some 1e-2 mu N from the end.
 
     Without lift-off the steady cycle is the one that a slider starting at w = 0 reaches: followed turn by turn where
     it comes to rest, else, since there is only one, found by Newton's method. The Jacobian, moving re-contact and
