@@ -6,13 +6,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.cone_cycle import PLACES, SETTLED, steady_cycle
+from nonlinear.cone_cycle import LIMIT, PLACES, SETTLED, TURN, steady_cycle
 from nonlinear.cone_panel import ROWS, radau_table
+from nonlinear.cone_rest import corner
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.fourier import basis_table
 
 FORCE_ERROR = 1e-10  # of a force coefficient, relative to the largest mu N that its harmonics allow
 LONGEST_SLIDE = 1e7  # a vibration of more than so many elastic travels mu N / kt sees a softer kt, with so many
+FEW_TURNS, MOST_TURNS = 10, 60  # turns after which the place of rest is solved for, and those that are made at most
 LEAST_FRICTION = 1e-50  # a smaller part of kt |u| is none
 
 
@@ -30,13 +32,12 @@ class ConeContact:
     they are shortened until the last Legendre coefficients of T are below 1e-7 of the largest mu N; the error of the
     integrals is of the size of their square (where contact ends and T is less smooth they are kept below 1e-11). So
     the error of each force coefficient is below `FORCE_ERROR` mu (|N_0| + |N_1| + ... + |N_H|), as measured against
-    other integrators. The exception is a cycle without lift-off that comes to next to no slip: a slider may need
-    hundreds of turns to its place of rest, and is left after 60, its static force up to some 1e-2 mu N from the end.
+    other integrators.
 
     Without lift-off the steady cycle is the one that a slider starting at w = 0 reaches: followed turn by turn where
-    it comes to rest, else, since there is only one, found by Newton's method. The Jacobian, moving re-contact and
-    memory included, is that of the computed force to about 1e-8; where a slider takes many turns to come to rest, to
-    about 1e-4.
+    it comes to rest (at once to a corner that it would take any number of turns to, see `corner`), else, since there
+    is only one, found by Newton's method. The Jacobian, moving re-contact and memory included, is that of the computed
+    force to about 1e-8; where a slider takes many turns to come to rest, to about 1e-4.
     """
 
     parameters: ContactParameters
@@ -107,8 +108,18 @@ class ConeContact:
         )
         work = panel, basis, system, np.empty((3, 2 * size + 1))
         pace, slid = np.zeros((n_contacts, PLACES)), np.empty(n_contacts)
+        begin = memory.copy()
         for k in range(n_contacts):
-            slid[k] = steady_cycle(gain[k], self._table, curves[k], memory[k], *work, moments[k], own[k], pace[k])
+            for limit in (FEW_TURNS, MOST_TURNS):
+                pace[k], memory[k], pace[k, LIMIT] = 0.0, begin[k], limit
+                slid[k] = steady_cycle(gain[k], self._table, curves[k], memory[k], *work, moments[k], own[k], pace[k])
+                if slid[k] <= 0.0 or pace[k, SETTLED] > 0.0 or pace[k, TURN] < limit:
+                    break
+                rest = corner(curves[k, :3, :size], memory[k, :2, 0], gain[k])
+                if rest is not None:
+                    memory[k, :2, 0], memory[k, :2, 1:-2] = rest
+                    slid[k] = 0.0
+                    break
         settled, stuck = pace[:, SETTLED] > 0.0, slid == 0.0
         missing = np.linalg.solve(
             np.eye(2) - memory[settled, :2, -2:], (memory[:, :2] - memory[:, 2:4])[settled, :, :-2]

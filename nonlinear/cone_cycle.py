@@ -38,7 +38,7 @@ from nonlinear.trigonometric import FULL_TURN, NOWHERE
 # contact ends r e is less smooth, the error as large as they times the length.
 TAIL, GRADED_TAIL = 1e-7, 1e-11
 SHORTEST = 1e-9  # length (rad) of a panel that is taken as it is
-MOST_PANELS, MOST_TURNS = 50000, 60
+MOST_PANELS = 50000
 STICKING, STARTING, SLIPPING = 0.0, 1.0, 2.0
 TOUCHING = 1e-13  # slip that is none
 OPEN = -1.0  # in place of the slip of a turn: there is lift-off
@@ -47,7 +47,7 @@ NEAR = 1e-8  # step of Newton's method on the turn after which the next is none
 # places of `pace`: angle, end and state of what is marched next, is it added, its number, its place in the roots; is
 # there lift-off; was the slider placed by Newton's method, and the step to beat; is it off the march's own path, does
 # it come to rest, is the cycle the steady one
-AT, TO, STATE, KEEP, TURN, ROOT, LIFTS, TRIAL, BEFORE, ASIDE, RESTS, SETTLED, PLACES = range(13)
+AT, TO, STATE, KEEP, TURN, ROOT, LIFTS, TRIAL, BEFORE, ASIDE, RESTS, SETTLED, LIMIT, PLACES = range(14)
 
 
 @inner
@@ -107,11 +107,11 @@ def end_turn(slid: float, memory: Array, pace: Array) -> bool:
         jump = math.sqrt((a22 * x - a12 * y) ** 2 + (a11 * y - a21 * x) ** 2) / determinant
     if pace[KEEP] > 0.0 and jump <= min(NEAR, 0.01 * slid):
         pace[SETTLED] = 1.0
-    if pace[SETTLED] > 0.0 or (slid == 0.0 and pace[ASIDE] == 0.0) or pace[TURN] >= MOST_TURNS:
+    if pace[SETTLED] > 0.0 or (slid == 0.0 and pace[ASIDE] == 0.0) or pace[TURN] >= pace[LIMIT]:
         return True
     if slid == 0.0:
         pace[RESTS] = 1.0
-    astray = slid == 0.0 or (pace[TRIAL] > 0.0 and step > 0.5 * pace[BEFORE])
+    astray = slid == 0.0 or (pace[TRIAL] > 0.0 and step > 0.9 * pace[BEFORE])
     trial = not astray and jump < NOWHERE and pace[TURN] > 1.0 and pace[RESTS] == 0.0
     for j in range(last - 1):
         x, y = memory[0, j] - memory[2, j], memory[1, j] - memory[3, j]
@@ -126,7 +126,7 @@ def end_turn(slid: float, memory: Array, pace: Array) -> bool:
     pace[TRIAL] = 1.0 if trial else 0.0
     if trial or astray:
         pace[ASIDE] = pace[TRIAL]
-    pace[KEEP] = 1.0 if jump <= math.sqrt(NEAR) or pace[TURN] >= MOST_TURNS - 1 else 0.0
+    pace[KEEP] = 1.0 if jump <= math.sqrt(NEAR) or pace[TURN] >= pace[LIMIT] - 1.0 else 0.0
     pace[BEFORE] = step
     return False
 

@@ -102,3 +102,31 @@ def test_finite_and_dissipating_for_parameters_of_any_size(seed, harmonics):
         force = result.force[:, node, :2]
         size = np.abs(force).max() * np.abs(rows[:, node, :2]).max()
         assert slip_work(rows[:, node, :2], force) >= -1e-9 * size * harmonics**2
+
+
+@pytest.mark.parametrize("amplitude", [0.98, 0.999, 0.9999])
+@pytest.mark.parametrize("turn", [0.0, 0.7, 2.0])
+def test_a_slider_comes_to_rest_between_two_circles(amplitude, turn):
+    """Motion A cos(theta) along a line and a far static offset across it, under constant load, kt = mu N = 1.
+
+    Each turn draws the slider in at both ends of the line, at last to where both are at the distance 1 from it: the
+    static force across is sqrt(1 - A^2), whatever the offset, and there is none along the line. (With a smaller A it
+    is at rest before, where the last of the ends left it.)
+    """
+    one = np.ones(1)
+    contact = ContactParameters(0.0 * one, one, 0.5 * one, 0.0 * one, 2.0 * one, "coupled")
+    along, across = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
+    rows = np.zeros((3, 1, 3))
+    rows[0, 0, :2], rows[1, 0, :2] = 3.0 * across, amplitude * along
+    result = ConeContact(contact, 1).evaluate(rows)
+    assert result.state[0] == STICK
+    force = -result.force[:, 0, :2]
+    rest = np.sqrt(1.0 - amplitude**2)
+    assert force[0] == pytest.approx(rest * across, abs=1e-11)
+    assert force[1] == pytest.approx(amplitude * along, abs=1e-11)
+    slope = -np.einsum(
+        "abij,jb->ia", result.jacobian[0], np.stack([0.0 * rows[0, 0], rows[1, 0] / amplitude, 0.0 * rows[2, 0]])
+    )
+    assert slope[0, :2] == pytest.approx(-amplitude / rest * across, rel=1e-6, abs=1e-9)
+    offset = -np.einsum("abij,jb->ia", result.jacobian[0], np.stack([rows[0, 0], 0.0 * rows[1, 0], 0.0 * rows[2, 0]]))
+    assert offset[0, :2] == pytest.approx(0.0, abs=1e-6)
