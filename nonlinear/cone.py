@@ -36,8 +36,8 @@ class ConeContact:
 
     Without lift-off the steady cycle is the one that a slider starting at w = 0 reaches: followed turn by turn where
     it comes to rest (at once to a corner that it would take any number of turns to, see `corner`), else, since there
-    is only one, found by Newton's method. The Jacobian, moving re-contact and memory included, is that of the computed
-    force to about 1e-8; where a slider takes many turns to come to rest, to about 1e-4.
+    is only one, found by Newton's method. The Jacobian, moving re-contact and memory included, is that of the
+    computed force to about 1e-8; where a slider takes many turns to come to rest, to about 1e-4.
     """
 
     parameters: ContactParameters
