@@ -6,23 +6,21 @@ R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, A
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom.checks import require_between
 from rom.errors import RomParameterError
-from rom.factorisation import factorise
 from rom.fixed_interface import lowest_modes, modes_up_to
 from rom.full_model import FullModel, node_dofs
-from rom.kept_dofs import KeptDofs, choose_kept_dofs
+from rom.kept_dofs import KeptDofs
 from rom.reduced_model import ReducedModel
+from rom.substructure import Substructure, split
 from rom.threads import one_blas_thread
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
-
     from geometry import SectorMesh
 
 
@@ -52,6 +50,18 @@ class ReductionOptions:
                 raise RomParameterError("rom", "modes", modes, whole)
 
 
+@dataclass(frozen=True)
+class Reduction:
+    """A reduced model with the number of fixed-interface modes in it.
+
+    error: estimated largest relative error by the modes left out, where their number was chosen by it, else None.
+    """
+
+    model: ReducedModel
+    modes: int
+    error: float | None = None
+
+
 @one_blas_thread()
 def reduce(
     full: FullModel,
@@ -71,92 +81,95 @@ def reduce(
     Raises RomParameterError for options out of range, FactorisationError when the structure is not held or
     not stable.
     """
-    direction = _unit_vector(excitation_direction)
-    kept = choose_kept_dofs(full, sector, excitation_at)
-    interior = _interior_nodes(full, kept)
-    stiffness, mass, shapes, backend = _reduced_matrices(full, kept, interior, options)
-    n = len(mass)
-    centrifugal = shapes.T @ full.centrifugal[node_dofs(interior).ravel()]
-    centrifugal[: kept.size] += kept.rotation @ full.centrifugal[kept.dofs]
-    load = direction @ kept.displacement(kept.loaded, n)
-    tip = kept.displacement(kept.tip, n)
-    right, left = np.eye(n)[: 6 * kept.n_contacts].reshape(2, 3 * kept.n_contacts, n)
-    made_of = f"{full.element}, {full.n_dofs} dofs, {n - kept.size} modes, {full.speed_rpm:g} rpm, {backend}"
+    return reduction(
+        full, sector, options, excitation_direction=excitation_direction, excitation_at=excitation_at
+    ).model
+
+
+@one_blas_thread()
+def reduction(
+    full: FullModel,
+    sector: SectorMesh,
+    options: ReductionOptions,
+    *,
+    excitation_direction: ArrayLike = (0.0, 1.0, 0.0),
+    excitation_at: str | ArrayLike = "tip",
+) -> Reduction:
+    """As `reduce`, with the number of modes that were kept."""
+    direction = unit_vector(excitation_direction)
+    parts = split(full, sector, excitation_at, options.backend)
+    matrices = parts.inner_stiffness, parts.inner_mass, parts.factor
+    if options.frequency_limit is not None:
+        angular, modes = modes_up_to(*matrices, options.frequency_limit)
+    else:
+        angular, modes = lowest_modes(*matrices, int(options.modes or 0))
+    model = craig_bampton_model(full, sector, parts, angular, modes, direction, options.store_basis)
+    return Reduction(model, len(angular))
+
+
+def craig_bampton_model(
+    full: FullModel,
+    sector: SectorMesh,
+    parts: Substructure,
+    angular: NDArray[np.float64],
+    modes: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    store_basis: bool,
+) -> ReducedModel:
+    """The reduced model of a split sector: fixed-interface modes w (m,) [rad/s], shapes (3i, m); unit load (3,)."""
+    kept = parts.kept
+    b, n = kept.size, kept.size + len(angular)
+    stiffness, mass = np.zeros((n, n)), np.eye(n)
+    stiffness[:b, :b], mass[:b, :b] = parts.stiffness, parts.mass
+    stiffness[b:, b:] = np.diag(angular**2)
+    mass[:b, b:] = parts.coupling.T @ modes
+    mass[b:, :b] = mass[:b, b:].T
+    shapes = np.hstack([parts.constraint, modes])
+    centrifugal = shapes.T @ full.centrifugal[node_dofs(parts.interior).ravel()]
+    centrifugal[:b] += kept.rotation @ full.centrifugal[kept.dofs]
+    backend = parts.factor.backend
+    made_of = f"{full.element}, {full.n_dofs} dofs, {len(angular)} modes, {full.speed_rpm:g} rpm, {backend}"
     return ReducedModel(
         mass=mass,
         stiffness=stiffness,
-        contact_right=right,
-        contact_left=left,
         contact_position=sector.right.position,
         contact_area=sector.right.area,
-        force_excitation=load,
         force_centrifugal=centrifugal,
-        outputs={"tip": load, "tip_x": tip[0], "tip_y": tip[1], "tip_z": tip[2]},
-        basis=_basis(full, kept, interior, shapes) if options.store_basis else None,
+        basis=_basis(full, parts, shapes) if store_basis else None,
         n_blades=sector.n_blades,
         producer=f"shroud: {made_of}",
+        **kept_motions(parts.kept, np.eye(b, n), direction),
     )
 
 
-def _interior_nodes(full: FullModel, kept: KeptDofs) -> NDArray[np.int64]:
-    """Nodes (i,) that are neither kept nor clamped."""
-    inside = np.ones(len(full.positions), dtype=bool)
-    inside[kept.nodes] = False
-    inside[full.fixed // 3] = False
-    return np.flatnonzero(inside)
+def kept_motions(kept: KeptDofs, motion: NDArray[np.float64], direction: NDArray[np.float64]) -> dict[str, Any]:
+    """What a reduced model knows of its kept dofs: contact motions, outputs and load, by argument of `ReducedModel`.
+
+    motion (b, n): kept dofs, in their frames, of the reduced coordinates; direction (3,) of the load, of length 1.
+    """
+    load = direction @ kept.displacement(kept.loaded, kept.size) @ motion
+    tip = kept.displacement(kept.tip, kept.size) @ motion
+    right, left = motion[: 6 * kept.n_contacts].reshape(2, 3 * kept.n_contacts, -1)
+    return {
+        "contact_right": right,
+        "contact_left": left,
+        "force_excitation": load,
+        "outputs": {"tip": load, "tip_x": tip[0], "tip_y": tip[1], "tip_z": tip[2]},
+    }
 
 
-def _reduced_matrices(
-    full: FullModel, kept: KeptDofs, interior: NDArray[np.int64], options: ReductionOptions
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], str]:
-    """Stiffness (n, n), mass (n, n), interior rows (3i, n) of the basis, name of the factorisation."""
-    k_ii, k_ib, k_bb = _partition(full.stiffness, interior, kept)
-    m_ii, m_ib, m_bb = _partition(full.mass, interior, kept)
-    factor = factorise(k_ii, options.backend)
-    if options.frequency_limit is not None:
-        angular, modes = modes_up_to(k_ii, m_ii, factor, options.frequency_limit)
-    else:
-        angular, modes = lowest_modes(k_ii, m_ii, factor, int(options.modes or 0))
-    constraint = -factor.solve(k_ib)
-    loaded = m_ib + m_ii @ constraint
-    b, n = kept.size, kept.size + len(angular)
-    stiffness, mass = np.zeros((n, n)), np.eye(n)
-    stiffness[:b, :b] = _symmetric(k_bb + k_ib.T @ constraint)
-    stiffness[b:, b:] = np.diag(angular**2)
-    mass[:b, :b] = _symmetric(m_bb + m_ib.T @ constraint + constraint.T @ loaded)
-    mass[:b, b:] = loaded.T @ modes
-    mass[b:, :b] = mass[:b, b:].T
-    return stiffness, mass, np.hstack([constraint, modes]), factor.backend
-
-
-def _partition(
-    matrix: csr_matrix, interior: NDArray[np.int64], kept: KeptDofs
-) -> tuple[csr_matrix, NDArray[np.float64], NDArray[np.float64]]:
-    """Blocks (interior, interior) sparse, (interior, kept) and (kept, kept) dense, kept dofs in their frames."""
-    inside, dofs, rotation = node_dofs(interior).ravel(), kept.dofs, kept.rotation
-    rows = matrix[inside]
-    corner = rotation @ matrix[dofs][:, dofs].toarray() @ rotation.T
-    return rows[:, inside], rows[:, dofs].toarray() @ rotation.T, corner
-
-
-def _basis(
-    full: FullModel, kept: KeptDofs, interior: NDArray[np.int64], shapes: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Mesh displacements (N, n) of the reduced coordinates; zero on the clamped root."""
-    basis = np.zeros((full.n_dofs, shapes.shape[1]))
-    basis[node_dofs(interior).ravel()] = shapes
-    basis[kept.dofs, : kept.size] = kept.rotation.T
-    return basis
-
-
-def _symmetric(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Half the sum of a matrix and its transpose: takes away round-off."""
-    return 0.5 * (matrix + matrix.T)
-
-
-def _unit_vector(direction: ArrayLike) -> NDArray[np.float64]:
+def unit_vector(direction: ArrayLike) -> NDArray[np.float64]:
     """Direction (3,) scaled to length 1."""
     vector = np.asarray(direction, dtype=float)
     if vector.shape != (3,) or not np.all(np.isfinite(vector)) or not np.any(vector):
         raise RomParameterError("excitation", "direction", direction, "must be three finite numbers, not all 0")
     return vector / np.linalg.norm(vector)
+
+
+def _basis(full: FullModel, parts: Substructure, shapes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mesh displacements (N, n) of the reduced coordinates; zero on the clamped root."""
+    kept = parts.kept
+    basis = np.zeros((full.n_dofs, shapes.shape[1]))
+    basis[node_dofs(parts.interior).ravel()] = shapes
+    basis[kept.dofs, : kept.size] = kept.rotation.T
+    return basis

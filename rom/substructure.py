@@ -1,0 +1,93 @@
+"""The blade split at its kept dofs: static answers to their motion, and how the inside is coupled to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rom.factorisation import Factor, factorise
+from rom.full_model import FullModel, node_dofs
+from rom.kept_dofs import KeptDofs, choose_kept_dofs
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+    from geometry import SectorMesh
+
+
+@dataclass(frozen=True)
+class Substructure:
+    """A full model with b kept dofs and 3i dofs of i interior nodes; the clamped ones are gone.
+
+    Attributes
+    ----------
+    kept : the kept dofs and their frames.
+    interior : (i,) nodes that are neither kept nor clamped.
+    inner_stiffness, inner_mass : (3i, 3i) CSR, K_ii and M_ii.
+    factor : of K_ii.
+    constraint : (3i, b) constraint modes, Psi = -K_ii^-1 K_ib.
+    coupling : (3i, b) inertia of the inside under the constraint modes, L = M_ib + M_ii Psi.
+    stiffness, mass : (b, b) condensed to the kept dofs (Guyan).
+    """
+
+    kept: KeptDofs
+    interior: NDArray[np.int64]
+    inner_stiffness: csr_matrix
+    inner_mass: csr_matrix
+    factor: Factor
+    constraint: NDArray[np.float64]
+    coupling: NDArray[np.float64]
+    stiffness: NDArray[np.float64]
+    mass: NDArray[np.float64]
+
+
+def split(full: FullModel, sector: SectorMesh, excitation_at: str | ArrayLike, backend: str = "auto") -> Substructure:
+    """Split a sector at its contact, tip and loaded dofs.
+
+    Raises RomParameterError for a loaded point out of place, FactorisationError when the structure is not held or
+    not stable.
+    """
+    kept = choose_kept_dofs(full, sector, excitation_at)
+    interior = _interior_nodes(full, kept)
+    k_ii, k_ib, k_bb = _partition(full.stiffness, interior, kept)
+    m_ii, m_ib, m_bb = _partition(full.mass, interior, kept)
+    factor = factorise(k_ii, backend)
+    constraint = -factor.solve(k_ib)
+    coupling = m_ib + m_ii @ constraint
+    return Substructure(
+        kept=kept,
+        interior=interior,
+        inner_stiffness=k_ii,
+        inner_mass=m_ii,
+        factor=factor,
+        constraint=constraint,
+        coupling=coupling,
+        stiffness=symmetric(k_bb + k_ib.T @ constraint),
+        mass=symmetric(m_bb + m_ib.T @ constraint + constraint.T @ coupling),
+    )
+
+
+def symmetric(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Half the sum of a matrix and its transpose: takes away round-off."""
+    return 0.5 * (matrix + matrix.T)
+
+
+def _interior_nodes(full: FullModel, kept: KeptDofs) -> NDArray[np.int64]:
+    """Nodes (i,) that are neither kept nor clamped."""
+    inside = np.ones(len(full.positions), dtype=bool)
+    inside[kept.nodes] = False
+    inside[full.fixed // 3] = False
+    return np.flatnonzero(inside)
+
+
+def _partition(
+    matrix: csr_matrix, interior: NDArray[np.int64], kept: KeptDofs
+) -> tuple[csr_matrix, NDArray[np.float64], NDArray[np.float64]]:
+    """Blocks (interior, interior) sparse, (interior, kept) and (kept, kept) dense, kept dofs in their frames."""
+    inside, dofs, rotation = node_dofs(interior).ravel(), kept.dofs, kept.rotation
+    rows = matrix[inside]
+    corner = rotation @ matrix[dofs][:, dofs].toarray() @ rotation.T
+    return rows[:, inside], rows[:, dofs].toarray() @ rotation.T, corner
