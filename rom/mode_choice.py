@@ -1,0 +1,146 @@
+"""As many fixed-interface modes as a tolerance needs, from what is known exactly of those left out.
+
+With L the inertia of the inside under the constraint modes and m_k = L^T phi_k, a fixed-interface mode k takes
+w^4 m_k m_k^T / (w_k^2 - w^2) from the dynamic stiffness of the kept dofs. The sum over all modes left out is known at
+low frequencies, where it is w^4 R with R = L^T K_ii^-1 L - sum over the modes at hand of m_k m_k^T / w_k^2: one more
+static solution for each kept dof. So the vectors behind R, K_ii^-1 L freed of the modes at hand, stand for all the
+modes left out. Every reduced model with fewer modes is a part of the model with them, and is measured against it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rom.checks import require_between
+from rom.craig_bampton import Reduction, craig_bampton_model, kept_motions, unit_vector
+from rom.enrichment import independent
+from rom.errors import RomParameterError
+from rom.fixed_interface import lowest_modes
+from rom.full_model import FullModel
+from rom.linear_answers import LinearAnswer, LinearOperation, linear_answers, linear_errors
+from rom.reduced_model import ReducedModel
+from rom.substructure import Substructure, split, symmetric
+from rom.threads import one_blas_thread
+
+if TYPE_CHECKING:
+    from geometry import SectorMesh
+
+_FIRST_GUESS = 30
+_MOST_MODES = 1000
+
+
+@dataclass(frozen=True)
+class _Ladder:
+    """All reduced models with up to as many modes as were computed, and the answers they are measured against."""
+
+    enriched: ReducedModel
+    kept: int
+    operation: LinearOperation
+    exact: tuple[LinearAnswer, ...]
+
+    def error(self, modes: int) -> float:
+        """Largest relative error of frequencies and receptances with so many modes."""
+        model = _first_coordinates(self.enriched, self.kept + modes)
+        found = linear_answers(model, self.operation, self.exact)
+        return max(error.worst for error in linear_errors(found, self.exact, self.operation.frequency))
+
+
+@one_blas_thread()
+def reduce_within(
+    full: FullModel,
+    sector: SectorMesh,
+    tolerance: float,
+    operation: LinearOperation,
+    *,
+    excitation_direction: ArrayLike = (0.0, 1.0, 0.0),
+    excitation_at: str | ArrayLike = "tip",
+    store_basis: bool = True,
+    backend: str = "auto",
+) -> Reduction:
+    """Reduce a sector with the fewest fixed-interface modes that stay within a tolerance.
+
+    tolerance: largest relative error of the natural frequencies in the range and of the receptances of contact nodes
+    and output over it, with free, sliding and stuck joints (`LinearError`). The rest as in `reduce`. Raises
+    RomParameterError for a tolerance that is not between 0 and 1 or that 1000 modes do not reach.
+    """
+    require_between("rom", "tolerance", tolerance, 0.0, 1.0, "must be a number above 0 and below 1")
+    direction = unit_vector(excitation_direction)
+    parts = split(full, sector, excitation_at, backend)
+    residual = parts.factor.solve(parts.coupling)
+    count = _FIRST_GUESS
+    while True:
+        angular, shapes = lowest_modes(parts.inner_stiffness, parts.inner_mass, parts.factor, count)
+        enriched = _enriched(sector, parts, residual, angular, shapes, direction)
+        ladder = _Ladder(enriched, parts.kept.size, operation, linear_answers(enriched, operation))
+        modes, error = _fewest(ladder, tolerance, len(angular))
+        if error <= tolerance:
+            break
+        if len(angular) < count or count >= _MOST_MODES:
+            allowed = f"a larger number: {len(angular)} modes leave an error of {error:.2g} in response.frequency"
+            raise RomParameterError("rom", "tolerance", tolerance, allowed)
+        count = min(2 * count, _MOST_MODES)
+    model = craig_bampton_model(full, sector, parts, angular[:modes], shapes[:, :modes], direction, store_basis)
+    return Reduction(model, modes, error)
+
+
+def _fewest(ladder: _Ladder, tolerance: float, most: int) -> tuple[int, float]:
+    """Fewest modes within the tolerance and their error, by bisection; the `most` of them where all are too few."""
+    enough, error = most, ladder.error(most)
+    too_few = 0
+    while error <= tolerance and enough - too_few > 1:
+        middle = (enough + too_few) // 2
+        smaller = ladder.error(middle)
+        if smaller <= tolerance:
+            enough, error = middle, smaller
+        else:
+            too_few = middle
+    return enough, error
+
+
+def _enriched(
+    sector: SectorMesh,
+    parts: Substructure,
+    residual: NDArray[np.float64],
+    angular: NDArray[np.float64],
+    shapes: NDArray[np.float64],
+    direction: NDArray[np.float64],
+) -> ReducedModel:
+    """Coordinates: kept dofs, modes, residual vectors K_ii^-1 L (3i, b) made orthogonal to the modes."""
+    part = parts.coupling.T @ shapes
+    rest = residual - shapes @ (part.T / angular[:, None] ** 2)
+    inertia = parts.inner_mass @ rest
+    mixed = independent(symmetric(rest.T @ inertia))
+    rest = rest @ mixed
+    b, m = parts.kept.size, len(angular)
+    n = b + m + rest.shape[1]
+    mass, stiffness = np.eye(n), np.zeros((n, n))
+    mass[:b, :b], stiffness[:b, :b] = parts.mass, parts.stiffness
+    mass[:b, b:] = np.hstack([part, parts.coupling.T @ rest])
+    mass[b:, :b] = mass[:b, b:].T
+    stiffness[b : b + m, b : b + m] = np.diag(angular**2)
+    stiffness[b + m :, b + m :] = symmetric(rest.T @ (parts.inner_stiffness @ rest))
+    return ReducedModel(
+        mass=mass,
+        stiffness=stiffness,
+        contact_position=sector.right.position,
+        n_blades=sector.n_blades,
+        **kept_motions(parts.kept, np.eye(b, n), direction),
+    )
+
+
+def _first_coordinates(model: ReducedModel, count: int) -> ReducedModel:
+    """The model with its first `count` coordinates only, the others held at 0."""
+    assert model.contact_left is not None  # a blade has both faces
+    return replace(
+        model,
+        mass=model.mass[:count, :count],
+        stiffness=model.stiffness[:count, :count],
+        contact_right=model.contact_right[:, :count],
+        contact_left=model.contact_left[:, :count],
+        force_excitation=model.force_excitation[:count],
+        outputs={name: vector[:count] for name, vector in model.outputs.items()},
+    )
