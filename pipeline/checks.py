@@ -99,7 +99,8 @@ def _check_damping_list(path: Path, member: Member, n_contacts: int) -> None:
     """No more damping ratios than modes: contact dofs of both faces, tip and loaded point, fixed-interface modes."""
     ratios, rom = member.scene.response.damping_ratio, member.scene.rom
     if isinstance(ratios, tuple) and rom.frequency_limit is None:
-        most = 6 * n_contacts + 6 + (DEFAULT_MODES if rom.modes is None else rom.modes)
+        least = 0 if rom.modes == "auto" else DEFAULT_MODES if rom.modes is None else rom.modes
+        most = 6 * n_contacts + 6 + least
         if len(ratios) > most:
             raise input_error(
                 path, _where(member, "response.damping_ratio"), f"a list of {len(ratios)}", f"{most} at most"

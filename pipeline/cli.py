@@ -11,6 +11,7 @@ import typer
 
 if TYPE_CHECKING:
     from pipeline.request import Outcome, Request
+    from pipeline.verify.stage import Verification
 
 COMPUTED, NOT_REACHED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 NO_TERMINAL = 110  # characters a line of a table may have where no terminal says
@@ -75,6 +76,33 @@ def respond(
 
     file = read_scene(scene, given_model=True)
     _finish(Request(file, out or Path("out") / file.first.name, None, force, jobs, rom), quiet)
+
+
+@app.command()
+def verify(
+    scene: SceneArgument,
+    out: OutOption = None,
+    tolerance: Annotated[
+        float | None, typer.Option(min=1e-6, max=0.5, help="Relative error to stay within; rom.tolerance by default.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the numbers as JSON.")] = False,
+    force: ForceOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Measure what modes left out and mesh do to the reduced models of a scene, and say which to refine."""
+    from pipeline.interruption import handling_interrupts
+    from pipeline.progress import Reporter
+    from pipeline.scene_file import read_scene
+    from pipeline.verify.stage import verify as measure
+
+    file = read_scene(scene)
+    with handling_interrupts() as interrupts:
+        reporter = Reporter(quiet, interrupts=interrupts)
+        found = measure(file, out or Path("out") / file.first.name, tolerance, force, reporter)
+    _print_errors(found, as_json)
+    for problem in found.problems:
+        print(problem, file=sys.stderr)
+    raise typer.Exit(NOT_REACHED if found.problems else COMPUTED)
 
 
 @app.command()
@@ -151,15 +179,34 @@ def _finish(request: Request, quiet: bool) -> None:
     raise typer.Exit(COMPUTED if outcome.complete else NOT_REACHED)
 
 
+def _print_errors(found: Verification, as_json: bool) -> None:
+    import json
+
+    from pipeline.verify.stage import plain
+
+    if as_json:
+        print(json.dumps(plain(found), indent=1, allow_nan=False))
+        return
+    from rich.console import Console
+
+    from pipeline.verify.table import error_table, heading
+
+    console = Console(width=None if sys.stdout.isatty() else NO_TERMINAL)
+    for case in found.cases:
+        print(heading(case))
+        console.print(error_table(case.errors))
+        print(case.advice)
+
+
 def _tell(request: Request, outcome: Outcome) -> None:
     from rich.console import Console
 
-    from pipeline.tables import curve_table, harmonics_warning, motion_notes
+    from pipeline.tables import curve_table, harmonics_warning, mode_notes, motion_notes
 
     if outcome.curves:
         width = None if sys.stdout.isatty() else NO_TERMINAL
         Console(width=width).print(curve_table(outcome))
-    for note in motion_notes(outcome):
+    for note in [*mode_notes(outcome), *motion_notes(outcome)]:
         print(note)
     if warning := harmonics_warning(outcome):
         print(warning, file=sys.stderr)

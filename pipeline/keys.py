@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from pipeline.curve import nonlinear_values
 from pipeline.fingerprint import fingerprint, source_fingerprint
+from pipeline.operation import operation_values
 from pipeline.scene import Scene
 
 
@@ -24,7 +26,9 @@ class Versions:
         """Of the code as it is on disk now."""
         return cls(
             mesh=source_fingerprint(["geometry", "pipeline/making.py"], ["gmsh", "meshio", "numpy", "h5py"]),
-            rom=source_fingerprint(["rom", "pipeline/making.py"], ["numpy", "scipy", "scikit-fem", "h5py"]),
+            rom=source_fingerprint(
+                ["rom", "pipeline/making.py", "pipeline/operation.py"], ["numpy", "scipy", "scikit-fem", "h5py"]
+            ),
             curve=source_fingerprint(
                 ["rom", "nonlinear", "pipeline/curve.py", "pipeline/contact_values.py"], ["numpy", "scipy", "numba"]
             ),
@@ -67,13 +71,21 @@ def model_keys(scene: Scene, versions: Versions) -> ModelKeys:
     reduced = fingerprint(
         {
             "assemble": assemble,
-            "rom": scene.rom.model_dump(),
+            "rom": _reduction_values(scene),
             "speed_rpm": scene.load.speed_rpm,
             "direction": scene.excitation.unit_direction,
             "at": scene.excitation.at,
         }
     )
     return ModelKeys(mesh, assemble, reduced)
+
+
+def _reduction_values(scene: Scene) -> dict[str, Any]:
+    """What the number of modes depends on: with "auto" also what the model is used for."""
+    values: dict[str, Any] = {"modes": scene.rom.modes, "frequency_limit": scene.rom.frequency_limit}
+    if scene.rom.modes == "auto":
+        values |= {"tolerance": scene.rom.tolerance, **operation_values(scene)}
+    return values
 
 
 def curve_key(scene: Scene, reduced: str, versions: Versions) -> str:

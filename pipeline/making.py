@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipeline.checks import geometry_parameters
+from pipeline.operation import linear_operation
 from pipeline.scene import DEFAULT_MODES, Scene
+
+if TYPE_CHECKING:
+    from geometry import SectorMesh
+    from rom import FullModel
 
 SECTOR = "sector.h5"
 MESH_FILES = ("mesh.vtu", "mesh.msh")
@@ -38,27 +44,37 @@ def make_full_model(folder: Path, sector_file: Path, scene: Scene) -> None:
 
 
 def make_reduced_model(folder: Path, sector_file: Path, full_file: Path, scene: Scene) -> None:
-    """Reduce the blade to `rom.h5`, at its speed, and note its sizes in `facts.json`."""
-    from geometry import load_sector
-    from rom import Material, ReductionOptions, load_full_model, reduce, spin, write_reduced_model
+    """Reduce the blade to `rom.h5`, at its speed, and note its sizes in `facts.json`.
 
-    assert scene.material is not None
-    sector, full = load_sector(sector_file), load_full_model(full_file)
-    if scene.load.speed_rpm > 0.0:
-        full = spin(full, sector, Material(**scene.material.model_dump()), scene.load.speed_rpm)
+    `modes` there: fixed-interface modes kept; `modes_error`: estimated error by those left out, null where the scene
+    says how many to keep.
+    """
+    from geometry import load_sector
+    from rom import ReductionOptions, load_full_model, reduce_within, reduction, write_reduced_model
+
+    sector = load_sector(sector_file)
+    full = at_speed(load_full_model(full_file), sector, scene)
     modes, limit = scene.rom.modes, scene.rom.frequency_limit
-    options = ReductionOptions(
-        modes=DEFAULT_MODES if modes is None and limit is None else modes,
-        frequency_limit=limit,
-        store_basis=True,
-    )
-    model = reduce(
-        full,
-        sector,
-        options,
-        excitation_direction=scene.excitation.unit_direction,
-        excitation_at=scene.excitation.at,
-    )
+    direction, at = scene.excitation.unit_direction, scene.excitation.at
+    if modes == "auto":
+        operation = linear_operation(scene, sector)
+        made = reduce_within(
+            full, sector, scene.rom.tolerance, operation, excitation_direction=direction, excitation_at=at
+        )
+    else:
+        options = ReductionOptions(DEFAULT_MODES if modes is None and limit is None else modes, limit)
+        made = reduction(full, sector, options, excitation_direction=direction, excitation_at=at)
+    model = made.model
     write_reduced_model(folder / REDUCED_MODEL, model)
     facts = {"dofs": int(full.stiffness.shape[0]), "reduced_dofs": model.size, "n_contacts": model.n_contacts}
-    (folder / FACTS).write_text(json.dumps(facts))
+    (folder / FACTS).write_text(json.dumps({**facts, "modes": made.modes, "modes_error": made.error}))
+
+
+def at_speed(full: FullModel, sector: SectorMesh, scene: Scene) -> FullModel:
+    """The full model at the scene's speed of rotation."""
+    from rom import Material, spin
+
+    if scene.load.speed_rpm == 0.0:
+        return full
+    assert scene.material is not None
+    return spin(full, sector, Material(**scene.material.model_dump()), scene.load.speed_rpm)

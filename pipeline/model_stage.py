@@ -30,7 +30,8 @@ def given_models(run: Run, model: ReducedModel) -> Models:
     key = file_fingerprint(path)
     entry = run.store.get("rom", key, lambda folder: _copy(path, folder / REDUCED_MODEL))
     dofs = model.size if model.basis is None else model.basis.shape[0]
-    facts = {"dofs": dofs, "reduced_dofs": model.size, "n_contacts": model.n_contacts}
+    facts: dict[str, Any] = {"dofs": dofs, "reduced_dofs": model.size, "n_contacts": model.n_contacts}
+    facts |= {"modes": None, "modes_error": None}
     built = BuiltModel(key, entry.file(REDUCED_MODEL), None, facts)
     return {member.index: built for member in run.request.scene.members}
 

@@ -31,7 +31,7 @@ def execute(request: Request, reporter: Reporter) -> Outcome:
     """
     start = time.perf_counter()
     given = _check(request)
-    store = _open_store(request)
+    store = open_store(request)
     try:
         return _execute(Run(request, store, StageLog(), reporter, Versions.current()), given, start)
     except KeyboardInterrupt:
@@ -76,7 +76,13 @@ def _check(request: Request) -> ReducedModel | None:
     return model
 
 
-def _open_store(request: Request) -> Store:
+def open_store(request: Request) -> Store:
+    """The store in the output folder, free of what dead processes left.
+
+    Raises
+    ------
+    InputError : the folder cannot be written.
+    """
     store = Store(request.out / "store", force=request.force)
     try:
         with store.temporary():

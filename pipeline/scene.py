@@ -96,8 +96,19 @@ class Mesh(Section):
 class Rom(Section):
     """[rom]: Craig-Bampton reduction."""
 
-    modes: Whole | None = _key("fixed-interface modes kept", "a whole number, 1 to 1000", None, ge=1, le=1000)
+    modes: Literal["auto"] | Annotated[Whole, Field(ge=1, le=1000)] | None = _key(
+        'fixed-interface modes kept, or "auto": as many as the tolerance asks for',
+        'a whole number, 1 to 1000, or "auto"',
+        None,
+    )
     frequency_limit: Positive | None = _key("keep every fixed-interface mode up to this, Hz", POSITIVE, None)
+    tolerance: Number = _key(
+        "largest relative error of frequencies and receptances in the frequency range",
+        "a number from 1e-6 to 0.5",
+        1e-3,
+        ge=1e-6,
+        le=0.5,
+    )
 
 
 class Load(Section):

@@ -92,6 +92,15 @@ def harmonics_warning(outcome: Outcome) -> str:
     )
 
 
+def mode_notes(outcome: Outcome) -> list[str]:
+    """Lines that say how many fixed-interface modes were kept where the program chose."""
+    chosen = {model["rom"]: model for model in outcome.models if model["modes_error"] is not None}
+    return [
+        f"{model['modes']} fixed-interface modes kept, estimated error of the reduction {model['modes_error']:.1e}"
+        for model in chosen.values()
+    ]
+
+
 def motion_notes(outcome: Outcome) -> list[str]:
     """Lines that say which curves have detached branches, and which lose their stability other than at a fold."""
     notes = []
