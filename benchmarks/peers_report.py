@@ -35,8 +35,8 @@ def _preamble(results: dict[str, Any]) -> str:
         f"{results['when']}, {results['machine']}, one thread each, load of the machine {load[0]:.1f} before and "
         f"{load[1]:.1f} after. {versions}.",
         f"Tolerance of Newton's method {results['tolerance']:g}; w from 0.5 to 1.6; the step of pyHarm fitted so "
-        "that it takes as many points as the first row of the case. shroud without what pyHarm does not do: exponents, "
-        "detached branches, the truncation error. Times are medians of the curves timed; the first "
+        "that it takes as many points as the first row of the case. shroud without what pyHarm does not do: "
+        "exponents, detached branches, the truncation error. Times are medians of the curves timed; the first "
         "curve of a process is not among them, nor is setting the problem up. *First use*: import and compilation "
         "with empty caches; *each start*: the same when the caches are full.",
         f"**Without pyHarm: {missing}.**" if missing else "",
