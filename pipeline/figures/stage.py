@@ -10,7 +10,7 @@ from pipeline.publishing import publish, retire
 from pipeline.request import Run
 from pipeline.respond import Solved
 
-NAMES = ("response", "peaks", "hysteresis", "hysteresis_sweep")
+NAMES = ("response", "peaks", "hysteresis", "hysteresis_sweep", "nodal_diameters", "campbell")
 
 
 def figure_stage(run: Run, curves: Sequence[Solved]) -> list[Path]:
@@ -33,9 +33,11 @@ def figure_stage(run: Run, curves: Sequence[Solved]) -> list[Path]:
 
 def draw(folder: Path, curves: Sequence[Solved], title: str) -> None:
     """Draw every figure that the curves allow."""
+    from pipeline.figures.campbell import campbell_figure
     from pipeline.figures.data import plotted_curves
     from pipeline.figures.hysteresis import most_damped, node_figure, sweep_figure
     from pipeline.figures.limits import linear_limits
+    from pipeline.figures.nodal_diameters import nodal_diameter_figure
     from pipeline.figures.response import response_figure
     from pipeline.figures.style import save, styled
     from pipeline.figures.trend import trend_figure
@@ -52,9 +54,14 @@ def draw(folder: Path, curves: Sequence[Solved], title: str) -> None:
         loops = None if telling is None else node_figure(telling, title)
         if loops is not None:
             save(loops, folder, "hysteresis")
-        loops = sweep_figure(shown, title)
-        if loops is not None:
-            save(loops, folder, "hysteresis_sweep")
+        others = {
+            "hysteresis_sweep": sweep_figure(shown, title),
+            "nodal_diameters": nodal_diameter_figure(shown[0], title),
+            "campbell": campbell_figure(shown, title),
+        }
+        for name, figure in others.items():
+            if figure is not None:
+                save(figure, folder, name)
 
 
 def _title(run: Run) -> str:

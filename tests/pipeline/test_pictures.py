@@ -27,7 +27,7 @@ def test_every_figure_is_there_twice(finished: Path) -> None:
     pictures = summary_of(finished)["pictures"]
     assert sorted(pictures) == sorted(
         f"figures/{name}.{suffix}"
-        for name in ("hysteresis", "hysteresis_sweep", "peaks", "response")
+        for name in ("hysteresis", "hysteresis_sweep", "nodal_diameters", "peaks", "response")
         for suffix in ("png", "svg")
     )
     for name in pictures:
@@ -113,4 +113,5 @@ def test_pictures_of_an_earlier_scene_go_away(copied: Path) -> None:
     (copied / "figures" / "mine.png").write_bytes(b"")
     scene = write_scene(copied.parent / "s.toml", small_scene())
     assert shroud("run", scene, "--out", copied, "--quiet")[0] == 0
-    assert {path.stem for path in (copied / "figures").iterdir()} == {"response", "hysteresis", "mine"}
+    left = {path.stem for path in (copied / "figures").iterdir()}
+    assert left == {"response", "hysteresis", "nodal_diameters", "mine"}

@@ -1,0 +1,83 @@
+"""Campbell diagram: natural frequencies against speed, with the lines of the engine orders."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipeline.figures.data import Array, PlottedCurve
+from pipeline.figures.spectra import LOOKS, spectrum
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SPEED = "load.speed_rpm"
+FEWEST = 3  # speeds that make a diagram
+RAYS = 7  # engine orders drawn, about
+
+
+def campbell_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
+    """One line a mode and state of the shrouds at the excited nodal diameter; None with fewer than three speeds.
+
+    Where more than the speed is swept, the blade, contact and engine order are those of the first curve.
+    """
+    from matplotlib import pyplot as plt
+
+    chosen = _by_speed(curves)
+    if len(chosen) < FEWEST:
+        return None
+    speeds = np.array(sorted(chosen))
+    order = curves[0].scene.excitation.engine_order
+    found = [_spectrum(chosen[speed], order) for speed in speeds]
+    figure, axes = plt.subplots(figsize=(7.2, 4.8), layout="constrained")
+    for name, look in LOOKS.items():
+        lines = np.array([item[name] for item in found])
+        for mode in range(lines.shape[1]):
+            axes.plot(speeds, lines[:, mode], label=f"shrouds {name}" if mode == 0 else None, **look)
+    top = max(float(item["stuck"].max()) for item in found)
+    _draw_engine_orders(axes, float(speeds[-1]), order, top)
+    low, high = curves[0].scene.response.frequency
+    axes.axhspan(low, high, color="0.95", zorder=0, label="range of the response")
+    axes.set(title=title, xlabel="speed [rev/min]", ylabel=f"natural frequency [Hz], engine order {order}")
+    axes.set_xlim(speeds[0], speeds[-1])
+    axes.set_ylim(0.0, 1.05 * top)
+    axes.legend(loc="center left", bbox_to_anchor=(1.06, 0.5), fontsize=9)
+    return figure
+
+
+def _by_speed(curves: Sequence[PlottedCurve]) -> dict[float, PlottedCurve]:
+    """The curves that differ from the first in nothing but the speed, by speed (rev/min)."""
+    first = {key: value for key, value in curves[0].parameters.items() if key != SPEED}
+    chosen: dict[float, PlottedCurve] = {}
+    for curve in curves:
+        others = {key: value for key, value in curve.parameters.items() if key != SPEED}
+        if SPEED in curve.parameters and others == first:
+            chosen.setdefault(float(curve.parameters[SPEED]), curve)
+    return chosen
+
+
+def _spectrum(curve: PlottedCurve, engine_order: int) -> dict[str, Array]:
+    from rom import read_reduced_model
+
+    return spectrum(read_reduced_model(curve.rom, with_basis=False), curve, engine_order)
+
+
+def _draw_engine_orders(axes: Axes, fastest: float, excited: int, top: float) -> None:
+    """Rays f = EO n / 60 of some evenly spaced engine orders up to the corner of the diagram, and the excited one."""
+    highest = 60.0 * top / fastest
+    step = max(round(highest / RAYS), 1)
+    for order in sorted({*range(step, int(highest) + 1, step), excited}):
+        frequency = order * fastest / 60.0
+        look: dict[str, Any] = {"color": "0.75", "linewidth": 0.6}
+        if order == excited:
+            look = {"color": "0.3", "linewidth": 1.2}
+        axes.plot([0.0, fastest], [0.0, frequency], **look)
+        inside = frequency <= 1.05 * top
+        end = (fastest, frequency) if inside else (60.0 * 1.05 * top / order, 1.05 * top)
+        beside: dict[str, Any] = {"xytext": (3, 0), "va": "center"}
+        if not inside:
+            beside = {"xytext": (0, 3), "ha": "center"}
+        axes.annotate(f"{order}", end, textcoords="offset points", fontsize=8, **beside)

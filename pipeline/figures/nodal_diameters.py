@@ -1,0 +1,43 @@
+"""Natural frequencies against nodal diameters."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pipeline.figures.data import PlottedCurve
+from pipeline.figures.spectra import LOOKS, aliased, spectrum
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def nodal_diameter_figure(curve: PlottedCurve, title: str) -> Figure | None:
+    """One line a mode and state of the shrouds, over nodal diameters 0 .. N_b / 2; the excited one is marked.
+
+    None for a single blade against ground. The steady speed and the contact stiffness are those of `curve`.
+    """
+    from matplotlib import pyplot as plt
+
+    from rom import read_reduced_model
+
+    model = read_reduced_model(curve.rom, with_basis=False)
+    if model.n_blades is None:
+        return None
+    diameters = np.arange(model.n_blades // 2 + 1)
+    found = [spectrum(model, curve, int(diameter)) for diameter in diameters]
+    figure, axes = plt.subplots(figsize=(7.2, 4.8), layout="constrained")
+    for name, look in LOOKS.items():
+        lines = np.array([item[name] for item in found])
+        for mode in range(lines.shape[1]):
+            axes.plot(diameters, lines[:, mode], label=f"shrouds {name}" if mode == 0 else None, **look)
+    low, high = curve.scene.response.frequency
+    axes.axhspan(low, high, color="0.95", zorder=0, label="range of the response")
+    order = curve.scene.excitation.engine_order
+    axes.axvline(aliased(order, model.n_blades), color="0.5", linewidth=0.8, label=f"excited by engine order {order}")
+    axes.set(title=title, xlabel="nodal diameter", ylabel="natural frequency [Hz]")
+    axes.set_xlim(-0.5, diameters[-1] + 0.5)
+    axes.set_ylim(bottom=0.0)
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9)
+    return figure

@@ -1,0 +1,41 @@
+"""Natural frequencies of the ring for the diagrams: shrouds free, sliding on each other, and stuck together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipeline.contact_values import contact_parameters
+from pipeline.figures.data import Array, PlottedCurve
+
+if TYPE_CHECKING:
+    from rom import ReducedModel
+
+MODES = 4  # lowest ones that a diagram shows
+LOOKS: dict[str, dict[str, Any]] = {
+    "free": {"color": "0.0", "linestyle": (0, (1, 1.2)), "linewidth": 1.0},
+    "sliding": {"color": "#56B4E9", "marker": "s", "markersize": 3.5, "linewidth": 1.0},
+    "stuck": {"color": "#D55E00", "marker": "o", "markersize": 3.5, "linewidth": 1.0},
+}
+
+
+def spectrum(model: ReducedModel, curve: PlottedCurve, nodal_diameter: int) -> dict[str, Array]:
+    """Lowest natural frequencies (Hz) by state of the shrouds: normal springs only when sliding, all when stuck."""
+    from rom import natural_frequencies
+
+    phase = 0.0 if model.n_blades is None else 2.0 * np.pi * nodal_diameter / model.n_blades
+    contact = contact_parameters(curve.contact, model.n_contacts)
+    springs: dict[str, dict[str, Array]] = {
+        "free": {},
+        "sliding": {"normal": contact.normal_stiffness},
+        "stuck": {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness},
+    }
+    count = min(MODES, model.size)
+    return {name: natural_frequencies(model, phase, count=count, **values) for name, values in springs.items()}
+
+
+def aliased(engine_order: int, n_blades: int) -> int:
+    """The nodal diameter, 0 .. N_b / 2, that an engine order excites."""
+    folded = engine_order % n_blades
+    return min(folded, n_blades - folded)

@@ -1,0 +1,72 @@
+"""Diagrams of natural frequencies: the lines are those of the model, the engine orders where they belong."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from pipeline_support import small_scene, write_scene
+
+from pipeline.figures.campbell import campbell_figure
+from pipeline.figures.data import PlottedCurve, plotted_curves
+from pipeline.figures.nodal_diameters import nodal_diameter_figure
+from pipeline.figures.spectra import aliased
+from pipeline.progress import Reporter
+from pipeline.request import Outcome, Request
+from pipeline.run import execute
+from pipeline.scene_file import read_scene
+
+SPEEDS = [0.0, 4000.0, 8000.0]
+COLOURS = {"free": "0.0", "sliding": "#56B4E9", "stuck": "#D55E00"}
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+    """The small blade at three speeds, run to its figures."""
+    folder = tmp_path_factory.mktemp("speeds")
+    scene = write_scene(folder / "s.toml", small_scene(sweep={"load.speed_rpm": SPEEDS}))
+    return execute(Request(read_scene(scene), folder / "out"), Reporter(quiet=True))
+
+
+@pytest.fixture(scope="module")
+def curves(outcome: Outcome) -> list[PlottedCurve]:
+    return plotted_curves(outcome.curves)
+
+
+def lines(axes: Axes, state: str) -> np.ndarray:
+    """Heights of the lines of one state of the shrouds, (modes, points)."""
+    return np.array([line.get_ydata() for line in axes.lines if line.get_color() == COLOURS[state]])
+
+
+def test_campbell_lines_are_the_frequencies_of_the_summary(outcome: Outcome, curves: list[PlottedCurve]) -> None:
+    assert {"campbell", "nodal_diameters"} <= {Path(name).stem for name in outcome.pictures}
+    axes = campbell_figure(curves, "title").axes[0]
+    for state in COLOURS:
+        drawn = lines(axes, state)
+        assert drawn.shape == (4, len(SPEEDS))
+        for speed, model in enumerate(outcome.models):
+            known = model["free_hz"] if state == "free" else model[f"{state}_hz"]["36"]
+            assert drawn[:, speed] == pytest.approx(known[:4], rel=1e-9)
+    assert np.all(np.diff(lines(axes, "free")[0]) > 0.0)  # rotation stiffens
+    rays = {text.get_text() for text in axes.texts}
+    assert "36" in rays  # the excited engine order
+
+
+def test_two_speeds_make_no_campbell_diagram(curves: list[PlottedCurve]) -> None:
+    assert campbell_figure(curves[:2], "title") is None
+
+
+def test_nodal_diameters(curves: list[PlottedCurve]) -> None:
+    axes = nodal_diameter_figure(curves[0], "title").axes[0]
+    free, sliding, stuck = (lines(axes, state) for state in COLOURS)
+    assert free.shape == stuck.shape == (4, 37)
+    assert free == pytest.approx(
+        np.repeat(free[:, :1], 37, axis=1), rel=1e-12
+    )  # without contact no blade sees another
+    assert np.all(sliding >= free * (1.0 - 1e-12))  # springs only raise frequencies
+    assert np.all(stuck >= sliding * (1.0 - 1e-12))
+    assert stuck[0, 36] > 1.1 * free[0, 36]
+
+
+def test_engine_orders_fold_onto_nodal_diameters() -> None:
+    assert [aliased(order, 72) for order in (0, 4, 36, 37, 68, 72, 76, 108)] == [0, 4, 36, 35, 4, 0, 4, 36]
