@@ -18,6 +18,7 @@ from rom.receptance import RelativeReceptance
 from rom.reduced_model import ReducedModel
 from rom.threads import one_blas_thread
 
+_FIRST_GUESS = 12
 _BETWEEN = 7  # frequencies of a receptance spread evenly over the range, its ends among them
 
 
@@ -109,15 +110,16 @@ def linear_answers(
     modal = modal_model(model, damping_ratio=damping, rayleigh=operation.rayleigh)
     answers = []
     for index, (joint, (normal, tangential)) in enumerate(operation.joints().items()):
-        every = natural_frequencies(model, operation.phase, normal=normal, tangential=tangential, count=model.size)
         if like is None:
+            every = _natural_beyond(model, operation, normal, tangential)
             first, natural = _in_and_above(every, operation.frequency)
             samples = _samples(natural, operation.frequency)
         else:
             first, samples = like[index].first_mode, like[index].sample_hz
-            wanted = len(like[index].natural_hz)
-            natural = np.full(wanted, np.inf)
-            found = every[first - 1 : first - 1 + wanted]
+            natural = np.full(len(like[index].natural_hz), np.inf)
+            last = min(first - 1 + len(natural), model.size)
+            every = natural_frequencies(model, operation.phase, normal=normal, tangential=tangential, count=last)
+            found = every[first - 1 :]
             natural[: len(found)] = found
         springs = np.column_stack([tangential, tangential, normal]).ravel()
         contact, output = _receptances(modal, operation.phase, springs, samples)
@@ -148,6 +150,18 @@ def _error(found: LinearAnswer, exact: LinearAnswer, frequency: tuple[float, flo
         output=float(np.max(output)),
         within=within,
     )
+
+
+def _natural_beyond(
+    model: ReducedModel, operation: LinearOperation, normal: NDArray[np.float64], tangential: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Natural frequencies in Hz from the lowest to one above the range at least, or all there are."""
+    count = _FIRST_GUESS
+    while True:
+        every = natural_frequencies(model, operation.phase, normal=normal, tangential=tangential, count=count)
+        if every[-1] > operation.frequency[1] or count >= model.size:
+            return every
+        count *= 2
 
 
 def _in_and_above(every: NDArray[np.float64], frequency: tuple[float, float]) -> tuple[int, NDArray[np.float64]]:

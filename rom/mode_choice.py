@@ -9,6 +9,7 @@ modes left out. Every reduced model with fewer modes is a part of the model with
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 
 _FIRST_GUESS = 30
 _MOST_MODES = 1000
+_BEYOND = 1.5  # the modes at hand reach to this many times the highest frequency of the range
+_LEAST_GROWTH, _MOST_GROWTH = 1.25, 4.0
 
 
 @dataclass(frozen=True)
@@ -39,14 +42,16 @@ class _Ladder:
 
     enriched: ReducedModel
     kept: int
-    operation: LinearOperation
-    exact: tuple[LinearAnswer, ...]
+    exact: tuple[tuple[LinearOperation, tuple[LinearAnswer, ...]], ...]
 
     def error(self, modes: int) -> float:
         """Largest relative error of frequencies and receptances with so many modes."""
         model = _first_coordinates(self.enriched, self.kept + modes)
-        found = linear_answers(model, self.operation, self.exact)
-        return max(error.worst for error in linear_errors(found, self.exact, self.operation.frequency))
+        worst = 0.0
+        for operation, exact in self.exact:
+            found = linear_answers(model, operation, exact)
+            worst = max(worst, *(error.worst for error in linear_errors(found, exact, operation.frequency)))
+        return worst
 
 
 @one_blas_thread()
@@ -54,7 +59,7 @@ def reduce_within(
     full: FullModel,
     sector: SectorMesh,
     tolerance: float,
-    operation: LinearOperation,
+    operations: Sequence[LinearOperation],
     *,
     excitation_direction: ArrayLike = (0.0, 1.0, 0.0),
     excitation_at: str | ArrayLike = "tip",
@@ -64,25 +69,33 @@ def reduce_within(
     """Reduce a sector with the fewest fixed-interface modes that stay within a tolerance.
 
     tolerance: largest relative error of the natural frequencies in the range and of the receptances of contact nodes
-    and output over it, with free, sliding and stuck joints (`LinearError`). The rest as in `reduce`. Raises
-    RomParameterError for a tolerance that is not between 0 and 1 or that 1000 modes do not reach.
+    and output over it, with free, sliding and stuck joints (`LinearError`), in each of the operations. The rest as in
+    `reduce`. Raises RomParameterError for a tolerance that is not between 0 and 1 or that 1000 modes do not reach.
     """
     require_between("rom", "tolerance", tolerance, 0.0, 1.0, "must be a number above 0 and below 1")
     direction = unit_vector(excitation_direction)
     parts = split(full, sector, excitation_at, backend)
     residual = parts.factor.solve(parts.coupling)
+    highest = max(operation.frequency[1] for operation in operations)
     count = _FIRST_GUESS
     while True:
         angular, shapes = lowest_modes(parts.inner_stiffness, parts.inner_mass, parts.factor, count)
+        if len(angular) == count and angular[-1] < 2.0 * np.pi * _BEYOND * highest:
+            # what is left out must lie above the range for its sum at low frequencies to stand for it
+            if count >= _MOST_MODES:
+                raise RomParameterError("response", "frequency", highest, f"a range below {count} modes of the blade")
+            count = min(2 * count, _MOST_MODES)
+            continue
         enriched = _enriched(sector, parts, residual, angular, shapes, direction)
-        ladder = _Ladder(enriched, parts.kept.size, operation, linear_answers(enriched, operation))
+        exact = tuple((operation, linear_answers(enriched, operation)) for operation in operations)
+        ladder = _Ladder(enriched, parts.kept.size, exact)
         modes, error = _fewest(ladder, tolerance, len(angular))
         if error <= tolerance:
             break
         if len(angular) < count or count >= _MOST_MODES:
             allowed = f"a larger number: {len(angular)} modes leave an error of {error:.2g} in response.frequency"
             raise RomParameterError("rom", "tolerance", tolerance, allowed)
-        count = min(2 * count, _MOST_MODES)
+        count = min(_next_count(ladder, count, error / tolerance), _MOST_MODES)
     model = craig_bampton_model(full, sector, parts, angular[:modes], shapes[:, :modes], direction, store_basis)
     return Reduction(model, modes, error)
 
@@ -101,6 +114,14 @@ def _fewest(ladder: _Ladder, tolerance: float, most: int) -> tuple[int, float]:
     return enough, error
 
 
+def _next_count(ladder: _Ladder, count: int, excess: float) -> int:
+    """Modes to try where `count` of them leave `excess` times the tolerance, by the rate at which they got so far."""
+    half = count // 2
+    rate = np.log(max(ladder.error(half) / ladder.error(count), 1.1)) / np.log(count / half)
+    growth = float(np.clip(1.1 * excess ** (1.0 / rate), _LEAST_GROWTH, _MOST_GROWTH))
+    return int(np.ceil(growth * count))
+
+
 def _enriched(
     sector: SectorMesh,
     parts: Substructure,
@@ -112,9 +133,9 @@ def _enriched(
     """Coordinates: kept dofs, modes, residual vectors K_ii^-1 L (3i, b) made orthogonal to the modes."""
     part = parts.coupling.T @ shapes
     rest = residual - shapes @ (part.T / angular[:, None] ** 2)
-    inertia = parts.inner_mass @ rest
-    mixed = independent(symmetric(rest.T @ inertia))
-    rest = rest @ mixed
+    rest -= shapes @ (shapes.T @ (parts.inner_mass @ rest))  # again: most of it may lie among the modes
+    before = np.sum(residual * (parts.inner_mass @ residual), axis=0)
+    rest = rest @ independent(symmetric(rest.T @ (parts.inner_mass @ rest)), before)
     b, m = parts.kept.size, len(angular)
     n = b + m + rest.shape[1]
     mass, stiffness = np.eye(n), np.zeros((n, n))
