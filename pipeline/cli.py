@@ -189,13 +189,17 @@ def _print_errors(found: Verification, as_json: bool) -> None:
         return
     from rich.console import Console
 
-    from pipeline.verify.table import error_table, heading
+    from pipeline.verify.table import error_table, heading, overview
 
     console = Console(width=None if sys.stdout.isatty() else NO_TERMINAL)
-    for case in found.cases:
-        print(heading(case))
-        console.print(error_table(case.errors))
-        print(case.advice)
+    for line in dict.fromkeys(heading(errors) for _, errors in found.measured):
+        print(line)
+    if len(found.measured) == 1:
+        console.print(error_table(found.measured[0][1]))
+    elif found.measured:
+        console.print(overview(found.measured))
+    for each in found.advice:
+        print(each.text)
 
 
 def _tell(request: Request, outcome: Outcome) -> None:

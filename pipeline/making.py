@@ -57,9 +57,9 @@ def make_reduced_model(folder: Path, sector_file: Path, full_file: Path, scene: 
     modes, limit = scene.rom.modes, scene.rom.frequency_limit
     direction, at = scene.excitation.unit_direction, scene.excitation.at
     if modes == "auto":
-        operation = linear_operation(scene, sector)
+        operations = [linear_operation(scene, sector)]
         made = reduce_within(
-            full, sector, scene.rom.tolerance, operation, excitation_direction=direction, excitation_at=at
+            full, sector, scene.rom.tolerance, operations, excitation_direction=direction, excitation_at=at
         )
     else:
         options = ReductionOptions(DEFAULT_MODES if modes is None and limit is None else modes, limit)

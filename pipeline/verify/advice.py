@@ -1,8 +1,9 @@
-"""Which key of the scene to change for a tolerance: the last line of `shroud verify`."""
+"""Which keys of the scene to change for a tolerance: the last line of `shroud verify`."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from pipeline.labels import quantity
 from pipeline.scene import Rom
@@ -12,15 +13,25 @@ from pipeline.verify.model_errors import ModelErrors
 _MARGIN = 0.9  # the size asked for is to leave less than the tolerance although the order is assumed
 
 
-def advice(errors: ModelErrors, rom: Rom, tolerance: float) -> str:
-    """What dominates the error of the natural frequencies, and what to change so that all errors stay within."""
-    changes = [*_mesh_changes(errors, tolerance), *_mode_changes(errors, rom, tolerance)]
-    return f"{_dominant(errors)}; {_asked(tolerance)}: {' and '.join(changes) or 'nothing to do'}"
+def within(errors: Sequence[ModelErrors], tolerance: float) -> bool:
+    """Whether all errors are known and none is above the tolerance."""
+    return all(
+        max(each.modes_frequency, each.receptance) <= tolerance and each.mesh_frequency <= tolerance
+        for each in errors
+    )
 
 
-def settled(errors: ModelErrors, tolerance: float) -> bool:
-    """Whether all errors that are known stay within the tolerance."""
-    return not max(errors.modes_frequency, errors.receptance) > tolerance and not errors.mesh_frequency > tolerance
+def advice(errors: Sequence[ModelErrors], rom: Rom, tolerance: float, needed: int | None) -> str:
+    """What dominates the error of the natural frequencies, and what to change so that all errors stay within.
+
+    errors: of models with one choice of mesh and modes; needed: fixed-interface modes that the tolerance needs, None
+    where they are enough or not known.
+    """
+    # NaN (no other mesh) compares as not larger, so a known error is found beside an unknown one
+    mesh = max(errors, key=lambda each: -1.0 if math.isnan(each.mesh_frequency) else each.mesh_frequency)
+    changes = [*_mesh_changes(mesh, tolerance), *_mode_changes(errors, rom, tolerance, needed)]
+    todo = " and ".join(changes) or "nothing to do"
+    return f"{_dominant(errors, mesh)}; for a tolerance of {100.0 * tolerance:.3g} %: {todo}"
 
 
 def percent(error: float) -> str:
@@ -35,21 +46,15 @@ def finer_size(errors: ModelErrors, tolerance: float) -> float:
     return float(f"{math.floor(wanted / unit + 1e-9) * unit:.2g}")
 
 
-def _asked(tolerance: float) -> str:
-    return f"for a tolerance of {100.0 * tolerance:.3g} %"
-
-
-def _dominant(errors: ModelErrors) -> str:
+def _dominant(errors: Sequence[ModelErrors], worst_mesh: ModelErrors) -> str:
     """What of the two puts the natural frequencies wrong by more."""
-    mesh, modes = errors.mesh_frequency, errors.modes_frequency
+    mesh, modes = worst_mesh.mesh_frequency, max(each.modes_frequency for each in errors)
     if math.isnan(mesh):
-        return (
-            f"the modes left out put frequencies wrong by {percent(modes)}, the mesh is not known ({errors.reason})"
-        )
-    larger, smaller = ("mesh", "modes left out") if mesh >= modes else ("modes left out", "mesh")
-    verb = "puts" if larger == "mesh" else "put"
-    most, least = max(mesh, modes), min(mesh, modes)
-    return f"the {larger} {verb} frequencies wrong by {percent(most)}, the {smaller} by {percent(least)}"
+        unknown = f"what the mesh does is not known ({worst_mesh.reason})"
+        return f"the modes left out put frequencies wrong by {percent(modes)}, {unknown}"
+    larger, smaller = ("mesh puts", "modes left out") if mesh >= modes else ("modes left out put", "mesh")
+    most, least = percent(max(mesh, modes)), percent(min(mesh, modes))
+    return f"the {larger} frequencies wrong by {most}, the {smaller} by {least}"
 
 
 def _mesh_changes(errors: ModelErrors, tolerance: float) -> list[str]:
@@ -64,15 +69,15 @@ def _mesh_changes(errors: ModelErrors, tolerance: float) -> list[str]:
     return [f"lower mesh.size from {size.value(errors.size)} to {size.value(wanted)} (some {dofs:.0f} dofs)"]
 
 
-def _mode_changes(errors: ModelErrors, rom: Rom, tolerance: float) -> list[str]:
-    worst = max(errors.modes_frequency, errors.receptance)
-    if not worst > tolerance:
+def _mode_changes(errors: Sequence[ModelErrors], rom: Rom, tolerance: float, needed: int | None) -> list[str]:
+    receptance = max(each.receptance for each in errors)
+    if max(receptance, *(each.modes_frequency for each in errors)) <= tolerance:
         return []
-    because = f"(receptance wrong by {percent(errors.receptance)})"
+    because = f"(receptance wrong by {percent(receptance)})"
     if rom.modes == "auto":
         return [f"lower rom.tolerance from {rom.tolerance:g} to {tolerance:g} {because}"]
-    if errors.needed_modes is None:
-        return [f'set rom.modes = "auto" with a larger rom.tolerance: 1000 modes do not reach this one {because}']
+    if needed is None:
+        return [f'set rom.modes = "auto" and rom.tolerance above this: it needs over 1000 modes {because}']
     if rom.frequency_limit is not None:
-        return [f"set rom.modes = {errors.needed_modes} in place of rom.frequency_limit {because}"]
-    return [f"raise rom.modes from {errors.modes} to {errors.needed_modes} {because}"]
+        return [f"set rom.modes = {needed} in place of rom.frequency_limit {because}"]
+    return [f"raise rom.modes from {errors[0].modes} to {needed} {because}"]

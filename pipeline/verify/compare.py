@@ -4,87 +4,157 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.checks import geometry_parameters
 from pipeline.errors import reason_of
-from pipeline.fingerprint import fingerprint
 from pipeline.making import at_speed
 from pipeline.operation import linear_operation
 from pipeline.scene import Scene
 from pipeline.verify.model_errors import JointErrors, ModelErrors, OtherMesh
+from pipeline.verify.other_mesh import other_sector
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
     from rom import FullModel, FullReference, LinearAnswer, LinearError
 
-STEP = 0.7  # from one element size to the next
-MOST_STEPS = 4
-LEAST_GAIN = 1.5  # in elements: sizes that differ may make the same mesh
-MOST_ELEMENTS = 10_000  # of the other mesh (some 150 000 dofs): it is not to take much longer than the run itself
 # Order of the frequencies' error in the element size: straight element edges, re-entrant corners and forces on single
 # nodes leave second order of the fourth that quadratic elements have on smooth solutions.
 ORDER = 2.0
 
 
 @dataclass(frozen=True)
-class Meshed:
-    """A full model with its mesh."""
-
-    sector: SectorMesh
-    full: FullModel
-
-
-@dataclass(frozen=True)
-class Files:
-    """Mesh, full model at rest and reduced model of a scene in the store."""
+class BladeFiles:
+    """Mesh and full model at rest of a scene's blade in the store."""
 
     sector: Path
     full: Path
-    rom: Path
 
 
-@dataclass
-class OtherMeshes:
-    """Answers on other meshes, kept while cases that share their blade follow each other."""
+@dataclass(frozen=True)
+class OtherReference:
+    """Reference on another mesh."""
 
-    found: dict[str, tuple[OtherMesh, SectorMesh, FullReference]] = field(default_factory=dict)
+    mesh: OtherMesh
+    sector: SectorMesh
+    reference: FullReference
 
 
-def model_errors(scene: Scene, files: Files, modes: int, tolerance: float, others: OtherMeshes) -> ModelErrors:
-    """Errors of the reduced model of a scene with so many fixed-interface modes.
+@dataclass(frozen=True)
+class BladeReference:
+    """References of one blade on its own mesh and on another one, None for the `reason`; dofs of its own mesh."""
 
-    Raises RomParameterError where the frequency range holds too many modes, and whatever reading the files raises.
+    sector: SectorMesh
+    dofs: int
+    reference: FullReference
+    other: OtherReference | None
+    reason: str
+
+
+def blade_reference(scene: Scene, files: BladeFiles) -> BladeReference:
+    """The references of a scene's blade for its frequency range.
+
+    Raises RomParameterError where the range holds too many modes, and whatever reading the files raises.
     """
-    from geometry import load_sector
-    from rom import linear_answers, linear_errors, load_full_model, read_reduced_model, static_error
+    sector, full = _loaded(scene, files)
+    reference = _reference(scene, sector, full)
+    try:
+        other, reason = _other_reference(scene, len(sector.hexahedra)), ""
+    except Exception as error:  # what the modes left out do is known without it
+        other, reason = None, reason_of(error)
+    return BladeReference(sector, full.n_dofs, reference, other, reason)
+
+
+def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> ModelErrors:
+    """Errors of the reduced model in the file `rom`, with so many fixed-interface modes, in the scene's operation.
+
+    Raises ReducedModelError when the file does not hold a model.
+    """
+    from rom import linear_answers, linear_errors, read_reduced_model, static_error
 
     assert scene.mesh is not None
-    model = read_reduced_model(files.rom, with_basis=False)
-    sector = load_sector(files.sector)
-    here = Meshed(sector, at_speed(load_full_model(files.full), sector, scene))
-    operation = linear_operation(scene, sector)
-    reference = _reference(scene, here)
-    exact = linear_answers(reference.model, operation)
+    model = read_reduced_model(rom, with_basis=False)
+    operation = linear_operation(scene, blade.sector)
+    exact = linear_answers(blade.reference.model, operation)
     found = linear_answers(model, operation, exact)
     errors = linear_errors(found, exact, operation.frequency)
-    needed = _needed_modes(scene, here, tolerance) if max(e.worst for e in errors) > tolerance else None
-    other, elsewhere, reason = _other_answers(scene, here, exact, others)
-    size = scene.mesh.size
+    elsewhere: Sequence[LinearAnswer | None] = [None] * len(exact)
+    if blade.other is not None:
+        there = linear_operation(scene, blade.other.sector)
+        elsewhere = linear_answers(blade.other.reference.model, there, exact)
     return ModelErrors(
         modes=modes,
-        needed_modes=needed,
-        dofs=here.full.n_dofs,
-        size=size,
+        dofs=blade.dofs,
+        size=scene.mesh.size,
         element=scene.mesh.element,
-        other=other,
-        reason=reason,
-        convergence=_convergence(scene.mesh.element, size, other),
-        static=static_error(model, reference.flexibility),
+        other=None if blade.other is None else blade.other.mesh,
+        reason=blade.reason,
+        convergence=_convergence(scene, blade.other),
+        static=static_error(model, blade.reference.flexibility),
         joints=tuple(_joint(*each) for each in zip(errors, exact, found, elsewhere, strict=True)),
     )
+
+
+def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -> int | None:
+    """Fixed-interface modes that a tolerance needs in the operations of scenes with one blade; None: over 1000."""
+    from rom import RomParameterError, reduce_within
+
+    first = scenes[0]
+    sector, full = _loaded(first, files)
+    try:
+        return reduce_within(
+            full,
+            sector,
+            tolerance,
+            [linear_operation(scene, sector) for scene in scenes],
+            excitation_direction=first.excitation.unit_direction,
+            excitation_at=first.excitation.at,
+            store_basis=False,
+        ).modes
+    except RomParameterError:
+        return None
+
+
+def _loaded(scene: Scene, files: BladeFiles) -> tuple[SectorMesh, FullModel]:
+    """Mesh and full model at the scene's speed."""
+    from geometry import load_sector
+    from rom import load_full_model
+
+    sector = load_sector(files.sector)
+    return sector, at_speed(load_full_model(files.full), sector, scene)
+
+
+def _reference(scene: Scene, sector: SectorMesh, full: FullModel) -> FullReference:
+    from rom import full_reference
+
+    return full_reference(
+        full,
+        sector,
+        scene.response.frequency[1],
+        excitation_direction=scene.excitation.unit_direction,
+        excitation_at=scene.excitation.at,
+    )
+
+
+def _other_reference(scene: Scene, elements: int) -> OtherReference:
+    from rom import Material, assemble
+
+    assert scene.material is not None
+    size, element, sector = other_sector(scene, elements)
+    at_rest = assemble(sector, Material(**scene.material.model_dump()), element)
+    full = at_speed(at_rest, sector, scene)
+    return OtherReference(OtherMesh(size, element, full.n_dofs), sector, _reference(scene, sector, full))
+
+
+def _convergence(scene: Scene, other: OtherReference | None) -> float:
+    """Error of the mesh at hand over its difference from the other mesh, by Richardson's extrapolation."""
+    assert scene.mesh is not None
+    if other is None:
+        return math.nan
+    if other.mesh.element != scene.mesh.element:  # so much better that it stands for the limit
+        return 1.0
+    return 1.0 / (1.0 - (other.mesh.size / scene.mesh.size) ** ORDER)
 
 
 def _joint(error: LinearError, exact: LinearAnswer, found: LinearAnswer, other: LinearAnswer | None) -> JointErrors:
@@ -98,103 +168,3 @@ def _joint(error: LinearError, exact: LinearAnswer, found: LinearAnswer, other: 
         output=error.output,
         other_hz=None if other is None else tuple(other.natural_hz.tolist()),
     )
-
-
-def _reference(scene: Scene, meshed: Meshed) -> FullReference:
-    from rom import full_reference
-
-    return full_reference(
-        meshed.full,
-        meshed.sector,
-        scene.response.frequency[1],
-        excitation_direction=scene.excitation.unit_direction,
-        excitation_at=scene.excitation.at,
-    )
-
-
-def _needed_modes(scene: Scene, here: Meshed, tolerance: float) -> int | None:
-    """Fixed-interface modes that the tolerance needs; None where as many as may be kept are too few."""
-    from rom import RomParameterError, reduce_within
-
-    try:
-        return reduce_within(
-            here.full,
-            here.sector,
-            tolerance,
-            linear_operation(scene, here.sector),
-            excitation_direction=scene.excitation.unit_direction,
-            excitation_at=scene.excitation.at,
-            store_basis=False,
-        ).modes
-    except RomParameterError:
-        return None
-
-
-def _convergence(element: str, size: float, other: OtherMesh | None) -> float:
-    """Error of the mesh at hand over its difference from the other mesh, by Richardson's extrapolation."""
-    if other is None:
-        return math.nan
-    if other.element != element:  # so much better that it stands for the limit
-        return 1.0
-    return 1.0 / (1.0 - (other.size / size) ** ORDER)
-
-
-def _other_answers(
-    scene: Scene, here: Meshed, exact: Sequence[LinearAnswer], others: OtherMeshes
-) -> tuple[OtherMesh | None, Sequence[LinearAnswer | None], str]:
-    """The other mesh with its answers; without them the reason why there are none."""
-    from rom import linear_answers
-
-    key = fingerprint(
-        {
-            "scene": scene.model_dump(include={"blade", "shroud", "material", "mesh", "load"}),
-            "direction": scene.excitation.unit_direction,
-            "at": scene.excitation.at,
-            "highest": scene.response.frequency[1],
-        }
-    )
-    if key not in others.found:
-        others.found.clear()  # one at a time: they are large
-        try:
-            mesh, meshed = _other_mesh(scene, here)
-            others.found[key] = mesh, meshed.sector, _reference(scene, meshed)
-        except Exception as error:  # what the modes left out do is known without it
-            return None, [None] * len(exact), reason_of(error)
-    mesh, sector, reference = others.found[key]
-    return mesh, linear_answers(reference.model, linear_operation(scene, sector), exact), ""
-
-
-def _other_mesh(scene: Scene, here: Meshed) -> tuple[OtherMesh, Meshed]:
-    """A finer mesh; a coarser one where that would be too large.
-
-    Raises RuntimeError when sizes nearby make the same mesh, GeometryError or MeshingError when they make none.
-    """
-    from rom import Material, assemble
-
-    assert scene.mesh is not None
-    assert scene.material is not None
-    size, element, sector = _other_sector(scene, len(here.sector.hexahedra))
-    full = assemble(sector, Material(**scene.material.model_dump()), element)
-    meshed = Meshed(sector, at_speed(full, sector, scene))
-    return OtherMesh(size, element, full.n_dofs), meshed
-
-
-def _other_sector(scene: Scene, elements: int) -> tuple[float, str, SectorMesh]:
-    """Element size, element and mesh to compare a mesh of so many elements with."""
-    from geometry import build_sector
-
-    blade, shroud, mesh = geometry_parameters(scene)
-    assert scene.mesh is not None
-    element = scene.mesh.element
-    for steps in range(1, MOST_STEPS + 1):
-        sector = build_sector(blade, shroud, replace(mesh, size=mesh.size * STEP**steps))
-        if len(sector.hexahedra) > MOST_ELEMENTS:
-            break
-        if len(sector.hexahedra) >= LEAST_GAIN * elements:
-            # Against hexahedra of first order quadratic ones of nearly the same size are as good as exact.
-            return mesh.size * STEP**steps, "hex20" if element == "hex8" else element, sector
-    for steps in range(1, MOST_STEPS + 1):
-        sector = build_sector(blade, shroud, replace(mesh, size=mesh.size / STEP**steps))
-        if LEAST_GAIN * len(sector.hexahedra) <= elements:
-            return mesh.size / STEP**steps, element, sector
-    raise RuntimeError("element sizes nearby make the same mesh")

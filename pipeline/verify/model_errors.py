@@ -52,14 +52,12 @@ class JointErrors:
 class ModelErrors:
     """Errors of a reduced model in one operation.
 
-    modes: fixed-interface modes kept; needed_modes: how many the tolerance needs, None where those are enough or it
-    is not known; dofs, size [m], element: of the mesh at hand; other: the mesh it is compared with, None for the
-    `reason`; convergence: error of the mesh at hand over its difference from the other; static: relative error of the
-    contact flexibility.
+    modes: fixed-interface modes kept; dofs, size [m], element: of the mesh at hand; other: the mesh it is compared
+    with, None for the `reason`; convergence: error of the mesh at hand over its difference from the other; static:
+    relative error of the contact flexibility.
     """
 
     modes: int
-    needed_modes: int | None
     dofs: int
     size: float
     element: str

@@ -1,59 +1,49 @@
-"""`shroud verify`: the distinct reduced models and operations of a scene, each measured once."""
+"""`shroud verify`: errors of the reduced models of a scene, and what to change for a tolerance."""
 
 from __future__ import annotations
 
-import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pipeline.checks import check_scene, parameter_error
 from pipeline.errors import StageError, input_error
-from pipeline.fingerprint import fingerprint, source_fingerprint
-from pipeline.keys import Versions, model_keys
-from pipeline.labels import value_label
-from pipeline.making import FULL_MODEL, SECTOR
-from pipeline.model_stage import Models, blade_models
-from pipeline.models import BuiltModel, ModelChain
-from pipeline.operation import operation_values
+from pipeline.keys import Versions
+from pipeline.model_stage import blade_models
 from pipeline.progress import Reporter
 from pipeline.request import Outcome, Request, Run
 from pipeline.run import open_store
-from pipeline.scene_file import Member, SceneFile
+from pipeline.scene_file import SceneFile
 from pipeline.stage_log import StageLog
-from pipeline.verify.advice import advice
-from pipeline.verify.compare import Files, OtherMeshes, model_errors
+from pipeline.verify.advice import advice, within
+from pipeline.verify.cases import Case, Measuring, distinct_cases
 from pipeline.verify.model_errors import ModelErrors
 
-FILE = "verify.json"
-_SOURCES = ["geometry", "rom", "pipeline/verify", "pipeline/operation.py", "pipeline/making.py"]
-# Keys that change a response but nothing linear.
-_WITHOUT_EFFECT = (
-    *(f"contact.{key}" for key in ("friction", "interference", "preload", "law", "integration", "samples")),
-    *(f"response.{key}" for key in ("harmonics", "tolerance", "method", "stability", "detached", "truncation")),
-    "excitation.force",
-)
+Measured = tuple[Case, ModelErrors]
 
 
 @dataclass(frozen=True)
-class Case:
-    """A reduced model in one operation: the first member of the sweep that has it, its errors, what to change.
+class Advice:
+    """What to change for a tolerance in the cases with one choice of mesh and modes.
 
-    label: the swept parameters that tell it from other cases, the scene's name where there are none.
+    within: whether the tolerance is met; needed_modes: fixed-interface modes that it needs, None where those kept are
+    enough or it is not known.
     """
 
-    member: Member
-    label: str
-    errors: ModelErrors
+    labels: tuple[str, ...]
     tolerance: float
-    advice: str
+    within: bool
+    needed_modes: int | None
+    text: str
 
 
 @dataclass
 class Verification:
     """What verifying a scene came to. `problems`: what could not be computed, one line each."""
 
-    cases: list[Case] = field(default_factory=list)
+    measured: list[Measured] = field(default_factory=list)
+    advice: list[Advice] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
 
 
@@ -71,64 +61,51 @@ def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, rep
     request = Request(file, out, "reduce", force)
     store = open_store(request)
     try:
-        run = Run(request, store, StageLog(), reporter, Versions.current())
-        outcome = Outcome()
+        run, outcome = Run(request, store, StageLog(), reporter, Versions.current()), Outcome()
         models = blade_models(run, outcome)
         verification = Verification(problems=outcome.problems)
-        _measure_all(run, models, tolerance, verification)
+        measuring = Measuring(run)
+        _measure(measuring, distinct_cases(run, models), verification)
+        _advise(measuring, tolerance, verification)
     except KeyboardInterrupt:
         store.sweep_up(own=True)
         raise
     return verification
 
 
-def _measure_all(run: Run, models: Models, tolerance: float | None, verification: Verification) -> None:
-    code = source_fingerprint(_SOURCES, ["gmsh", "numpy", "scipy", "scikit-fem"])
-    others, seen = OtherMeshes(), set()
-    for member in run.request.scene.members:
-        model, scene = models[member.index], member.scene
-        if model is None:
-            continue
-        wanted = scene.rom.tolerance if tolerance is None else tolerance
-        key = fingerprint({"reduce": model.key, **operation_values(scene), "tolerance": wanted, "code": code})
-        if key in seen:
-            continue
-        seen.add(key)
+def _measure(measuring: Measuring, cases: Sequence[Case], verification: Verification) -> None:
+    found = {}
+    for case in sorted(cases, key=lambda case: case.blade):  # one blade after the other
         try:
-            errors = _measured(run, member, model, key, wanted, others)
+            found[case.member.index] = case, measuring.errors(case)
         except StageError as error:
-            if error.is_input and not verification.cases:
-                raise parameter_error(run.request.scene.path, member, error.cause) from None
-            verification.problems.append(str(error))
-        else:
-            verification.cases.append(Case(member, _label(member), errors, wanted, advice(errors, scene.rom, wanted)))
+            if error.is_input and len(cases) == 1:
+                raise parameter_error(measuring.run.request.scene.path, case.member, error.cause) from None
+            verification.problems.append(f"{case.label}: {error}")
+    verification.measured.extend(found[index] for index in sorted(found))
 
 
-def _measured(
-    run: Run, member: Member, model: BuiltModel, key: str, tolerance: float, others: OtherMeshes
-) -> ModelErrors:
-    entry = run.store.find("verify", key)
-    if entry is None:
-        chain, scene = ModelChain(run.store, run.log, run.reporter), member.scene
-        keys = model_keys(scene, run.versions)
-        mesh = chain.mesh(scene, keys)
-        files = Files(mesh.file(SECTOR), chain.full_model(scene, keys, mesh).file(FULL_MODEL), model.rom)
-
-        def build(folder: Path) -> None:
-            errors = model_errors(scene, files, model.facts["modes"], tolerance, others)
-            (folder / FILE).write_text(json.dumps(errors.plain()))
-
-        with run.reporter.working(f"measuring {_label(member)}"):
+def _advise(measuring: Measuring, tolerance: float | None, verification: Verification) -> None:
+    """One piece of advice for every choice of mesh and modes in the sweep."""
+    groups: dict[Any, list[Measured]] = {}
+    for measured in verification.measured:
+        scene = measured[0].scene
+        groups.setdefault((scene.mesh, scene.rom), []).append(measured)
+    for (_, rom), group in groups.items():
+        wanted = rom.tolerance if tolerance is None else tolerance
+        errors = [each for _, each in group]
+        lacking = [case for case, each in group if max(each.modes_frequency, each.receptance) > wanted]
+        needed = None
+        if lacking and rom.modes != "auto":
             try:
-                entry = run.store.get("verify", key, build)
-            except Exception as error:  # one case may fail while the others go on
-                raise StageError("verify", error) from error
-    return ModelErrors.of_plain(json.loads(entry.file(FILE).read_text()))
-
-
-def _label(member: Member) -> str:
-    matter = {key: value for key, value in member.parameters.items() if key not in _WITHOUT_EFFECT}
-    return ", ".join(value_label(key, value) for key, value in matter.items()) or member.scene.name
+                needed = measuring.needed(lacking, wanted)
+            except StageError as error:
+                verification.problems.append(str(error))
+        labels = tuple(case.label for case, _ in group)
+        text = advice(errors, rom, wanted, needed)
+        if len(groups) > 1:
+            text = f"{labels[0]}{' ...' if len(labels) > 1 else ''}: {text}"
+        verification.advice.append(Advice(labels, wanted, within(errors, wanted), needed, text))
 
 
 def plain(verification: Verification) -> dict[str, Any]:
@@ -136,17 +113,17 @@ def plain(verification: Verification) -> dict[str, Any]:
     cases = [
         {
             "label": case.label,
-            "engine_order": case.member.scene.excitation.engine_order,
-            "tolerance": case.tolerance,
-            **case.errors.plain(),
-            "modes_frequency_error": case.errors.modes_frequency,
-            "receptance_error": case.errors.receptance,
-            "mesh_frequency_error": case.errors.mesh_frequency,
-            "advice": case.advice,
+            "engine_order": case.scene.excitation.engine_order,
+            **errors.plain(),
+            "modes_frequency_error": errors.modes_frequency,
+            "receptance_error": errors.receptance,
+            "mesh_frequency_error": errors.mesh_frequency,
         }
-        for case in verification.cases
+        for case, errors in verification.measured
     ]
-    return {"cases": _without_nan(cases), "problems": verification.problems}
+    given = [vars(each) for each in verification.advice]
+    values: dict[str, Any] = _without_nan({"cases": cases, "advice": given, "problems": verification.problems})
+    return values
 
 
 def _without_nan(value: Any) -> Any:

@@ -1,43 +1,68 @@
-"""The table of `shroud verify`: one row a natural frequency or receptance."""
+"""The table of `shroud verify`: every natural frequency of one case, or one row a joint where there are several."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from pipeline.labels import quantity
 from pipeline.verify.advice import percent
 from pipeline.verify.model_errors import JointErrors, ModelErrors
-from pipeline.verify.stage import Case
+from pipeline.verify.stage import Measured
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 
-def heading(case: Case) -> str:
-    """What is compared: scene and sizes of the reduced model, its mesh and the other one."""
-    errors, size = case.errors, quantity("mesh.size")
-    order = case.member.scene.excitation.engine_order
+def heading(errors: ModelErrors) -> str:
+    """What is compared: sizes of the reduced model, of its mesh and of the other one."""
+    size = quantity("mesh.size")
     here = f"{errors.modes} fixed-interface modes, {size.value(errors.size)} {errors.element}, {errors.dofs} dofs"
     if errors.other is None:
-        other = f"no other mesh ({errors.reason})"
-    else:
-        other = f"other mesh {size.value(errors.other.size)} {errors.other.element}, {errors.other.dofs} dofs"
-    return f"{case.label}, engine order {order}: {here}; {other}"
+        return f"{here}; no other mesh ({errors.reason})"
+    return f"{here}; other mesh {size.value(errors.other.size)} {errors.other.element}, {errors.other.dofs} dofs"
 
 
 def error_table(errors: ModelErrors) -> Table:
     """Natural frequencies of reduced, full and other full model with their errors, receptances, statics."""
-    from rich.table import Table
-
-    table = Table(header_style="bold", pad_edge=False)
-    table.add_column("contact")
-    table.add_column("")
-    for name in ("reduced\n[Hz]", "full\n[Hz]", "error by\nmodes", "other mesh\n[Hz]", "error by\nmesh"):
-        table.add_column(name, justify="right")
+    table = _empty(
+        "contact", "", "reduced\n[Hz]", "full\n[Hz]", "error by\nmodes", "other mesh\n[Hz]", "error by\nmesh"
+    )
     for joint in errors.joints:
         _add_joint(table, joint, errors.convergence)
     table.add_row("", "static flexibility", "", "", percent(errors.static), "", "")
+    return table
+
+
+def overview(measured: Sequence[Measured]) -> Table:
+    """One row a case and joint: lowest frequency in the range, largest errors."""
+    names = ("full\n[Hz]", "error by\nmodes", "receptance", "other mesh\n[Hz]", "error by\nmesh")
+    table = _empty("case", "contact", *names)
+    for case, errors in measured:
+        for index, joint in enumerate(errors.joints):
+            mesh = joint.mesh_error(errors.convergence)
+            table.add_row(
+                case.label if index == 0 else "",
+                joint.joint,
+                f"{joint.full_hz[0]:.6g}",
+                percent(_largest(joint.modes_error, joint.within)),
+                percent(max(joint.contact, joint.output)),
+                "-" if joint.other_hz is None else f"{joint.other_hz[0]:.6g}",
+                percent(_largest(mesh, joint.within)),
+            )
+        table.add_section()
+    return table
+
+
+def _empty(first: str, second: str, *numbers: str) -> Table:
+    from rich.table import Table
+
+    table = Table(header_style="bold", pad_edge=False)
+    table.add_column(first)
+    table.add_column(second)
+    for name in numbers:
+        table.add_column(name, justify="right")
     return table
 
 
@@ -45,16 +70,19 @@ def _add_joint(table: Table, joint: JointErrors, convergence: float) -> None:
     modes, mesh = joint.modes_error, joint.mesh_error(convergence)
     for index, full in enumerate(joint.full_hz):
         name = f"mode {joint.first_mode + index}" + ("" if joint.within[index] else " (above range)")
-        other = "-" if joint.other_hz is None else f"{joint.other_hz[index]:.6g}"
         table.add_row(
             joint.joint if index == 0 else "",
             name,
             f"{joint.reduced_hz[index]:.6g}",
             f"{full:.6g}",
             percent(modes[index]),
-            other,
-            "-" if math.isnan(mesh[index]) else percent(mesh[index]),
+            "-" if joint.other_hz is None else f"{joint.other_hz[index]:.6g}",
+            percent(mesh[index]),
         )
     for name, error in (("receptance, contact nodes", joint.contact), ("receptance, output", joint.output)):
         table.add_row("", name, "", "", percent(error), "", "")
     table.add_section()
+
+
+def _largest(errors: Sequence[float], within: Sequence[bool]) -> float:
+    return max((abs(e) for e, counts in zip(errors, within, strict=True) if counts), default=math.nan)

@@ -1,0 +1,154 @@
+"""The distinct reduced models and operations of a scene, each measured once and kept in the store."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pipeline.errors import StageError
+from pipeline.fingerprint import fingerprint, source_fingerprint
+from pipeline.keys import model_keys
+from pipeline.labels import value_label
+from pipeline.making import FULL_MODEL, SECTOR
+from pipeline.model_stage import Models
+from pipeline.models import BuiltModel, ModelChain
+from pipeline.operation import operation_values
+from pipeline.request import Run
+from pipeline.scene import Scene
+from pipeline.scene_file import Member
+from pipeline.verify.compare import BladeFiles, BladeReference, blade_reference, model_errors, needed_modes
+from pipeline.verify.model_errors import ModelErrors
+
+KIND, FILE = "verify", "verify.json"
+_SOURCES = ["geometry", "rom", "pipeline/verify", "pipeline/operation.py", "pipeline/making.py"]
+# Keys that change a response but nothing linear.
+_WITHOUT_EFFECT = (
+    *(f"contact.{key}" for key in ("friction", "interference", "preload", "law", "integration", "samples")),
+    *(f"response.{key}" for key in ("harmonics", "tolerance", "method", "stability", "detached", "truncation")),
+    "excitation.force",
+)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A reduced model in one operation: the first member of the sweep that has it.
+
+    label: the swept parameters that tell it from other cases, the scene's name where there are none; blade: key of
+    what its references depend on.
+    """
+
+    member: Member
+    model: BuiltModel
+    label: str
+    blade: str
+
+    @property
+    def scene(self) -> Scene:
+        """The member's scene."""
+        return self.member.scene
+
+
+@dataclass
+class Measuring:
+    """Measures cases through the store; keeps the references of the last blade, which are large."""
+
+    run: Run
+    code: str = field(default_factory=lambda: source_fingerprint(_SOURCES, ["gmsh", "numpy", "scipy", "scikit-fem"]))
+    _last: dict[str, BladeReference] = field(default_factory=dict)
+
+    def errors(self, case: Case) -> ModelErrors:
+        """Errors of a case. Raises StageError."""
+        content = {"reduce": case.model.key, "blade": case.blade, **operation_values(case.scene), "code": self.code}
+        modes = case.model.facts["modes"]
+
+        def measured() -> dict[str, Any]:
+            return model_errors(case.scene, self._reference(case), case.model.rom, modes).plain()
+
+        return ModelErrors.of_plain(self._kept(fingerprint(content), f"measuring {case.label}", measured))
+
+    def needed(self, cases: Sequence[Case], tolerance: float) -> int | None:
+        """Fixed-interface modes that a tolerance needs in all cases, None: over 1000. Raises StageError."""
+        most = 0
+        for blade in dict.fromkeys(case.blade for case in cases):
+            of_blade = [case for case in cases if case.blade == blade]
+            modes = self._needed_on(of_blade, tolerance)
+            if modes is None:
+                return None
+            most = max(most, modes)
+        return most
+
+    def _needed_on(self, cases: Sequence[Case], tolerance: float) -> int | None:
+        scenes = [case.scene for case in cases]
+        content = {
+            "needed": [operation_values(scene) for scene in scenes],
+            "blade": cases[0].blade,
+            "tolerance": tolerance,
+            "code": self.code,
+        }
+
+        def counted() -> dict[str, Any]:
+            return {"modes": needed_modes(scenes, self._files(scenes[0]), tolerance)}
+
+        modes: int | None = self._kept(fingerprint(content), "counting the modes needed", counted)["modes"]
+        return modes
+
+    def _reference(self, case: Case) -> BladeReference:
+        if case.blade not in self._last:
+            self._last.clear()
+            self._last[case.blade] = blade_reference(case.scene, self._files(case.scene))
+        return self._last[case.blade]
+
+    def _files(self, scene: Scene) -> BladeFiles:
+        chain = ModelChain(self.run.store, self.run.log, self.run.reporter)
+        keys = model_keys(scene, self.run.versions)
+        mesh = chain.mesh(scene, keys)
+        return BladeFiles(mesh.file(SECTOR), chain.full_model(scene, keys, mesh).file(FULL_MODEL))
+
+    def _kept(self, key: str, verb: str, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        """What `make` returns, from the store where it is there."""
+        entry = self.run.store.find(KIND, key)
+        if entry is None:
+
+            def build(folder: Path) -> None:
+                (folder / FILE).write_text(json.dumps(make()))
+
+            try:
+                with self.run.reporter.working(verb):
+                    entry = self.run.store.get(KIND, key, build)
+            except StageError:
+                raise
+            except Exception as error:  # one case may fail while the others go on
+                raise StageError(KIND, error) from error
+        values: dict[str, Any] = json.loads(entry.file(FILE).read_text())
+        return values
+
+
+def distinct_cases(run: Run, models: Models) -> list[Case]:
+    """The cases among the members of a scene whose reduced models could be made."""
+    cases: dict[tuple[str, str], Case] = {}
+    for member in run.request.scene.members:
+        model, scene = models[member.index], member.scene
+        if model is not None:
+            key = model.key, fingerprint(operation_values(scene))
+            cases.setdefault(key, Case(member, model, _label(member), _blade_key(run, scene)))
+    return list(cases.values())
+
+
+def _blade_key(run: Run, scene: Scene) -> str:
+    return fingerprint(
+        {
+            "assemble": model_keys(scene, run.versions).assemble,
+            "speed_rpm": scene.load.speed_rpm,
+            "direction": scene.excitation.unit_direction,
+            "at": scene.excitation.at,
+            "highest": scene.response.frequency[1],
+        }
+    )
+
+
+def _label(member: Member) -> str:
+    matter = {key: value for key, value in member.parameters.items() if key not in _WITHOUT_EFFECT}
+    return ", ".join(value_label(key, value) for key, value in matter.items()) or member.scene.name

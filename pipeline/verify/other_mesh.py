@@ -1,0 +1,43 @@
+"""The mesh that tells the error of another one: finer, or coarser where a finer one would be too large."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from pipeline.checks import geometry_parameters
+from pipeline.scene import Scene
+
+if TYPE_CHECKING:
+    from geometry import SectorMesh
+
+_STEP = 0.7  # from one element size to the next
+_MOST_STEPS = 4
+_LEAST_GAIN = 1.5  # in elements: sizes that differ may make the same mesh
+_MOST_ELEMENTS = 10_000  # some 150 000 dofs: verifying is not to take much longer than the run itself
+
+
+def other_sector(scene: Scene, elements: int) -> tuple[float, str, SectorMesh]:
+    """Element size [m], element and mesh to compare a mesh of so many elements with.
+
+    Raises RuntimeError when sizes nearby make the same mesh, GeometryError or MeshingError when one makes none.
+    """
+    from geometry import build_sector
+
+    blade, shroud, mesh = geometry_parameters(scene)
+    assert scene.mesh is not None
+    element = scene.mesh.element
+    for steps in range(1, _MOST_STEPS + 1):
+        size = mesh.size * _STEP**steps
+        sector = build_sector(blade, shroud, replace(mesh, size=size))
+        if len(sector.hexahedra) > _MOST_ELEMENTS:
+            break
+        if len(sector.hexahedra) >= _LEAST_GAIN * elements:
+            # Beside hexahedra of first order quadratic ones of nearly the same size are as good as exact.
+            return size, "hex20" if element == "hex8" else element, sector
+    for steps in range(1, _MOST_STEPS + 1):
+        size = mesh.size / _STEP**steps
+        sector = build_sector(blade, shroud, replace(mesh, size=size))
+        if _LEAST_GAIN * len(sector.hexahedra) <= elements:
+            return size, element, sector
+    raise RuntimeError("element sizes nearby make the same mesh")
