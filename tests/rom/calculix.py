@@ -1,0 +1,103 @@
+"""The same blade in CalculiX: input deck of a sector with 20-node bricks, its run, and the frequencies it prints.
+
+The deck numbers its nodes, places the mid-edge ones and picks the clamped ones by itself, from the corners alone.
+"""
+
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+PROGRAM = shutil.which("ccx")
+# CalculiX reads this much of a field and drops the rest without a word.
+FIELD_WIDTH = 20
+
+# Ends of the mid-edge nodes 9 to 20 of a C3D20 among its corners: round the bottom, round the top, upwards.
+_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
+_PER_LINE = 10
+
+
+@dataclass(frozen=True)
+class QuadraticMesh:
+    """20-node bricks: points (n, 3) [m], elements (E, 20) rows of points, clamped (c,) sorted rows of points."""
+
+    points: np.ndarray
+    elements: np.ndarray
+    clamped: np.ndarray
+
+
+def quadratic_mesh(sector):
+    """A sector's hexahedra with one node in the middle of each edge; edges between root nodes are clamped."""
+    # VTK and Abaqus number the corners of a hexahedron alike.
+    corners = np.asarray(sector.hexahedra)
+    ends = np.sort(corners[:, _EDGES], axis=-1)
+    edges, place = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
+    first = len(sector.points)
+    middle = first + place.reshape(len(corners), len(_EDGES))
+    root = np.asarray(sector.node_sets["root"])
+    held = first + np.flatnonzero(np.isin(edges, root).all(axis=1))
+    return QuadraticMesh(
+        points=np.vstack([sector.points, sector.points[edges].mean(axis=1)]),
+        elements=np.hstack([corners, middle]),
+        clamped=np.concatenate([np.sort(root), held]),
+    )
+
+
+def deck(mesh, material, count):
+    """Text of the input deck (SI units) that asks for `count` natural frequencies of the clamped body."""
+    nodes = [f"{k}, " + ", ".join(f"{x:.12e}" for x in point) for k, point in enumerate(mesh.points, 1)]
+    elements = []
+    for k, element in enumerate(mesh.elements + 1, 1):
+        fields = [str(field) for field in (k, *element)]
+        # A line that ends in a comma goes on in the next.
+        elements += [", ".join(fields[:_PER_LINE]) + ",", ", ".join(fields[_PER_LINE:])]
+    lines = [
+        "*NODE, NSET=ALL",
+        *nodes,
+        "*ELEMENT, TYPE=C3D20, ELSET=BLADE",
+        *elements,
+        "*NSET, NSET=ROOT",
+        *[f"{node}," for node in mesh.clamped + 1],
+        "*BOUNDARY",
+        "ROOT, 1, 3, 0.0",
+        "*MATERIAL, NAME=SOLID",
+        "*ELASTIC",
+        f"{material.young_modulus:.12e}, {material.poisson_ratio:.12e}",
+        "*DENSITY",
+        f"{material.density:.12e}",
+        "*SOLID SECTION, ELSET=BLADE, MATERIAL=SOLID",
+        "*STEP",
+        "*FREQUENCY",
+        f"{count}",
+        "*END STEP",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def run(folder, text):
+    """Frequencies (m,) [Hz] that the installed program finds for a deck, its files left in `folder`."""
+    (Path(folder) / "blade.inp").write_text(text)
+    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    done = subprocess.run(
+        [PROGRAM, "-i", "blade"], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    result = Path(folder) / "blade.dat"
+    if done.returncode != 0 or not result.exists():
+        raise RuntimeError(f"ccx ended with {done.returncode}:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+    return frequencies(result.read_text())
+
+
+def frequencies(text):
+    """Frequencies (m,) [Hz] in a result file: its first table, columns number, eigenvalue, rad/s, Hz, damping."""
+    table = text[text.index("E I G E N V A L U E") :].splitlines()
+    rows = []
+    for line in table[1:]:
+        fields = line.split()
+        if rows and not fields:
+            break
+        if len(fields) == 5 and fields[0] == str(len(rows) + 1):
+            rows.append(float(fields[3]))
+    return np.array(rows)
