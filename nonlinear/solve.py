@@ -86,12 +86,12 @@ def _solve(
     )
     truncation = Truncation(continuation, BalanceFamily(balance, contact, fixed))
     if options.harmonics == "auto":
-        traces = _with_enough_harmonics(continuation, truncation, static, progress)
+        traces, left_out = _with_enough_harmonics(continuation, truncation, static, progress)
     else:
-        traces = trace_range(continuation, static, progress)
-    main = traces[0]
-    left_out = truncation.at_peak(main.points, main.peak_indices) if options.truncation else float("nan")
-    curve = assemble_curve(balance, main, options.output, left_out)
+        traces, left_out = trace_range(continuation, static, progress), float("nan")
+        if options.truncation:
+            left_out = truncation.at_peak(traces[0].points, traces[0].peak_indices)
+    curve = assemble_curve(balance, traces[0], options.output, left_out)
     pieces = traces[1:]
     if options.detached:
         pieces = [*pieces, *detached_branches(continuation, truncation.family, traces, progress)]
@@ -107,8 +107,8 @@ def _stability(contact: ContactParameters, options: SolverOptions) -> Stability 
 
 def _with_enough_harmonics(
     continuation: Continuation, truncation: Truncation, static: Array, progress: Progress | None
-) -> list[Trace]:
-    """Traces with as many harmonics at each point as the estimated error of those left out asks for.
+) -> tuple[list[Trace], float]:
+    """Traces with as many harmonics at each point as the estimated error of those left out asks for, and that error.
 
     The choice along the curve rests on an estimate of one sweep. The peaks and places along the curve are then solved
     with more harmonics; where that tells of a larger error, the curve is traced again with a stricter choice.
@@ -120,11 +120,12 @@ def _with_enough_harmonics(
         start = continuation.of(truncation.family.balance(least))
         traces = trace_range(replace(start, adapt=choice), static, progress)
         main = traces[0]
-        if truncation.along(main.points, main.peak_indices) <= tolerance:
-            return traces
+        left_out = truncation.at_peak(main.points, main.peak_indices)
+        if left_out <= tolerance and truncation.along(main.points, main.peak_indices) <= tolerance:
+            return traces, left_out
         choice.tolerance /= STRICTER
     message = f"{main.outcome.message}; {LADDER[-1]} harmonics, the most there are, do not reach {tolerance:g}"
-    return [main._replace(outcome=replace(main.outcome, message=message)), *traces[1:]]
+    return [main._replace(outcome=replace(main.outcome, message=message)), *traces[1:]], left_out
 
 
 def harmonic_balance(

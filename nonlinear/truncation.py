@@ -12,6 +12,7 @@ from nonlinear.family import BalanceFamily, resized
 from nonlinear.quantities import amplitude_slope, largest_amplitude, output_harmonics
 from nonlinear.start import solve_at
 
+SAFETY = 1.25
 LOOKS = 6  # places along a curve, beside its peaks, where the adaptive choice of harmonics looks
 AWAY = (1, 2, 4, 8, 16, 32, 64)  # steps down from a lost peak, on each side, after which the curve is sought again
 MOST_ITERATIONS = 20
@@ -40,8 +41,9 @@ class Truncation:
         The peak is followed to H + 2 harmonics, to `wider_harmonics` of H, and to that of the latter. The estimate is
         the sum of the changes from each to the next, relative to the amplitude with more harmonics: amplitudes that
         go up and down are farther from their limit than the last of them tells. The last change counts twice, as if
-        each of those that follow were half of the one before. Where the peak is lost, the highest amplitude with more
-        harmonics that is reached from the curve on both sides of it takes its place.
+        each of those that follow were half of the one before, and the whole has the safety factor that Roache (1994)
+        gives to solutions on three grids. Where the peak is lost, the highest amplitude with more harmonics that is
+        reached from the curve on both sides of it takes its place.
         """
         if not points:
             return float("nan")
@@ -51,7 +53,7 @@ class Truncation:
             return 0.0
         wider = list(self._followed(points, index, index in peak_indices))
         changes = [abs(before / after - 1.0) for before, after in pairwise((height, *wider))]
-        return sum(changes) + changes[-1] if changes else float("inf")
+        return SAFETY * (sum(changes) + changes[-1]) if changes else float("inf")
 
     def along(self, points: list[CurvePoint], peak_indices: list[int]) -> float:
         """Largest change of the amplitude at the peaks and at places along the curve, relative to the highest."""
