@@ -195,7 +195,8 @@ def _print_errors(found: Verification, as_json: bool) -> None:
     for line in dict.fromkeys(heading(errors) for _, errors in found.measured):
         print(line)
     if len(found.measured) == 1:
-        console.print(error_table(found.measured[0][1]))
+        case, errors = found.measured[0]
+        console.print(error_table(errors, case.scene.response.frequency[1]))
     elif found.measured:
         console.print(overview(found.measured))
     for each in found.advice:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from geometry import SectorMesh
 
 _FIRST_GUESS = 24
-_MOST_MODES = 800
+_MOST_MODES = 384
 _BEYOND = 3.0  # the modes reach to this many times the highest frequency of interest
 
 

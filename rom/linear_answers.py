@@ -76,7 +76,7 @@ class LinearError:
 
     natural_hz (k,): signed; contact and output: largest |difference| / |answer| over the sampled frequencies, in the
     spectral norm of the matrix and the length of the vector of outputs. within (k,): the frequencies in the range;
-    where it holds none, the first one above it.
+    where it holds none of any joint, the first one above it of each.
     """
 
     joint: str
@@ -87,8 +87,8 @@ class LinearError:
 
     @property
     def frequency(self) -> float:
-        """Largest error of a natural frequency that is `within`."""
-        return float(np.max(np.abs(self.natural_hz[self.within])))
+        """Largest error of a natural frequency that is `within`, 0 without any."""
+        return float(np.max(np.abs(self.natural_hz[self.within]), initial=0.0))
 
     @property
     def worst(self) -> float:
@@ -131,14 +131,15 @@ def linear_errors(
     found: Sequence[LinearAnswer], exact: Sequence[LinearAnswer], frequency: tuple[float, float]
 ) -> tuple[LinearError, ...]:
     """Errors of answers that were `found` like the `exact` ones; frequency: the range (low, high) in Hz."""
-    return tuple(_error(one, other, frequency) for one, other in zip(found, exact, strict=True))
-
-
-def _error(found: LinearAnswer, exact: LinearAnswer, frequency: tuple[float, float]) -> LinearError:
     low, high = frequency
-    within = (exact.natural_hz >= low) & (exact.natural_hz <= high)
-    if not within.any():
-        within[0] = True
+    within = [(answer.natural_hz >= low) & (answer.natural_hz <= high) for answer in exact]
+    if not any(inside.any() for inside in within):
+        for inside in within:
+            inside[0] = True
+    return tuple(_error(*each) for each in zip(found, exact, within, strict=True))
+
+
+def _error(found: LinearAnswer, exact: LinearAnswer, within: NDArray[np.bool_]) -> LinearError:
     contact = np.linalg.norm(found.contact - exact.contact, 2, axis=(1, 2)) / np.linalg.norm(
         exact.contact, 2, axis=(1, 2)
     )

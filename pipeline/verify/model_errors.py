@@ -23,7 +23,7 @@ class JointErrors:
 
     full_hz, reduced_hz, other_hz: natural frequencies from number `first_mode`, of the full model, the reduced model
     and the full model on the other mesh (None: there is none); within: whether they lie in the range, or stand in for
-    it where it holds none. contact, output: largest relative error of the receptances over the range.
+    it where it holds none of any joint. contact, output: largest relative error of the receptances over the range.
     """
 
     joint: str
@@ -109,4 +109,4 @@ def _joint(table: dict[str, Any]) -> JointErrors:
 def _largest(errors: Iterable[tuple[tuple[float, ...], tuple[bool, ...]]]) -> float:
     """Largest modulus of the errors that count."""
     counted = [abs(e) for values, within in errors for e, counts in zip(values, within, strict=True) if counts]
-    return math.nan if any(math.isnan(error) for error in counted) else max(counted)
+    return math.nan if any(math.isnan(error) for error in counted) else max(counted, default=0.0)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 _STEP = 0.7  # from one element size to the next
 _MOST_STEPS = 4
 _LEAST_GAIN = 1.5  # in elements: sizes that differ may make the same mesh
-_MOST_ELEMENTS = 10_000  # some 150 000 dofs: verifying is not to take much longer than the run itself
+_MOST_ELEMENTS = 6_000  # some 90 000 dofs: verifying is not to take much longer than the run itself
 
 
 def other_sector(scene: Scene, elements: int) -> tuple[float, str, SectorMesh]:

@@ -16,7 +16,7 @@ from pipeline.request import Outcome, Request, Run
 from pipeline.run import open_store
 from pipeline.scene_file import SceneFile
 from pipeline.stage_log import StageLog
-from pipeline.verify.advice import advice, within
+from pipeline.verify.advice import MARGIN, advice, within
 from pipeline.verify.cases import Case, Measuring, distinct_cases
 from pipeline.verify.model_errors import ModelErrors
 
@@ -98,7 +98,9 @@ def _advise(measuring: Measuring, tolerance: float | None, verification: Verific
         needed = None
         if lacking and rom.modes != "auto":
             try:
-                needed = measuring.needed(lacking, wanted)
+                # on a finer mesh a little more than on this one
+                refined = any(each.mesh_frequency > wanted for each in errors)
+                needed = measuring.needed(lacking, MARGIN * wanted if refined else wanted)
             except StageError as error:
                 verification.problems.append(str(error))
         labels = tuple(case.label for case, _ in group)

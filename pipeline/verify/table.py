@@ -24,20 +24,23 @@ def heading(errors: ModelErrors) -> str:
     return f"{here}; other mesh {size.value(errors.other.size)} {errors.other.element}, {errors.other.dofs} dofs"
 
 
-def error_table(errors: ModelErrors) -> Table:
-    """Natural frequencies of reduced, full and other full model with their errors, receptances, statics."""
+def error_table(errors: ModelErrors, highest_hz: float) -> Table:
+    """Natural frequencies of reduced, full and other full model with their errors, receptances, statics.
+
+    highest_hz: end of the frequency range.
+    """
     table = _empty(
         "contact", "", "reduced\n[Hz]", "full\n[Hz]", "error by\nmodes", "other mesh\n[Hz]", "error by\nmesh"
     )
     for joint in errors.joints:
-        _add_joint(table, joint, errors.convergence)
+        _add_joint(table, joint, errors.convergence, highest_hz)
     table.add_row("", "static flexibility", "", "", percent(errors.static), "", "")
     return table
 
 
 def overview(measured: Sequence[Measured]) -> Table:
     """One row a case and joint: lowest frequency in the range, largest errors."""
-    names = ("full\n[Hz]", "error by\nmodes", "receptance", "other mesh\n[Hz]", "error by\nmesh")
+    names = ("lowest\n[Hz]", "error by\nmodes", "receptance", "other mesh\n[Hz]", "error by\nmesh")
     table = _empty("case", "contact", *names)
     for case, errors in measured:
         for index, joint in enumerate(errors.joints):
@@ -46,10 +49,10 @@ def overview(measured: Sequence[Measured]) -> Table:
                 case.label if index == 0 else "",
                 joint.joint,
                 f"{joint.full_hz[0]:.6g}",
-                percent(_largest(joint.modes_error, joint.within)),
+                _or_dash(_largest(joint.modes_error, joint.within)),
                 percent(max(joint.contact, joint.output)),
                 "-" if joint.other_hz is None else f"{joint.other_hz[0]:.6g}",
-                percent(_largest(mesh, joint.within)),
+                _or_dash(_largest(mesh, joint.within)),
             )
         table.add_section()
     return table
@@ -66,10 +69,10 @@ def _empty(first: str, second: str, *numbers: str) -> Table:
     return table
 
 
-def _add_joint(table: Table, joint: JointErrors, convergence: float) -> None:
+def _add_joint(table: Table, joint: JointErrors, convergence: float, highest_hz: float) -> None:
     modes, mesh = joint.modes_error, joint.mesh_error(convergence)
     for index, full in enumerate(joint.full_hz):
-        name = f"mode {joint.first_mode + index}" + ("" if joint.within[index] else " (above range)")
+        name = f"mode {joint.first_mode + index}" + (" (above range)" if full > highest_hz else "")
         table.add_row(
             joint.joint if index == 0 else "",
             name,
@@ -85,4 +88,9 @@ def _add_joint(table: Table, joint: JointErrors, convergence: float) -> None:
 
 
 def _largest(errors: Sequence[float], within: Sequence[bool]) -> float:
+    """Largest error that counts; NaN where none does."""
     return max((abs(e) for e, counts in zip(errors, within, strict=True) if counts), default=math.nan)
+
+
+def _or_dash(error: float) -> str:
+    return "-" if math.isnan(error) else percent(error)

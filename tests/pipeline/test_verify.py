@@ -1,0 +1,268 @@
+"""`shroud verify` and `rom.modes = "auto"`: numbers against computations of the test's own, advice that holds."""
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_scene
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import eigsh
+
+import pipeline.verify.cases
+from geometry import load_sector
+from rom import load_full_model
+
+TWISTED = {
+    "blade__section": "lens",
+    "blade__twist": 25.0,
+    "mesh__element": "hex20",
+    "response__frequency": [150.0, 600.0],
+}
+
+
+def verify(folder: Path, *options: object, **changes: Any) -> tuple[int, str, str]:
+    """`shroud verify` on the changed small scene."""
+    path = write_scene(folder / "scene.toml", small_scene(**changes))
+    return shroud("verify", path, "--out", folder / "out", *options)
+
+
+def verified(folder: Path, *options: object, **changes: Any) -> dict[str, Any]:
+    """What `shroud verify --json` prints for the changed small scene."""
+    status, said, error = verify(folder, "--json", "--quiet", *options, **changes)
+    assert (status, error) == (0, "")
+    values: dict[str, Any] = json.loads(said)
+    return values
+
+
+def directly(folder: Path, normal: float, tangential: float, count: int) -> Any:
+    """Lowest natural frequencies in Hz of the full model in the store, neighbours in opposition, springs per node."""
+    (matrices,) = (folder / "out" / "store" / "assemble").glob("*/full.h5")
+    (mesh,) = (folder / "out" / "store" / "mesh").glob("*/sector.h5")
+    full, sector = load_full_model(matrices), load_sector(mesh)
+    n_c = len(sector.right.nodes)
+    relative = np.zeros((full.n_dofs, 3 * n_c))
+    for face in (sector.right, sector.left):  # in opposition, right - (-1) left
+        for k in range(n_c):
+            dofs = 3 * full.vertex_node[face.nodes[k]] + np.arange(3)
+            relative[dofs, 3 * k : 3 * k + 3] += face.frame[k].T
+    springs = csc_matrix(relative * np.tile([tangential, tangential, normal], n_c)) @ csc_matrix(relative).T
+    free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
+    stiffness, mass = (full.stiffness + springs).tocsc()[free][:, free], full.mass.tocsc()[free][:, free]
+    squared = eigsh(stiffness, count, mass, sigma=0.0, return_eigenvectors=False)
+    return np.sqrt(np.sort(squared)) / (2 * np.pi)
+
+
+def test_frequencies_are_those_of_the_full_model_without_reduction(tmp_path: Path) -> None:
+    case = verified(tmp_path, mesh__element="hex20", mesh__size=0.018, rom__modes=2)["cases"][0]
+    joints = {"free": (0.0, 0.0), "sliding": (2e5, 0.0), "stuck": (2e5, 1.5e5)}
+    assert [joint["joint"] for joint in case["joints"]] == list(joints)
+    for joint in case["joints"]:
+        normal, tangential = joints[joint["joint"]]
+        last = joint["first_mode"] - 1 + len(joint["full_hz"])
+        exact = directly(tmp_path, normal / 4, tangential / 4, last)[joint["first_mode"] - 1 :]
+        np.testing.assert_allclose(joint["full_hz"], exact, rtol=1e-8)
+        errors = np.array(joint["reduced_hz"]) / exact - 1.0
+        np.testing.assert_allclose(joint["modes_error"], errors, rtol=1e-3)
+        assert np.all(errors > 1e-6)
+    assert case["static"] < 1e-8
+
+
+def test_following_the_advice_brings_the_promised_error(tmp_path: Path) -> None:
+    coarse = {**TWISTED, "mesh__size": 0.009, "rom__modes": 4, "rom__tolerance": 0.015}
+    before = verified(tmp_path, **coarse)
+    (advice,) = before["advice"]
+    assert not advice["within"]
+    said = re.search(
+        r"the mesh puts frequencies wrong by .* for a tolerance of 1.5 %: lower mesh.size from 9 mm to (\S+) mm "
+        r"\(some \d+ dofs\) and raise rom.modes from 4 to (\d+) ",
+        advice["text"],
+    )
+    assert said is not None, advice["text"]
+    size, modes = float(said[1]) / 1000.0, int(said[2])
+    assert modes == advice["needed_modes"]
+    after = verified(tmp_path, **(coarse | {"mesh__size": size, "rom__modes": modes}))
+    assert after["advice"][0]["within"]
+    assert after["advice"][0]["text"].endswith("for a tolerance of 1.5 %: nothing to do")
+    # against a mesh that neither of the two has seen, with the modes that it takes there to be exact
+    scene = write_scene(tmp_path / "fine.toml", small_scene(**(coarse | {"mesh__size": 0.004, "rom__modes": 40})))
+    assert shroud("run", scene, "--out", tmp_path / "fine", "--until", "reduce", "--quiet")[0] == 0
+    true = summary_of(tmp_path / "fine")["models"][0]["free_hz"][0]
+    wrong = [abs(each["cases"][0]["joints"][0]["reduced_hz"][0] / true - 1.0) for each in (before, after)]
+    assert wrong[0] > 0.015 > wrong[1]
+    assert before["cases"][0]["mesh_frequency_error"] == pytest.approx(wrong[0], rel=0.5)
+
+
+def test_the_error_of_linear_hexahedra_is_told_by_quadratic_ones(tmp_path: Path) -> None:
+    found = verified(tmp_path)
+    case = found["cases"][0]
+    assert case["other"]["element"] == "hex20"
+    assert case["mesh_frequency_error"] > 0.01
+    assert 'set mesh.element = "hex20"' in found["advice"][0]["text"]
+
+
+def test_the_table_is_for_people_and_nothing_is_measured_twice(tmp_path: Path) -> None:
+    status, said, error = verify(tmp_path, "--tolerance", "0.5")
+    assert status == 0
+    assert "measuring small" in error
+    assert re.match(r"6 fixed-interface modes, 9 mm hex8, \d+ dofs; other mesh 6.3 mm hex20, \d+ dofs\n", said)
+    rows = [[cell.strip() for cell in line.strip("│").split("│")] for line in said.splitlines() if "│" in line]
+    assert [row[0] for row in rows if row[0]] == ["free", "sliding", "stuck"]
+    assert {"receptance, contact nodes", "receptance, output", "static flexibility"} <= {row[1] for row in rows}
+    frequencies = [row for row in rows if row[1].startswith("mode ")]
+    assert all(all(row[2:]) for row in frequencies)
+    assert all((float(row[3]) > 700.0) == row[1].endswith("(above range)") for row in frequencies)
+    assert said.splitlines()[-1].endswith("for a tolerance of 50 %: nothing to do")
+    assert not (tmp_path / "out" / "summary.json").exists()  # it is no run
+    again = verify(tmp_path, "--tolerance", "0.5")
+    assert again == (0, said, "")
+    assert "measuring" in verify(tmp_path, "--tolerance", "0.5", "--force")[2]
+
+
+def test_a_sweep_is_one_table_with_the_advice_of_the_worst(tmp_path: Path) -> None:
+    sweep = {"excitation.engine_order": [0, 36], "contact.interference": [0.0, 1e-5]}
+    status, said, error = verify(tmp_path, sweep=sweep, response__frequency=[200.0, 700.0])
+    assert status == 0
+    assert error.count("measuring") == 2  # the interference changes nothing linear
+    rows = [[cell.strip() for cell in line.strip("│").split("│")] for line in said.splitlines() if "│" in line]
+    assert [row[0] for row in rows if row[0]] == ["engine order 0", "engine order 36"]
+    assert len([line for line in said.splitlines() if "for a tolerance of" in line]) == 1
+    found = verified(tmp_path, sweep=sweep, response__frequency=[200.0, 700.0])
+    assert [case["engine_order"] for case in found["cases"]] == [0, 36]
+    (advice,) = found["advice"]
+    each = [verified(tmp_path, excitation__engine_order=n, response__frequency=[200.0, 700.0]) for n in (0, 36)]
+    assert advice["needed_modes"] == max(one["advice"][0]["needed_modes"] for one in each)
+
+
+def test_a_choice_of_modes_in_a_sweep_gets_advice_for_each(tmp_path: Path) -> None:
+    found = verified(tmp_path, sweep={"rom.modes": [2, 40]})
+    few, many = found["advice"]
+    assert few["text"].startswith("modes kept 2: ")
+    assert f"raise rom.modes from 2 to {few['needed_modes']}" in few["text"]
+    assert 2 < few["needed_modes"] <= 40
+    assert many["text"].startswith("modes kept 40: ")
+    assert "rom.modes" not in many["text"]
+    receptance = [case["receptance_error"] for case in found["cases"]]
+    assert receptance[1] < 1e-3 < receptance[0]
+
+
+def test_what_cannot_be_verified_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write_scene(tmp_path / "ground.toml", ground_scene())
+    status, said, error = shroud("verify", path, "--out", tmp_path / "out")
+    assert (status, said) == (2, "")
+    assert error == (
+        f"{path}: blade: missing, allowed: a table [blade] "
+        "(a given reduced model has no full model to be measured against)\n"
+    )
+    for options in (["--tolerance", "0"], ["--tolerance", "much"], ["--until", "mesh"]):
+        status, said, error = verify(tmp_path, *options)
+        assert (status, said, error.count("\n")) == (2, "", 1)
+    status, said, error = verify(tmp_path, contact__friction=-1.0)
+    assert (status, said, error.count("\n")) == (2, "", 1)
+    assert "contact.friction" in error
+    monkeypatch.setattr(sys.modules["rom.full_reference"], "_MOST_MODES", 24)
+    status, said, error = verify(tmp_path, "--quiet", response__frequency=[300.0, 3e4])
+    assert (status, said, error.count("\n")) == (2, "", 1)
+    assert "response.frequency: 30000.0, allowed: a range below 24 modes of the blade" in error
+    assert not (tmp_path / "out" / "summary.json").exists()
+
+
+def test_a_case_that_fails_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = pipeline.verify.cases.model_errors
+
+    def measured(scene: Any, *rest: Any) -> Any:
+        if scene.excitation.engine_order == 3:
+            raise RuntimeError("made to fail")
+        return real(scene, *rest)
+
+    monkeypatch.setattr(pipeline.verify.cases, "model_errors", measured)
+    status, said, error = verify(tmp_path, "--quiet", sweep={"excitation.engine_order": [3, 36]})
+    assert status == 1
+    assert error == "engine order 3: verify: made to fail\n"
+    assert "for a tolerance of" in said
+
+
+def test_a_mesh_without_another_still_has_its_modes_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import pipeline.verify.compare
+
+    def none(*_: Any) -> Any:
+        raise RuntimeError("made to fail")
+
+    monkeypatch.setattr(pipeline.verify.compare, "other_sector", none)
+    status, said, _ = verify(tmp_path, "--quiet", rom__tolerance=0.1)
+    assert status == 0
+    assert "no other mesh (made to fail)" in said
+    assert said.splitlines()[-1].endswith(
+        "what the mesh does is not known (made to fail); for a tolerance of 10 %: nothing to do"
+    )
+    found = verified(tmp_path, rom__tolerance=0.1)
+    assert found["cases"][0]["mesh_frequency_error"] is None
+    assert not found["advice"][0]["within"]
+
+
+def test_automatic_modes_stay_within_the_tolerance(tmp_path: Path) -> None:
+    kept = {}
+    for tolerance in (1e-2, 1e-4):
+        found = verified(tmp_path, rom__modes="auto", rom__tolerance=tolerance, mesh__element="hex20")
+        case = found["cases"][0]
+        kept[tolerance] = case["modes"]
+        assert max(case["receptance_error"], case["modes_frequency_error"]) <= tolerance
+        fewer = verified(tmp_path, rom__modes=case["modes"] - 1, rom__tolerance=tolerance, mesh__element="hex20")
+        assert fewer["cases"][0]["receptance_error"] > tolerance
+        assert fewer["advice"][0]["needed_modes"] == case["modes"]
+    assert kept[1e-2] < kept[1e-4]
+    strict = verified(tmp_path, "--tolerance", 1e-4, rom__modes="auto", rom__tolerance=1e-2, mesh__element="hex20")
+    assert "lower rom.tolerance from 0.01 to 0.0001" in strict["advice"][0]["text"]
+
+
+def test_a_frequency_limit_gets_advice_in_modes(tmp_path: Path) -> None:
+    (advice,) = verified(tmp_path, rom__modes=None, rom__frequency_limit=3000.0)["advice"]
+    assert f"set rom.modes = {advice['needed_modes']} in place of rom.frequency_limit" in advice["text"]
+
+
+def test_the_number_kept_is_told_and_chosen_anew_when_it_must_be(tmp_path: Path) -> None:
+    def run(**changes: Any) -> tuple[str, dict[str, Any]]:
+        scene = small_scene(**{"rom__modes": "auto", "rom__tolerance": 0.01, **changes})
+        path = write_scene(tmp_path / "scene.toml", scene)
+        status, said, _ = shroud("run", path, "--out", tmp_path / "out", "--until", "respond")
+        assert status == 0
+        return said, summary_of(tmp_path / "out")["models"][0]
+
+    said, model = run()
+    assert 0.0 < model["modes_error"] <= 0.01
+    assert model["modes"] == model["reduced_dofs"] - 27
+    assert (
+        f"{model['modes']} fixed-interface modes kept, estimated error of the reduction {model['modes_error']:.1e}"
+        in said
+    )
+    run(contact__interference=0.0)
+    assert statuses(tmp_path / "out")["reduce"] == "reused"
+    said, model = run(response__frequency=[300.0, 1500.0])
+    assert statuses(tmp_path / "out")["reduce"] == "ran"
+    said, model = run(rom__modes=6)
+    assert (model["modes"], model["modes_error"]) == (6, None)
+    assert "fixed-interface modes kept" not in said
+    run(rom__modes=6, rom__tolerance=0.1, response__frequency=[300.0, 1500.0])
+    assert statuses(tmp_path / "out")["reduce"] == "reused"
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"rom__modes": "many"}, 'rom.modes: "many", allowed: a whole number, 1 to 1000, or "auto"'),
+        ({"rom__modes": 1001}, 'rom.modes: 1001, allowed: a whole number, 1 to 1000, or "auto"'),
+        ({"rom__modes": 2.5}, 'rom.modes: 2.5, allowed: a whole number, 1 to 1000, or "auto"'),
+        ({"rom__tolerance": 0.0}, "rom.tolerance: 0.0, allowed: a number from 1e-6 to 0.5"),
+        ({"rom__modes": "auto", "rom__frequency_limit": 1e4}, "rom.frequency_limit: given beside modes"),
+        ({"rom__modes": "auto", "response__damping_ratio": [0.01] * 31}, "response.damping_ratio: a list of 31"),
+    ],
+)
+def test_scenes_are_refused(tmp_path: Path, change: dict[str, Any], expected: str) -> None:
+    path = write_scene(tmp_path / "scene.toml", small_scene(**change))
+    status, said, error = shroud("validate", path)
+    assert (status, said) == (2, "")
+    assert expected in error
+    assert error.count("\n") == 1
