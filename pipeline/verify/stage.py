@@ -16,7 +16,7 @@ from pipeline.request import Outcome, Request, Run
 from pipeline.run import open_store
 from pipeline.scene_file import SceneFile
 from pipeline.stage_log import StageLog
-from pipeline.verify.advice import MARGIN, advice, within
+from pipeline.verify.advice import advice, within
 from pipeline.verify.cases import Case, Measuring, distinct_cases
 from pipeline.verify.model_errors import ModelErrors
 
@@ -27,8 +27,8 @@ Measured = tuple[Case, ModelErrors]
 class Advice:
     """What to change for a tolerance in the cases with one choice of mesh and modes.
 
-    within: whether the tolerance is met; needed_modes: fixed-interface modes that it needs, None where those kept are
-    enough or it is not known.
+    within: whether the tolerance is met; needed_modes: fixed-interface modes that it needs on this mesh, None where
+    those kept are enough or it is not known.
     """
 
     labels: tuple[str, ...]
@@ -98,9 +98,7 @@ def _advise(measuring: Measuring, tolerance: float | None, verification: Verific
         needed = None
         if lacking and rom.modes != "auto":
             try:
-                # on a finer mesh a little more than on this one
-                refined = any(each.mesh_frequency > wanted for each in errors)
-                needed = measuring.needed(lacking, MARGIN * wanted if refined else wanted)
+                needed = measuring.needed(lacking, wanted)
             except StageError as error:
                 verification.problems.append(str(error))
         labels = tuple(case.label for case, _ in group)

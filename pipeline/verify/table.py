@@ -21,7 +21,8 @@ def heading(errors: ModelErrors) -> str:
     here = f"{errors.modes} fixed-interface modes, {size.value(errors.size)} {errors.element}, {errors.dofs} dofs"
     if errors.other is None:
         return f"{here}; no other mesh ({errors.reason})"
-    return f"{here}; other mesh {size.value(errors.other.size)} {errors.other.element}, {errors.other.dofs} dofs"
+    rounded = float(f"{errors.other.size:.3g}")
+    return f"{here}; other mesh {size.value(rounded)} {errors.other.element}, {errors.other.dofs} dofs"
 
 
 def error_table(errors: ModelErrors, highest_hz: float) -> Table:

@@ -83,7 +83,7 @@ def test_following_the_advice_brings_the_promised_error(tmp_path: Path) -> None:
     )
     assert said is not None, advice["text"]
     size, modes = float(said[1]) / 1000.0, int(said[2])
-    assert modes == advice["needed_modes"]
+    assert advice["needed_modes"] < modes < 1.3 * advice["needed_modes"]  # the mesh is to change too
     after = verified(tmp_path, **(coarse | {"mesh__size": size, "rom__modes": modes}))
     assert after["advice"][0]["within"]
     assert after["advice"][0]["text"].endswith("for a tolerance of 1.5 %: nothing to do")
@@ -138,7 +138,7 @@ def test_a_sweep_is_one_table_with_the_advice_of_the_worst(tmp_path: Path) -> No
 
 
 def test_a_choice_of_modes_in_a_sweep_gets_advice_for_each(tmp_path: Path) -> None:
-    found = verified(tmp_path, sweep={"rom.modes": [2, 40]})
+    found = verified(tmp_path, sweep={"rom.modes": [2, 40]}, mesh__element="hex20", rom__tolerance=5e-3)
     few, many = found["advice"]
     assert few["text"].startswith("modes kept 2: ")
     assert f"raise rom.modes from 2 to {few['needed_modes']}" in few["text"]
@@ -146,7 +146,7 @@ def test_a_choice_of_modes_in_a_sweep_gets_advice_for_each(tmp_path: Path) -> No
     assert many["text"].startswith("modes kept 40: ")
     assert "rom.modes" not in many["text"]
     receptance = [case["receptance_error"] for case in found["cases"]]
-    assert receptance[1] < 1e-3 < receptance[0]
+    assert receptance[1] < 5e-3 < receptance[0]
 
 
 def test_what_cannot_be_verified_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -219,7 +219,9 @@ def test_automatic_modes_stay_within_the_tolerance(tmp_path: Path) -> None:
 
 
 def test_a_frequency_limit_gets_advice_in_modes(tmp_path: Path) -> None:
-    (advice,) = verified(tmp_path, rom__modes=None, rom__frequency_limit=3000.0)["advice"]
+    (advice,) = verified(
+        tmp_path, rom__modes=None, rom__frequency_limit=3000.0, mesh__element="hex20", rom__tolerance=5e-3
+    )["advice"]
     assert f"set rom.modes = {advice['needed_modes']} in place of rom.frequency_limit" in advice["text"]
 
 
