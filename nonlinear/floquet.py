@@ -111,17 +111,22 @@ def _sliced(motion: PerturbedMotion) -> ComplexArray:
 def _settled(motion: PerturbedMotion, values: ComplexArray) -> ComplexArray:
     """The eigenvalues that linearising again and again at the nearest one leads to; what leads to none was false."""
     found: list[complex] = []
+    if motion.symmetric:  # the others are the complex conjugates
+        values = values[values.imag > -SETTLED]
     for start in values[np.argsort(np.abs(values))]:  # the false ones are large and may lead to the true ones
-        value = complex(start)
+        value, state = complex(start), None
         for _ in range(MAX_REPEATS):
-            real = motion.symmetric and abs(value.imag) < SETTLED
-            near = motion.eigenvalues(value.real if real else value)
-            before, value = value, complex(near[np.argmin(np.abs(near - value))])
+            if motion.symmetric and abs(value.imag) < SETTLED:
+                value = complex(value.real)
+            before = value
+            value, state = motion.nearest(value, state)
             if abs(value - before) < SETTLED:
+                value = complex(value.real) if motion.symmetric and abs(value.imag) < SETTLED else value
                 if all(abs(value - other) > SAME for other in found):
                     found.append(value)
                 break
-    return np.array(found, dtype=complex)
+    mirrored = [value.conjugate() for value in found if motion.symmetric and abs(value.imag) > SAME]
+    return np.array(found + mirrored, dtype=complex)
 
 
 def kind(exponent: complex, frequency: float) -> Instability:

@@ -15,6 +15,8 @@ from rom import ModalModel
 
 REACH = 2.0
 HIGHEST = 5
+MOST_INVERSIONS = 12
+ROUND_OFF = 1e-9  # by which a shift is kept off an eigenvalue
 
 
 @dataclass(frozen=True)
@@ -129,8 +131,34 @@ class PerturbedMotion:
 
     def eigenvalues(self, shift: complex = 0.0) -> ComplexArray:
         """All eigenvalues lambda / w; delayed forces are linearised around lambda = `shift` w."""
+        matrix, unit = self._linearised(shift)
+        return np.linalg.eigvals(np.linalg.solve(unit, matrix)).astype(complex)
+
+    def nearest(self, shift: complex, state: ComplexArray | None = None) -> tuple[complex, ComplexArray | None]:
+        """The eigenvalue next to `shift` of those that `eigenvalues` has there, and its state (n_z,), if it is known.
+
+        Inverse iteration from a `state` like that sought; where two are as near, all eigenvalues are solved for.
+        """
+        from scipy.linalg import lu_factor, lu_solve
+
+        matrix, unit = self._linearised(shift)
+        factors = lu_factor(matrix - (shift * (1.0 + ROUND_OFF) + ROUND_OFF) * unit, check_finite=False)
+        x = np.ones(len(unit), dtype=complex) if state is None else state
+        value = complex("nan")
+        for _ in range(MOST_INVERSIONS):
+            x = x / np.linalg.norm(x)
+            y = lu_solve(factors, unit @ x, check_finite=False)
+            before, value = value, shift * (1.0 + ROUND_OFF) + ROUND_OFF + 1.0 / complex(x.conj() @ y)
+            if abs(value - before) <= 1e-3 * abs(value - shift) + ROUND_OFF:
+                return value, y
+            x = y
+        every = np.linalg.eigvals(np.linalg.solve(unit, matrix))
+        return complex(every[np.argmin(np.abs(every - shift))]), None
+
+    def _linearised(self, shift: complex) -> tuple[Matrix, Matrix]:
+        """A and I - A' with the delayed forces linearised around lambda = `shift` w."""
         matrix, lag = self.matrix, self.lag
         if self.delay is not None:
             added, slope, late = self.delay.added(shift)
             matrix, lag = matrix + added - shift * slope, lag + slope + late
-        return np.linalg.eigvals(np.linalg.solve(np.eye(len(lag)) - lag, matrix)).astype(complex)
+        return matrix, np.eye(len(lag)) - lag
