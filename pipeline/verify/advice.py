@@ -75,9 +75,11 @@ def _mesh_changes(errors: ModelErrors, tolerance: float) -> list[str]:
 
 def _mode_changes(errors: Sequence[ModelErrors], rom: Rom, tolerance: float, needed: int | None) -> list[str]:
     receptance = max(each.receptance for each in errors)
-    if max(receptance, *(each.modes_frequency for each in errors)) <= tolerance:
+    frequency = max(each.modes_frequency for each in errors)
+    if max(receptance, frequency) <= tolerance:
         return []
-    because = f"(receptance wrong by {percent(receptance)})"
+    worst = "receptance" if receptance > frequency else "frequencies"
+    because = f"({worst} wrong by {percent(max(receptance, frequency))})"
     if rom.modes == "auto":
         return [f"lower rom.tolerance from {rom.tolerance:g} to {tolerance:g} {because}"]
     if needed is None:
