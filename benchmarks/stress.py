@@ -10,26 +10,21 @@ Exit status 1 if a curve is incomplete.
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from bisect import insort
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from stress_cases import StressCase, draw_cases
 from stress_models import reduced_models
-from stress_report import print_summary, summary_text, write_csv
+from stress_report import print_summary, summary_text
+from stress_running import each, positive, write_csv
 from stress_solving import StressResult, attempt, solve_case
 
 from pipeline.progress import Reporter
 
-if TYPE_CHECKING:
-    from concurrent.futures import Future
-
 HOUSE = Path(__file__).resolve().parents[1]
 FULL = 1000
-THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -54,12 +49,12 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description="The stability matrix: hard cases solved, every one written down.")
-    parser.add_argument("--cases", type=_positive, default=200, help="how many to draw (200)")
+    parser.add_argument("--cases", type=positive, default=200, help="how many to draw (200)")
     parser.add_argument("--full", action="store_true", help=f"draw {FULL}")
     parser.add_argument("--seed", type=int, default=1, help="another seed draws other cases (1)")
     parser.add_argument("--hard", action="store_true", help="from the corner where curves have turning points")
     parser.add_argument("--law", choices=("uncoupled", "coupled"), default="uncoupled", help="of the friction")
-    parser.add_argument("--jobs", type=_positive, default=1, help="worker processes, one BLAS thread each (1)")
+    parser.add_argument("--jobs", type=positive, default=1, help="worker processes, one BLAS thread each (1)")
     parser.add_argument("--limit", type=float, default=600.0, help="seconds that a case may take (600)")
     parser.add_argument("--scene", type=Path, default=HOUSE / "scenes" / "figure5.toml", help="whose blade to use")
     parser.add_argument("--out", type=Path, default=HOUSE / "out" / "stress", help="output folder")
@@ -68,39 +63,14 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text}, allowed: 1 or more")
-    return value
-
-
 def _solved(
     cases: list[StressCase], models: dict[float, Path], options: argparse.Namespace
 ) -> Iterator[StressResult]:
     """Results as they come, behind a progress bar."""
     with Reporter().counting("cases", len(cases)) as counter:
-        for result in _each(cases, models, options):
+        for result in each(solve_case, cases, models, options.limit, options.jobs):
             counter.done(f"case {result.case.index}: {result.message}, {result.seconds:.2f} s")
             yield result
-
-
-def _each(cases: list[StressCase], models: dict[float, Path], options: argparse.Namespace) -> Iterator[StressResult]:
-    if options.jobs == 1:
-        for case in cases:
-            yield solve_case(case, models[case.angle], options.limit)
-        return
-    import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-
-    for name in THREAD_VARIABLES:
-        os.environ[name] = "1"  # the workers inherit it before they load any library
-    with ProcessPoolExecutor(options.jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        futures: list[Future[StressResult]] = [
-            pool.submit(solve_case, case, models[case.angle], options.limit) for case in cases
-        ]
-        for future in as_completed(futures):
-            yield future.result()
 
 
 def _replay(options: argparse.Namespace) -> int:

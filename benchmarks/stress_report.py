@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
 
 import numpy as np
 from stress_cases import FACTORS, LEVELS, StressCase
@@ -14,16 +12,6 @@ from stress_solving import StressResult
 SHOWN = 10
 ENERGY_LIMIT = 1e-8
 COLUMNS = ("alpha", "EO/N_b", "kn N/m", "v0/F m/N", "mu", "zeta", "H")
-
-
-def write_csv(path: Path, results: Sequence[StressResult]) -> None:
-    """One line a case."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    rows = [result.row() for result in results]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
 
 
 def print_summary(results: Sequence[StressResult]) -> None:

@@ -11,7 +11,8 @@ import numpy as np
 from stress_cases import TANGENTIAL_RATIO, StressCase
 
 if TYPE_CHECKING:
-    from nonlinear import ResponseCurve
+    from nonlinear import ContactParameters, Excitation, ResponseCurve, SolverOptions
+    from rom import ModalModel
 
 BELOW_FREE, ABOVE_STUCK = 0.8, 1.2
 OUT_OF_TIME, RAISED = "out of time", "raised an exception"
@@ -116,9 +117,11 @@ def frequency_range(case: StressCase, model: Path) -> tuple[float, float]:
     return BELOW_FREE * float(free), ABOVE_STUCK * float(stuck)
 
 
-def curve_of(case: StressCase, model: Path, frequency: tuple[float, float], watch: Any = None) -> ResponseCurve:
-    """The response curve of a case under 1 N."""
-    from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
+def posed(
+    case: StressCase, model: Path, frequency: tuple[float, float]
+) -> tuple[ModalModel, ContactParameters, Excitation, SolverOptions]:
+    """What a case asks to solve, under 1 N: the arguments of `forced_response`."""
+    from nonlinear import ContactParameters, Excitation, SolverOptions
     from rom import modal_model, read_reduced_model
 
     reduced = read_reduced_model(model)
@@ -135,5 +138,11 @@ def curve_of(case: StressCase, model: Path, frequency: tuple[float, float], watc
         law=case.law,
     )
     modal = modal_model(reduced, damping_ratio=case.damping_ratio)
-    options = SolverOptions(frequency, harmonics=case.harmonics)
-    return forced_response(modal, contact, Excitation(order, 1.0), options, watch)
+    return modal, contact, Excitation(order, 1.0), SolverOptions(frequency, harmonics=case.harmonics)
+
+
+def curve_of(case: StressCase, model: Path, frequency: tuple[float, float], watch: Any = None) -> ResponseCurve:
+    """The response curve of a case under 1 N."""
+    from nonlinear import forced_response
+
+    return forced_response(*posed(case, model, frequency), watch)

@@ -14,30 +14,25 @@ the cases.
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from stress_cases import StressCase, draw_cases
 from stress_models import reduced_models
+from stress_running import each, positive, write_csv
 from stress_solving import OutOfTimeError
-from truncation_report import Validation, draw, report_text, share_bounded, write_csv
+from truncation_report import Validation, draw, report_text, share_bounded
 from truncation_truth import problem_of, truth_of
 
 from pipeline.progress import Reporter
 
-if TYPE_CHECKING:
-    from concurrent.futures import Future
-
 HOUSE = Path(__file__).resolve().parents[1]
 HARMONICS = (1, 3, 5, 7)
 REQUIRED = 0.95  # part of the cases that must be bounded
-THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -62,9 +57,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description="The estimate of the truncation error against 31 harmonics.")
-    parser.add_argument("--cases", type=_positive, default=100, help="how many to draw (100)")
+    parser.add_argument("--cases", type=positive, default=100, help="how many to draw (100)")
     parser.add_argument("--seed", type=int, default=1, help="another seed draws other cases (1)")
-    parser.add_argument("--jobs", type=_positive, default=1, help="worker processes, one BLAS thread each (1)")
+    parser.add_argument("--jobs", type=positive, default=1, help="worker processes, one BLAS thread each (1)")
     parser.add_argument("--limit", type=float, default=60.0, help="seconds that a curve may take (60)")
     parser.add_argument("--scene", type=Path, default=HOUSE / "scenes" / "figure5.toml", help="whose blade to use")
     parser.add_argument("--out", type=Path, default=HOUSE / "out" / "bench" / "truncation", help="output folder")
@@ -72,40 +67,15 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text}, allowed: 1 or more")
-    return value
-
-
 def _validated(
     cases: list[StressCase], models: dict[float, Path], options: argparse.Namespace
 ) -> Iterator[Validation]:
     """Results as they come, behind a progress bar."""
     with Reporter().counting("cases", len(cases)) as counter:
-        for result in _each(cases, models, options):
+        for result in each(validate, cases, models, options.limit, options.jobs):
             said = result.left_out or f"error {result.error:.2g}, estimate {result.estimate:.2g}"
             counter.done(f"case {result.case.index}, H = {result.case.harmonics}: {said}")
             yield result
-
-
-def _each(cases: list[StressCase], models: dict[float, Path], options: argparse.Namespace) -> Iterator[Validation]:
-    if options.jobs == 1:
-        for case in cases:
-            yield validate(case, models[case.angle], options.limit)
-        return
-    import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-
-    for name in THREAD_VARIABLES:
-        os.environ[name] = "1"  # the workers inherit it before they load any library
-    with ProcessPoolExecutor(options.jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        futures: list[Future[Validation]] = [
-            pool.submit(validate, case, models[case.angle], options.limit) for case in cases
-        ]
-        for future in as_completed(futures):
-            yield future.result()
 
 
 def validate(case: StressCase, model: Path, limit: float) -> Validation:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -65,14 +64,6 @@ class Validation:
         """Column -> value, the parameters first."""
         values = {name: value for name, value in asdict(self).items() if name != "case"}
         return self.case.values() | values | {"error": self.error, "bounded": self.bounded}
-
-
-def write_csv(path: Path, results: Sequence[Validation]) -> None:
-    rows = [result.row() for result in results]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
 
 
 def share_bounded(results: Sequence[Validation]) -> float:

@@ -9,8 +9,8 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stress_cases import TANGENTIAL_RATIO, StressCase
-from stress_solving import OutOfTimeError, frequency_range
+from stress_cases import StressCase
+from stress_solving import OutOfTimeError, frequency_range, posed
 
 if TYPE_CHECKING:
     from nonlinear.contact import Array
@@ -69,25 +69,14 @@ class Problem:
 
 def problem_of(case: StressCase, model: Path) -> Problem:
     """The problem of a case under 1 N, as the stability matrix poses it."""
-    from nonlinear import ContactParameters, Excitation, SolverOptions, harmonic_balance
+    from nonlinear import harmonic_balance
     from nonlinear.continuation import Continuation
     from nonlinear.family import BalanceFamily
     from nonlinear.landmarks import find_landmarks
     from nonlinear.start import static_displacement
-    from rom import modal_model, read_reduced_model
 
-    reduced = read_reduced_model(model)
-    assert reduced.n_blades is not None
-    contact = ContactParameters.shared(
-        reduced.n_contacts,
-        normal_stiffness=case.normal_stiffness,
-        tangential_stiffness=TANGENTIAL_RATIO * case.normal_stiffness,
-        friction=case.friction,
-        interference=case.interference,
-    )
-    options = SolverOptions(frequency_range(case, model), harmonics=case.harmonics)
-    excitation = Excitation(round(case.order_ratio * reduced.n_blades), 1.0)
-    balance = harmonic_balance(modal_model(reduced, damping_ratio=case.damping_ratio), contact, excitation, options)
+    modal, contact, excitation, options = posed(case, model, frequency_range(case, model))
+    balance = harmonic_balance(modal, contact, excitation, options)
     continuation = Continuation(balance, options, find_landmarks(balance.receptance, contact, options), contact)
     static = static_displacement(balance.receptance, contact, options)
     return Problem(continuation, BalanceFamily(balance, contact, options), static)
