@@ -3,6 +3,7 @@
 import numpy as np
 
 from nonlinear.contact import Array
+from nonlinear.fourier import basis_at
 
 GRID = 64  # instants a harmonic among which the farthest motions are sought
 MOST_STEPS = 20
@@ -25,7 +26,7 @@ def corner(curves: Array, place: Array, gain: float) -> tuple[Array, Array] | No
         return None
     for _ in range(MOST_STEPS):
         pair = _nearest_maxima(curves, w, pair, np.pi / (GRID * n_harmonics))
-        basis = _basis(pair, n_harmonics)
+        basis = basis_at(pair, n_harmonics)
         stretch = basis @ curves[:2].T - w
         far = np.linalg.norm(stretch, axis=1)
         directions, excess = stretch / far[:, None], far - basis @ curves[2]
@@ -48,7 +49,7 @@ def _two_farthest(curves: Array, w: Array) -> Array | None:
     values = _excess(curves, w, grid)[0]
     peaks = np.flatnonzero((values >= np.roll(values, 1)) & (values > np.roll(values, -1)))
     peaks = peaks[np.argsort(-values[peaks])]
-    stretch = _basis(grid[peaks], n_harmonics) @ curves[:2].T - w
+    stretch = basis_at(grid[peaks], n_harmonics) @ curves[:2].T - w
     across = stretch[0, 0] * stretch[:, 1] - stretch[0, 1] * stretch[:, 0]
     others = np.flatnonzero(np.abs(across) > APART * np.linalg.norm(stretch, axis=1) * np.linalg.norm(stretch[0]))
     return grid[peaks[[0, others[0]]]] if others.size else None
@@ -66,20 +67,10 @@ def _nearest_maxima(curves: Array, w: Array, angles: Array, width: float) -> Arr
 def _excess(curves: Array, w: Array, angles: Array) -> tuple[Array, Array, Array]:
     """|u - w| - r and its first two derivatives."""
     n_harmonics = (curves.shape[1] - 1) // 2
-    x, y, r = (_basis(angles, n_harmonics) @ curves.T).T
-    x1, y1, r1 = (_basis(angles, n_harmonics, 1) @ curves.T).T
-    x2, y2, r2 = (_basis(angles, n_harmonics, 2) @ curves.T).T
+    x, y, r = (basis_at(angles, n_harmonics) @ curves.T).T
+    x1, y1, r1 = (basis_at(angles, n_harmonics, 1) @ curves.T).T
+    x2, y2, r2 = (basis_at(angles, n_harmonics, 2) @ curves.T).T
     x, y = x - w[0], y - w[1]
     far = np.hypot(x, y)
     slope = (x * x1 + y * y1) / far
     return far - r, slope - r1, (x1 * x1 + y1 * y1 + x * x2 + y * y2 - slope * slope) / far - r2
-
-
-def _basis(angles: Array, n_harmonics: int, derivative: int = 0) -> Array:
-    """1, cos, -sin, cos 2, ... (or a derivative) at the angles, (n, 2H+1)."""
-    order = np.arange(1, n_harmonics + 1)
-    phase = np.outer(angles, order) + 0.5 * np.pi * derivative
-    table = np.empty((angles.size, 2 * n_harmonics + 1))
-    table[:, 0] = float(derivative == 0)
-    table[:, 1::2], table[:, 2::2] = order**derivative * np.cos(phase), -(order**derivative) * np.sin(phase)
-    return table

@@ -10,12 +10,16 @@ ComplexArray = NDArray[np.complex128]
 
 def basis_table(n_harmonics: int, n_samples: int) -> Array:
     """Values of 1, cos(theta), -sin(theta), cos(2 theta), ... at theta_k = 2 pi k / n: (n, 2H+1)."""
-    theta = 2.0 * np.pi * np.arange(n_samples) / n_samples
-    table = np.empty((n_samples, 2 * n_harmonics + 1))
-    table[:, 0] = 1.0
-    for h in range(1, n_harmonics + 1):
-        table[:, 2 * h - 1] = np.cos(h * theta)
-        table[:, 2 * h] = -np.sin(h * theta)
+    return basis_at(2.0 * np.pi * np.arange(n_samples) / n_samples, n_harmonics)
+
+
+def basis_at(angles: Array, n_harmonics: int, derivative: int = 0) -> Array:
+    """1, cos, -sin, cos 2, ... (or a derivative) at the angles, (n, 2H+1)."""
+    order = np.arange(1, n_harmonics + 1)
+    phase = np.outer(angles, order) + 0.5 * np.pi * derivative
+    table = np.empty((angles.size, 2 * n_harmonics + 1))
+    table[:, 0] = float(derivative == 0)
+    table[:, 1::2], table[:, 2::2] = order**derivative * np.cos(phase), -(order**derivative) * np.sin(phase)
     return table
 
 

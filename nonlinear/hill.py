@@ -142,13 +142,14 @@ class PerturbedMotion:
         from scipy.linalg import lu_factor, lu_solve
 
         matrix, unit = self._linearised(shift)
-        factors = lu_factor(matrix - (shift * (1.0 + ROUND_OFF) + ROUND_OFF) * unit, check_finite=False)
+        beside = shift * (1.0 + ROUND_OFF) + ROUND_OFF
+        factors = lu_factor(matrix - beside * unit, check_finite=False)
         x = np.ones(len(unit), dtype=complex) if state is None else state
         value = complex("nan")
         for _ in range(MOST_INVERSIONS):
             x = x / np.linalg.norm(x)
             y = lu_solve(factors, unit @ x, check_finite=False)
-            before, value = value, shift * (1.0 + ROUND_OFF) + ROUND_OFF + 1.0 / complex(x.conj() @ y)
+            before, value = value, beside + 1.0 / complex(x.conj() @ y)
             if abs(value - before) <= 1e-3 * abs(value - shift) + ROUND_OFF:
                 return value, y
             x = y
