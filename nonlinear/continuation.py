@@ -72,7 +72,7 @@ class Continuation:
         """Steps along linear stretches."""
         if self.contact is None:
             return None
-        return LinearSteps(self.balance, LinearStretches(self.balance, self.contact), self.metric)
+        return LinearSteps(LinearStretches(self.balance, self.contact), self.metric, self.options.output)
 
     def of(self, balance: HarmonicBalance) -> "Continuation":
         """The same continuation of another balance of the problem."""
@@ -120,6 +120,7 @@ class Continuation:
             unknown=solved.unknown,
             frequency=solved.frequency,
             tangent=tangent,
+            metric=metric,
             contact=solved.at.contact,
             determinant_sign=singular,
             orientation=sign,
@@ -142,7 +143,7 @@ class Continuation:
         `sharp`: the tangent of the new point is to be good to the last digit.
         """
         direction = tangent or point.tangent
-        metric = self.metric(point.unknown)
+        metric = point.metric
         allowed = step * (KINK_DEVIATION if step <= KINK_STEP else LARGEST_DEVIATION)
         base = point.unknown + step * direction[0], point.frequency + step * direction[1]
         plane = Plane(*base, direction, metric, allowed)
@@ -204,7 +205,7 @@ class Continuation:
                 return replace(found, step=wanted) if step < wanted and found.step >= step else found
             wanted = step = step / (3.0 if found is None else 2.0)
         if previous is not None:
-            metric = self.metric(point.unknown)
+            metric = point.metric
             secant = metric.unit((point.unknown - previous.unknown, point.frequency - previous.frequency))
             for step in np.geomspace(self.options.max_step, self.options.min_step, 24):
                 found = self.correct(point, float(step), secant)
@@ -217,7 +218,7 @@ class Continuation:
         if self.linear is None or point.tangent[1] == 0.0:
             return None
         low, high = self.span
-        metric = self.metric(point.unknown)
+        metric = point.metric
         wanted = min(point.step, self.options.max_step)
         step = self._up_to_landmark(point, wanted, self.landmarks.natural)
         limit = high if point.tangent[1] > 0.0 else low
@@ -236,9 +237,8 @@ class Continuation:
 
     def _follows(self, point: CurvePoint, found: CurvePoint) -> bool:
         """Whether `found` continues the leg of `point`."""
-        metric = self.metric(point.unknown)
         same_leg = found.orientation == point.orientation
-        return same_leg and not _turns_sharply(point, found, metric) and not _moved_aside(point, found, metric)
+        return same_leg and not _turns_sharply(point, found) and not _moved_aside(point, found)
 
     def _crosses_branch(self, point: CurvePoint, found: CurvePoint, step: float) -> bool:
         """Whether the curve goes straight on through a branch point to `found`, the point `step` beyond `point`.
@@ -247,10 +247,8 @@ class Continuation:
         Where the curve has a leg beside it that runs the other way, its own leg is found in that place if the search
         starts near enough. No trace goes through a branch point twice in the same direction: it came to a loop.
         """
-        metric = self.metric(point.unknown)
-        if found.orientation == point.orientation or _turns_sharply(point, found, metric):
-            return False
-        if _moved_aside(point, found, metric):
+        metric = point.metric
+        if found.orientation == point.orientation or _turns_sharply(point, found) or _moved_aside(point, found):
             return False
         near, left = point, step
         while left > BRANCH_GAP:
@@ -260,7 +258,7 @@ class Continuation:
                     break
             else:
                 return False
-            if middle.orientation == point.orientation and not _turns_sharply(near, middle, metric):
+            if middle.orientation == point.orientation and not _turns_sharply(near, middle):
                 near, left = middle, self._along(middle, found)
             else:
                 found, left = middle, part * left
@@ -288,7 +286,7 @@ class Continuation:
 
         The tangent on the far side is that of the equations a little ahead, oriented like the curve so far.
         """
-        metric = self.metric(point.unknown)
+        metric = point.metric
         for ahead in np.geomspace(KINK_STEP, self.options.min_step, 13):
             x = point.unknown + ahead * point.tangent[0]
             at = self.balance.evaluate(x, point.frequency + ahead * point.tangent[1])
@@ -335,7 +333,7 @@ class Continuation:
 
     def recorded(self, point: CurvePoint, exponents: bool = True) -> CurvePoint:
         """The point with what is derived from its contact Jacobian, and without that; `exponents`: these too."""
-        slope = amplitude_slope(point, self.options.output)
+        slope = point.amplitude_slope if point.linear is not None else amplitude_slope(point, self.options.output)
         found = self.stability.exponents(point) if self.stability is not None and exponents else None
         contact = point.contact.without_jacobian()
         return replace(point, amplitude_slope=slope, exponents=found, contact=contact)
@@ -350,7 +348,7 @@ class Continuation:
     def _along(self, point: CurvePoint, other: CurvePoint) -> float:
         """Arc length from `point` to `other`, along the tangent."""
         apart = other.unknown - point.unknown, other.frequency - point.frequency
-        return self.metric(point.unknown).product(apart, point.tangent)
+        return point.metric.product(apart, point.tangent)
 
     def _passes(self, point: CurvePoint, found: CurvePoint, home: CurvePoint) -> bool:
         """Whether `home` lies on the curve between two neighbouring points of it."""
@@ -359,7 +357,7 @@ class Continuation:
         along = self._along(point, home)
         if home.orientation != point.orientation or not 0.0 < along <= found.arc - point.arc:
             return False
-        metric = self.metric(point.unknown)
+        metric = point.metric
         beside = home.unknown - point.unknown - along * point.tangent[0]
         if metric.norm(beside, home.frequency - point.frequency - along * point.tangent[1]) > along:
             return False
@@ -371,19 +369,21 @@ def _distance(one: CurvePoint, other: CurvePoint, metric: Metric) -> float:
     return metric.norm(one.unknown - other.unknown, one.frequency - other.frequency)
 
 
-def _turns_sharply(point: CurvePoint, found: CurvePoint, metric: Metric) -> bool:
+def _turns_sharply(point: CurvePoint, found: CurvePoint) -> bool:
     """Whether the curve turned by more than 60 degrees in a step too long to be that of a kink."""
-    cosine = metric.product(metric.unit(point.tangent), metric.unit(found.tangent))
-    return cosine < KINK_COSINE and found.arc - point.arc > KINK_STEP
+    if found.arc - point.arc <= KINK_STEP:
+        return False
+    return point.metric.product(point.tangent, point.metric.unit(found.tangent)) < KINK_COSINE
 
 
-def _moved_aside(point: CurvePoint, found: CurvePoint, metric: Metric) -> bool:
+def _moved_aside(point: CurvePoint, found: CurvePoint) -> bool:
     """Whether the step went to a neighbouring leg of the curve, as its two tangents tell.
 
     Between two points of one leg the curve follows the mean of the tangents there, to the third power of the step; a
     kink between them moves it by at most half of their difference. A leg beside runs parallel at a distance.
     """
-    first, last = metric.unit(point.tangent), metric.unit(found.tangent)
+    metric = point.metric
+    first, last = point.tangent, metric.unit(found.tangent)
     moved = found.unknown - point.unknown, found.frequency - point.frequency
     length = metric.norm(*moved)
     turned = metric.norm(last[0] - first[0], last[1] - first[1])

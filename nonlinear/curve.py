@@ -1,6 +1,6 @@
 """A response curve as arrays over its points."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 from nonlinear.balance import HarmonicBalance
 from nonlinear.bifurcations import Bifurcation
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array
+from nonlinear.curve_point import CurvePoint
 from nonlinear.fourier import ComplexArray, to_complex
 from nonlinear.outcome import Outcome
 from nonlinear.peaks import Peak
-from nonlinear.quantities import largest_amplitude, output_harmonics, work
+from nonlinear.quantities import largest_amplitude, responses
 from nonlinear.trace import Trace
 
+LONGEST_PIECE = 500
 JUMP = 0.02  # the amplitude may jump by less than this where the number of harmonics changes
 
 
@@ -97,8 +99,12 @@ def assemble_curve(
             result[index, : row.shape[0]] = row
         return result
 
-    response = stacked(output_harmonics(point, output) for point in points)
-    works = [work(point) for point in points]
+    response = np.zeros((len(points), n_harmonics + 1), dtype=complex)
+    friction, mismatch = np.zeros((2, len(points)))
+    for some in _pieces(points):
+        found = responses(points[some], output)
+        response[some, : found.output.shape[1]] = found.output
+        friction[some], mismatch[some] = found.friction, found.mismatch
     kept = {point.balance.n_harmonics for point in points}
     state = np.array([point.contact.state for point in points], dtype=int).reshape(len(points), n_contacts)
     frequency = np.array([point.frequency for point in points]) / (2.0 * np.pi)
@@ -116,11 +122,11 @@ def assemble_curve(
         sticking=(state == STICK).sum(axis=1),
         slipping=(state == SLIP).sum(axis=1),
         separating=(state == LIFT_OFF).sum(axis=1),
-        dissipated_j=np.array([item.friction for item in works]),
+        dissipated_j=friction,
         iterations=np.array([point.iterations for point in points], dtype=int),
         kept_harmonics=np.array([point.balance.n_harmonics for point in points], dtype=int),
         arc=np.array([point.arc for point in points]),
-        energy_error=np.array([item.mismatch for item in works]),
+        energy_error=mismatch,
         output=response,
         relative_displacement=stacked((to_complex(point.displacement) for point in points), n_contacts, 3),
         contact_force=stacked((to_complex(point.contact.force) for point in points), n_contacts, 3),
@@ -133,6 +139,16 @@ def assemble_curve(
         harmonics=n_harmonics,
         truncation_error=truncation_error,
     )
+
+
+def _pieces(points: list[CurvePoint]) -> Iterator[slice]:
+    """Runs of neighbours that have the same balance, not too long for their modal coordinates to be kept."""
+    start = 0
+    for index in range(1, len(points) + 1):
+        last = index == len(points)
+        if last or points[index].balance is not points[start].balance or index - start == LONGEST_PIECE:
+            yield slice(start, index)
+            start = index
 
 
 def _highest(peaks: tuple[Peak, ...], frequency: Array, amplitude: Array, slack: float) -> Peak | None:

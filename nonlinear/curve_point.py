@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.arclength import Tangent
+from nonlinear.arclength import Metric, Tangent
 from nonlinear.balance import HarmonicBalance
 from nonlinear.contact import Array, ContactForces
 from nonlinear.fourier import ComplexArray
@@ -22,17 +22,19 @@ class LinearState:
 class CurvePoint:
     """One solved point of `balance`: unknown x (n,), w (rad/s), unit tangent (dx/ds, dw/ds), and how it was found.
 
-    The tangent points to growing `arc`. `determinant_sign` is that of det dR/dx: -1 where an odd number of real
-    Floquet exponents is positive. `orientation` is the sign of det [dR/dx, dR/dw; tangent], the same along a curve,
-    kinks included. `step` is the arc length proposed for the next step, `amplitude_slope` the derivative of the
-    output's amplitude in the arc. `linear`: the state of the contacts if the point was solved as a linear problem.
-    `exponents`: the Floquet exponents (1/s), the least stable first.
+    The tangent points to growing `arc`; its length is 1 in `metric`, the scales at the point. `determinant_sign` is
+    that of det dR/dx: -1 where an odd number of real Floquet exponents is positive. `orientation` is the sign of
+    det [dR/dx, dR/dw; tangent], the same along a curve, kinks included. `step` is the arc length proposed for the
+    next step, `amplitude_slope` the derivative of the output's amplitude in the arc. `linear`: the state of the
+    contacts if the point was solved as a linear problem. `exponents`: the Floquet exponents (1/s), the least stable
+    first.
     """
 
     balance: HarmonicBalance
     unknown: Array
     frequency: float
     tangent: Tangent
+    metric: Metric
     contact: ContactForces
     determinant_sign: int
     orientation: int

@@ -7,7 +7,7 @@ import numpy as np
 
 from nonlinear.contact import Array
 from nonlinear.continuation import Continuation
-from nonlinear.curve_point import CurvePoint, LinearState
+from nonlinear.curve_point import CurvePoint
 from nonlinear.family import BalanceFamily, fitted
 from nonlinear.outcome import Ending, Outcome
 from nonlinear.start import solve_at
@@ -71,13 +71,11 @@ def _probes(continuation: Continuation) -> Iterator[tuple[float, Array]]:
     """Frequencies (rad/s) and first guesses."""
     if continuation.linear is None:
         return
-    balance, stretches = continuation.balance, continuation.linear.stretches
+    balance, systems = continuation.balance, continuation.linear.stretches.uniform()
     low, high = continuation.span
-    states = [LinearState(np.full(balance.n_contacts, pressed)) for pressed in (False, True)]
-    statics = [stretches.static(state) for state in states]
     for frequency in (low, high, *continuation.landmarks.natural):
-        for state, harmonic_0 in zip(states, statics, strict=True):
-            yield frequency, balance.unknown(stretches.solve(state, harmonic_0, frequency)[0])
+        for system in systems:
+            yield frequency, balance.unknown(system.motion(frequency).displacement)
 
 
 def lies_on(here: Continuation, points: list[CurvePoint], frequency: float, unknown: Array) -> bool:

@@ -1,10 +1,11 @@
 """Quantities of a solved point: output amplitude and its slope along the curve, work put in and dissipated."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from nonlinear.contact import ContactForces
+from nonlinear.contact import Array, ContactForces
 from nonlinear.curve_point import CurvePoint
 from nonlinear.fourier import ComplexArray, to_complex
 from rom import RelativeReceptance
@@ -78,31 +79,50 @@ def amplitude_slope(point: CurvePoint, output: str) -> float:
 
 
 @dataclass(frozen=True)
-class Work:
-    """Work a cycle on one blade, J: put in by the excitation, dissipated by structural damping and by friction."""
+class Responses:
+    """What P points of one balance answer.
 
-    excitation: float
-    damping: float
-    friction: float
+    output : Fourier coefficients of the output, (P, H+1).
+    excitation, damping, friction : work a cycle on one blade, J, (P,): put in by the excitation, dissipated by
+        structural damping and by friction. For coefficients F of a force and X of its displacement in harmonic h,
+        W = -pi h Im(conj(F) X).
+    """
+
+    output: ComplexArray
+    excitation: Array
+    damping: Array
+    friction: Array
 
     @property
-    def mismatch(self) -> float:
-        """|put in - dissipated| relative to the larger of the two."""
-        scale = max(abs(self.excitation), abs(self.damping) + abs(self.friction), 1e-300)
-        return abs(self.excitation - self.damping - self.friction) / scale
+    def mismatch(self) -> Array:
+        """|put in - dissipated| relative to the larger of the two, (P,)."""
+        scale = np.maximum(np.abs(self.excitation), np.abs(self.damping) + np.abs(self.friction))
+        return np.abs(self.excitation - self.damping - self.friction) / np.maximum(scale, 1e-300)
 
 
-def work(point: CurvePoint) -> Work:
-    """Work balance of a cycle: W = -pi h Im(conj(F) X) for force and displacement coefficients of harmonic h."""
-    receptance = point.balance.receptance
-    force = complex_force(point.contact)
-    coordinates, _ = receptance.modal_response(point.frequency, force)
+def responses(points: Sequence[CurvePoint], output: str) -> Responses:
+    """The output and the work of points that have one balance."""
+    receptance = points[0].balance.receptance
+    frequency = np.array([point.frequency for point in points])
+    force = _flat([point.contact.force for point in points])
+    displacement = _flat([point.displacement for point in points])
+    coordinates = receptance.coordinates(frequency, force)
     order = np.asarray(receptance.harmonics, dtype=float)
-    excitation = -np.pi * (order[:, None] * (receptance.modal_force.conj() * coordinates).imag).sum()
-    damping = np.pi * (order[:, None] ** 2 * receptance.modal.damping * np.abs(coordinates) ** 2).sum()
-    displacement = to_complex(point.displacement).reshape(force.shape)
-    friction = np.pi * (order[:, None] * (force.conj() * displacement).imag).sum()
-    return Work(float(excitation), float(damping * point.frequency), float(friction))
+    excited = (receptance.modal_force.conj() * coordinates).imag.sum(axis=-1)
+    damped = (receptance.modal.damping * (coordinates.real**2 + coordinates.imag**2)).sum(axis=-1)
+    rubbed = (force.conj() * displacement).imag.sum(axis=-1)
+    return Responses(
+        output=coordinates @ receptance.modal.outputs[output],
+        excitation=-np.pi * (excited @ order),
+        damping=np.pi * frequency * (damped @ order**2),
+        friction=np.pi * (rubbed @ order),
+    )
+
+
+def _flat(coefficients: list[Array]) -> ComplexArray:
+    """Real coefficients of the points, (2H+1, n_c, 3) each, as complex ones: (P, H+1, 3 n_c)."""
+    rows = np.stack([values.reshape(values.shape[0], -1) for values in coefficients], axis=1)
+    return to_complex(rows).transpose(1, 0, 2)
 
 
 def complex_force(contact: ContactForces) -> ComplexArray:

@@ -99,6 +99,14 @@ class RelativeReceptance:
         coordinates = (self.modal_force + (self.adjoint @ contact_force[..., None])[..., 0]) / value
         return coordinates, -slope * coordinates / value
 
+    def coordinates(self, frequencies: Array, contact_force: ComplexArray) -> ComplexArray:
+        """Modal coordinates at `frequencies` (P,), rad/s, each under its own f^(h), (P, n_h, 3 n_c): (P, n_h, m)."""
+        damping, squares = self._rates
+        frequency = frequencies[:, None, None]
+        value = damping * frequency + (self.modal.angular_frequency**2 - squares * frequency**2)
+        by_harmonic = self.adjoint @ contact_force.transpose(1, 2, 0)
+        return (self.modal_force + by_harmonic.transpose(2, 0, 1)) / value
+
     def output_rows(self, name: str, frequency: float) -> ComplexArray:
         """Rows of the output's receptance to contact forces, o r^(h) B_h^H: (n_h, 3 n_c)."""
         value, _ = self.denominators(frequency)

@@ -119,7 +119,7 @@ def test_forces_are_those_of_the_contact_element(law, preload):
         state = stretches.state(motion)
         assert state is not None
         expected = contact_element(contact, 2, options).evaluate(motion)
-        found = stretches.forces(state, motion)
+        found = stretches.system(state).forces(motion)
         assert found.force == pytest.approx(expected.force, rel=1e-9, abs=1e-9)
         assert found.jacobian == pytest.approx(expected.jacobian, rel=1e-9, abs=1e-8)
         assert np.array_equal(found.state, expected.state)
