@@ -8,7 +8,7 @@ import numpy as np
 from nonlinear.compilation import inner, lean
 from nonlinear.contact import SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.events import SLIPS, STICKS, list_stretches
-from nonlinear.moments import add_moments, product_table
+from nonlinear.moments import add_moments, subtract_products
 from nonlinear.slider import Integers
 from nonlinear.trigonometric import FULL_TURN, NOWHERE, cell_table
 
@@ -31,13 +31,6 @@ class ExactContact:
     @cached_property
     def _table(self) -> Array:
         return cell_table(self.n_harmonics)
-
-    @cached_property
-    def _products(self) -> tuple[Integers, Array]:
-        """`product_table`, rows weighted as coefficients of the reaction -T."""
-        indices, factors = product_table(self.n_harmonics)
-        weight = np.where(np.arange(2 * self.n_harmonics + 1) == 0, -1.0, -2.0)
-        return indices.reshape(2, -1), (weight[:, None] * factors).reshape(2, -1)
 
     @cached_property
     def _load(self) -> tuple[Array, Array]:
@@ -75,13 +68,13 @@ class ExactContact:
         stretches = np.empty((n_contacts * 32 * (size + 1), 4))
         list_stretches(motion, values, gains, np.empty((4, size)), np.empty((5, values.shape[3])), stretches, spans)
         force = np.zeros((size, n_contacts, 3))
-        jacobian = np.zeros((n_contacts, 3, 3, size * size))
-        _integrate(motion, laws, stretches, spans, *self._products, np.zeros((5, 2 * size - 1)), force, jacobian)
+        jacobian = np.zeros((n_contacts, 3, 3, size, size))
+        _integrate(motion, laws, stretches, spans, np.zeros((5, 2 * size - 1)), force, jacobian)
         state = spans[:, 3, 0].copy()
         if self._frictionless.size > 0:
             moving = np.any(displacement[1:, self._frictionless, :2] != 0.0, axis=(0, 2))
             state[self._frictionless] = np.maximum(state[self._frictionless], np.where(moving, SLIP, STICK))
-        return ContactForces(force, jacobian.reshape(n_contacts, 3, 3, size, size), state)
+        return ContactForces(force, jacobian, state)
 
 
 @lean
@@ -90,8 +83,6 @@ def _integrate(
     laws: Array,
     stretches: Array,
     spans: Integers,
-    indices: Integers,
-    factors: Array,
     work: Array,
     force: Array,
     jacobian: Array,
@@ -101,8 +92,8 @@ def _integrate(
     T = sign mu N in slip, T = kt (u - w) in stick. There w was set at the left end theta_s of the stretch: by a slip
     that ended there, w = u(theta_s) - sign mu N(theta_s) / kt, or by re-contact, w = u(theta_s) with N(theta_s) = 0,
     hence dw = du(theta_s) - u'(theta_s) dN(theta_s) / N'(theta_s). Both are w = u - pull mu N / kt (see `record`).
-    displacement, stretches, spans: see `list_stretches`; laws (n_c, 4): kn, kt, mu, N0; indices, factors: see
-    `product_table`; work (5, 4H+1): scratch, zeros. Written: force (2H+1, n_c, 3), jacobian (n_c, 3, 3, (2H+1)^2),
+    displacement, stretches, spans: see `list_stretches`; laws (n_c, 4): kn, kt, mu, N0;
+    work (5, 4H+1): scratch, zeros. Written: force (2H+1, n_c, 3), jacobian (n_c, 3, 3, 2H+1, 2H+1),
     zeros both, and the worst state in `spans`.
     """
     size, moments = displacement.shape[2], work[4]
@@ -126,40 +117,27 @@ def _integrate(
                 angle, here = left if right - left > WHOLE_TURN else right, work[1 - now]
                 add_moments(angle, right - left, factor, here, work[now], moments, work[row])
                 if state == STICKS:
-                    e = 0
                     for i in range(size):
                         weight = 2.0 * moments[i] if i > 0 else moments[0]
+                        held, pushed = weight * kt, weight * (pull * mu)
                         for j in range(size):
-                            own[e] += weight * kt * here[j]
-                            through[e] -= weight * (pull * mu) * here[j]
-                            e += 1
+                            own[i, j] += held * here[j]
+                            through[i, j] -= pushed * here[j]
                 if state == SLIPS and direction < 2 and spans[node, 3, 0] < SLIP:
                     spans[node, 3, 0] = SLIP
             if last > first:
-                _finish(own, through, kn, indices, factors, work, motion, load, force[:, node, direction])
+                _finish(own, through, kn, work, motion, load, force[:, node, direction])
 
 
 @inner
-def _finish(
-    own: Array,
-    through: Array,
-    kn: float,
-    indices: Integers,
-    factors: Array,
-    work: Array,
-    motion: Array,
-    load: Array,
-    force: Array,
-) -> None:
+def _finish(own: Array, through: Array, kn: float, work: Array, motion: Array, load: Array, force: Array) -> None:
     """Add moments of stick and slip (work[2], work[3]) to the law own u + through N; its value and derivatives."""
-    e = 0
-    for i in range(motion.shape[0]):
+    size = motion.shape[0]
+    subtract_products(own, work[2])
+    subtract_products(through, work[3])
+    for i in range(size):
         value = 0.0
-        for j in range(motion.shape[0]):
-            p, q, a, b = indices[0, e], indices[1, e], factors[0, e], factors[1, e]
-            held = own[e] + a * work[2, p] + b * work[2, q]
-            pushed = through[e] + a * work[3, p] + b * work[3, q]
-            own[e], through[e] = held, kn * pushed
-            value += held * motion[j] + pushed * load[j]
-            e += 1
+        for j in range(size):
+            value += own[i, j] * motion[j] + through[i, j] * load[j]
+            through[i, j] *= kn
         force[i] += value

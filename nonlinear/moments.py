@@ -7,7 +7,6 @@ samples or integrals over angles alike. All that is linear in the displacement o
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nonlinear.compilation import inner
 from nonlinear.contact import Array
@@ -39,17 +38,38 @@ def add_moments(
         k += 2
 
 
-def product_table(n_harmonics: int) -> tuple[NDArray[np.int64], Array]:
-    """phi_i phi_j = sum_s factors[s, i, j] phi_k, k = indices[s, i, j], phi = 1, cos, -sin, cos 2, ...; s = 0, 1."""
-    size = 2 * n_harmonics + 1
-    harmonic, sine = (np.arange(size) + 1) // 2, (np.arange(size) % 2 == 0) & (np.arange(size) > 0)
-    mixed, both = sine[:, None] ^ sine, sine[:, None] & sine
-    total, difference = np.add.outer(harmonic, harmonic), np.subtract.outer(harmonic, harmonic)
-    sign = np.sign(np.where(sine, difference, -difference))  # of -sin(g - h) in -sin(g) cos(h)
-    indices = np.stack([total, np.abs(difference)]) * 2
-    indices[:, ~mixed] = np.maximum(indices[:, ~mixed] - 1, 0)
-    factors = np.stack([np.where(both, -0.5, 0.5), np.where(mixed, -0.5 * sign, 0.5)])
-    return indices, factors
+@inner
+def subtract_products(matrix: Array, moments: Array) -> None:
+    """Subtract integrals of phi_i phi_j from `matrix` (2H+1, 2H+1), twice in rows i > 0: coefficients of a reaction.
+
+    moments (4H+1,): integrals of phi. With g <= h, cos h cos g = (C- + C+) / 2, sin h sin g = (C- - C+) / 2,
+    -cos h sin g = (S+ - S-) / 2, -sin h cos g = (S+ + S-) / 2, C and S standing for cos and -sin of h +- g.
+    """
+    for j in range(matrix.shape[0]):
+        matrix[0, j] -= moments[j]
+    for h in range(1, matrix.shape[0], 2):  # place of cos h, before that of -sin h
+        matrix[h, 0] -= 2.0 * moments[h]
+        matrix[h + 1, 0] -= 2.0 * moments[h + 1]
+        for g in range(1, h, 2):
+            c_plus, s_plus, c_minus, s_minus = (
+                moments[h + g + 1],
+                moments[h + g + 2],
+                moments[h - g - 1],
+                moments[h - g],
+            )
+            matrix[h, g] -= c_minus + c_plus
+            matrix[g, h] -= c_minus + c_plus
+            matrix[h + 1, g + 1] -= c_minus - c_plus
+            matrix[g + 1, h + 1] -= c_minus - c_plus
+            matrix[h, g + 1] -= s_plus - s_minus
+            matrix[g + 1, h] -= s_plus - s_minus
+            matrix[h + 1, g] -= s_plus + s_minus
+            matrix[g, h + 1] -= s_plus + s_minus
+        c_plus, s_plus = moments[2 * h + 1], moments[2 * h + 2]
+        matrix[h, h] -= moments[0] + c_plus
+        matrix[h + 1, h + 1] -= moments[0] - c_plus
+        matrix[h, h + 1] -= s_plus
+        matrix[h + 1, h] -= s_plus
 
 
 @inner

@@ -13,7 +13,7 @@ from nonlinear.contact import Array
 FULL_TURN = 2.0 * math.pi
 NARROWEST = 5e-9  # half width (rad) of an interval in which two roots count as a touch without crossing
 NOWHERE = 1e300
-PARTS = 128  # of the turn, with tables at their ends, a power of 2
+PARTS = 1024  # of the turn, with tables at their ends, a power of 2
 _ANGLES = 2.0 * np.arccos(np.longdouble(-1.0)) * np.arange(PARTS) / PARTS
 COSINES, SINES = np.cos(_ANGLES).astype(float), np.sin(_ANGLES).astype(float)
 PART = round(float(_ANGLES[1]) * 2.0**38) / 2.0**38  # few digits: its multiples are exact
@@ -23,12 +23,12 @@ REST = float(_ANGLES[1] - PART)
 @inner
 def cosine_sine(angle: float) -> tuple[float, float]:
     """cos and sin of an angle (up to a thousand turns) to 3e-16: a table and short series, quick."""
-    part = math.floor(angle * (PARTS / FULL_TURN) + 0.5)
-    x = (angle - part * PART) - part * REST
-    part &= PARTS - 1
+    nearest = np.rint(angle * (PARTS / FULL_TURN))
+    x = (angle - nearest * PART) - nearest * REST
+    part = int(nearest) & (PARTS - 1)
     square = x * x
-    s = x * (1.0 + square * (-1.0 / 6.0 + square * (1.0 / 120.0 - square / 5040.0)))
-    c = square * (-0.5 + square * (1.0 / 24.0 + square * (-1.0 / 720.0 + square / 40320.0)))
+    s = x + x * square * (-1.0 / 6.0 + square / 120.0)
+    c = square * (-0.5 + square / 24.0)
     cosine, sine = COSINES[part], SINES[part]
     return cosine + (cosine * c - sine * s), sine + (sine * c + cosine * s)
 
