@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.block_matrices import HarmonicBlocks, Matrix, NodeBlocks
+from nonlinear.cone_memory import ConeMemory
 from nonlinear.friction_memory import FrictionMemory
+from nonlinear.open_blade import CondensedBlade
 
 
 @dataclass(frozen=True)
@@ -123,3 +125,41 @@ class DelayedFriction:
         back = inlet @ closed
         late = (self.late @ force) @ seen + back @ (self.late_origin + (self.late_feedback @ force) @ seen)
         return inlet @ seen, (self.inlet @ change + back @ (self.feedback @ change)) @ seen, late
+
+
+@dataclass(frozen=True)
+class DelayedCone:
+    """What sliders under the friction cone add to S in lambda z = (L + B S C) z: their Jacobian depends on lambda.
+
+    memory : of the sliders. node : (M,) their nodes among those that touch. blade : L, B, C, G and G'.
+    loop, reaction, late : at lambda = 0, with B S and B S G' S, (n_z, n). to_real, first : as in `SliderPlaces`.
+    """
+
+    memory: ConeMemory
+    node: NDArray[np.int64]
+    blade: CondensedBlade
+    loop: ContactLoop
+    reaction: Matrix
+    late: Matrix
+    to_real: Matrix | None
+    first: int
+
+    def added(self, exponent: complex) -> tuple[Matrix, Matrix, Matrix]:
+        """At lambda = `exponent` w: B S C beyond that at 0, its derivative, and B S G' S C beyond that at 0."""
+        beyond, change = (self._blocks(values) for values in self.memory.jacobian(exponent))
+        blade, loop, reaction, late = self.blade, self.loop, self.reaction, self.late
+        if exponent != 0.0:
+            loop = ContactLoop.closed(NodeBlocks(loop.contact.values + beyond), blade.flexibility)
+            reaction = loop.reaction(blade.inlet)
+            late = loop.reaction(blade.slope.after(reaction))
+        turned = loop.observed(NodeBlocks(change).after(loop.total(blade.inlet, reaction)))
+        outlet = blade.outlet
+        return (reaction - self.reaction) @ outlet, turned @ outlet, (late - self.late) @ outlet
+
+    def _blocks(self, values: Matrix) -> Matrix:
+        """(M, 2, 3, 2H+1, 2H+1) as values of `NodeBlocks`."""
+        if self.to_real is not None:
+            values = np.linalg.inv(self.to_real) @ values @ self.to_real
+        result = np.zeros(self.loop.contact.values.shape, dtype=np.result_type(values, self.loop.contact.values))
+        result[self.node, :, :2] = values.transpose(0, 3, 1, 4, 2)[:, self.first :, :, self.first :]
+        return result

@@ -7,8 +7,8 @@ import numpy as np
 
 from nonlinear.contact import Array, ContactParameters
 from nonlinear.fourier import ComplexArray
-from nonlinear.friction_memory import FrictionMemory, MemorySampler
-from nonlinear.hill import HillProblem, PerturbedMotion
+from nonlinear.friction_memory import MemorySampler
+from nonlinear.hill import HillProblem, Memory, PerturbedMotion
 from rom import RelativeReceptance
 
 SLICE = 0.25  # width of the slices that the strip is cut into, in units of w as all that follows
@@ -39,11 +39,10 @@ class FloquetAnalysis:
 
     Accuracy: for the harmonics balanced an exponent is exact where it is zero. Elsewhere the poles condensed cost
     some 1e-4 w. A slider remembers where it stopped, which makes its share of the contact Jacobian depend on
-    lambda. For the uncoupled law that is taken into account (`FrictionMemory`), to some 1e-3 w; without it lumped
-    blades in partial slip had (0.011 +- 0.139 i) w where time integration has (-0.006 +- 0.144 i) w. For the
-    coupled law it is not: real exponents near 0 are right, the others a guess. Sliders that stick throughout the
-    cycle stand still in every perturbation. The harmonics left out matter more than all this: where few of them make
-    another motion, they make another stability.
+    lambda. That is taken into account to some 1e-3 w (`FrictionMemory`; `ConeMemory` for the coupled law); without
+    it lumped blades in partial slip had (0.011 +- 0.139 i) w where time integration has (-0.006 +- 0.144 i) w.
+    Sliders that stick throughout the cycle stand still in every perturbation. The harmonics left out matter more than
+    all this: where few of them make another motion, they make another stability.
     """
 
     problem: HillProblem
@@ -72,7 +71,7 @@ class FloquetAnalysis:
 
 
 def floquet_exponents(
-    problem: HillProblem, jacobian: Array, frequency: float, memory: FrictionMemory | None = None
+    problem: HillProblem, jacobian: Array, frequency: float, memory: Memory | None = None
 ) -> ComplexArray:
     """Exponents lambda (1/s) with |Im lambda| <= w / 2, the least stable first; none if no mode reaches there.
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.block_matrices import Matrix
+from nonlinear.cone_memory import ConeMemory, cone_memory
 from nonlinear.contact import LIFT_OFF, STICK, Array, ContactParameters
 from nonlinear.fourier import basis_table
 
@@ -85,7 +86,7 @@ def _basis(powers: Matrix) -> Matrix:
 
 @dataclass(frozen=True)
 class MemorySampler:
-    """Finds the stretches of stick of a cycle at equidistant instants (see `FrictionMemory`)."""
+    """Follows the sliders over a cycle at equidistant instants (see `FrictionMemory` and `ConeMemory`)."""
 
     parameters: ContactParameters
     n_harmonics: int
@@ -101,18 +102,15 @@ class MemorySampler:
         slope[:, 2::2] = -order * table[:, 1::2]
         return table, slope
 
-    def memory(self, displacement: Array) -> FrictionMemory | None:
-        """Memory of the sliders under the periodic `displacement` (2H+1, n_c, 3); None if no event has set one.
-
-        None for the coupled law too: what its sliders remember in slip is not modelled.
-        """
+    def memory(self, displacement: Array) -> FrictionMemory | ConeMemory | None:
+        """Memory of the sliders under the periodic `displacement` (2H+1, n_c, 3); None if no event has set one."""
         p, n = self.parameters, self.samples
-        if p.law != "uncoupled":
-            return None
         motion, speed = (
             np.ascontiguousarray((table @ displacement.reshape(table.shape[1], -1)).T).reshape(-1, 3, n)
             for table in self._tables
         )
+        if p.law == "coupled":
+            return cone_memory(p, self._tables[0], motion, speed)
         state, source, sign = self._march(motion)
         row, sample, length = _stretches(state, source)
         if row.size == 0:

@@ -6,13 +6,15 @@ from functools import cached_property
 import numpy as np
 
 from nonlinear.block_matrices import Matrix, NodeBlocks
+from nonlinear.cone_memory import ConeMemory
 from nonlinear.contact import Array
-from nonlinear.contact_loop import ContactLoop, DelayedFriction, SliderPlaces
+from nonlinear.contact_loop import ContactLoop, DelayedCone, DelayedFriction, SliderPlaces
 from nonlinear.fourier import ComplexArray
 from nonlinear.friction_memory import FrictionMemory
 from nonlinear.open_blade import OpenBlade
 from rom import ModalModel
 
+Memory = FrictionMemory | ConeMemory
 REACH = 2.0
 HIGHEST = 5
 MOST_INVERSIONS = 12
@@ -86,7 +88,7 @@ class HillProblem:
             matrix[h : h + 2, h : h + 2] = [[1.0, 1.0], [-1j, 1j]]
         return matrix
 
-    def at(self, jacobian: Array, frequency: float, memory: FrictionMemory | None = None) -> "PerturbedMotion":
+    def at(self, jacobian: Array, frequency: float, memory: Memory | None = None) -> "PerturbedMotion":
         """The linear problem at one solved point, in the states z of the poles kept.
 
         `jacobian` (n_c, 3, 3, 2H+1, 2H+1) as in `ContactForces`, w = `frequency` in rad/s, `memory` of the sliders.
@@ -107,10 +109,12 @@ class HillProblem:
         reaction = loop.reaction(blade.inlet)
         late = blade.slope.after(reaction)
         late_reaction = loop.reaction(late)
-        delay = None
-        if memory is not None:
-            node = np.cumsum(touching)[memory.node] - 1
-            places = SliderPlaces(memory, node, int(touching.sum()), self._to_real, first)
+        delay: DelayedFriction | DelayedCone | None = None
+        node = np.cumsum(touching) - 1
+        if isinstance(memory, ConeMemory):
+            delay = DelayedCone(memory, node[memory.node], blade, loop, reaction, late_reaction, self._to_real, first)
+        elif memory is not None:
+            places = SliderPlaces(memory, node[memory.node], int(touching.sum()), self._to_real, first)
             inlet, late = loop.total(blade.inlet, reaction), loop.total(late, late_reaction)
             delay = DelayedFriction.of(places, loop, blade.slope, blade.outlet, inlet, late)
         matrix = blade.poles + reaction @ blade.outlet
@@ -127,7 +131,7 @@ class PerturbedMotion:
     symmetric: bool
     matrix: Matrix
     lag: Matrix
-    delay: DelayedFriction | None = None
+    delay: DelayedFriction | DelayedCone | None = None
 
     def eigenvalues(self, shift: complex = 0.0) -> ComplexArray:
         """All eigenvalues lambda / w; delayed forces are linearised around lambda = `shift` w."""

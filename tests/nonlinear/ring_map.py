@@ -19,7 +19,7 @@ from nonlinear.fourier import to_complex
 @njit(cache=True)
 def contact_forces(trial, before, slider, right, left, laws, motion, placed, force):
     """Write relative motions, slider positions and contact forces of all pairs of faces, (blades, ...) each."""
-    kn, kt, mu, v0 = laws
+    kn, kt, mu, v0, cone = laws
     n_blades, n_modes = trial.shape
     for j in range(n_blades):
         following = (j + 1) % n_blades
@@ -33,10 +33,18 @@ def contact_forces(trial, before, slider, right, left, laws, motion, placed, for
             load = kn[node] * max(now, 0.0)
             force[j, 3 * node + 2] = -load
             since = now / (now - then) if then < 0.0 < now else 0.0  # share of the step that is in contact
-            for a in range(2 if kt[node] > 0.0 else 0):
-                u, reach = motion[j, 3 * node + a], mu[node] * load / kt[node]
+            if kt[node] == 0.0:
+                continue
+            reach, far = mu[node] * load / kt[node], 0.0
+            for a in range(2):
+                u = motion[j, 3 * node + a]
                 start = u - since * (u - before[j, 3 * node + a]) if since > 0.0 else slider[j, node, a]
-                placed[j, node, a] = min(max(start, u - reach), u + reach)
+                placed[j, node, a] = start if cone else min(max(start, u - reach), u + reach)
+                far += (u - placed[j, node, a]) ** 2
+            for a in range(2):
+                u = motion[j, 3 * node + a]
+                if cone and far > reach**2:
+                    placed[j, node, a] = u - reach / np.sqrt(far) * (u - placed[j, node, a])
                 force[j, 3 * node + a] = -kt[node] * (u - placed[j, node, a])
 
 
@@ -94,7 +102,7 @@ class RingMap:
         matrices = transition(modal.angular_frequency, modal.damping, 2.0 * np.pi / self.omega / self.steps)
         left = np.zeros_like(modal.right) if modal.left is None else modal.left
         c = self.contact
-        laws = (c.normal_stiffness, c.tangential_stiffness, c.friction, c.interference)
+        laws = (c.normal_stiffness, c.tangential_stiffness, c.friction, c.interference, c.law == "coupled")
         return matrices, np.ascontiguousarray(modal.right), np.ascontiguousarray(left), external, laws
 
     @property

@@ -10,6 +10,7 @@ from scipy.optimize import brentq, minimize_scalar
 from scipy.special import mathieu_a, mathieu_b
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
+from nonlinear.cone import ConeContact
 from nonlinear.exact import ExactContact
 from nonlinear.floquet import (
     FloquetAnalysis,
@@ -320,7 +321,63 @@ class TestFrictionMemory:
         moving = np.zeros((3, 1, 3))
         moving[1, 0, 0] = 1.0
         assert sampler.memory(moving).node.size == 2  # slip at both ends of the stroke
-        assert replace(sampler, parameters=replace(self.contact, law="coupled")).memory(moving) is None
+
+
+class TestConeMemory:
+    """The same under the friction cone: the direction of slip remembers as well as the place of stick."""
+
+    contact = replace(TestFrictionMemory.contact, law="coupled")
+    n_harmonics, samples = 3, 30000
+
+    def march(self, motion):
+        """Friction force of a slider over three turns from rest, (3 samples, 2)."""
+        forces, x, y = np.empty((len(motion), 2)), 0.0, 0.0
+        reach = 0.5 * np.maximum(0.2 + motion[:, 2], 0.0) / 0.8
+        for k, (u, v, r) in enumerate(zip(*motion[:, :2].T.tolist(), reach.tolist(), strict=True)):
+            far = np.hypot(u - x, v - y)
+            if far > r:
+                x, y = u - r * (u - x) / far, v - r * (v - y) / far
+            forces[k] = -0.8 * (u - x), -0.8 * (v - y)
+        return forces
+
+    @pytest.mark.parametrize(("seed", "exponent"), [(3, 0.3), (4, 0.4j), (5, 0.1 - 0.3j)])
+    def test_growing_perturbation(self, seed, exponent):
+        rng = np.random.default_rng(seed)
+        size = 2 * self.n_harmonics + 1
+        base, shape = rng.normal(size=(size, 1, 3)) * 0.3, rng.normal(size=(size, 3))
+        turn = basis_table(self.n_harmonics, self.samples)
+        table = np.concatenate([turn, turn, turn])
+        theta = 2.0 * np.pi * np.arange(len(table)) / self.samples
+        growth = np.exp(exponent * theta)[:, None] * (table @ shape)
+        motion, change, step = table @ base[:, 0, :], 0.0, 3e-5
+        for part, unit in ((growth.real, 1.0), (growth.imag, 1j)):
+            up, down = (self.march(motion + sign * step * part) for sign in (1.0, -1.0))
+            change = change + unit * (up - down) / (2.0 * step)
+        relative = (change * np.exp(-exponent * theta)[:, None])[-self.samples :]
+        measured = 2.0 * turn.T @ relative / self.samples
+        measured[0] /= 2.0
+
+        jacobian = ConeContact(self.contact, self.n_harmonics).evaluate(base).jacobian[0, :2]
+        at_rest = np.einsum("abij,jb->ia", jacobian, shape)
+        memory = MemorySampler(self.contact, self.n_harmonics).memory(base)
+        beyond, slope = memory.jacobian(complex(exponent))
+        expected = at_rest + np.einsum("abij,jb->ia", beyond[0], shape)
+        largest = np.abs(measured).max()
+        assert np.abs(expected - measured).max() < 0.005 * largest
+        assert np.abs(at_rest - measured).max() > 0.08 * largest  # without memory
+        nearby = (memory.jacobian(exponent + 1e-5)[0] - memory.jacobian(exponent - 1e-5)[0]) / 2e-5
+        assert slope == pytest.approx(nearby, abs=1e-6)
+        assert memory.jacobian(0.0)[0] == pytest.approx(0.0, abs=1e-15)
+
+    def test_there_is_none_without_slip(self):
+        sampler = MemorySampler(self.contact, 1)
+        still = np.zeros((3, 1, 3))
+        assert sampler.memory(still) is None
+        still[0, 0, 2] = -1.0
+        assert sampler.memory(still) is None
+        moving = np.zeros((3, 1, 3))
+        moving[1, 0, 0] = 1.0
+        assert sampler.memory(moving).node.tolist() == [0]
 
 
 def test_kinds_and_crossings():

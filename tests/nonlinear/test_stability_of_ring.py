@@ -9,7 +9,7 @@ from lumped import lumped_blade
 from ring_map import RingMap
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
-from nonlinear.floquet import FloquetAnalysis, Instability, kind, ring_patterns
+from nonlinear.floquet import FloquetAnalysis, Instability, floquet_exponents, kind, ring_patterns
 from nonlinear.fourier import to_real
 from rom import modal_model
 
@@ -17,11 +17,16 @@ RANGE, COARSE = (0.1, 0.8), 5
 
 
 @lru_cache
-def response(n_blades, interference, friction):
+def response(n_blades, interference, friction, law="uncoupled"):
     """Contact, modes and the curve with a few harmonics."""
     modal = modal_model(lumped_blade(n_blades, 1), damping_ratio=0.01)
     contact = ContactParameters.shared(
-        1, normal_stiffness=6.0, tangential_stiffness=4.2, friction=friction, interference=interference
+        1,
+        normal_stiffness=6.0,
+        tangential_stiffness=4.2,
+        friction=friction,
+        interference=interference,
+        law=law,
     )
     curve = forced_response(modal, contact, Excitation(1, 1.0), SolverOptions(RANGE, harmonics=COARSE))
     assert curve.outcome.complete
@@ -29,9 +34,9 @@ def response(n_blades, interference, friction):
 
 
 @lru_cache
-def solutions(n_blades, interference, friction, omega, harmonics):
+def solutions(n_blades, interference, friction, omega, harmonics, law="uncoupled"):
     """The balance with many harmonics and its solutions at omega, near those of the curve, largest first."""
-    modal, contact, curve = response(n_blades, interference, friction)
+    modal, contact, curve = response(n_blades, interference, friction, law)
     balance = harmonic_balance(modal, contact, Excitation(1, 1.0), SolverOptions(RANGE, harmonics=harmonics))
     omegas, found = 2.0 * np.pi * curve.frequency_hz, []
     for i in np.flatnonzero((omegas[:-1] - omega) * (omegas[1:] - omega) < 0.0):
@@ -128,6 +133,36 @@ def test_a_small_disturbance_grows_or_decays_as_foretold(case, periods):
     assert marched.real == pytest.approx(leading.real, rel=0.08, abs=2e-4)
     assert abs(marched.imag) == pytest.approx(abs(leading.imag), abs=0.005)
     assert (marched.real > 0.0) == (own is not None or other is not None)
+
+
+@pytest.mark.parametrize(
+    ("n_blades", "interference", "omega", "branch"),
+    [
+        (3, 0.3, 3.6, 1),  # slip, and lift-off in part of the cycle; grows in both ways
+        (2, -0.5, 1.5, 0),  # quasi-periodic
+    ],
+)
+def test_exponents_of_sliders_under_the_cone(n_blades, interference, omega, branch):
+    """In growth and in frequency, those that nearly grow too; without memory they are far off."""
+    _, contact, _ = response(n_blades, interference, 0.4, "coupled")
+    balance, found = solutions(n_blades, interference, 0.4, omega, 15, "coupled")
+    hill = exponents(balance, contact, found[branch], omega, n_blades)
+    ring = RingMap(balance, contact, omega, n_blades, steps=1000)
+    marched = ring.exponents(ring.fixed_point(ring.start(found[branch]))[1])
+    kept = marched[marched.real > -0.01]
+    assert kept[0].real > 0.05
+    jacobian = balance.forces(found[branch]).jacobian
+    errors = []
+    for forgetful in (False, True):
+        if forgetful:
+            problems = [FloquetAnalysis.of(balance.receptance, contact, pattern=p).problem for p in hill]
+            rows = [floquet_exponents(problem, jacobian, omega) / omega for problem in problems]
+        else:
+            rows = list(hill.values())
+        pool = np.concatenate([value for row in rows for value in (row, row.conj())])
+        errors.append(max(np.abs(pool - value).min() for value in kept))
+    assert errors[0] < 0.008
+    assert errors[1] > 3.0 * errors[0]
 
 
 def test_poles_of_high_harmonics_matter_little():
