@@ -62,12 +62,8 @@ class _Cholmod:
     def __init__(self, matrix: csr_matrix) -> None:
         import cvxopt
         from cvxopt import cholmod
-        from scipy.sparse import triu
 
-        # The upper triangle by rows is the lower triangle by columns, which is what CHOLMOD reads.
-        upper = triu(matrix, format="coo")
-        rows, columns = upper.col.astype(np.int64), upper.row.astype(np.int64)
-        lower = cvxopt.spmatrix(cvxopt.matrix(upper.data), cvxopt.matrix(rows), cvxopt.matrix(columns), matrix.shape)
+        lower = _lower_triangle(matrix)
         self._library, self._cholmod = cvxopt, cholmod
         self._factor: Any = cholmod.symbolic(lower)
         try:
@@ -90,6 +86,17 @@ class _Cholmod:
             block = self._library.sparse(self._library.matrix(rhs[:, part]))
             solution[:, part] = np.array(self._library.matrix(self._cholmod.spsolve(self._factor, block)))
         return solution
+
+
+def _lower_triangle(matrix: csr_matrix) -> Any:
+    """The lower triangle for CHOLMOD; what is needed on the way is gone before the factor comes, which is large."""
+    import cvxopt
+    from scipy.sparse import triu
+
+    # The upper triangle by rows is the lower triangle by columns, which is what CHOLMOD reads.
+    upper = triu(matrix, format="coo")
+    rows, columns = cvxopt.matrix(upper.col.astype(np.int64)), cvxopt.matrix(upper.row.astype(np.int64))
+    return cvxopt.spmatrix(cvxopt.matrix(upper.data), rows, columns, matrix.shape)
 
 
 class _Superlu:
