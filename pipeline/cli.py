@@ -19,7 +19,7 @@ NO_TERMINAL = 110  # characters a line of a table may have where no terminal say
 app = typer.Typer(
     name="shroud",
     help="Nonlinear forced response of shrouded turbine blades, from blade geometry to response curves.",
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
@@ -124,6 +124,28 @@ def validate(scene: SceneArgument) -> None:
     check_scene(file)
     curves = f"{len(file.members)} curve{'s' if len(file.members) > 1 else ''}"
     print(f"{scene}: valid, {curves}" + (f" over {', '.join(file.swept)}" if file.swept else ""))
+
+
+@app.command()
+def new(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to make; the scene takes its name.")],
+) -> None:
+    """Write a commented scene to start from, and its schema for editors."""
+    from pipeline.new_scene import write_new_scene
+
+    scene, schema = write_new_scene(folder)
+    print(f"written: {scene}, {schema}")
+    print(f"next: shroud run {scene}")
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON schema of a scene, for editors."""
+    import json
+
+    from pipeline.scene_schema import scene_schema
+
+    print(json.dumps(scene_schema(), indent=1))
 
 
 def main() -> None:
