@@ -115,6 +115,20 @@ def info(file: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A respons
 
 
 @app.command()
+def export(
+    source: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.")],
+    to: Annotated[Path, typer.Option("--to", metavar="FILE", help="Ends with .mat, .uff, .unv or .vtu.")],
+    mesh: Annotated[
+        Path | None, typer.Option("--mesh", metavar="FILE", help="For .vtu: mesh.vtu of the model.")
+    ] = None,
+) -> None:
+    """Write a response or a reduced model for other programs."""
+    from pipeline.export.write import export as write
+
+    print(f"{to}: {write(source, to, mesh)}")
+
+
+@app.command()
 def validate(scene: SceneArgument) -> None:
     """Check a scene and run nothing."""
     from pipeline.checks import check_scene

@@ -1,0 +1,1 @@
+"""Results for other programs: MATLAB files, universal files, mode shapes on the mesh."""

@@ -1,0 +1,49 @@
+"""Responses and reduced models as MATLAB files (level 5)."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.errors import InputError, reason_of
+from pipeline.export.source import Kind, curves, kind_of
+
+
+def write_matlab(source: Path, target: Path) -> str:
+    """Write a response or a reduced model; what was written, in words.
+
+    A response becomes the cell array `curve`: structures with the datasets of a curve and, in `parameter`, its
+    attributes, dots turned into underscores; `name` tells branches from curves. A reduced model becomes variables
+    named as in `ReducedModel`.
+    Raises InputError for a damaged source, OSError where the target cannot be written.
+    """
+    from scipy.io import savemat
+
+    if kind_of(source) is Kind.response:
+        found = [_structure(*curve) for curve in curves(source)]
+        cells = np.empty(len(found), dtype=object)
+        cells[:] = found
+        savemat(target, {"curve": cells}, oned_as="column", long_field_names=True, do_compression=True)
+        return f"{len(found)} curve{'s' if len(found) != 1 else ''}, in the cell array curve"
+    model = _model(source)
+    named = {field.name: getattr(model, field.name) for field in fields(model)}
+    content = {name: value for name, value in named.items() if value is not None}
+    savemat(target, content, oned_as="column", long_field_names=True)
+    return f"a reduced model of {model.size} coordinates"
+
+
+def _structure(name: str, datasets: dict[str, Any], attributes: dict[str, Any]) -> dict[str, Any]:
+    parameter = {key.replace(".", "_"): value for key, value in attributes.items()}
+    return {"name": name, **datasets, "parameter": parameter}
+
+
+def _model(source: Path) -> Any:
+    from rom import ReducedModelError, read_reduced_model
+
+    try:
+        return read_reduced_model(source)
+    except ReducedModelError as error:
+        raise InputError(reason_of(error)) from None

@@ -1,0 +1,45 @@
+"""Mode shapes of a reduced model on its mesh, as a VTU file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.errors import InputError, input_error, reason_of
+from pipeline.export.source import Kind, kind_of
+
+COUNT = 10
+
+
+def write_shapes(source: Path, sector_file: Path | None, target: Path, count: int = COUNT) -> str:
+    """Write the lowest mode shapes with free shrouds as point data, `mode_01_202.9_Hz`, ...; what was written.
+
+    sector_file : the mesh of the model, sector.h5, mesh.vtu or mesh.msh of the run that made it.
+    Raises InputError for a source that is no reduced model with a basis or a mesh that is not its own, OSError where
+    the target cannot be written.
+    """
+    from geometry import SectorFileError, import_sector, load_sector
+    from rom import ReducedModelError, mode_shapes, read_reduced_model
+
+    if kind_of(source) is not Kind.model:
+        raise input_error(source, "", "a response", "a reduced model (rom.h5)")
+    if sector_file is None:
+        raise input_error(source, "", "its shapes need a mesh", "--mesh FILE, the mesh.vtu of the model")
+    try:
+        read = load_sector if sector_file.suffix == ".h5" else import_sector
+        model, sector = read_reduced_model(source), read(sector_file)
+        count = min(count, model.size)
+        frequency, shapes = mode_shapes(model, 0.0, normal=0.0, tangential=0.0, count=count)
+    except (ReducedModelError, SectorFileError) as error:
+        raise InputError(reason_of(error)) from None
+    points = len(sector.points)
+    if shapes.shape[1] < points:
+        raise input_error(sector_file, "", f"{points} points", f"the mesh of the model, {shapes.shape[1]} nodes")
+    import meshio
+
+    names = [f"mode_{k + 1:02d}_{hz:.4g}_Hz" for k, hz in enumerate(frequency)]
+    motion = {name: np.real(shape[:points]) for name, shape in zip(names, shapes, strict=True)}
+    mesh = meshio.Mesh(sector.points, [("hexahedron", sector.hexahedra)], point_data=motion)
+    mesh.write(target, file_format="vtu")
+    return f"{count} mode shapes, {', '.join(f'{hz:.5g}' for hz in frequency)} Hz"

@@ -1,0 +1,70 @@
+"""What is to be exported: a response or a reduced model of this program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipeline.curve import BRANCHES
+from pipeline.errors import input_error, reason_of
+
+if TYPE_CHECKING:
+    import h5py
+
+_ALLOWED = "an HDF5 file with a response (response.h5) or a reduced model (rom.h5)"
+
+
+class Kind(StrEnum):
+    """What a file holds."""
+
+    response = "response"
+    model = "reduced model"
+
+
+def kind_of(path: Path) -> Kind:
+    """What the file holds. Raises InputError if it cannot be read or holds neither."""
+    import h5py
+
+    if not path.is_file():
+        raise input_error(path, "", "no such file", _ALLOWED)
+    try:
+        with h5py.File(path, "r") as file:
+            names = set(file)
+    except (OSError, RuntimeError) as error:
+        raise input_error(path, "", f"cannot be read: {reason_of(error)}", _ALLOWED) from None
+    if not names & {"curve", "mass"}:
+        raise input_error(path, "", f"holds {', '.join(sorted(names)[:8]) or 'nothing'}", _ALLOWED)
+    return Kind.response if "curve" in names else Kind.model
+
+
+def curves(path: Path) -> Iterator[tuple[str, dict[str, Any], dict[str, Any]]]:
+    """Every curve and detached branch of a response: its name, datasets and attributes, in their order.
+
+    A branch is named `0/branch/1` and has the attributes of its curve. Raises InputError for a damaged file.
+    """
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            for name in sorted(file["curve"], key=int):
+                group = file[f"curve/{name}"]
+                attributes = {key: _plain(value) for key, value in group.attrs.items()}
+                yield name, _datasets(group), attributes
+                for number in sorted(group.get(BRANCHES, ()), key=int):
+                    yield f"{name}/{BRANCHES}/{number}", _datasets(group[f"{BRANCHES}/{number}"]), attributes
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError) as error:
+        raise input_error(path, "", f"cannot be read: {reason_of(error)}", _ALLOWED) from None
+
+
+def _datasets(group: h5py.Group) -> dict[str, Any]:
+    return {name: group[name][()] for name in group if hasattr(group[name], "dtype")}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, bytes):
+        return value.decode()
+    return value.item() if isinstance(value, np.generic) else value

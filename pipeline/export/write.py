@@ -1,0 +1,49 @@
+"""One file exported, in the format that its name asks for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from pipeline.errors import InputError, input_error, reason_of
+
+
+def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
+    """Export a response or a reduced model; what was written, in words.
+
+    .mat : either (`write_matlab`). .uff, .unv : a response (`write_universal`). .vtu : a reduced model with its mesh
+    (`write_shapes`). The target is replaced in one step, or left as it is.
+    Raises InputError for files that cannot be read or written, and for what does not go together.
+    """
+    from pipeline.export.matlab import write_matlab
+    from pipeline.export.shapes import write_shapes
+    from pipeline.export.universal import write_universal
+
+    writers: dict[str, Callable[[Path], str]] = {
+        ".mat": lambda path: write_matlab(source, path),
+        ".uff": lambda path: write_universal(source, path),
+        ".unv": lambda path: write_universal(source, path),
+        ".vtu": lambda path: write_shapes(source, sector_file, path),
+    }
+    suffix = target.suffix.lower()
+    if suffix not in writers:
+        raise input_error(target, "", f'ends with "{suffix}"', ", ".join(writers))
+    beside = target.with_name(f".{target.stem}.{os.getpid()}{suffix}")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        said = writers[suffix](beside)
+        beside.replace(target)
+    except OSError as error:
+        raise InputError(f"{target}: cannot be written: {error.strerror or reason_of(error)}") from None
+    finally:
+        _remove(beside)
+    return said
+
+
+def _remove(path: Path) -> None:
+    """Remove a file, if it is there and can be."""
+    try:
+        path.unlink(missing_ok=True)
+    except OSError:
+        return

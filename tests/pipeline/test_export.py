@@ -1,0 +1,155 @@
+"""Exports, read back by the libraries of their formats."""
+
+import importlib.util
+import json
+from pathlib import Path
+from typing import Any
+
+import h5py
+import meshio
+import numpy as np
+import pytest
+import pyuff
+from pipeline_support import ground_scene, shroud, small_scene, write_ground_model, write_scene
+from scipy.io import loadmat
+
+from rom import natural_frequencies, read_reduced_model
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Output folder of two curves of the small blade, three harmonics."""
+    folder = tmp_path_factory.mktemp("export")
+    scene = small_scene(response__harmonics=3, sweep={"contact.interference": [-1e-5, 1e-5]})
+    status, _, error = shroud("run", write_scene(folder / "s.toml", scene), "--out", folder / "out", "--quiet")
+    assert status == 0, error
+    return folder / "out"
+
+
+def model_of(out: Path) -> tuple[Path, Path]:
+    """Reduced model and mesh.vtu of the run."""
+    found = json.loads((out / "summary.json").read_text())["models"][0]
+    return out / found["rom"], (out / found["mesh"]).with_suffix(".vtu")
+
+
+def written(source: Path, target: Path, *options: object) -> str:
+    status, said, error = shroud("export", source, "--to", target, *options)
+    assert (status, error) == (0, "")
+    assert said.startswith(f"{target}: ")
+    assert [file for file in target.parent.iterdir() if file.name.startswith(".")] == []
+    return said
+
+
+def test_response_as_matlab_file(ran: Path, tmp_path: Path) -> None:
+    target = tmp_path / "new" / "r.mat"
+    assert "2 curves" in written(ran / "response.h5", target)
+    curves = loadmat(target, simplify_cells=True)["curve"]
+    with h5py.File(ran / "response.h5") as file:
+        for index, curve in enumerate(curves):
+            group = file[f"curve/{index}"]
+            assert curve["name"] == str(index)
+            for name in ("frequency_hz", "amplitude_m", "output", "contact_force"):
+                assert np.array_equal(curve[name], group[name][()])
+            assert curve["parameter"]["contact_interference"] == group.attrs["contact.interference"]
+            assert curve["parameter"]["excitation_engine_order"] == group.attrs["excitation.engine_order"]
+
+
+def test_reduced_model_as_matlab_file(ran: Path, tmp_path: Path) -> None:
+    rom, _ = model_of(ran)
+    written(rom, tmp_path / "m.mat")
+    found, model = loadmat(tmp_path / "m.mat", simplify_cells=True), read_reduced_model(rom)
+    for name in ("mass", "stiffness", "contact_right", "contact_left", "force_excitation", "basis"):
+        assert np.array_equal(found[name], getattr(model, name))
+    assert np.array_equal(found["outputs"]["tip"], model.outputs["tip"])
+    assert found["n_blades"] == model.n_blades
+
+
+def test_response_functions_as_universal_file(ran: Path, tmp_path: Path) -> None:
+    target = tmp_path / "r.uff"
+    assert "6 response functions" in written(ran / "response.h5", target)
+    sets = pyuff.UFF(str(target)).read_sets()
+    assert {item["type"] for item in sets} == {58}
+    with h5py.File(ran / "response.h5") as file:
+        for number, item in enumerate(sets):
+            curve, harmonic = divmod(number, 3)
+            group = file[f"curve/{curve}"]
+            assert item["x"] == pytest.approx(group["frequency_hz"][()], rel=5e-6)  # six digits, as the format has
+            expected = group["output"][:, harmonic + 1] / group.attrs["excitation.force"]
+            assert item["data"] == pytest.approx(expected, rel=1e-11, abs=1e-11 * np.abs(expected).max())
+            assert item["id1"].strip() == f"curve {curve}, harmonic {harmonic + 1}"
+            assert (item["abscissa_axis_units_lab"].strip(), item["ordinate_axis_units_lab"].strip()) == ("Hz", "m")
+
+
+def test_shapes_on_the_mesh(ran: Path, tmp_path: Path) -> None:
+    rom, mesh = model_of(ran)
+    written(rom, tmp_path / "s.vtu", "--mesh", mesh)
+    found, model = meshio.read(tmp_path / "s.vtu"), read_reduced_model(rom)
+    frequency = natural_frequencies(model, 0.0, count=10)
+    assert list(found.point_data) == [f"mode_{k + 1:02d}_{hz:.4g}_Hz" for k, hz in enumerate(frequency)]
+    first = next(iter(found.point_data.values()))
+    assert first.shape == found.points.shape
+    clamped = np.abs(found.points[:, 2] - found.points[:, 2].min()) < 1e-9
+    tip = np.linalg.norm(first, axis=1).argmax()
+    assert np.abs(first[clamped]).max() == 0.0
+    assert found.points[tip, 2] > 0.9 * found.points[:, 2].max()
+    assert np.abs(first[tip]).argmax() == 1  # first bending is circumferential
+
+
+def test_ground_model_without_a_basis(tmp_path: Path) -> None:
+    rom = write_ground_model(tmp_path / "g.h5")
+    scene = write_scene(tmp_path / "g.toml", ground_scene())
+    assert shroud("respond", scene, "--rom", rom, "--out", tmp_path / "out", "--quiet")[0] == 0
+    written(tmp_path / "out" / "response.h5", tmp_path / "g.uff")
+    written(rom, tmp_path / "g.mat")
+    assert "basis" not in loadmat(tmp_path / "g.mat")
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "options", "word"),
+    [
+        ("response.h5", "r.xyz", [], ".mat, .uff, .unv, .vtu"),
+        ("response.h5", "r.vtu", [], "reduced model"),
+        ("rom", "r.uff", [], "response.h5"),
+        ("rom", "r.vtu", [], "--mesh"),
+        ("rom", "r.vtu", ["--mesh", "nowhere.vtu"], "nowhere.vtu"),
+        ("nowhere.h5", "r.mat", [], "no such file"),
+        ("summary.json", "r.mat", [], "cannot be read"),
+    ],
+)
+def test_what_does_not_go_together(
+    ran: Path, tmp_path: Path, source: str, target: str, options: list[Any], word: str
+) -> None:
+    path = model_of(ran)[0] if source == "rom" else ran / source
+    status, said, error = shroud("export", path, "--to", tmp_path / target, *options)
+    assert (status, said) == (2, "")
+    assert error.count("\n") == 1
+    assert word in error
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_damaged_response(ran: Path, tmp_path: Path) -> None:
+    content = (ran / "response.h5").read_bytes()
+    for length in (100, len(content) // 2, len(content) - 200):
+        damaged = tmp_path / "damaged.h5"
+        damaged.write_bytes(content[:length])
+        status, _, error = shroud("export", damaged, "--to", tmp_path / "d.mat")
+        assert status == 2
+        assert error.count("\n") == 1
+        assert not (tmp_path / "d.mat").exists()
+
+
+def test_without_the_package_for_universal_files(ran: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "pyuff" else found(name))
+    status, _, error = shroud("export", ran / "response.h5", "--to", tmp_path / "r.uff")
+    assert status == 2
+    assert "shroud[uff]" in error
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_target_that_cannot_be_written(ran: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    status, _, error = shroud("export", ran / "response.h5", "--to", tmp_path / "file" / "r.mat")
+    assert status == 2
+    assert error.count("\n") == 1
+    assert (tmp_path / "file").read_text() == "in the way"
