@@ -54,6 +54,7 @@ _QUANTITIES = {
     "response.damping_ratio": Quantity("damping ratio"),
     "response.harmonics": Quantity("harmonics"),
     "rom.modes": Quantity("modes kept"),
+    "rom.contact_dofs": Quantity("contact dofs"),
 }
 
 

@@ -102,6 +102,11 @@ class Rom(Section):
         None,
     )
     frequency_limit: Positive | None = _key("keep every fixed-interface mode up to this, Hz", POSITIVE, None)
+    contact_dofs: Literal["nodal", "patch"] = _key(
+        "what stands for a contact node: its own displacement or the average over its part of the face",
+        '"nodal" or "patch"',
+        "nodal",
+    )
     tolerance: Number = _key(
         "largest relative error of frequencies and receptances in the frequency range",
         "a number from 1e-6 to 0.5",

@@ -111,6 +111,7 @@ def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -
             excitation_direction=first.excitation.unit_direction,
             excitation_at=first.excitation.at,
             store_basis=False,
+            contact_dofs=first.rom.contact_dofs,
         ).modes
     except RomParameterError:
         return None
@@ -134,6 +135,7 @@ def _reference(scene: Scene, sector: SectorMesh, full: FullModel) -> FullReferen
         scene.response.frequency[1],
         excitation_direction=scene.excitation.unit_direction,
         excitation_at=scene.excitation.at,
+        contact_dofs=scene.rom.contact_dofs,
     )
 
 

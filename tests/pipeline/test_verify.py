@@ -71,6 +71,18 @@ def test_frequencies_are_those_of_the_full_model_without_reduction(tmp_path: Pat
     assert case["static"] < 1e-8
 
 
+def test_averages_over_patches_are_measured_against_a_reference_of_their_own(tmp_path: Path) -> None:
+    fine = {**TWISTED, "rom__tolerance": 0.01, "rom__modes": "auto"}
+    found = verified(tmp_path, sweep={"rom.contact_dofs": ["nodal", "patch"]}, **fine)
+    assert [case["label"] for case in found["cases"]] == ["contact dofs nodal", "contact dofs patch"]
+    for case in found["cases"]:
+        assert case["static"] < 1e-8
+        assert 0.0 < case["receptance_error"] < 0.01
+    nodal, patch = ([joint["full_hz"][0] for joint in case["joints"]] for case in found["cases"])
+    assert nodal[0] == pytest.approx(patch[0], rel=1e-9)  # free: the same blade
+    assert abs(nodal[2] / patch[2] - 1.0) > 1e-6  # stuck: other joints
+
+
 def test_following_the_advice_brings_the_promised_error(tmp_path: Path) -> None:
     coarse = {**TWISTED, "mesh__size": 0.009, "rom__modes": 4, "rom__tolerance": 0.015}
     before = verified(tmp_path, **coarse)
