@@ -48,6 +48,7 @@ _QUANTITIES = {
     "blade.chord": Quantity("chord", "mm", 1e3),
     "blade.twist": Quantity("twist", "°"),
     "mesh.size": Quantity("mesh size", "mm", 1e3),
+    "mesh.grading": Quantity("mesh grading"),
     "load.speed_rpm": Quantity("speed", "rev/min"),
     "material.young_modulus": Quantity("Young's modulus", "GPa", 1e-9),
     "material.density": Quantity("density", "kg/m³"),

@@ -91,6 +91,13 @@ class Mesh(Section):
     contact_grid: tuple[Annotated[Whole, Field(ge=1, le=15)], Annotated[Whole, Field(ge=1, le=15)]] = _key(
         "contact nodes along the segment and along the radius", "two whole numbers, 1 to 15", (3, 3)
     )
+    grading: Number = _key(
+        "how many times thinner the airfoil's layers are at root and shroud than at mid span",
+        "a number from 1 to 100",
+        1.0,
+        ge=1.0,
+        le=100.0,
+    )
 
 
 class Rom(Section):

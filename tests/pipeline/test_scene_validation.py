@@ -91,6 +91,7 @@ def test_missing_sections_are_named(tmp_path: Path, section: str) -> None:
         ({"mesh__size": 1e-6}, "mesh.size", "1e-06"),
         ({"mesh__contact_grid": [3]}, "mesh.contact_grid", "[3]"),
         ({"mesh__contact_grid": [0, 3]}, "mesh.contact_grid[0]", "0"),
+        ({"mesh__grading": 0.5}, "mesh.grading", "0.5"),
         ({"rom__modes": 0}, "rom.modes", "0"),
         ({"rom__frequency_limit": 1e4}, "rom.frequency_limit", "given beside modes"),
         ({"rom__contact_dofs": "mortar"}, "rom.contact_dofs", '"mortar"'),
