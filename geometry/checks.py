@@ -12,6 +12,7 @@ from geometry.planform import Planform, mid_radius, planform
 SECTIONS = ("rectangle", "lens")
 LARGEST_TWIST = 80.0  # degrees
 LARGEST_GRID = 100
+LARGEST_GRADING = 100.0
 LARGEST_MESH = 3_000_000  # elements
 
 
@@ -122,6 +123,9 @@ def _check_mesh(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPara
     for count in grid:
         _integer("mesh", "contact_grid", count, 1, LARGEST_GRID)
     _number("mesh", "size", mesh.size)
+    _number("mesh", "grading", mesh.grading)
+    within = f"must be a number from 1 to {LARGEST_GRADING:g}"
+    _require(1 <= mesh.grading <= LARGEST_GRADING, "mesh", "grading", mesh.grading, within)
     most = min(blade.length - shroud.thickness, shroud.axial_width) / 2
     allowed = f"must be at most half the airfoil's length and half the axial width ({most:.6g} m)"
     _require(mesh.size <= most, "mesh", "size", mesh.size, allowed)

@@ -6,6 +6,8 @@ import numpy as np
 
 from geometry.sector import FloatArray
 
+GROWTH = 1.5  # from one step of a graded division to the next: more saves few steps, less brings no accuracy
+
 
 def grid_fractions(count: int) -> FloatArray:
     """Centres of ``count`` equal parts of [0, 1]."""
@@ -26,6 +28,17 @@ def contact_fractions(count: int, length: float, size: float, *, even: bool = Fa
     return (fractions + (1 - fractions[::-1])) / 2
 
 
-def uniform_fractions(length: float, size: float, least: int = 1) -> FloatArray:
-    """Equal steps on [0, 1], at most ``size`` / ``length`` long and at least ``least`` of them."""
-    return np.linspace(0.0, 1.0, max(least, ceil(length / size - 1e-6)) + 1)
+def graded_fractions(length: float, size: float, least: int = 1, grading: float = 1.0) -> FloatArray:
+    """Steps on [0, 1], at most ``size`` / ``length`` and 1 / ``least`` long, finer towards both ends.
+
+    The steps at the ends are ``grading`` times shorter than the longest and grow by ``GROWTH`` towards the middle;
+    with 1 all are equal. They are symmetric about 1/2.
+    """
+    count = max(least, ceil(length / size - 1e-6))
+    if grading == 1.0:
+        return np.linspace(0.0, 1.0, count + 1)
+    steps = [1.0 / (count * grading)]
+    while sum(steps) < 0.5 - 1e-6:
+        steps.append(min(GROWTH * steps[-1], 1.0 / count))
+    half = np.concatenate([[0.0], np.cumsum(steps)]) / (2 * sum(steps))
+    return np.concatenate([half[:-1], 1.0 - half[::-1]])

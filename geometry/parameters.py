@@ -43,7 +43,12 @@ class ShroudParameters:
 
 @dataclass(frozen=True)
 class MeshParameters:
-    """Element ``size`` aimed at, and the grid of contact nodes on each contact face (along t1, along t2)."""
+    """Element ``size`` aimed at, and the grid of contact nodes on each contact face (along t1, along t2).
+
+    ``grading``: how many times thinner than at mid span the airfoil's layers of elements are at the root and at the
+    shroud, where the re-entrant corners are; 1: all alike.
+    """
 
     size: float
     contact_grid: tuple[int, int] = (3, 3)
+    grading: float = 1.0

@@ -9,9 +9,10 @@ from geometry.divisions import grid_fractions
 from geometry.gmsh_quads import QuadMesh, mesh_layout
 from geometry.layout import Layout, MeshingError
 from geometry.layouts import half_layouts
-from geometry.planform import Planform, section_half_thickness
+from geometry.planform import Planform
 from geometry.quality import quadrilateral_scaled_jacobian
 from geometry.sector import FloatArray, IntArray
+from geometry.straight_edges import straight_edged_half_thickness
 
 GOOD_QUALITY = 0.4  # with this scaled Jacobian a mesh in rows is taken before an unstructured one is tried,
 FAIR_QUALITY = 0.2  # and with this one no finer mesh is tried
@@ -103,8 +104,8 @@ def _exact_points(plan: Planform, layout: Layout, half: QuadMesh, cut: IntArray,
     points[cut] = (points[cut] - points[cut][::-1]) / 2
     _, start, end, _ = plan.right_profile()
     points[contact] = start + layout.curves["CB", "CT"].fractions[:, None] * (end - start)
-    flank = half.along(layout.flank)[1:-1]
+    flank = half.along(layout.flank)
     along = plan.unplace(points[flank])[:, 0]
-    across = section_half_thickness(plan.section, plan.chord, plan.thickness, along)
+    across = straight_edged_half_thickness(plan, along)
     points[flank] = plan.place(np.stack([along, across], axis=-1))
     return points

@@ -4,7 +4,7 @@ from math import ceil, radians
 
 import numpy as np
 
-from geometry.divisions import contact_fractions, uniform_fractions
+from geometry.divisions import contact_fractions, graded_fractions
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
 from geometry.planform import Planform, inner_radius, mid_radius
 from geometry.planform_mesh import PlanformMesh
@@ -51,7 +51,7 @@ def sweep(
     foot = np.unique(flat.quads[flat.airfoil])
     section = plan.unplace(flat.points[foot])
     least = max(2, ceil(abs(blade.twist) / TWIST_STEP))
-    heights = uniform_fractions(inner - blade.hub_radius, mesh.size, least)[:-1]
+    heights = graded_fractions(inner - blade.hub_radius, mesh.size, least, mesh.grading)[:-1]
     for h in heights:
         points.append(airfoil_points(section, h, blade, blade.hub_radius + h * (inner - blade.hub_radius)))
     local = np.full(n, -1)

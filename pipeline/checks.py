@@ -131,7 +131,7 @@ def geometry_parameters(scene: Scene) -> tuple[BladeParameters, ShroudParameters
     return (
         BladeParameters(**scene.blade.model_dump()),
         ShroudParameters(**scene.shroud.model_dump()),
-        MeshParameters(size=scene.mesh.size, contact_grid=scene.mesh.contact_grid),
+        MeshParameters(scene.mesh.size, scene.mesh.contact_grid, scene.mesh.grading),
     )
 
 

@@ -81,8 +81,8 @@ def model_keys(scene: Scene, versions: Versions) -> ModelKeys:
 
 
 def _reduction_values(scene: Scene) -> dict[str, Any]:
-    """What the number of modes depends on: with "auto" also what the model is used for."""
-    values: dict[str, Any] = {"modes": scene.rom.modes, "frequency_limit": scene.rom.frequency_limit}
+    """What the reduction depends on: with modes = "auto" also what the model is used for."""
+    values: dict[str, Any] = scene.rom.model_dump(include={"modes", "frequency_limit", "contact_dofs"})
     if scene.rom.modes == "auto":
         values |= {"tolerance": scene.rom.tolerance, **operation_values(scene)}
     return values

@@ -48,12 +48,14 @@ _QUANTITIES = {
     "blade.chord": Quantity("chord", "mm", 1e3),
     "blade.twist": Quantity("twist", "°"),
     "mesh.size": Quantity("mesh size", "mm", 1e3),
+    "mesh.grading": Quantity("mesh grading"),
     "load.speed_rpm": Quantity("speed", "rev/min"),
     "material.young_modulus": Quantity("Young's modulus", "GPa", 1e-9),
     "material.density": Quantity("density", "kg/m³"),
     "response.damping_ratio": Quantity("damping ratio"),
     "response.harmonics": Quantity("harmonics"),
     "rom.modes": Quantity("modes kept"),
+    "rom.contact_dofs": Quantity("contact dofs"),
 }
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pipeline.checks import geometry_parameters
 from pipeline.operation import linear_operation
@@ -55,15 +55,17 @@ def make_reduced_model(folder: Path, sector_file: Path, full_file: Path, scene: 
     sector = load_sector(sector_file)
     full = at_speed(load_full_model(full_file), sector, scene)
     modes, limit = scene.rom.modes, scene.rom.frequency_limit
-    direction, at = scene.excitation.unit_direction, scene.excitation.at
+    dofs = scene.rom.contact_dofs
+    load: dict[str, Any] = {
+        "excitation_direction": scene.excitation.unit_direction,
+        "excitation_at": scene.excitation.at,
+    }
     if modes == "auto":
         operations = [linear_operation(scene, sector)]
-        made = reduce_within(
-            full, sector, scene.rom.tolerance, operations, excitation_direction=direction, excitation_at=at
-        )
+        made = reduce_within(full, sector, scene.rom.tolerance, operations, contact_dofs=dofs, **load)
     else:
-        options = ReductionOptions(DEFAULT_MODES if modes is None and limit is None else modes, limit)
-        made = reduction(full, sector, options, excitation_direction=direction, excitation_at=at)
+        number = DEFAULT_MODES if modes is None and limit is None else modes
+        made = reduction(full, sector, ReductionOptions(number, limit, contact_dofs=dofs), **load)
     model = made.model
     write_reduced_model(folder / REDUCED_MODEL, model)
     facts = {"dofs": int(full.stiffness.shape[0]), "reduced_dofs": model.size, "n_contacts": model.n_contacts}

@@ -91,6 +91,13 @@ class Mesh(Section):
     contact_grid: tuple[Annotated[Whole, Field(ge=1, le=15)], Annotated[Whole, Field(ge=1, le=15)]] = _key(
         "contact nodes along the segment and along the radius", "two whole numbers, 1 to 15", (3, 3)
     )
+    grading: Number = _key(
+        "how many times thinner the airfoil's layers are at root and shroud than at mid span",
+        "a number from 1 to 100",
+        1.0,
+        ge=1.0,
+        le=100.0,
+    )
 
 
 class Rom(Section):
@@ -102,6 +109,11 @@ class Rom(Section):
         None,
     )
     frequency_limit: Positive | None = _key("keep every fixed-interface mode up to this, Hz", POSITIVE, None)
+    contact_dofs: Literal["nodal", "patch"] = _key(
+        "what stands for a contact node: its own displacement or the average over its part of the face",
+        '"nodal" or "patch"',
+        "nodal",
+    )
     tolerance: Number = _key(
         "largest relative error of frequencies and receptances in the frequency range",
         "a number from 1e-6 to 0.5",

@@ -15,7 +15,7 @@ from rom.checks import require_between
 from rom.errors import RomParameterError
 from rom.fixed_interface import lowest_modes, modes_up_to
 from rom.full_model import FullModel, node_dofs
-from rom.kept_dofs import KeptDofs
+from rom.kept_dofs import KeptDofs, require_contact_dofs
 from rom.reduced_model import ReducedModel
 from rom.substructure import Substructure, split
 from rom.threads import one_blas_thread
@@ -29,16 +29,19 @@ class ReductionOptions:
     """How many fixed-interface modes to keep, and whether to store the basis (needed to expand shapes to the mesh).
 
     modes: their number; frequency_limit [Hz]: keep all up to here instead (it goes before `modes`).
-    backend: of the factorisation, see `factorise`. Raises RomParameterError.
+    backend: of the factorisation, see `factorise`. contact_dofs: "nodal", the displacements of the contact nodes, or
+    "patch", the averages over the part of the face that each of them stands for. Raises RomParameterError.
     """
 
     modes: int | None = 20
     frequency_limit: float | None = None
     store_basis: bool = True
     backend: str = "auto"
+    contact_dofs: str = "nodal"
 
     def __post_init__(self) -> None:
         limit, modes = self.frequency_limit, self.modes
+        require_contact_dofs(self.contact_dofs)
         if limit is None and modes is None:
             raise RomParameterError("rom", "modes", modes, "give modes (a number) or frequency_limit (Hz)")
         if limit is not None:
@@ -73,7 +76,7 @@ def reduce(
 ) -> ReducedModel:
     """Reduce a sector to its contact, tip and loaded dofs and a few fixed-interface modes.
 
-    Coordinates q: right contact nodes (t1, t2, n each), left ones in their own frame, tip x, y, z, loaded
+    Coordinates q: right contact dofs (t1, t2, n each), left ones in their own frame, tip x, y, z, loaded
     node x, y, z if it is another one, modal coordinates. Static answers at the kept dofs to any load are
     those of the full model. The excitation is 1 N along excitation_direction (3,), of any length, at "tip"
     or at the vertex nearest to a position (3,) [m]; output `tip` is the displacement of that node along that
@@ -97,7 +100,7 @@ def reduction(
 ) -> Reduction:
     """As `reduce`, with the number of modes that were kept."""
     direction = unit_vector(excitation_direction)
-    parts = split(full, sector, excitation_at, options.backend)
+    parts = split(full, sector, excitation_at, options.backend, options.contact_dofs)
     matrices = parts.inner_stiffness, parts.inner_mass, parts.factor
     if options.frequency_limit is not None:
         angular, modes = modes_up_to(*matrices, options.frequency_limit)
@@ -125,10 +128,11 @@ def craig_bampton_model(
     mass[:b, b:] = parts.coupling.T @ modes
     mass[b:, :b] = mass[:b, b:].T
     shapes = np.hstack([parts.constraint, modes])
-    centrifugal = shapes.T @ full.centrifugal[node_dofs(parts.interior).ravel()]
-    centrifugal[:b] += kept.rotation @ full.centrifugal[kept.dofs]
-    backend = parts.factor.backend
-    made_of = f"{full.element}, {full.n_dofs} dofs, {len(angular)} modes, {full.speed_rpm:g} rpm, {backend}"
+    force = kept.forces(full.centrifugal)
+    centrifugal = shapes.T @ force[node_dofs(parts.interior).ravel()]
+    centrifugal[:b] += kept.rotation @ force[kept.dofs]
+    contact = "nodes" if kept.variables is None else "patches"
+    made_of = f"{full.element}, {full.n_dofs} dofs, {len(angular)} modes, contact {contact}, {full.speed_rpm:g} rpm"
     return ReducedModel(
         mass=mass,
         stiffness=stiffness,
@@ -137,7 +141,7 @@ def craig_bampton_model(
         force_centrifugal=centrifugal,
         basis=_basis(full, parts, shapes) if store_basis else None,
         n_blades=sector.n_blades,
-        producer=f"shroud: {made_of}",
+        producer=f"shroud: {made_of}, {parts.factor.backend}",
         **kept_motions(parts.kept, np.eye(b, n), direction),
     )
 
@@ -172,4 +176,4 @@ def _basis(full: FullModel, parts: Substructure, shapes: NDArray[np.float64]) ->
     basis = np.zeros((full.n_dofs, shapes.shape[1]))
     basis[node_dofs(parts.interior).ravel()] = shapes
     basis[kept.dofs, : kept.size] = kept.rotation.T
-    return basis
+    return kept.displacements(basis)

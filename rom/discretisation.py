@@ -19,6 +19,8 @@ ELEMENTS = ("hex20", "hex8", "hex27")
 
 # Corner k of scikit-fem's reference hexahedron is corner VTK_CORNER[k] of VTK's and gmsh's.
 _VTK_CORNER = (6, 2, 5, 7, 1, 3, 4, 0)
+# Where the corners stand on the reference cube, (8, 3), in scikit-fem's order.
+REFERENCE_CORNERS = ((1, 1, 1), (1, 1, 0), (1, 0, 1), (0, 1, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0))
 # Doubles held at once by one batch of elements (about 64 MB).
 _BATCH_DOUBLES = 8_000_000
 
@@ -92,21 +94,20 @@ def discretise(
     unused = np.setdiff1d(np.arange(len(points)), hexahedra)
     if len(unused):
         raise RomParameterError("mesh", "points", int(unused[0]), "this vertex belongs to no element")
-    from skfem import Dofs, ElementHex1, ElementHex2, ElementHexS2, MeshHex1
+    from skfem import Dofs, MeshHex1
     from skfem.quadrature import get_quadrature
     from skfem.refdom import RefHex
 
-    kind, order = {"hex20": (ElementHexS2, 5), "hex8": (ElementHex1, 3), "hex27": (ElementHex2, 5)}[element]
-    skfem_element = kind()
+    skfem_element = _skfem_element(element)
     corners = np.asarray(hexahedra)[:, _VTK_CORNER]
     mesh = MeshHex1(np.ascontiguousarray(points.T), np.ascontiguousarray(corners.T.astype(np.int32)))
     dofs = Dofs(mesh, skfem_element)
-    reference_points, weights = get_quadrature(RefHex, order)
-    values, gradients = _tabulate(skfem_element, reference_points)
-    _, corner_gradients = _tabulate(ElementHex1(), reference_points)
+    reference_points, weights = get_quadrature(RefHex, 3 if element == "hex8" else 5)
+    values, gradients = shape_functions(element, reference_points)
+    _, corner_gradients = shape_functions("hex8", reference_points)
     corner_points = np.asarray(points)[corners]
     element_nodes = np.ascontiguousarray(dofs.element_dofs.T).astype(np.int64)
-    geometry, _ = _tabulate(ElementHex1(), skfem_element.doflocs.T)
+    geometry, _ = shape_functions("hex8", skfem_element.doflocs.T)
     positions = np.zeros((dofs.N, 3))
     positions[element_nodes] = np.einsum("bc,eci->ebi", geometry, corner_points)
     return Discretisation(
@@ -123,9 +124,19 @@ def discretise(
     )
 
 
-def _tabulate(element: Any, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Values (q, b) and gradients (q, b, 3) of the b shape functions of a scikit-fem element at points (3, q)."""
-    table = [element.lbasis(points, i) for i in range(element.doflocs.shape[0])]
+def shape_functions(element: str, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Values (q, b) and gradients (q, b, 3) of an element's b shape functions at points (3, q) of the reference cube.
+
+    The first eight belong to the corners (`REFERENCE_CORNERS`); those of "hex8" are the geometry of every element.
+    """
+    skfem_element = _skfem_element(element)
+    table = [skfem_element.lbasis(points, i) for i in range(skfem_element.doflocs.shape[0])]
     values = np.stack([np.broadcast_to(value, points.shape[1]) for value, _ in table], axis=1)
     gradients = np.stack([np.broadcast_to(gradient, points.shape).T for _, gradient in table], axis=1)
     return np.ascontiguousarray(values), np.ascontiguousarray(gradients)
+
+
+def _skfem_element(element: str) -> Any:
+    from skfem import ElementHex1, ElementHex2, ElementHexS2
+
+    return {"hex20": ElementHexS2, "hex8": ElementHex1, "hex27": ElementHex2}[element]()

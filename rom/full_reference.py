@@ -56,16 +56,17 @@ def full_reference(
     excitation_direction: ArrayLike = (0.0, 1.0, 0.0),
     excitation_at: str | ArrayLike = "tip",
     backend: str = "auto",
+    contact_dofs: str = "nodal",
 ) -> FullReference:
-    """The reference of a full model for frequencies up to `highest_hz`; load and outputs as in `reduce`.
+    """The reference of a full model for frequencies up to `highest_hz`; load, outputs, contact dofs as in `reduce`.
 
     Raises RomParameterError when there are too many modes in the range, FactorisationError when the structure is not
     held or not stable.
     """
-    kept = choose_kept_dofs(full, sector, excitation_at)
+    kept = choose_kept_dofs(full, sector, excitation_at, contact_dofs)
     direction = unit_vector(excitation_direction)
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
-    stiffness, mass = full.stiffness[free][:, free], full.mass[free][:, free]
+    stiffness, mass = (kept.quadratic_form(matrix)[free][:, free] for matrix in (full.stiffness, full.mass))
     rows = np.searchsorted(free, kept.dofs)
     forces = np.zeros((len(free), kept.size))
     forces[rows] = kept.rotation.T

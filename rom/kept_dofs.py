@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rom.averaged_variables import averaged_variables
+from rom.contact_patches import patch_averages
+from rom.discretisation import discretise
 from rom.errors import RomParameterError
 from rom.full_model import FullModel, node_dofs
 
 if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
     from geometry import SectorMesh
+
+CONTACT_DOFS = ("nodal", "patch")
 
 
 @dataclass(frozen=True)
@@ -21,7 +28,8 @@ class KeptDofs:
 
     nodes (k,); frames (k, 3, 3): rows are the directions whose displacements are the coordinates (t1, t2, n for
     contact nodes, x, y, z for the others), so q = frame @ u at each node; n_contacts per face; tip and loaded:
-    positions in `nodes`.
+    positions in `nodes`. variables (N, N): T with mesh displacements u = T z, where z holds the averages over the
+    contact patches in the places of as many nodes, the first ones of `nodes`; None: z = u, contact dofs are nodal.
     """
 
     nodes: NDArray[np.int64]
@@ -29,6 +37,7 @@ class KeptDofs:
     n_contacts: int
     tip: int
     loaded: int
+    variables: csr_matrix | None = None
 
     @property
     def size(self) -> int:
@@ -54,20 +63,35 @@ class KeptDofs:
         rows[:, 3 * k : 3 * k + 3] = self.frames[k].T
         return rows
 
+    def quadratic_form(self, matrix: csr_matrix) -> csr_matrix:
+        """A matrix (N, N) of the mesh displacements in the variables z: T^T A T."""
+        return matrix if self.variables is None else (self.variables.T @ matrix @ self.variables).tocsr()
 
-def choose_kept_dofs(full: FullModel, sector: SectorMesh, excitation_at: str | ArrayLike) -> KeptDofs:
-    """Contact nodes in the contact frame, the tip, and the node nearest to `excitation_at`: "tip" or (3,) metres.
+    def forces(self, force: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Forces (N,) on the variables z of nodal forces (N,): T^T f."""
+        return force if self.variables is None else self.variables.T @ force
 
-    A tip or loaded node that is already kept is not kept twice. Raises RomParameterError when a node to keep
-    is clamped.
+    def displacements(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Mesh displacements (N, k) of values (N, k) of the variables z: T z."""
+        return values if self.variables is None else self.variables @ values
+
+
+def choose_kept_dofs(
+    full: FullModel, sector: SectorMesh, excitation_at: str | ArrayLike, contact_dofs: str = "nodal"
+) -> KeptDofs:
+    """Contact dofs in the contact frame, the tip, and the node nearest to `excitation_at`: "tip" or (3,) metres.
+
+    contact_dofs: "nodal", the displacements of the contact nodes, or "patch", the averages over their patches of the
+    face. A tip or loaded node that is already kept is not kept twice. Raises RomParameterError when a node to keep
+    is clamped and where there are no such contact dofs.
     """
-    contact = np.concatenate([sector.right.nodes, sector.left.nodes])
-    nodes = [int(node) for node in full.vertex_node[contact]]
-    frames = [*sector.right.frame, *sector.left.frame]
     tip = int(full.vertex_node[sector.node_sets["tip"][0]])
     loaded = tip if isinstance(excitation_at, str) else _nearest_vertex(full, excitation_at)
     if isinstance(excitation_at, str) and excitation_at != "tip":
         raise RomParameterError("excitation", "at", excitation_at, 'must be "tip" or a position [x, y, z] in metres')
+    contact, variables = _contact_nodes(full, sector, np.array([tip, loaded]), contact_dofs)
+    nodes = [int(node) for node in contact]
+    frames = [*sector.right.frame, *sector.left.frame]
     for node in (tip, loaded):
         if node not in nodes:
             nodes.append(node)
@@ -77,7 +101,24 @@ def choose_kept_dofs(full: FullModel, sector: SectorMesh, excitation_at: str | A
     if clamped.any():
         where = full.positions[kept[clamped][0]].tolist()
         raise RomParameterError("excitation", "at", where, "this node lies on the clamped root; load a node off it")
-    return KeptDofs(kept, np.array(frames), len(sector.right.nodes), nodes.index(tip), nodes.index(loaded))
+    return KeptDofs(kept, np.array(frames), len(sector.right.nodes), nodes.index(tip), nodes.index(loaded), variables)
+
+
+def _contact_nodes(
+    full: FullModel, sector: SectorMesh, taken: NDArray[np.int64], contact_dofs: str
+) -> tuple[NDArray[np.int64], csr_matrix | None]:
+    """Nodes (2 n_c,) in whose places the contact dofs stand, right ones first, and T where they are averages."""
+    require_contact_dofs(contact_dofs)
+    if contact_dofs == "nodal":
+        return full.vertex_node[np.concatenate([sector.right.nodes, sector.left.nodes])], None
+    discretisation = discretise(sector.points, sector.hexahedra, full.element)
+    return averaged_variables(patch_averages(discretisation, sector), taken)
+
+
+def require_contact_dofs(value: Any) -> None:
+    """Raise RomParameterError for a kind of contact dofs that there is not."""
+    if value not in CONTACT_DOFS:
+        raise RomParameterError("rom", "contact_dofs", value, f"must be one of {', '.join(CONTACT_DOFS)}")
 
 
 def _nearest_vertex(full: FullModel, position: ArrayLike) -> int:

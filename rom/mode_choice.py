@@ -65,6 +65,7 @@ def reduce_within(
     excitation_at: str | ArrayLike = "tip",
     store_basis: bool = True,
     backend: str = "auto",
+    contact_dofs: str = "nodal",
 ) -> Reduction:
     """Reduce a sector with the fewest fixed-interface modes that stay within a tolerance.
 
@@ -74,7 +75,7 @@ def reduce_within(
     """
     require_between("rom", "tolerance", tolerance, 0.0, 1.0, "must be a number above 0 and below 1")
     direction = unit_vector(excitation_direction)
-    parts = split(full, sector, excitation_at, backend)
+    parts = split(full, sector, excitation_at, backend, contact_dofs)
     residual = parts.factor.solve(parts.coupling)
     highest = max(operation.frequency[1] for operation in operations)
     count = _FIRST_GUESS

@@ -25,7 +25,8 @@ class Substructure:
     Attributes
     ----------
     kept : the kept dofs and their frames.
-    interior : (i,) nodes that are neither kept nor clamped.
+    interior : (i,) nodes that are neither kept nor clamped; with averages for contact dofs, what the variables
+        `kept.variables` hold in their places.
     inner_stiffness, inner_mass : (3i, 3i) CSR, K_ii and M_ii.
     factor : of K_ii.
     constraint : (3i, b) constraint modes, Psi = -K_ii^-1 K_ib.
@@ -44,16 +45,22 @@ class Substructure:
     mass: NDArray[np.float64]
 
 
-def split(full: FullModel, sector: SectorMesh, excitation_at: str | ArrayLike, backend: str = "auto") -> Substructure:
-    """Split a sector at its contact, tip and loaded dofs.
+def split(
+    full: FullModel,
+    sector: SectorMesh,
+    excitation_at: str | ArrayLike,
+    backend: str = "auto",
+    contact_dofs: str = "nodal",
+) -> Substructure:
+    """Split a sector at its contact, tip and loaded dofs; contact_dofs as in `ReductionOptions`.
 
-    Raises RomParameterError for a loaded point out of place, FactorisationError when the structure is not held or
-    not stable.
+    Raises RomParameterError for a loaded point out of place or contact dofs that cannot be had, FactorisationError
+    when the structure is not held or not stable.
     """
-    kept = choose_kept_dofs(full, sector, excitation_at)
+    kept = choose_kept_dofs(full, sector, excitation_at, contact_dofs)
     interior = _interior_nodes(full, kept)
-    k_ii, k_ib, k_bb = _partition(full.stiffness, interior, kept)
-    m_ii, m_ib, m_bb = _partition(full.mass, interior, kept)
+    k_ii, k_ib, k_bb = _partition(kept.quadratic_form(full.stiffness), interior, kept)
+    m_ii, m_ib, m_bb = _partition(kept.quadratic_form(full.mass), interior, kept)
     factor = factorise(k_ii, backend)
     constraint = -factor.solve(k_ib)
     coupling = m_ib + m_ii @ constraint

@@ -144,6 +144,7 @@ def _blade_key(run: Run, scene: Scene) -> str:
             "speed_rpm": scene.load.speed_rpm,
             "direction": scene.excitation.unit_direction,
             "at": scene.excitation.at,
+            "contact_dofs": scene.rom.contact_dofs,
             "highest": scene.response.frequency[1],
         }
     )

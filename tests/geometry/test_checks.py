@@ -55,6 +55,7 @@ BAD = [
     ("shroud", "thickness", 0.15),
     *(("mesh", "size", bad) for bad in (0.0, -1.0, NAN, INF, 0.5, 1e-7, "fine")),
     *(("mesh", "contact_grid", bad) for bad in ((3,), (3, 3, 3), 9, "33", None)),
+    *(("mesh", "grading", bad) for bad in (0.0, 0.99, 101.0, -2.0, NAN, INF, "fine", None)),
 ]
 
 
@@ -181,7 +182,10 @@ SHROUDS = st.builds(
     gap=st.sampled_from([0.0, 1e-4]),
 )
 MESHES = st.builds(
-    MeshParameters, size=st.floats(0.002, 0.008), contact_grid=st.tuples(st.integers(1, 5), st.integers(1, 5))
+    MeshParameters,
+    size=st.floats(0.002, 0.008),
+    contact_grid=st.tuples(st.integers(1, 5), st.integers(1, 5)),
+    grading=st.floats(1.0, 20.0),
 )
 
 

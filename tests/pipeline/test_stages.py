@@ -61,6 +61,17 @@ def test_another_number_of_modes_keeps_the_matrices(copied: Path) -> None:
     assert found == expected(reduce="ran", respond="skipped", figures="skipped")
 
 
+def test_contact_dofs_on_patches_are_another_reduced_model_of_the_same_matrices(copied: Path) -> None:
+    found = rerun(copied, sweep={"rom.contact_dofs": ["nodal", "patch"]}, render={"modes": [1], "contact": "stuck"})
+    assert found == expected(reduce="ran", respond="ran", render="ran", figures="ran")
+    nodal, patch = summary_of(copied)["models"]
+    assert nodal["reduced_dofs"] == patch["reduced_dofs"]
+    for joint in ("free_hz", "stuck_hz"):
+        first, second = ((model[joint] if joint == "free_hz" else model[joint]["36"])[0] for model in (nodal, patch))
+        assert first == pytest.approx(second, rel=0.05)
+        assert first != second
+
+
 def test_another_angle_builds_everything(copied: Path) -> None:
     found = rerun(copied, "--until", "reduce", shroud__angle=80.0)
     assert found == expected(mesh="ran", assemble="ran", reduce="ran", respond="skipped", figures="skipped")

@@ -80,3 +80,22 @@ def ring_sector(divisions, inner, outer, thickness, n_sectors):
     tip = int(np.argmax(radius - np.abs(turn)))
     frame = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
     return sector_of(points, hexahedra, np.flatnonzero(held), tip, right, left, frame, n_sectors)
+
+
+def patch_block(divisions=(6, 2, 6), lengths=(0.012, 0.01, 0.012), grid=(3, 3), hub_radius=0.3, n_blades=40):
+    """A brick clamped below whose whole +y and -y sides are contact faces, with the grid's centres for contact nodes.
+
+    Along x and z the divisions must be even multiples of the grid.
+    """
+    points, hexahedra = box(divisions, lengths, (-lengths[0] / 2, -lengths[1] / 2, hub_radius))
+    steps = [n // (2 * count) for n, count in zip((divisions[0], divisions[2]), grid, strict=True)]
+    index = np.arange(len(points)).reshape([n + 1 for n in divisions])
+    chosen = [np.arange(step, n, 2 * step) for step, n in zip(steps, (divisions[0], divisions[2]), strict=True)]
+    right, left = (
+        index[np.ix_(chosen[0], [side], chosen[1])].reshape(len(chosen[0]), -1).T.ravel() for side in (-1, 0)
+    )
+    frame = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+    tip = int(index[divisions[0] // 2, divisions[1] // 2, -1])
+    sector = sector_of(points, hexahedra, index[:, :, 0].ravel(), tip, right, left, frame, n_blades)
+    sector.node_sets.update(face_right=index[:, -1].ravel(), face_left=index[:, 0].ravel())
+    return sector

@@ -1,0 +1,26 @@
+"""Where the nodes of a curved flank go when the edges between them are straight.
+
+Nodes on the curve itself would cut its bulge off: the section would be too thin and too flexible by the second order
+of the element size. The piecewise linear thickness nearest to the curve (least squares along the chord) has the same
+area and the same bending stiffness but for the fourth order.
+"""
+
+import numpy as np
+
+from geometry.planform import Planform, section_half_thickness
+from geometry.sector import FloatArray
+
+GAUSS_POINTS = 3  # a piece: exact for the parabolas of a lens times the piecewise linear functions
+
+
+def straight_edged_half_thickness(plan: Planform, along: FloatArray) -> FloatArray:
+    """Half thickness (k,) m of the section at its nodes, ``along`` (k,) m from mid chord, ascending."""
+    if plan.section == "rectangle":
+        return section_half_thickness(plan.section, plan.chord, plan.thickness, along)
+    point, weight = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    half = np.diff(along)[:, None] / 2
+    places = (along[:-1, None] + half * (1 + point)).ravel()
+    root = np.sqrt(half * weight).ravel()
+    curve = section_half_thickness(plan.section, plan.chord, plan.thickness, places)
+    hats = np.stack([np.interp(places, along, unit) for unit in np.eye(len(along))], axis=-1)
+    return np.asarray(np.linalg.lstsq(root[:, None] * hats, root * curve)[0])
