@@ -51,4 +51,4 @@ class MeshParameters:
 
     size: float
     contact_grid: tuple[int, int] = (3, 3)
-    grading: float = 1.0
+    grading: float = 4.0

@@ -94,7 +94,7 @@ class Mesh(Section):
     grading: Number = _key(
         "how many times thinner the airfoil's layers are at root and shroud than at mid span",
         "a number from 1 to 100",
-        1.0,
+        4.0,
         ge=1.0,
         le=100.0,
     )
