@@ -29,9 +29,7 @@ class ContinuationSettings:
     reference: tuple[float, float] = (0.02, 0.01)
 
 
-USUAL = ContinuationSettings(
-    3, (1.0, 0.5, 0.25, 0.125, 0.06, 0.03), (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-13)
-)
+USUAL = ContinuationSettings(3, (1.0, 0.5, 0.25, 0.125, 0.06, 0.03), (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-13))
 FULL = ContinuationSettings(
     5, (2.0, 1.0, 0.5, 0.25, 0.125, 0.06, 0.03, 0.015), tuple(10.0**-n for n in range(1, 14)), (0.01, 0.005)
 )
@@ -62,7 +60,7 @@ def continuation_study(cases: Sequence[CurveCase], settings: ContinuationSetting
                 curve, seconds = timed(lambda problem=problem, chosen=chosen: problem.solve(**chosen))
                 counts = {"points": curve.points, "iterations": int(curve.iterations.sum())}
                 errors = _errors(curve, reference)
-                label = f"{case.label}, {series}"
+                label = f"{case.label}: {series}"
                 rows.append(Measured(label, f"{value:g}", seconds, errors, counts, ending(curve)))
     return Study(
         "continuation",

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
+from work_precision.figure import save_picture
 from work_precision.study import Study
 from work_precision.tables import markdown, read_csv
 
@@ -32,9 +32,10 @@ def update_document(docs: Path, tables: Path, names: Sequence[str]) -> list[Path
             continue
         picture = docs / "images" / f"bench_{name}.png"
         picture.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(tables / f"{name}.png", picture)
+        study = read_csv(file)
+        save_picture(study, picture)
         written.append(picture)
-        text = with_block(text, name, block(read_csv(file), f"images/{picture.name}"))
+        text = with_block(text, name, block(study, f"images/{picture.name}"))
     target.write_text(text, encoding="utf-8")
     return written
 

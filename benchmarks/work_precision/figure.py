@@ -11,15 +11,20 @@ import numpy as np
 
 from pipeline.figures.style import DISTINCT, plain_log_labels, save, styled
 from work_precision.study import Measured, Quantity, Study, cheapest, pareto_front
+from work_precision.tables import shown_error
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+FRONT = "whole"  # the study with a Pareto front
 TOLERANCES = (0.05, 0.01, 0.001)
 PANEL = (4.9, 3.9)  # inches
-FEW = 9  # points of a line up to which each bears its setting
+OFFSETS = ((3.0, 2.0), (-3.0, -2.0), (3.0, 2.0), (-3.0, -2.0))  # of names from their points, line by line
+LETTERS_AN_INCH = 12.0  # of the legend
+APART = np.array([24.0, 8.0])  # pixels between names
+DEEPEST = 1e-3  # of the smallest error: how far down an axis goes for the uncertainty of the reference
 LEAST = 1e-16  # relative error: zero has no place on a logarithmic axis
 
 
@@ -40,7 +45,8 @@ def work_precision_figure(study: Study, front: bool = False) -> Figure:
     for place in list(axes.flat)[count:]:
         place.set_visible(False)
     handles, labels = axes.flat[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 4), fontsize=9)
+    across = int(size[0] * LETTERS_AN_INCH / (max(len(label) for label in labels) + 6))  # 6: the sample of the line
+    figure.legend(handles, labels, loc="outside lower center", ncols=max(1, min(len(labels), across)), fontsize=9)
     figure.suptitle(study.title)
     return figure
 
@@ -52,15 +58,17 @@ def _panel(axes: Axes, study: Study, quantity: Quantity, front: bool) -> None:
     for number, (name, rows) in enumerate(study.series().items()):
         look: dict[str, Any] = {"color": DISTINCT[number % len(DISTINCT)], "marker": MARKERS[number % len(MARKERS)]}
         _line(axes, rows, quantity, name, {**look, "linestyle": "none" if front else "-"})
-        if not front:
-            _name_points(axes, rows, quantity, look["color"])
     if front:
         _draw_front(axes, study.rows, quantity)
     _limits(axes, study.rows, quantity, floor)
-    axes.axhspan(axes.get_ylim()[0], floor, color="0.88", zorder=0, label="uncertainty of the reference")
-    axes.set(xlabel="wall time [s]", ylabel="relative error", title=quantity.name)
+    bottom = axes.get_ylim()[0]
+    axes.axhspan(bottom, max(bottom, floor), color="0.88", zorder=0, label="uncertainty of the reference")
+    axes.set(xlabel="wall time [s]", ylabel="relative error")
+    axes.set_title(f"{quantity.name} (reference ± {shown_error(quantity.uncertainty)})", fontsize=10)
     plain_log_labels(axes.xaxis)
     axes.xaxis.grid(True, which="major")
+    if not front:
+        _name_points(axes, study, quantity)
 
 
 def _line(axes: Axes, rows: Sequence[Measured], quantity: Quantity, label: str, look: dict[str, Any]) -> None:
@@ -75,16 +83,25 @@ def _line(axes: Axes, rows: Sequence[Measured], quantity: Quantity, label: str, 
         )
 
 
-def _name_points(axes: Axes, rows: Sequence[Measured], quantity: Quantity, colour: Any) -> None:
-    """The settings beside their points: of all where they are few, else of the first, the last and some between."""
-    step = max(1, math.ceil(len(rows) / FEW))
-    for index, row in enumerate(rows):
-        if index % step and index != len(rows) - 1:
-            continue
-        error = max(row.errors[quantity.name], LEAST)
-        if math.isfinite(error):
-            place = row.seconds, error
-            axes.annotate(row.setting, place, (4, 3), textcoords="offset points", fontsize=7, color=colour)
+def _name_points(axes: Axes, study: Study, quantity: Quantity) -> None:
+    """The settings beside their points, as long as they do not hide one another; to be called at the final limits."""
+    from matplotlib.patheffects import withStroke
+
+    taken: list[np.ndarray] = []
+    for number, rows in enumerate(study.series().values()):
+        offset = OFFSETS[number % len(OFFSETS)]
+        look: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "zorder": 4}
+        look |= {"ha": "left" if offset[0] > 0 else "right", "va": "bottom" if offset[1] > 0 else "top"}
+        look |= {"color": DISTINCT[number % len(DISTINCT)]}
+        for row in rows:
+            place = row.seconds, max(row.errors[quantity.name], LEAST)
+            if not math.isfinite(place[1]):
+                continue
+            middle = axes.transData.transform(place) + np.array(offset) * (4.0 + len(row.setting) / 3.0, 3.0)
+            if all(np.any(np.abs(middle - other) > APART) for other in taken):
+                taken.append(middle)
+                white = withStroke(linewidth=1.5, foreground="white")
+                axes.annotate(row.setting, place, offset, path_effects=[white], **look)
 
 
 def _draw_front(axes: Axes, rows: tuple[Measured, ...], quantity: Quantity) -> None:
@@ -120,12 +137,23 @@ def _limits(axes: Axes, rows: Sequence[Measured], quantity: Quantity, floor: flo
     errors = np.array([max(row.errors[quantity.name], LEAST) for row in rows])
     errors = errors[np.isfinite(errors)]
     seconds = np.array([row.seconds for row in rows])
-    low = min(float(errors.min(initial=floor)), floor)
-    axes.set_ylim(0.3 * low, 4.0 * float(errors.max(initial=floor)))
-    axes.set_xlim(0.7 * seconds.min(), 1.9 * seconds.max())  # room for the last name on the right
+    smallest = float(errors.min(initial=np.inf)) if errors.size else floor
+    low = min(smallest, max(floor, DEEPEST * smallest))
+    axes.set_ylim(0.2 * low, 4.0 * float(errors.max(initial=floor)))
+    axes.set_xlim(0.5 * seconds.min(), 2.0 * seconds.max())  # room for the names of the first and the last
 
 
 def save_figure(study: Study, folder: Path) -> None:
     """Write NAME.png and NAME.svg; the study of the whole pipeline with its Pareto front."""
     with styled():
-        save(work_precision_figure(study, front=study.name == "whole"), folder, study.name)
+        save(work_precision_figure(study, front=study.name == FRONT), folder, study.name)
+
+
+def save_picture(study: Study, path: Path) -> None:
+    """The figure as a PNG of moderate size, for a document."""
+    from matplotlib import pyplot as plt
+
+    with styled():
+        figure = work_precision_figure(study, front=study.name == FRONT)
+        figure.savefig(path, dpi=90, metadata={"Software": None})
+        plt.close(figure)

@@ -41,18 +41,19 @@ def harmonics_study(cases: Sequence[CurveCase], settings: HarmonicsSettings, sto
         for n in settings.harmonics:
             curve, seconds = timed(lambda problem=problem, n=n: problem.solve(harmonics=n))
             errors = peak_errors(curve, reference)
-            rows.append(
-                Measured(
-                    case.label, f"H = {n}", seconds, errors, {"points": curve.points, "harmonics": n}, ending(curve)
-                )
-            )
+            counts = {"points": curve.points, "harmonics": n}
+            rows.append(Measured(f"{case.label}: H", f"{n}", seconds, errors, counts, ending(curve)))
         for tolerance in settings.tolerances:
             curve, seconds = timed(
                 lambda problem=problem, e=tolerance: problem.solve(harmonics="auto", harmonic_tolerance=e)
             )
             errors = peak_errors(curve, reference)
             counts = {"points": curve.points, "harmonics": curve.harmonics}
-            rows.append(Measured(f'{case.label}, "auto"', f"{tolerance:g}", seconds, errors, counts, ending(curve)))
+            rows.append(
+                Measured(
+                    f'{case.label}: tolerance of "auto"', f"{tolerance:g}", seconds, errors, counts, ending(curve)
+                )
+            )
     coarse, fine = settings.reference
     return Study(
         "harmonics",

@@ -45,11 +45,11 @@ def integration_study(cases: Sequence[CurveCase], settings: IntegrationSettings,
             )
             counts = {"points": curve.points, "iterations": int(curve.iterations.sum())}
             errors = peak_errors(curve, reference)
-            rows.append(Measured(f"{case.label}, sampled", f"{samples}", seconds, errors, counts, ending(curve)))
+            rows.append(Measured(f"{case.label}: sampled", f"{samples}", seconds, errors, counts, ending(curve)))
         curve, seconds = timed(lambda problem=problem: problem.solve(harmonics=settings.harmonics))
         counts = {"points": curve.points, "iterations": int(curve.iterations.sum())}
         errors = peak_errors(curve, reference)
-        rows.append(Measured(f"{case.label}, exact", "exact", seconds, errors, counts, ending(curve)))
+        rows.append(Measured(f"{case.label}: exact", "exact", seconds, errors, counts, ending(curve)))
         for name, error in errors.items():
             unsure[name] = max(unsure[name], error)
     return Study(

@@ -40,7 +40,7 @@ class MeshSettings:
 USUAL = MeshSettings(
     {
         "hex8": (8.0, 6.0, 4.0, 2.8, 2.0),
-        "hex20": (8.0, 7.0, 6.0, 5.0, 4.0, 3.2, 2.8, 2.4),
+        "hex20": (8.0, 6.0, 5.0, 4.0, 3.2, 2.8, 2.4),
         "hex27": (8.0, 6.0, 4.0, 2.8),
     },
     REFERENCE,
@@ -85,7 +85,7 @@ def reference_text(sizes: Sequence[float], modes: int) -> str:
     """What the reference is, in a sentence or two."""
     return (
         f"Reference: hex20 of {', '.join(f'{size:g}' for size in sizes)} mm with {modes} modes, extrapolated to size "
-        f"0 by least squares with order {ORDER:g}; its uncertainty is the largest residual."
+        f"0 by least squares with order {ORDER:g}; its uncertainty is the largest change by one of them left out."
     )
 
 

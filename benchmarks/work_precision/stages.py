@@ -117,11 +117,17 @@ def extrapolated(sizes: Sequence[float], values: Sequence[float], order: float) 
     """Limit for vanishing element size and its relative uncertainty, from three sizes or more.
 
     Least squares of limit + c size^order: a mesh changes in steps with its size, so that Richardson's extrapolation
-    of two neighbours is at the mercy of where those steps lie. The uncertainty is the largest residual.
+    of two neighbours is at the mercy of where those steps lie. The uncertainty is the largest change of the limit
+    when one of the sizes is left out.
     """
     import numpy as np
 
     terms = np.column_stack([np.ones(len(sizes)), np.asarray(sizes, dtype=float) ** order])
-    found, *_ = np.linalg.lstsq(terms, np.asarray(values, dtype=float))
-    residuals = np.asarray(values) - terms @ found
-    return float(found[0]), float(np.max(np.abs(residuals)) / abs(found[0]))
+    found = np.asarray(values, dtype=float)
+
+    def limit(rows: list[int]) -> float:
+        return float(np.linalg.lstsq(terms[rows], found[rows])[0][0])
+
+    every = list(range(len(sizes)))
+    best = limit(every)
+    return best, max(abs(limit([row for row in every if row != left_out]) / best - 1.0) for left_out in every)

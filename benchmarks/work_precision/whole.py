@@ -102,8 +102,8 @@ def _reference(scene: Scene, settings: WholeSettings, store: Path) -> tuple[Peak
         fewer = _peak(problem_on(kept_model(store, finer), finer).solve(harmonics=coarse))
         both = []
         for place, name in enumerate((PEAK, FREQUENCY)):
-            limit, residual = extrapolated(settings.reference, [peak[place] for peak in found], ORDER)
-            unsure[name] = max(unsure[name], residual + relative_error(fewer[place], found[-1][place]))
+            limit, spread = extrapolated(settings.reference, [peak[place] for peak in found], ORDER)
+            unsure[name] = max(unsure[name], spread + relative_error(fewer[place], found[-1][place]))
             both.append(limit)
         truth[interference] = both[0], both[1]
     return truth, unsure
