@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from work_precision.curves import FREQUENCY, PEAK, CurveCase, curve_problem, ending, peak_errors
-from work_precision.study import Measured, Quantity, Study
+from work_precision.study import Measured, Quantity, Study, said
 from work_precision.timing import timed
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def continuation_study(cases: Sequence[CurveCase], settings: ContinuationSetting
                 counts = {"points": curve.points, "iterations": int(curve.iterations.sum())}
                 errors = _errors(curve, reference)
                 label = f"{case.label}: {series}"
-                rows.append(Measured(label, f"{value:g}", seconds, errors, counts, ending(curve)))
+                rows.append(said(Measured(label, f"{value:g}", seconds, errors, counts, ending(curve))))
     return Study(
         "continuation",
         "Continuation",

@@ -16,8 +16,10 @@ from work_precision.tables import shown_error
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.patheffects import AbstractPathEffect
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+PRESET_LINE = "accuracy ="  # the line there whose points bear names
 FRONT = "whole"  # the study with a Pareto front
 TOLERANCES = (0.05, 0.01, 0.001)
 PANEL = (4.9, 3.9)  # inches
@@ -67,8 +69,7 @@ def _panel(axes: Axes, study: Study, quantity: Quantity, front: bool) -> None:
     axes.set_title(f"{quantity.name} (reference ± {shown_error(quantity.uncertainty)})", fontsize=10)
     plain_log_labels(axes.xaxis)
     axes.xaxis.grid(True, which="major")
-    if not front:
-        _name_points(axes, study, quantity)
+    _name_points(axes, study, quantity, {PRESET_LINE} if front else set(study.series()))
 
 
 def _line(axes: Axes, rows: Sequence[Measured], quantity: Quantity, label: str, look: dict[str, Any]) -> None:
@@ -83,12 +84,12 @@ def _line(axes: Axes, rows: Sequence[Measured], quantity: Quantity, label: str, 
         )
 
 
-def _name_points(axes: Axes, study: Study, quantity: Quantity) -> None:
-    """The settings beside their points, as long as they do not hide one another; to be called at the final limits."""
-    from matplotlib.patheffects import withStroke
-
+def _name_points(axes: Axes, study: Study, quantity: Quantity, named: set[str]) -> None:
+    """The settings of the lines `named` beside their points, where none hides another; needs the final limits."""
     taken: list[np.ndarray] = []
-    for number, rows in enumerate(study.series().values()):
+    for number, (name, rows) in enumerate(study.series().items()):
+        if name not in named:
+            continue
         offset = OFFSETS[number % len(OFFSETS)]
         look: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "zorder": 4}
         look |= {"ha": "left" if offset[0] > 0 else "right", "va": "bottom" if offset[1] > 0 else "top"}
@@ -100,8 +101,14 @@ def _name_points(axes: Axes, study: Study, quantity: Quantity) -> None:
             middle = axes.transData.transform(place) + np.array(offset) * (4.0 + len(row.setting) / 3.0, 3.0)
             if all(np.any(np.abs(middle - other) > APART) for other in taken):
                 taken.append(middle)
-                white = withStroke(linewidth=1.5, foreground="white")
-                axes.annotate(row.setting, place, offset, path_effects=[white], **look)
+                axes.annotate(row.setting, place, offset, path_effects=[_halo()], **look)
+
+
+def _halo() -> AbstractPathEffect:
+    """White around letters that lie over lines."""
+    from matplotlib.patheffects import withStroke
+
+    return withStroke(linewidth=1.5, foreground="white")
 
 
 def _draw_front(axes: Axes, rows: tuple[Measured, ...], quantity: Quantity) -> None:
@@ -115,18 +122,10 @@ def _draw_front(axes: Axes, rows: tuple[Measured, ...], quantity: Quantity) -> N
     label: str | None = "fastest within a tolerance"
     for tolerance, row in best.items():
         axes.axhline(tolerance, color="0.6", linewidth=0.8, linestyle=(0, (4, 2)), zorder=1)
-        text = f"{100.0 * tolerance:g} %" + ("" if row is None else f": {row.setting}, {row.seconds:.2g} s")
-        if row is None:
-            text += ": none"
-        axes.annotate(
-            text,
-            (0.99, tolerance),
-            (0, 2),
-            ("axes fraction", "data"),
-            textcoords="offset points",
-            ha="right",
-            fontsize=7,
-        )
+        found = "none" if row is None else f"{row.series} {row.setting}, {row.seconds:.2g} s"
+        text = f"{100.0 * tolerance:g} %: {found}"
+        look: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "fontsize": 7}
+        axes.annotate(text, (0.01, tolerance), (0, 2), zorder=6, path_effects=[_halo()], **look)
         if row is not None:
             error = max(row.errors[quantity.name], LEAST)
             axes.plot(row.seconds, error, "*", color="#000000", markersize=11, zorder=5, label=label)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from work_precision.curves import FREQUENCY, PEAK, CurveCase, curve_problem, ending, peak_errors
-from work_precision.study import Measured, Quantity, Study
+from work_precision.study import Measured, Quantity, Study, said
 from work_precision.timing import timed
 
 
@@ -42,7 +42,7 @@ def harmonics_study(cases: Sequence[CurveCase], settings: HarmonicsSettings, sto
             curve, seconds = timed(lambda problem=problem, n=n: problem.solve(harmonics=n))
             errors = peak_errors(curve, reference)
             counts = {"points": curve.points, "harmonics": n}
-            rows.append(Measured(f"{case.label}: H", f"{n}", seconds, errors, counts, ending(curve)))
+            rows.append(said(Measured(f"{case.label}: H", f"{n}", seconds, errors, counts, ending(curve))))
         for tolerance in settings.tolerances:
             curve, seconds = timed(
                 lambda problem=problem, e=tolerance: problem.solve(harmonics="auto", harmonic_tolerance=e)
@@ -50,8 +50,10 @@ def harmonics_study(cases: Sequence[CurveCase], settings: HarmonicsSettings, sto
             errors = peak_errors(curve, reference)
             counts = {"points": curve.points, "harmonics": curve.harmonics}
             rows.append(
-                Measured(
-                    f'{case.label}: tolerance of "auto"', f"{tolerance:g}", seconds, errors, counts, ending(curve)
+                said(
+                    Measured(
+                        f'{case.label}: tolerance of "auto"', f"{tolerance:g}", seconds, errors, counts, ending(curve)
+                    )
                 )
             )
     coarse, fine = settings.reference

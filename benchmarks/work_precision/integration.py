@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from work_precision.curves import FREQUENCY, PEAK, CurveCase, curve_problem, ending, peak_errors
-from work_precision.study import Measured, Quantity, Study
+from work_precision.study import Measured, Quantity, Study, said
 from work_precision.timing import timed
 
 _FINER = {"max_step": 0.1}  # another walk along the same curve tells the error of its peak
@@ -45,11 +45,13 @@ def integration_study(cases: Sequence[CurveCase], settings: IntegrationSettings,
             )
             counts = {"points": curve.points, "iterations": int(curve.iterations.sum())}
             errors = peak_errors(curve, reference)
-            rows.append(Measured(f"{case.label}: sampled", f"{samples}", seconds, errors, counts, ending(curve)))
+            rows.append(
+                said(Measured(f"{case.label}: sampled", f"{samples}", seconds, errors, counts, ending(curve)))
+            )
         curve, seconds = timed(lambda problem=problem: problem.solve(harmonics=settings.harmonics))
         counts = {"points": curve.points, "iterations": int(curve.iterations.sum())}
         errors = peak_errors(curve, reference)
-        rows.append(Measured(f"{case.label}: exact", "exact", seconds, errors, counts, ending(curve)))
+        rows.append(said(Measured(f"{case.label}: exact", "exact", seconds, errors, counts, ending(curve))))
         for name, error in errors.items():
             unsure[name] = max(unsure[name], error)
     return Study(

@@ -11,7 +11,7 @@ from pipeline.operation import linear_operation
 from pipeline.scene import Scene
 from pipeline.scene_file import read_scene
 from work_precision.stages import built_mesh, extrapolated, kept_model, with_values
-from work_precision.study import Measured, Quantity, Study, relative_error
+from work_precision.study import Measured, Quantity, Study, relative_error, said
 from work_precision.timing import median_of
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def mesh_study(scene_file: Path, settings: MeshSettings, store: Path) -> Study:
     rows = []
     for element, sizes in settings.sizes.items():
         for size in sizes:
-            rows.append(_measure(scene, element, size, {name: value for name, (value, _) in truth.items()}))
+            rows.append(said(_measure(scene, element, size, {name: value for name, (value, _) in truth.items()})))
     return Study(
         "mesh",
         "Mesh size and element",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from pipeline.operation import linear_operation
 from pipeline.scene_file import read_scene
 from work_precision.stages import BuiltMesh, BuiltModel, built_mesh
-from work_precision.study import Measured, Quantity, Study
+from work_precision.study import Measured, Quantity, Study, said
 from work_precision.timing import timed
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def modes_study(scene_file: Path, settings: ModesSettings) -> Study:
                 choice = {key: value} if key == "rom.modes" else {"rom.modes": "auto", key: value}
                 made, seconds = timed(lambda choice=choice: mesh.reduced(choice))
                 found = linear_errors(linear_answers(made.model(), operation, exact), exact, operation.frequency)
-                rows.append(_row(name, value, made, seconds, _errors(found)))
+                rows.append(said(_row(name, value, made, seconds, _errors(found))))
     return Study(
         "modes",
         "Modes kept",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -65,6 +66,12 @@ class Study:
         for row in self.rows:
             lines.setdefault(row.series, []).append(row)
         return {name: tuple(rows) for name, rows in lines.items()}
+
+
+def said(row: Measured) -> Measured:
+    """The row, after a line about it on standard error: a study takes minutes."""
+    print(f"  {row.series}, {row.setting}: {row.seconds:.3g} s", file=sys.stderr, flush=True)
+    return row
 
 
 def relative_error(found: float, reference: float) -> float:

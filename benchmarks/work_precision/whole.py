@@ -14,11 +14,11 @@ from pipeline.curve import CURVE, CurveFacts, CurveTask, read_facts, solve_curve
 from pipeline.scene import Scene
 from pipeline.scene_file import read_scene
 from work_precision.curves import FREQUENCY, PEAK, problem_on
+from work_precision.figure import PRESET_LINE
 from work_precision.mesh import ORDER, REFERENCE, REFERENCE_MODES, reference_scene, reference_text
 from work_precision.stages import BuiltModel, built_mesh, extrapolated, kept_model, with_values
-from work_precision.study import Measured, Quantity, Study, relative_error
+from work_precision.study import Measured, Quantity, Study, relative_error, said
 
-PRESET_SERIES = "accuracy = ..."
 Peaks = dict[float, tuple[float, float]]  # interference, m -> amplitude, m, and frequency, Hz, of the highest peak
 
 
@@ -68,10 +68,16 @@ def whole_study(scene_file: Path, settings: WholeSettings, store: Path) -> Study
                 made = mesh.reduced({"rom.modes": modes})
                 for harmonics in settings.harmonics:
                     seconds = mesh.seconds + made.seconds
-                    label = f"{element} {size:g} mm, {modes} modes, H = {harmonics}"
+                    label = f"{modes} modes, H = {harmonics}"
                     values = {"response.harmonics": harmonics}
-                    rows.append(_measure(element, label, made, values, settings.interferences, seconds, truth))
-    rows += (_preset(scene, name, settings, truth) for name in settings.presets)
+                    rows.append(
+                        said(
+                            _measure(
+                                f"{element} {size:g} mm", label, made, values, settings.interferences, seconds, truth
+                            )
+                        )
+                    )
+    rows += (said(_preset(scene, name, settings, truth)) for name in settings.presets)
     coarse, fine = settings.reference_harmonics
     shown = ", ".join(f"{1e6 * value:g}" for value in settings.interferences)
     return Study(
@@ -159,4 +165,4 @@ def _preset(scene: Scene, name: str, settings: WholeSettings, truth: Peaks) -> M
     with built_mesh(with_values(scene, values)) as mesh:
         made = mesh.reduced({})
         seconds = mesh.seconds + made.seconds
-        return _measure(PRESET_SERIES, f'"{name}"', made, {}, settings.interferences, seconds, truth)
+        return _measure(PRESET_LINE, f'"{name}"', made, {}, settings.interferences, seconds, truth)
