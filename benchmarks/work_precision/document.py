@@ -52,8 +52,4 @@ def with_block(text: str, name: str, content: str) -> str:
     return f"{text.rstrip()}\n\n<!-- bench: {name} -->\n{content}<!-- end -->\n"
 
 
-_HEAD = """# Performance
-
-Run time against error, setting by setting. `make bench` measures; `make bench-docs` puts its tables
-between the markers of this file. Times are wall seconds, medians of three where the work is short.
-"""
+_HEAD = "# Performance\n"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.patheffects import AbstractPathEffect
 
-MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">")  # one more or less than colours: no look comes twice
 PRESET_LINE = "accuracy ="  # the line there whose points bear names
 FRONT = "whole"  # the study with a Pareto front
 TOLERANCES = (0.05, 0.01, 0.001)

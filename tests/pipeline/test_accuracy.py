@@ -134,3 +134,14 @@ def test_a_chord_that_is_wrong_is_what_is_named(tmp_path: Path, chord: Any) -> N
     status, _, error = shroud("validate", write_scene(tmp_path / "s.toml", bare(blade__chord=chord)))
     assert status == 2
     assert "blade.chord: " in error
+
+
+def test_expected_errors_cover_what_was_measured() -> None:
+    document = Path(__file__).parents[2] / "docs" / "performance.md"
+    rows = [[cell.strip() for cell in line.split("|")] for line in document.read_text().splitlines()]
+    measured = {row[2].strip('"'): row[-3:-1] for row in rows if len(row) > 5 and row[1] == "accuracy ="}
+    assert set(measured) == set(PRESETS)
+    for name, cells in measured.items():
+        amplitude, frequency = (float(cell.removesuffix("%")) / 100.0 for cell in cells)
+        assert amplitude <= PRESETS[name].expected.peak_amplitude
+        assert frequency <= PRESETS[name].expected.peak_frequency
