@@ -1,6 +1,6 @@
 # make run    set up what is needed, then run a scene from geometry to figures
 # make test   set up what is needed, then format, lint, types and tests
-# make bench  run time against error of every stage and of the whole, into out/bench; make bench-docs: docs/performance.md
+# make bench  run time against error of every stage and of the whole, into out/bench; make bench-docs puts it into docs
 # make stress the stability matrix: hard cases solved, every one written down, into out/stress
 #
 # SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes;

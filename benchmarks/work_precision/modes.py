@@ -16,7 +16,7 @@ from work_precision.timing import timed
 if TYPE_CHECKING:
     from rom import LinearError, ReducedModel
 
-MUCH = 10.0  # how much further than usual the modes of the reference reach
+MUCH = 20.0  # how much further than usual the modes of the reference reach
 FREE, STUCK = "natural frequencies, free", "natural frequencies, stuck"
 CONTACT, OUTPUT = "receptance of the contact nodes", "receptance of the tip"
 
