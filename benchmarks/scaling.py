@@ -38,6 +38,7 @@ MEASURED = {
     "memory GB": "largest memory, GB",
 }
 NODES, H = "contact nodes", "harmonics"
+FITTED = {NODES: tuple(MEASURED), H: ("ms a point",)}  # what depends on which; memory is that of the reduction
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -129,7 +130,7 @@ def report(by_nodes: Sequence[dict[str, Any]], by_harmonics: Sequence[dict[str, 
     facts = machine.this_machine(1).facts()
     parts.append("; ".join(f"{name}: {text}" for name, text in facts.items()) + ".")
     for rows, key in ((by_nodes, NODES), (by_harmonics, H)):
-        fitted = [f"{name}: {exponent([r[key] for r in rows], [r[name] for r in rows]):.2f}" for name in MEASURED]
+        fitted = [f"{name}: {exponent([r[key] for r in rows], [r[name] for r in rows]):.2f}" for name in FITTED[key]]
         parts.append(f"## Against {key}")
         parts.append(markdown_table(list(rows[0]), [list(row.values()) for row in rows]))
         parts.append(f"Exponents over the larger half: {', '.join(fitted)}.")
@@ -154,9 +155,11 @@ def _panel(axes: Axes, rows: Sequence[dict[str, Any]], key: str) -> None:
     from pipeline.figures.style import DISTINCT, plain_log_labels
 
     sizes = [row[key] for row in rows]
-    for colour, marker, (name, meaning) in zip(DISTINCT, "os^", MEASURED.items(), strict=False):
+    for colour, marker, name in zip(DISTINCT, "os^", MEASURED, strict=False):
+        if name not in FITTED[key]:
+            continue
         values = [row[name] for row in rows]
-        label = f"{meaning}: exponent {exponent(sizes, values):.2f}"
+        label = f"{MEASURED[name]}: exponent {exponent(sizes, values):.2f}"
         axes.loglog(sizes, values, color=colour, marker=marker, markersize=5, label=label)
     axes.set_xlabel(f"{key} of a face" if key == NODES else key)
     plain_log_labels(axes.xaxis)
