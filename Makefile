@@ -1,21 +1,23 @@
 # make run    set up what is needed, then run a scene from geometry to figures
 # make test   set up what is needed, then format, lint, types and tests
+# make bench  run time against error of every stage and of the whole, into out/bench; make bench-docs puts it into docs
 # make stress the stability matrix: hard cases solved, every one written down, into out/stress
 #
 # SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes;
-# STRESS="--full --seed 5" more or other cases (docs/stability.md).
+# STRESS="--full --seed 5" more or other cases (docs/stability.md), BENCH="--only mesh" or "--full" of the bench.
 
 SCENE ?= scenes/dummy.toml
 OUT ?=
 JOBS ?= 1
 STRESS ?=
+BENCH ?=
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) --jobs $(JOBS)
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond render figures test stress clean
+.PHONY: setup run mesh assemble reduce respond render figures test stress bench bench-docs clean
 
 setup: $(VENV)/.installed
 
@@ -42,6 +44,14 @@ test: setup
 
 stress: setup
 	@$(BIN)/python benchmarks/stress.py --jobs $(JOBS) $(STRESS)
+
+# Times of one thread each, as the pipeline itself asks for.
+bench bench-docs: export OPENBLAS_NUM_THREADS = 1
+bench: setup
+	@$(BIN)/python benchmarks/bench.py $(BENCH)
+
+bench-docs: setup
+	@$(BIN)/python benchmarks/bench.py --docs
 
 clean:
 	rm -rf out build dist .pytest_cache .mypy_cache .ruff_cache

@@ -11,17 +11,16 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import platform
 import statistics
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import machine
 from peers_programs import Request
 from peers_report import name, report
 
@@ -191,7 +190,7 @@ def _installed(python: Path) -> bool:
 
 def compare(bench: Bench, cases: Sequence[str]) -> dict[str, Any]:
     """All rows and references, as `peers.json` holds them."""
-    before = os.getloadavg()[0]
+    before = machine.load()
     rows: list[dict[str, Any]] = []
     failures: list[str] = []
     for case in cases:
@@ -213,9 +212,9 @@ def compare(bench: Bench, cases: Sequence[str]) -> dict[str, Any]:
                 row["faster"] = [min(times[i] for times in theirs) / row["ms_a_point"][i] for i in (0, 1)]
         rows += of_case
     return {
-        "when": time.strftime("%Y-%m-%d"),
-        "machine": f"{os.cpu_count()} x {platform.machine()}, Python {platform.python_version()}",
-        "load": [before, os.getloadavg()[0]],
+        "when": machine.today(),
+        "machine": machine.hardware(),
+        "load": [before, machine.load()],
         "tolerance": TOLERANCE,
         "check_samples": CHECK_SAMPLES,
         "frequencies": FREQUENCIES,

@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from markdown_table import markdown_table
+
 Row = dict[str, Any]
 
 
@@ -71,7 +73,7 @@ def _speed(results: dict[str, Any]) -> str:
         "Every time twice: of the processor / on the clock; the clock counts what others do on a busy machine. "
         "*Times faster*: time a point of the fastest pyHarm row of the case against that of the row."
     )
-    return f"{_table(header, rows)}\n\n{note}"
+    return f"{markdown_table(header, rows)}\n\n{note}"
 
 
 def _both(times: Sequence[float] | None, form: str) -> str:
@@ -94,7 +96,7 @@ def _response(results: dict[str, Any]) -> str:
                 published = _off(found, agreed) if agreed and row["variant"] != "exact" else "-"
                 lines.append((case, name(row), *_nine(found), _off(found, exact), published))
     frequencies = (f"w = {w:.2f}" for w in results["frequencies"])
-    return _table(("case", "program", *frequencies, "off the reference", "off the published"), lines)
+    return markdown_table(("case", "program", *frequencies, "off the reference", "off the published"), lines)
 
 
 def _nine(values: Iterable[float]) -> list[str]:
@@ -123,15 +125,10 @@ def _peaks(results: dict[str, Any]) -> str:
                 error = f"{curve['peak'] / height - 1.0:+.1e}"
                 rows.append((case, name(row), f"{curve['peak_frequency']:.6f}", f"{curve['peak']:.9f}", error))
     note = "The peak of pyHarm is the highest of its points: it does not look for it."
-    return f"{_table(('case', 'program', 'w', 'height', 'error'), rows)}\n\n{note}"
+    return f"{markdown_table(('case', 'program', 'w', 'height', 'error'), rows)}\n\n{note}"
 
 
 def name(row: Row) -> str:
     """Program and variant."""
     samples = "" if row["variant"] == "exact" else f", {row['samples']} samples"
     return f"{row['program']}, {row['variant']}{samples}"
-
-
-def _table(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(str(value) for value in line) + " |" for line in lines)

@@ -13,8 +13,6 @@ from __future__ import annotations
 import argparse
 import csv
 import json
-import os
-import platform
 import resource
 import subprocess
 import sys
@@ -23,6 +21,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+
+import machine
+from markdown_table import markdown_table
 
 HOUSE = Path(__file__).resolve().parents[1]
 SIZES, LARGEST = (4.0, 2.8, 1.9), 1.25  # mm
@@ -126,20 +127,14 @@ def measure(scene: Path, size: float, modes: float) -> dict[str, Any]:
 
 def report(rows: list[dict[str, Any]]) -> str:
     """The table in Markdown, with the machine."""
-    heads = ["mm", "dofs", "modes", *PHASES, "total s", "GB", "solver"]
-    lines = [heads, ["---"] * len(heads)]
+    heads = ("mm", "dofs", "modes", *PHASES, "total s", "GB", "solver")
+    lines = []
     for row in rows:
         phases = [f"{row[phase]:.2f}" for phase in PHASES]
         ends = [f"{row['total']:.1f}", f"{row['memory_gb']:.2f}", row["backend"]]
         lines.append([f"{row['size_mm']:g}", str(row["dofs"]), str(row["modes"]), *phases, *ends])
-    table = "\n".join("| " + " | ".join(line) + " |" for line in lines)
-    load = os.getloadavg()[0]
-    where = (
-        f"{time.strftime('%Y-%m-%d')}, {os.cpu_count()} x {platform.machine()}, Python {platform.python_version()}"
-    )
-    return (
-        f"# From blade to reduced model\n\n{where}, load of the machine {load:.1f} at the end. Seconds.\n\n{table}\n"
-    )
+    where = f"{machine.today()}, {machine.hardware()}, load of the machine {machine.load():.1f} at the end. Seconds."
+    return f"# From blade to reduced model\n\n{where}\n\n{markdown_table(heads, lines)}\n"
 
 
 if __name__ == "__main__":

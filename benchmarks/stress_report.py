@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from markdown_table import markdown_table
 from stress_cases import FACTORS, LEVELS, StressCase
 from stress_solving import StressResult
 
@@ -50,7 +51,7 @@ def _title(case: StressCase) -> str:
 
 def _outcomes(results: Sequence[StressResult]) -> str:
     counts = Counter(result.ending for result in results)
-    return _table(("outcome", "curves"), ((ending, count) for ending, count in counts.most_common()))
+    return markdown_table(("outcome", "curves"), ((ending, count) for ending, count in counts.most_common()))
 
 
 def _by_harmonics(results: Sequence[StressResult]) -> str:
@@ -82,7 +83,7 @@ def _by_harmonics(results: Sequence[StressResult]) -> str:
                 f"{sum(r.iterations for r in chosen) / sum(points):.2f}",
             )
         )
-    return _table(header, rows)
+    return markdown_table(header, rows)
 
 
 def _by_level(results: Sequence[StressResult]) -> str:
@@ -105,13 +106,13 @@ def _by_level(results: Sequence[StressResult]) -> str:
             )
             rows.append(row)
     header = ("factor", "level", "curves", "incomplete", "with turning points", "median points", "median s")
-    return _table(header, rows)
+    return markdown_table(header, rows)
 
 
 def _ranked(results: Sequence[StressResult], key: Callable[[StressResult], float]) -> str:
     header = ("case", *COLUMNS, "points", "iterations", "seconds", "energy error", "turning points", "outcome")
     chosen = sorted(results, key=key, reverse=True)[:SHOWN]
-    return _table(header, (_line(result) for result in chosen))
+    return markdown_table(header, (_line(result) for result in chosen))
 
 
 def _line(result: StressResult) -> tuple[object, ...]:
@@ -148,8 +149,3 @@ def _in_full(result: StressResult) -> str:
         f"{result.seconds:.1f} s).\n"
         f"`{case.replay}`"
     )
-
-
-def _table(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(str(value) for value in line) + " |" for line in lines)

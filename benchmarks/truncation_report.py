@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markdown_table import markdown_table
 from stress_cases import StressCase
 
 FACTOR, MUCH = 3.0, 10.0
@@ -85,7 +86,7 @@ def report_text(results: Sequence[Validation]) -> str:
         _about_the_truth(judged),
         _cost(judged),
         "## Not bounded, unknown or far over",
-        _table(HEADER, (_line(result) for result in odd)) if odd else "None.",
+        markdown_table(HEADER, (_line(result) for result in odd)) if odd else "None.",
         "## Left out",
         "\n".join(left_out) or "None.",
     ]
@@ -108,7 +109,7 @@ def _by_harmonics(judged: Sequence[Validation]) -> str:
             f"{np.median(ratios):.2f}" if ratios else "",
         )
         rows.append(row)
-    return _table(header, rows)
+    return markdown_table(header, rows)
 
 
 def _about_the_truth(judged: Sequence[Validation]) -> str:
@@ -151,11 +152,6 @@ def _line(result: Validation) -> tuple[object, ...]:
         f"{result.error:.2g}",
         f"{result.estimate:.2g}",
     )
-
-
-def _table(header: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(str(value) for value in line) + " |" for line in lines)
 
 
 def draw(path: Path, judged: Sequence[Validation]) -> None:

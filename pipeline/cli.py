@@ -138,6 +138,8 @@ def validate(scene: SceneArgument) -> None:
     check_scene(file)
     curves = f"{len(file.members)} curve{'s' if len(file.members) > 1 else ''}"
     print(f"{scene}: valid, {curves}" + (f" over {', '.join(file.swept)}" if file.swept else ""))
+    if file.accuracy is not None:
+        print(file.accuracy.text())
 
 
 @app.command()
@@ -249,6 +251,8 @@ def _tell(request: Request, outcome: Outcome) -> None:
         Console(width=width).print(curve_table(outcome))
     for note in [*mode_notes(outcome), *motion_notes(outcome)]:
         print(note)
+    if request.scene.accuracy is not None:
+        print(request.scene.accuracy.text())
     if warning := harmonics_warning(outcome):
         print(warning, file=sys.stderr)
     print(f"{outcome.seconds:.2f} s, results in {request.out}")

@@ -142,6 +142,7 @@ def _summary(run: Run, outcome: Outcome) -> dict[str, Any]:
     out = run.request.out
     return {
         "scene": run.request.scene.first.name,
+        "accuracy": None if run.request.scene.accuracy is None else run.request.scene.accuracy.plain(),
         "complete": outcome.complete,
         "problems": outcome.problems,
         "seconds": round(outcome.seconds, 4),

@@ -249,6 +249,11 @@ class Scene(Section):
         pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$",
     )
     title: str = _key("heading of the figures", "text, 200 characters at most", "", max_length=200)
+    accuracy: Literal["draft", "standard", "reference"] | None = _key(
+        "preset of mesh, modes, harmonics and tolerances; what the scene sets itself goes before it",
+        '"draft", "standard" or "reference"',
+        None,
+    )
     blade: Blade | None = _key("", "a table", None)
     shroud: Shroud | None = _key("", "a table", None)
     material: Material | None = _key("", "a table", None)

@@ -48,7 +48,9 @@ def scene_error(path: Path, raw: Mapping[str, Any], errors: Sequence[Any], swept
     if error["type"] == "extra_forbidden":
         return _unknown(path, location)
     if section not in SECTIONS:
-        return input_error(path, section, _found(raw.get(section, MISSING)), allowed_values(section))
+        return input_error(
+            path, section, _found(raw.get(section, MISSING)) + _nearest(error), allowed_values(section)
+        )
     if len(location) == 1 or not isinstance(raw.get(section), Mapping):
         return input_error(path, section, _found(raw.get(section, MISSING)), f"a table [{section}]")
     name = str(location[1])
@@ -72,6 +74,15 @@ def _unknown(path: Path, location: tuple[Any, ...]) -> InputError:
 
 def _found(value: Any) -> str:
     return "missing" if value is MISSING else shown(value)
+
+
+def _nearest(error: Any) -> str:
+    """A suggestion where one of a few words was expected and something like it found."""
+    if error["type"] != "literal_error" or not isinstance(error["input"], str):
+        return ""
+    words = [word for word in str(error["ctx"]["expected"]).split("'") if word.isalpha()]
+    near = difflib.get_close_matches(error["input"], words, n=1, cutoff=0.5)
+    return f", did you mean {near[0]}?" if near else ""
 
 
 def _pick(value: Any, errors: Sequence[Any], place: tuple[Any, ...]) -> tuple[Any, str]:

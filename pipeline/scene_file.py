@@ -11,6 +11,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from pipeline.accuracy import Accuracy, with_preset
 from pipeline.errors import input_error, one_line, reason_of, shown
 from pipeline.scene import SECTIONS, Scene
 from pipeline.scene_errors import scene_error, shown_key, unknown_key
@@ -31,11 +32,15 @@ class Member:
 
 @dataclass(frozen=True)
 class SceneFile:
-    """A scene file that obeys the schema, as the members of its sweep (one where there is no sweep)."""
+    """A scene file that obeys the schema, as the members of its sweep (one where there is no sweep).
+
+    `accuracy`: what the preset gave to the first member, None where the scene names none.
+    """
 
     path: Path
     members: tuple[Member, ...]
     swept: tuple[str, ...]
+    accuracy: Accuracy | None = None
 
     @property
     def first(self) -> Scene:
@@ -57,16 +62,18 @@ def read_scene(path: Path, given_model: bool = False) -> SceneFile:
     if given_model:
         _refuse_without_effect(path, sweep)
         raw = {key: value for key, value in raw.items() if key not in IGNORED_WITH_MODEL}
-    members = []
+    members: list[Member] = []
+    presets = []
     for index, chosen in enumerate(_combinations(path, sweep)):
-        merged = _merged(path, raw, {key: value for key, (_, value) in chosen.items()})
+        merged, preset = with_preset(_merged(path, raw, {k: value for k, (_, value) in chosen.items()}), given_model)
+        presets.append(preset)
         try:
             scene = Scene.model_validate(merged)
         except ValidationError as error:
             places = {key: position for key, (position, _) in chosen.items()}
             raise scene_error(path, merged, error.errors(include_url=False), places) from None
         members.append(Member(index, scene, {key: value for key, (_, value) in chosen.items()}))
-    return SceneFile(path, tuple(members), tuple(sweep))
+    return SceneFile(path, tuple(members), tuple(sweep), presets[0])
 
 
 def _load(path: Path) -> dict[str, Any]:

@@ -1,0 +1,1 @@
+"""Run time against error: one module for each study, and what they share."""

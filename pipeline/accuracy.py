@@ -1,0 +1,137 @@
+"""Presets of accuracy: one word that sets mesh, modes, harmonics and tolerances, and the errors measured with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+SOURCE = "measured on scenes/dummy.toml by make bench"
+SIZE = "mesh.size"
+_DIGITS = 3  # of an element size: what a user would type
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Largest relative errors of the default scene, rounded up: of a peak's amplitude and of its frequency."""
+
+    peak_amplitude: float
+    peak_frequency: float
+
+
+@dataclass(frozen=True)
+class Preset:
+    """What a preset stands for.
+
+    Attributes
+    ----------
+    elements_along_chord : the element size is the chord over this, so that a preset fits blades of any size.
+    values : dotted key of a scene -> value, besides the element size.
+    expected : what was measured.
+    """
+
+    elements_along_chord: float
+    values: Mapping[str, Any]
+    expected: Expected
+
+
+def _values(modes: int, tolerance: float) -> dict[str, Any]:
+    """Numbers of modes are fixed, because an automatic choice makes a reduced model for every engine order."""
+    return {
+        "mesh.element": "hex20",
+        "rom.modes": modes,
+        "rom.tolerance": tolerance,
+        "response.harmonics": "auto",
+        "response.tolerance": tolerance,
+    }
+
+
+PRESETS: dict[str, Preset] = {
+    "draft": Preset(5.0, _values(10, 0.05), Expected(0.05, 0.02)),
+    "standard": Preset(13.0, _values(20, 0.005), Expected(0.01, 0.005)),
+    "reference": Preset(18.0, _values(40, 0.0005), Expected(0.005, 0.002)),
+}
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """The preset of a scene: its name, the values that it gave, and the keys that it would have given but did not."""
+
+    name: str
+    values: Mapping[str, Any]
+    others: tuple[str, ...]
+
+    @property
+    def expected(self) -> Expected:
+        """Errors that were measured with all values of the preset."""
+        return PRESETS[self.name].expected
+
+    def text(self) -> str:
+        """What people are told: values, expected errors, and what they do not cover."""
+        given = ", ".join(
+            f"{key} {value:g}" if key == SIZE else f"{key} {value}" for key, value in self.values.items()
+        )
+        amplitude, frequency = (
+            f"{100.0 * e:g} %" for e in (self.expected.peak_amplitude, self.expected.peak_frequency)
+        )
+        error = f"expected error of a peak {amplitude}, of its frequency {frequency} ({SOURCE})"
+        line = f'accuracy "{self.name}": {given or "nothing"}; {error}'
+        return line + (
+            f"; not by the preset, so that the error may be another: {', '.join(self.others)}" * bool(self.others)
+        )
+
+    def plain(self) -> dict[str, Any]:
+        """The same for summary.json."""
+        return {
+            "preset": self.name,
+            "values": dict(self.values),
+            "not_by_preset": list(self.others),
+            "expected_error": {
+                "peak_amplitude": self.expected.peak_amplitude,
+                "peak_frequency": self.expected.peak_frequency,
+            },
+            "source": SOURCE,
+        }
+
+
+def preset_values(name: str, chord: float | None) -> dict[str, Any]:
+    """Dotted keys of a scene with the values of a preset; no element size where the chord, m, is not known.
+
+    Raises
+    ------
+    KeyError : there is no preset of that name.
+    """
+    preset = PRESETS[name]
+    size = {} if chord is None else {SIZE: float(f"{chord / preset.elements_along_chord:.{_DIGITS}g}")}
+    return {**size, **preset.values}
+
+
+def with_preset(raw: Mapping[str, Any], given_model: bool) -> tuple[dict[str, Any], Accuracy | None]:
+    """A raw scene with what its preset gives and it does not say itself; unchanged where it names no preset.
+
+    `given_model`: mesh and reduction have no say. What is wrong with the scene is left for the schema to find.
+    """
+    name = raw.get("accuracy")
+    if not isinstance(name, str) or name not in PRESETS:
+        return dict(raw), None
+    filled, used, others = dict(raw), {}, []
+    for key, value in preset_values(name, _chord(raw)).items():
+        section, _, field = key.partition(".")
+        table = filled.get(section, {})
+        if not isinstance(table, Mapping):
+            continue
+        no_say = given_model and section in ("mesh", "rom")
+        if field in table or no_say or (key == "rom.modes" and "frequency_limit" in table):
+            others.append(key)
+        else:
+            filled[section] = {**table, field: value}
+            used[key] = value
+    return filled, Accuracy(name, used, tuple(others))
+
+
+def _chord(raw: Mapping[str, Any]) -> float | None:
+    """The chord, m, where the scene has one that can be divided."""
+    blade = raw.get("blade")
+    chord = blade.get("chord") if isinstance(blade, Mapping) else None
+    number = isinstance(chord, int | float) and not isinstance(chord, bool) and 0.0 < chord < float("inf")
+    return float(chord) if chord is not None and number else None
