@@ -1,6 +1,7 @@
 """Detached branches: solutions that no path along the main curve reaches, sought from where linear theory peaks."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,7 +13,7 @@ from nonlinear.family import BalanceFamily, fitted
 from nonlinear.outcome import Ending, Outcome
 from nonlinear.start import solve_at
 from nonlinear.trace import Trace, joined, with_events
-from nonlinear.tracing import Progress
+from nonlinear.tracing import Progress, trace_range
 
 MOST_ITERATIONS = 15
 FEW_HARMONICS = 3
@@ -23,13 +24,19 @@ NEAR = 0.1
 
 
 def detached_branches(
-    continuation: Continuation, family: BalanceFamily, known: list[Trace], progress: Progress | None = None
+    continuation: Continuation,
+    family: BalanceFamily,
+    known: list[Trace],
+    static: Array,
+    progress: Progress | None = None,
 ) -> list[Trace]:
     """Branches beside the `known` ones, traced both ways until they close, or leave the range.
 
     Newton's method starts at both ends of the range and at every natural frequency in it, from the open and from the
-    stuck linear response, with few harmonics at first. A solution on no branch known so far lies on a new one. It is
-    a search, not a proof: a branch that none of these starts falls onto is not found.
+    stuck linear response, with few harmonics at first; and at the peaks of the curve with fewer harmonics, traced
+    from the displacement `static` (n_c, 3): where a few harmonics more cut a high response off, that curve still goes
+    up there. A solution on no branch known so far lies on a new one. It is a search, not a proof: a branch that none
+    of these starts falls onto is not found.
     """
     most = max((point.balance.n_harmonics for trace in known for point in trace.points), default=0)
     found: list[Trace] = []
@@ -41,10 +48,34 @@ def detached_branches(
         if solution is not None and few.balance is not all_kept.balance:
             solution = _another(all_kept, [*known, *found], frequency, solution)
         if solution is not None:
-            trace = _trace_both_ways(all_kept, frequency, solution, progress)
-            if not any(_share_an_end(all_kept, trace, other) for other in (*known, *found)):
-                found.append(trace)
+            _add(all_kept, known, found, (frequency, solution), progress)
+    if most > 1:
+        fewer = family.balance(FEW_HARMONICS if most > FEW_HARMONICS else 1)
+        for point in _peaks(replace(continuation.of(fewer), stability=None), static):
+            same = all_kept.refit(point)
+            if same is not None and not _is_known(all_kept, [*known, *found], same.frequency, same.unknown):
+                _add(all_kept, known, found, (same.frequency, same.unknown), progress)
     return found
+
+
+def _add(
+    here: Continuation,
+    known: list[Trace],
+    found: list[Trace],
+    solution: tuple[float, Array],
+    progress: Progress | None,
+) -> None:
+    """Trace the branch through a solution (w, x); one more of those found, if it is no part of another."""
+    trace = _trace_both_ways(here, *solution, progress)
+    if not any(_share_an_end(here, trace, other) for other in (*known, *found)):
+        found.append(trace)
+
+
+def _peaks(continuation: Continuation, static: Array) -> Iterator[CurvePoint]:
+    """The peaks of the main curve."""
+    for trace in trace_range(continuation, static):
+        for index in trace.peak_indices:
+            yield trace.points[index]
 
 
 def _share_an_end(here: Continuation, one: Trace, other: Trace) -> bool:
@@ -62,9 +93,14 @@ def _another(here: Continuation, known: list[Trace], frequency: float, guess: Ar
     """The solution that Newton's method finds from a guess, if it is none of the known branches."""
     start = fitted(guess, here.balance)
     solved = solve_at(here.balance, frequency, start, here.options, MOST_ITERATIONS)
-    if not solved.converged or any(lies_on(here, trace.points, frequency, solved.solution) for trace in known):
+    if not solved.converged or _is_known(here, known, frequency, solved.solution):
         return None
     return solved.solution
+
+
+def _is_known(here: Continuation, known: list[Trace], frequency: float, unknown: Array) -> bool:
+    """Whether the solution (x, w) lies on one of the branches."""
+    return any(lies_on(here, trace.points, frequency, unknown) for trace in known)
 
 
 def _probes(continuation: Continuation) -> Iterator[tuple[float, Array]]:

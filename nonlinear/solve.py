@@ -94,7 +94,7 @@ def _solve(
     curve = assemble_curve(balance, traces[0], options.output, left_out)
     pieces = traces[1:]
     if options.detached:
-        pieces = [*pieces, *detached_branches(continuation, truncation.family, traces, progress)]
+        pieces = [*pieces, *detached_branches(continuation, truncation.family, traces, static, progress)]
     return replace(curve, detached=tuple(assemble_curve(balance, piece, options.output) for piece in pieces))
 
 
@@ -111,7 +111,8 @@ def _with_enough_harmonics(
     """Traces with as many harmonics at each point as the estimated error of those left out asks for, and that error.
 
     The choice along the curve rests on an estimate of one sweep. The peaks and places along the curve are then solved
-    with more harmonics; where that tells of a larger error, the curve is traced again with a stricter choice.
+    with more harmonics; where that tells of a larger error, the curve is traced again with a stricter choice. So it
+    is where the curve ends because the branch that it followed is another one with more harmonics.
     """
     tolerance = continuation.options.harmonic_tolerance
     choice = HarmonicChoice(truncation.family, tolerance / STRICTER)
@@ -121,7 +122,8 @@ def _with_enough_harmonics(
         traces = trace_range(replace(start, adapt=choice), static, progress)
         main = traces[0]
         left_out = truncation.at_peak(main.points, main.peak_indices)
-        if left_out <= tolerance and truncation.along(main.points, main.peak_indices) <= tolerance:
+        complete = main.outcome.complete or least == LADDER[-1]
+        if complete and left_out <= tolerance and truncation.along(main.points, main.peak_indices) <= tolerance:
             return traces, left_out
         choice.tolerance /= STRICTER
     message = f"{main.outcome.message}; {LADDER[-1]} harmonics, the most there are, do not reach {tolerance:g}"

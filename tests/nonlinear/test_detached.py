@@ -24,8 +24,16 @@ def solve(harmonics=1, detached=True, *, n_blades=2, damping=0.005, stiffness=0.
     return modal, contact, forced_response(modal, contact, Excitation(1, 1.0), options)
 
 
-def test_an_isola_is_found_and_closes():
-    modal, contact, curve = solve()
+@pytest.mark.parametrize(
+    "parameters",
+    [
+        {},  # found from the linear responses
+        # cut off by the harmonics 2 and 3: found from the peak of the curve with one
+        {"harmonics": 3, "stiffness": 9.0, "interference": -1.0, "damping": 0.01},
+    ],
+)
+def test_an_isola_is_found_and_closes(parameters):
+    modal, contact, curve = solve(**parameters)
     assert curve.outcome.complete
     (isola,) = curve.detached
     assert isola.outcome.complete
@@ -37,7 +45,8 @@ def test_an_isola_is_found_and_closes():
     assert LOW < isola.frequency_hz.min() < isola.frequency_hz.max() < HIGH
     assert isola.energy_error.max() < 1e-8
     # and it is none of the main curve: at each of its frequencies its solution is far from all of that
-    balance = harmonic_balance(modal, contact, Excitation(1, 1.0), SolverOptions((LOW, HIGH)))
+    options = SolverOptions((LOW, HIGH), harmonics=parameters.get("harmonics", 1))
+    balance = harmonic_balance(modal, contact, Excitation(1, 1.0), options)
     for index in range(0, isola.points, 5):
         omega = 2.0 * np.pi * isola.frequency_hz[index]
         unknown = rows(isola.relative_displacement[index])
