@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from pipeline.accuracy import PRESETS, SIZE
 from pipeline.scene import SECTIONS, Scene
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 NOT_SWEPT = ("render",)
+BY_PRESET = {SIZE, *(key for preset in PRESETS.values() for key in preset.values)}
 
 
 def scene_schema() -> dict[str, Any]:
@@ -48,13 +50,16 @@ def _sweep(sections: dict[str, Any]) -> dict[str, Any]:
 
 
 def _given_or_swept(section: str, key: str) -> dict[str, Any]:
-    """A required key stands in its table, or in [sweep] as a list."""
+    """A required key stands in its table, or in [sweep] as a list, or a preset gives it."""
     swept = [
         {"required": [f"{section}.{key}"]},
         {"properties": {section: {"required": [key]}}, "required": [section]},
     ]
     given: dict[str, Any] = {"properties": {section: {"required": [key]}}}
-    return {"anyOf": [given, {"properties": {"sweep": {"anyOf": swept}}, "required": ["sweep"]}]}
+    ways = [given, {"properties": {"sweep": {"anyOf": swept}}, "required": ["sweep"]}]
+    if f"{section}.{key}" in BY_PRESET:
+        ways.append({"required": ["accuracy"]})
+    return {"anyOf": ways}
 
 
 def _described(node: Any) -> Any:

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from geometry import SectorMesh
     from rom import ReducedModel
 
-ORDER = 2.0  # straight element edges and re-entrant corners: no better in the long run
-REFERENCE, REFERENCE_MODES = (4.0, 2.8, 2.0, 1.6), 60
+ORDER = 1.0  # re-entrant corners: no better in the long run
+REFERENCE, REFERENCE_MODES, REFERENCE_GRADING = (4.0, 2.8, 2.0, 1.6), 60, 8.0
 NAMES = {
     "free": "natural frequencies, free",
     "stuck": "natural frequencies, stuck",
@@ -29,10 +29,14 @@ NAMES = {
 
 @dataclass(frozen=True)
 class MeshSettings:
-    """Element sizes (mm) of each element, those of the reference (hex20), and modes kept in each."""
+    """Element sizes (mm) of each element, those of the reference (hex20), and modes kept in each.
+
+    alike : sizes of hex20 with layers that are all alike (`mesh.grading` = 1).
+    """
 
     sizes: Mapping[str, Sequence[float]]
     reference: Sequence[float]
+    alike: Sequence[float] = ()
     modes: int = 40
     reference_modes: int = REFERENCE_MODES
 
@@ -44,6 +48,7 @@ USUAL = MeshSettings(
         "hex27": (8.0, 6.0, 4.0, 2.8),
     },
     REFERENCE,
+    (8.0, 6.0, 4.0, 2.8),
 )
 FULL = MeshSettings(
     {
@@ -52,6 +57,7 @@ FULL = MeshSettings(
         "hex27": (10.0, 8.0, 6.0, 4.0, 2.8, 2.4),
     },
     (*REFERENCE, 1.25),
+    (8.0, 6.0, 5.0, 4.0, 3.2, 2.8, 2.4, 2.0),
 )
 
 
@@ -64,10 +70,13 @@ def mesh_study(scene_file: Path, settings: MeshSettings, store: Path) -> Study:
     """
     scene = with_values(read_scene(scene_file).first, {"rom.modes": settings.modes})
     truth = _reference(scene, settings, store)
-    rows = []
-    for element, sizes in settings.sizes.items():
-        for size in sizes:
-            rows.append(said(_measure(scene, element, size, {name: value for name, (value, _) in truth.items()})))
+    values = {name: value for name, (value, _) in truth.items()}
+    alike = with_values(scene, {"mesh.grading": 1.0})
+    series = [(element, scene, element, sizes) for element, sizes in settings.sizes.items()]
+    series.append(("hex20, layers alike", alike, "hex20", settings.alike))
+    rows = [
+        said(_measure(there, name, element, size, values)) for name, there, element, sizes in series for size in sizes
+    ]
     return Study(
         "mesh",
         "Mesh size and element",
@@ -83,9 +92,10 @@ def mesh_study(scene_file: Path, settings: MeshSettings, store: Path) -> Study:
 
 def reference_text(sizes: Sequence[float], modes: int) -> str:
     """What the reference is, in a sentence or two."""
+    shown = ", ".join(f"{size:g}" for size in sizes)
     return (
-        f"Reference: hex20 of {', '.join(f'{size:g}' for size in sizes)} mm with {modes} modes, extrapolated to size "
-        f"0 by least squares with order {ORDER:g}; its uncertainty is the largest change by one of them left out."
+        f"Reference: hex20 of {shown} mm, grading {REFERENCE_GRADING:g}, with {modes} modes, extrapolated to size 0 "
+        f"by least squares with order {ORDER:g}; its uncertainty is the largest change by one of them left out."
     )
 
 
@@ -121,11 +131,12 @@ def _reference(scene: Scene, settings: MeshSettings, store: Path) -> dict[str, t
 
 
 def reference_scene(scene: Scene, size: float, modes: int) -> Scene:
-    """The scene on hex20 of a size in mm, with so many modes."""
-    return with_values(scene, {"mesh.size": round(1e-3 * size, 9), "mesh.element": "hex20", "rom.modes": modes})
+    """The scene on hex20 of a size in mm, with so many modes and thin layers where the corners are."""
+    mesh = {"mesh.size": round(1e-3 * size, 9), "mesh.element": "hex20", "mesh.grading": REFERENCE_GRADING}
+    return with_values(scene, {**mesh, "rom.modes": modes})
 
 
-def _measure(scene: Scene, element: str, size: float, truth: Mapping[str, float]) -> Measured:
+def _measure(scene: Scene, series: str, element: str, size: float, truth: Mapping[str, float]) -> Measured:
     there = with_values(scene, {"mesh.size": 1e-3 * size, "mesh.element": element})
 
     def make() -> tuple[tuple[dict[str, float], int], float]:
@@ -136,4 +147,4 @@ def _measure(scene: Scene, element: str, size: float, truth: Mapping[str, float]
 
     (values, dofs), seconds = median_of(make)
     errors = {NAMES[name]: relative_error(values[name], truth[name]) for name in NAMES}
-    return Measured(element, f"{size:g} mm", seconds, errors, {"dofs": dofs})
+    return Measured(series, f"{size:g} mm", seconds, errors, {"dofs": dofs})

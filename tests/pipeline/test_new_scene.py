@@ -100,6 +100,13 @@ def test_schema_and_program_refuse_the_same(
     assert shroud("validate", write_scene(tmp_path / "s.toml", scene))[0] == 2
 
 
+def test_a_preset_gives_the_element_size(validator: Draft202012Validator) -> None:
+    scene = small_scene(mesh__size=None)
+    assert list(validator.iter_errors(scene))
+    assert list(validator.iter_errors(scene | {"accuracy": "draft"})) == []
+    assert list(validator.iter_errors(scene | {"accuracy": "best"}))
+
+
 def test_every_key_is_explained(validator: Draft202012Validator) -> None:
     schema: Any = validator.schema
     for name, definition in schema["$defs"].items():
