@@ -43,8 +43,12 @@ def make_full_model(folder: Path, sector_file: Path, scene: Scene) -> None:
     save_full_model(folder / FULL_MODEL, full)
 
 
-def make_reduced_model(folder: Path, sector_file: Path, full_file: Path, scene: Scene) -> None:
+def make_reduced_model(
+    folder: Path, sector_file: Path, full_file: Path, scene: Scene, *, store_basis: bool = True
+) -> None:
     """Reduce the blade to `rom.h5`, at its speed, and note its sizes in `facts.json`.
+
+    store_basis: with what expands shapes to the mesh, which is many times the size of all the rest.
 
     `modes` there: fixed-interface modes kept; `modes_error`: estimated error by those left out, null where the scene
     says how many to keep.
@@ -62,10 +66,13 @@ def make_reduced_model(folder: Path, sector_file: Path, full_file: Path, scene: 
     }
     if modes == "auto":
         operations = [linear_operation(scene, sector)]
-        made = reduce_within(full, sector, scene.rom.tolerance, operations, contact_dofs=dofs, **load)
+        made = reduce_within(
+            full, sector, scene.rom.tolerance, operations, store_basis=store_basis, contact_dofs=dofs, **load
+        )
     else:
         number = DEFAULT_MODES if modes is None and limit is None else modes
-        made = reduction(full, sector, ReductionOptions(number, limit, contact_dofs=dofs), **load)
+        options = ReductionOptions(number, limit, store_basis, contact_dofs=dofs)
+        made = reduction(full, sector, options, **load)
     model = made.model
     write_reduced_model(folder / REDUCED_MODEL, model)
     facts = {"dofs": int(full.stiffness.shape[0]), "reduced_dofs": model.size, "n_contacts": model.n_contacts}

@@ -43,7 +43,7 @@ def blade_models(run: Run, outcome: Outcome) -> Models:
     ------
     InputError : no member's model could be made and the reason is a value of the scene.
     """
-    chain = ModelChain(run.store, run.log, run.reporter)
+    chain = ModelChain(run.store, run.log, run.reporter, run.request.expands)
     made: dict[str, BuiltModel | None] = {}
     failures: list[tuple[Member, StageError]] = []
     result: Models = {}

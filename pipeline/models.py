@@ -25,6 +25,8 @@ from pipeline.scene import Scene
 from pipeline.stage_log import StageLog
 from pipeline.store import Entry, Store
 
+WITH_BASIS = "reduce-with-basis"  # kind of the reduced models that can be expanded to the mesh
+
 
 @dataclass(frozen=True)
 class BuiltModel:
@@ -38,11 +40,15 @@ class BuiltModel:
 
 @dataclass(frozen=True)
 class ModelChain:
-    """Makes or finds mesh, full model and reduced model of scenes, and notes which of the two it was."""
+    """Makes or finds mesh, full model and reduced model of scenes, and notes which of the two it was.
+
+    expands: whether something is to be expanded to the mesh, for which a reduced model needs its basis.
+    """
 
     store: Store
     log: StageLog
     reporter: Reporter
+    expands: bool = False
 
     def mesh(self, scene: Scene, keys: ModelKeys) -> Entry:
         """The sector's mesh."""
@@ -56,36 +62,43 @@ class ModelChain:
         )
 
     def reduced_model(self, scene: Scene, keys: ModelKeys) -> BuiltModel:
-        """The reduced model. The full model is only made, or even looked at in depth, when this one is missing."""
+        """The reduced model. The full model is only made, or even looked at in depth, when this one is missing.
+
+        With its basis or without it is the same model: what is solved on one is there for the other.
+        """
         mesh = self.mesh(scene, keys)
-        entry = self._find("reduce", keys.reduce)
+        entry = self._find("reduce", keys.reduce, WITH_BASIS)
+        if entry is None and not self.expands:
+            entry = self._find("reduce", keys.reduce)
         if entry is None:
             full = self.full_model(scene, keys, mesh).file(FULL_MODEL)
-            entry = self._get(
+            entry = self._make(
                 "reduce",
+                WITH_BASIS if self.expands else "reduce",
                 keys.reduce,
                 "reducing",
-                lambda folder: make_reduced_model(folder, mesh.file(SECTOR), full, scene),
+                lambda folder: make_reduced_model(folder, mesh.file(SECTOR), full, scene, store_basis=self.expands),
             )
         elif self.store.find("assemble", keys.assemble, thorough=False):
             self.log.note("assemble", ran=False)
         facts = json.loads(entry.file(FACTS).read_text())
         return BuiltModel(keys.reduce, entry.file(REDUCED_MODEL), mesh.file(MESH_FILES[0]), facts)
 
-    def _find(self, stage: str, key: str) -> Entry | None:
+    def _find(self, stage: str, key: str, kind: str | None = None) -> Entry | None:
         with self.log.timed(stage):
-            entry = self.store.find(stage, key)
+            entry = self.store.find(kind or stage, key)
         if entry is not None:
             self.log.note(stage, ran=False)
         return entry
 
     def _get(self, stage: str, key: str, verb: str, build: Callable[[Path], None]) -> Entry:
-        entry = self._find(stage, key)
-        if entry is None:
-            with self.log.timed(stage), self.reporter.working(verb):
-                try:
-                    entry = self.store.get(stage, key, build)
-                except Exception as error:  # one member of a sweep may fail while the others go on
-                    raise StageError(stage, error) from error
-            self.log.note(stage, ran=True)
+        return self._find(stage, key) or self._make(stage, stage, key, verb, build)
+
+    def _make(self, stage: str, kind: str, key: str, verb: str, build: Callable[[Path], None]) -> Entry:
+        with self.log.timed(stage), self.reporter.working(verb):
+            try:
+                entry = self.store.get(kind, key, build)
+            except Exception as error:  # one member of a sweep may fail while the others go on
+                raise StageError(stage, error) from error
+        self.log.note(stage, ran=True)
         return entry

@@ -50,6 +50,11 @@ class Request:
             stages.add("render")
         return frozenset(stages)
 
+    @property
+    def expands(self) -> bool:
+        """Whether shapes on the mesh are asked for, now or by the whole scene."""
+        return self.scene.first.render is not None or "report" in self.wanted
+
 
 @dataclass(frozen=True)
 class Run:

@@ -17,6 +17,8 @@ def expand(model: ReducedModel, coordinates: NDArray[Any]) -> NDArray[Any]:
     Raises ReducedModelError when the model was stored without its basis.
     """
     if model.basis is None:
-        raise ReducedModelError("basis: missing; reduce again with store_basis to expand shapes to the mesh")
+        raise ReducedModelError(
+            "basis: missing, allowed: a model reduced with it (a scene with [render], store_basis)"
+        )
     coordinates = np.asarray(coordinates)
     return (coordinates @ model.basis.T).reshape(*coordinates.shape[:-1], -1, 3)

@@ -20,7 +20,7 @@ from rom import natural_frequencies, read_reduced_model
 def ran(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Output folder of two curves of the small blade, three harmonics."""
     folder = tmp_path_factory.mktemp("export")
-    scene = small_scene(response__harmonics=3, sweep={"contact.interference": [-1e-5, 1e-5]})
+    scene = small_scene(response__harmonics=3, sweep={"contact.interference": [-1e-5, 1e-5]}, render={"modes": [1]})
     status, _, error = shroud("run", write_scene(folder / "s.toml", scene), "--out", folder / "out", "--quiet")
     assert status == 0, error
     return folder / "out"
@@ -112,6 +112,7 @@ def test_ground_model_without_a_basis(tmp_path: Path) -> None:
         ("rom", "r.uff", [], "response.h5"),
         ("rom", "r.vtu", [], "--mesh"),
         ("rom", "r.vtu", ["--mesh", "nowhere.vtu"], "nowhere.vtu"),
+        ("ground", "r.vtu", ["--mesh", "mesh"], "basis: missing"),
         ("nowhere.h5", "r.mat", [], "no such file"),
         ("summary.json", "r.mat", [], "cannot be read"),
     ],
@@ -119,7 +120,11 @@ def test_ground_model_without_a_basis(tmp_path: Path) -> None:
 def test_what_does_not_go_together(
     ran: Path, tmp_path: Path, source: str, target: str, options: list[Any], word: str
 ) -> None:
-    path = model_of(ran)[0] if source == "rom" else ran / source
+    rom, mesh = model_of(ran)
+    path = rom if source == "rom" else ran / source
+    if source == "ground":
+        path = write_ground_model(ran.parent / "ground.h5")
+    options = [mesh if option == "mesh" else option for option in options]
     status, said, error = shroud("export", path, "--to", tmp_path / target, *options)
     assert (status, said) == (2, "")
     assert error.count("\n") == 1

@@ -133,7 +133,7 @@ def test_summary_leads_to_the_models(finished: Path) -> None:
     reduced = read_reduced_model(finished / model["rom"])
     sector = import_sector(finished / model["mesh"])
     assert reduced.n_contacts == len(sector.right.nodes) == 4
-    assert model["dofs"] == 3 * len(sector.points) == reduced.basis.shape[0]
+    assert model["dofs"] == 3 * len(sector.points)
     frequencies = [model["free_hz"], model["sliding_hz"]["36"], model["stuck_hz"]["36"]]
     for values in frequencies:
         assert len(values) == 10

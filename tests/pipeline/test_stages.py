@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
+from rom import read_reduced_model
+
 ALL = ("mesh", "assemble", "reduce", "respond", "render", "figures")
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 
@@ -70,6 +72,19 @@ def test_contact_dofs_on_patches_are_another_reduced_model_of_the_same_matrices(
         first, second = ((model[joint] if joint == "free_hz" else model[joint]["36"])[0] for model in (nodal, patch))
         assert first == pytest.approx(second, rel=0.05)
         assert first != second
+
+
+def test_a_basis_is_stored_where_something_is_expanded_with_it(copied: Path) -> None:
+    """And a model with a basis is the same model: curves are kept, and it serves where none is needed."""
+
+    def basis_of(out: Path) -> Any:
+        return read_reduced_model(out / summary_of(out)["models"][0]["rom"]).basis
+
+    assert basis_of(copied) is None
+    assert rerun(copied, render={"modes": [1]}) == expected(reduce="ran", render="ran")
+    assert basis_of(copied) is not None
+    assert rerun(copied) == expected()
+    assert basis_of(copied) is not None
 
 
 def test_another_angle_builds_everything(copied: Path) -> None:
