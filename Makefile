@@ -49,6 +49,10 @@ stress: setup
 bench bench-docs: export OPENBLAS_NUM_THREADS = 1
 bench: setup
 	@$(BIN)/python benchmarks/bench.py $(BENCH)
+ifeq ($(BENCH),)
+	@$(BIN)/python benchmarks/reduction.py
+	@$(BIN)/python benchmarks/skipping.py
+endif
 
 bench-docs: setup
 	@$(BIN)/python benchmarks/bench.py --docs

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from work_precision.figure import save_picture
 from work_precision.study import Study
@@ -14,10 +15,13 @@ NAME = "performance.md"
 _BLOCK = re.compile(r"(<!-- bench: (?P<name>\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
-def update_document(docs: Path, tables: Path, names: Sequence[str]) -> list[Path]:
+def update_document(
+    docs: Path, tables: Path, names: Sequence[str], reports: Mapping[str, Path] = MappingProxyType({})
+) -> list[Path]:
     """Put the tables and pictures of the studies into the document; a study without a block gets one at its end.
 
-    Studies that were not measured keep what stands there. Returns the files written.
+    reports : name -> Markdown of other benchmarks, taken over as it is, its headings a level lower. What was not
+    measured keeps what stands there. Returns the files written.
 
     Raises
     ------
@@ -36,8 +40,16 @@ def update_document(docs: Path, tables: Path, names: Sequence[str]) -> list[Path
         save_picture(study, picture)
         written.append(picture)
         text = with_block(text, name, block(study, f"images/{picture.name}"))
+    for name, file in reports.items():
+        if file.exists():
+            text = with_block(text, name, lowered(file.read_text(encoding="utf-8")))
     target.write_text(text, encoding="utf-8")
     return written
+
+
+def lowered(report: str) -> str:
+    """Markdown with its headings a level lower."""
+    return re.sub(r"^#", "##", report, flags=re.MULTILINE)
 
 
 def block(study: Study, picture: str) -> str:
