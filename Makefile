@@ -52,6 +52,7 @@ bench: setup
 ifeq ($(BENCH),)
 	@$(BIN)/python benchmarks/reduction.py
 	@$(BIN)/python benchmarks/skipping.py
+	@$(BIN)/python benchmarks/parallel.py
 endif
 
 bench-docs: setup
