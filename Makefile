@@ -50,6 +50,7 @@ bench bench-docs: export OPENBLAS_NUM_THREADS = 1
 bench: setup
 	@$(BIN)/python benchmarks/bench.py $(BENCH)
 ifeq ($(BENCH),)
+	@$(BIN)/python benchmarks/family.py
 	@$(BIN)/python benchmarks/reduction.py
 	@$(BIN)/python benchmarks/skipping.py
 	@$(BIN)/python benchmarks/parallel.py

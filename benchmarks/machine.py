@@ -48,6 +48,10 @@ class Machine:
     blas_threads: int
     load: float
 
+    def short(self) -> str:
+        """One line for people."""
+        return f"{self.date}; {self.hardware}; {self.system}; {self.versions}; one BLAS thread."
+
     def facts(self) -> dict[str, str]:
         """Name -> text, for the head of a table."""
         return {

@@ -49,7 +49,7 @@ def _values(modes: int, tolerance: float) -> dict[str, Any]:
 PRESETS: dict[str, Preset] = {
     "draft": Preset(5.0, _values(10, 0.05), Expected(0.05, 0.02)),
     "standard": Preset(9.0, _values(20, 0.005), Expected(0.01, 0.005)),
-    "reference": Preset(18.0, _values(40, 0.0005), Expected(0.005, 0.002)),
+    "reference": Preset(18.0, _values(40, 0.0005), Expected(0.001, 0.0005)),
 }
 
 
