@@ -4,6 +4,7 @@ from geometry.build import build_sector
 from geometry.checks import check_parameters
 from geometry.errors import GeometryError, SectorFileError
 from geometry.exchange import export_sector, import_sector
+from geometry.hdf5 import stored_array
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
 from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import ContactFace, SectorMesh
@@ -24,4 +25,5 @@ __all__ = [
     "import_sector",
     "load_sector",
     "save_sector",
+    "stored_array",
 ]

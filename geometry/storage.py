@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from geometry.errors import SectorFileError
+from geometry.hdf5 import stored_array
 from geometry.sector import ContactFace, SectorMesh
 
 FORMAT = "1"
@@ -48,7 +49,7 @@ def load_sector(path: str | Path) -> SectorMesh:
                 left=_face(file["left"]),
                 n_blades=int(file.attrs["n_blades"]),
             )
-    except (OSError, KeyError, AttributeError, TypeError) as error:
+    except (OSError, KeyError, AttributeError, TypeError, ValueError) as error:
         reason = str(error).strip("'\"").splitlines()[0]
         raise SectorFileError(f"{path}: not a sector: {reason}") from error
     check_sector(path, sector)
@@ -81,14 +82,14 @@ def _face(group: Any) -> ContactFace:
 
 
 def _integers(dataset: Any) -> np.ndarray:
-    values = np.asarray(dataset)
+    values = stored_array(dataset)
     if values.dtype.kind not in "iu":
         raise TypeError(f"{dataset.name} holds no integers")
     return values.astype(np.int64)
 
 
 def _reals(dataset: Any) -> np.ndarray:
-    values = np.asarray(dataset)
+    values = stored_array(dataset)
     if values.dtype.kind != "f":
         raise TypeError(f"{dataset.name} holds no real numbers")
     return values.astype(np.float64)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geometry import stored_array
 from rom.reduced_model import ReducedModel, ReducedModelError
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
 def _read_array(file: "h5py.File", name: str, complex_allowed: bool = False) -> np.ndarray:
     if name not in file or not hasattr(file[name], "dtype"):
         raise ReducedModelError(f"{name}: missing dataset")
-    array = np.asarray(file[name][()])
+    array = stored_array(file[name])
     kinds = "iufc" if complex_allowed else "iuf"
     if array.dtype.kind not in kinds:
         raise ReducedModelError(f"{name}: type {array.dtype}, allowed: real{' or complex' * complex_allowed} numbers")

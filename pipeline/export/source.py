@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geometry import stored_array
 from pipeline.curve import BRANCHES
 from pipeline.errors import input_error, reason_of
 
@@ -61,7 +62,7 @@ def curves(path: Path) -> Iterator[tuple[str, dict[str, Any], dict[str, Any]]]:
 
 
 def _datasets(group: h5py.Group) -> dict[str, Any]:
-    return {name: group[name][()] for name in group if hasattr(group[name], "dtype")}
+    return {name: stored_array(group[name]) for name in group if hasattr(group[name], "dtype")}
 
 
 def _plain(value: Any) -> Any:

@@ -116,3 +116,15 @@ def test_files_that_are_no_models_are_named(tmp_path):
         read_reduced_model(tmp_path / "cut.h5")
     with pytest.raises(ReducedModelError, match="no such file"):
         read_reduced_model(tmp_path)
+
+
+def test_a_dataset_that_claims_what_nobody_wrote(tmp_path):
+    """Ten kilobytes that would become terabytes of zeros."""
+    path = tmp_path / "huge.h5"
+    write_reduced_model(path, random_model())
+    with h5py.File(path, "r+") as file:
+        del file["mass"]
+        file.create_dataset("mass", shape=(10**6, 10**6), dtype="f8", chunks=True)
+    assert path.stat().st_size < 10**6
+    with pytest.raises(ReducedModelError, match="mass: claims 8e\\+12 bytes"):
+        read_reduced_model(path)
