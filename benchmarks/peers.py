@@ -1,6 +1,7 @@
 """This program and pyHarm on the peers' problem: `python benchmarks/peers.py` from the project folder.
 
-Solves problems A and V (`peers_programs.py`) with 1 and 5 harmonics by `forced_response` and by pyHarm, each in
+Solves problems A and V (`peers_programs.py`) with 1 and 5 harmonics, and one of the size of a shrouded blade
+(`peers_blade.py`) with 1, by `forced_response` and by pyHarm, each in
 processes of their own with one thread, prints the tables and writes out/bench/peers/peers.json and peers.md. pyHarm
 is installed from the Python index into an environment of its own, once (some 1.3 GB). Exit status: 0 all solved, 1
 if pyHarm could not be installed (this program alone is measured then) or a curve is missing or incomplete.
@@ -21,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import machine
+from peers_blade import write_blade
 from peers_programs import Request
 from peers_report import name, report
 
@@ -35,9 +37,10 @@ AGREED = {
     "A5": (0.447322883, 0.898440686, 1.264494453, 2.623080902, 2.329617441, 1.945808167),
     "V1": (0.428134832, 0.848186249, 1.182370796, 2.969930143, 2.441742470, 1.924253035),
 }
-CASES = {"A1": ("A", 1), "A5": ("A", 5), "V1": ("V", 1), "V5": ("V", 5)}
+CASES = {"A1": ("A", 1), "A5": ("A", 5), "V1": ("V", 1), "V5": ("V", 5), "S1": ("S", 1)}
+OF_BLADE = (0.91, 0.98, 1.02, 1.06, 1.10, 1.18)  # frequencies of problem S
 OURS = ("exact", "sampled")
-THEIRS = {"A": ("Jenkins x", "Jenkins x, y"), "V": ("Penalty3D", "Penalty3D, hybrid")}
+THEIRS = {"A": ("Jenkins x", "Jenkins x, y"), "V": ("Penalty3D", "Penalty3D, hybrid"), "S": ("Penalty3D",)}
 ONE_THREAD = {
     **{f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL", "NUMBA")},
     "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1",
@@ -57,6 +60,7 @@ class Bench:
     home: Path
     curves: int
     first_use: bool
+    blade: str = ""
 
     def run(self, request: Request, cache: Path | None = None) -> dict[str, Any]:
         """The answer of a process of its own; `cache` holds its compiled kernels.
@@ -83,7 +87,7 @@ class Bench:
         with tempfile.TemporaryDirectory() as folder:
             cache = Path(folder) if self.first_use else None
             cold = self.run(replace(request, frequencies=()), cache) if self.first_use else None
-            warm = self.run(replace(request, curves=self.curves, frequencies=FREQUENCIES), cache)
+            warm = self.run(replace(request, curves=self.curves, frequencies=frequencies(case)), cache)
         points = warm["curve"]["points"]
         seconds = [statistics.median(times) for times in zip(*warm["timed"], strict=True)]  # wall, CPU
         a_point = [value / points for value in seconds]
@@ -103,11 +107,11 @@ class Bench:
     def reference(self, case: str) -> dict[str, Any]:
         """The exact element to the last digit, and the sampled one with very many samples as a check of it."""
         kind, harmonics = CASES[case]
-        request = Request("shroud", "exact", kind, harmonics, REFERENCE_TOLERANCE, frequencies=FREQUENCIES)
+        asked = frequencies(case)
+        request = Request("shroud", "exact", kind, harmonics, REFERENCE_TOLERANCE, frequencies=asked, file=self.blade)
         exact = self.run(request)
         top = exact["curve"]["peak_frequency"]
-        frequencies = (*FREQUENCIES, top)
-        many = replace(request, variant="sampled", samples=CHECK_SAMPLES, frequencies=frequencies, curve=False)
+        many = replace(request, variant="sampled", samples=CHECK_SAMPLES, frequencies=(*asked, top), curve=False)
         check = self.run(many)["response"]
         return {
             "agreed": AGREED.get(case),
@@ -131,7 +135,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except ProgramError as error:
             print(f"peers: {error}; this program only", file=sys.stderr)
             without = "it could not be installed"
-    bench = Bench(peer, options.env, options.curves, not options.no_first_use)
+    blade = options.out / "blade.npz"
+    if any(CASES[case][0] == "S" for case in options.cases):
+        write_blade(blade, HOUSE / "scenes" / "dummy.toml", options.out.parent / "store")
+    bench = Bench(peer, options.env, options.curves, not options.no_first_use, str(blade.resolve()))
     results = compare(bench, options.cases) | {"without_peer": without}
     (options.out / "peers.json").write_text(json.dumps(results, indent=1), encoding="utf-8")
     text = report(results)
@@ -195,7 +202,7 @@ def compare(bench: Bench, cases: Sequence[str]) -> dict[str, Any]:
     failures: list[str] = []
     for case in cases:
         of_case: list[dict[str, Any]] = []
-        for request in _requests(case, bench.peer is not None):
+        for request in _requests(case, bench):
             points = of_case[0]["curve"]["points"] if of_case else 0
             fitted = replace(request, points=points if request.program == "pyHarm" else 0)
             try:
@@ -217,7 +224,7 @@ def compare(bench: Bench, cases: Sequence[str]) -> dict[str, Any]:
         "load": [before, machine.load()],
         "tolerance": TOLERANCE,
         "check_samples": CHECK_SAMPLES,
-        "frequencies": FREQUENCIES,
+        "frequencies": {case: frequencies(case) for case in cases},
         "versions": {row["program"]: row.pop("versions") for row in rows},
         "rows": rows,
         "references": {case: bench.reference(case) for case in cases},
@@ -225,12 +232,17 @@ def compare(bench: Bench, cases: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _requests(case: str, with_peer: bool) -> Iterator[Request]:
+def frequencies(case: str) -> tuple[float, ...]:
+    """w at which the responses of a case are compared."""
+    return OF_BLADE if CASES[case][0] == "S" else FREQUENCIES
+
+
+def _requests(case: str, bench: Bench) -> Iterator[Request]:
     kind, harmonics = CASES[case]
     for variant in OURS:
-        yield Request("shroud", variant, kind, harmonics, TOLERANCE)
-    for variant in THEIRS[kind] if with_peer else ():
-        yield Request("pyHarm", variant, kind, harmonics, TOLERANCE)
+        yield Request("shroud", variant, kind, harmonics, TOLERANCE, file=bench.blade)
+    for variant in THEIRS[kind] if bench.peer is not None else ():
+        yield Request("pyHarm", variant, kind, harmonics, TOLERANCE, file=bench.blade)
 
 
 def _overhead(answer: dict[str, Any], seconds_a_point: Sequence[float]) -> list[float]:

@@ -3,12 +3,14 @@
 REQUEST is a `Request` as JSON; the answer is the last line printed, JSON too (`Answer`). The file runs in the
 project's environment (program "shroud") and in that of the peer ("pyHarm"); it imports neither before it is asked to.
 
-The problem: 12 nodes of 3 dofs (x, y tangential, z normal) in a row, M = I, K = kron(T T, A) / lam^2, C = 0.004 K,
-nodes 4 to 12 against ground, a force 2 cos(w t) in x on node 12, w from 0.5 to 1.6.
+The peers' problem: 12 nodes of 3 dofs (x, y tangential, z normal) in a row, M = I, K = kron(T T, A) / lam^2,
+C = 0.004 K, nodes 4 to 12 against ground, a force 2 cos(w t) in x on node 12, w from 0.5 to 1.6.
 
 * A: friction of constant limit 0.30 + 0.05 i (i = 0 .. 8), kt = 0.4.
 * V: normal load N0 - kn z about a preload in equilibrium (1.6, 1.2 and 1.0, three nodes each), kn = 0.8, kt = 0.4,
   mu = 0.5; and a force cos(w t) in z on node 12. No node lifts off.
+
+Problem S is of the size of a shrouded blade: matrices, contacts and force come from a file (`peers_blade.py`).
 """
 
 from __future__ import annotations
@@ -26,7 +28,6 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-RANGE = (0.5, 1.6)  # rad/s
 FIRST_STEP = 0.35  # largest step of pyHarm at the first curve
 LEAST_CURVES = 3
 TANGENTIAL, NORMAL, FRICTION = 0.4, 0.8, 0.5
@@ -41,7 +42,8 @@ class Request:
     Attributes
     ----------
     program, variant : "shroud" with "exact" or "sampled", "pyHarm" with a key of `PYHARM_VARIANTS`.
-    kind, harmonics : problem A or V, H.
+    kind, harmonics : problem A, V or S, H.
+    file : matrices of problem S, NPZ.
     tolerance : of Newton's method.
     samples : instants a period of the sampled elements.
     curves : how many curves are timed after the first; no more once `seconds` are spent and three are done.
@@ -60,6 +62,33 @@ class Request:
     points: int = 0
     frequencies: tuple[float, ...] = ()
     curve: bool = True
+    file: str = ""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What both programs are given. Nodes have 3 dofs: x and y tangential, z normal, away from the ground.
+
+    Attributes
+    ----------
+    mass, stiffness : (n, n); damping : C = damping K.
+    contacts : (n_c,) nodes against ground. forces : (node, dof, amplitude of the cosine).
+    output : node and dof whose |q^(1)| is compared.
+    normal, tangential, friction, load : kn, kt, mu and N0 of the contacts, (n_c,); kn is 0 where N0 does not vary.
+    span : w, from and to.
+    """
+
+    mass: Array
+    stiffness: Array
+    damping: float
+    contacts: NDArray[np.int64]
+    forces: list[tuple[int, int, float]]
+    output: tuple[int, int]
+    normal: Array
+    tangential: Array
+    friction: Array
+    load: Array
+    span: tuple[float, float]
 
 
 class Seconds(NamedTuple):
@@ -94,7 +123,7 @@ class Curve:
 class Answer:
     """Time of the import, of the first curve (None if there is none) and of the timed ones; the last curve.
 
-    `response` is |q^(1)| of node 12 in x at the frequencies of the request; `versions` those of the libraries.
+    `response` is |q^(1)| of the output at the frequencies of the request; `versions` those of the libraries.
     """
 
     imported: Seconds
@@ -127,26 +156,43 @@ def stiffness() -> Array:
     return np.kron(chain @ chain, coupling) / (4.0 * np.sin(np.pi / 50.0) ** 2) ** 2
 
 
+def problem(request: Request) -> Problem:
+    """The problem of a request."""
+    every = np.ones(9)
+    if request.kind == "S":
+        with np.load(request.file) as file:
+            forces = [(int(node), int(dof), float(amplitude)) for node, dof, amplitude in file["forces"]]
+            output, span = (tuple(file[name].tolist()) for name in ("output", "span"))
+            names = ("normal", "tangential", "friction", "load")
+            laws = {name: np.asarray(file[name]) for name in names}
+            matrices = file["mass"], file["stiffness"], float(file["damping"])
+            return Problem(*matrices, file["contacts"], forces, output, span=span, **laws)
+    forces = [(11, 0, 2.0)] + [(11, 2, 1.0)] * (request.kind == "V")
+    row = np.eye(36), stiffness(), 0.004, np.arange(3, 12), forces, (11, 0)
+    if request.kind == "A":
+        return Problem(*row, 0 * every, TANGENTIAL * every, every, LIMITS, (0.5, 1.6))
+    return Problem(*row, NORMAL * every, TANGENTIAL * every, FRICTION * every, PRELOADS, (0.5, 1.6))
+
+
 def shroud(request: Request) -> Program:
     """The problem as this project takes it: relative coordinates, normal direction -z."""
+    given = problem(request)
     began = Seconds.now()
     from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
     from rom import ReducedModel, modal_model
 
     imported = began.passed()
-    right = np.zeros((27, 36))
-    for contact, node in enumerate(range(3, 12)):
+    size, count = len(given.mass), len(given.contacts)
+    right = np.zeros((3 * count, size))
+    for contact, node in enumerate(given.contacts):
         right[3 * contact + np.arange(3), 3 * node + np.arange(3)] = [1.0, 1.0, -1.0]
-    force, output = np.zeros(36), np.zeros(36)
-    force[33], force[35] = 2.0, 1.0 if request.kind == "V" else 0.0
-    output[33] = 1.0
-    model = ReducedModel(np.eye(36), stiffness(), right, np.zeros((9, 3)), force, {"tip": output})
-    modal = modal_model(model, rayleigh=(0.0, 0.004))
-    every = np.ones(9)
-    if request.kind == "A":
-        parameters = ContactParameters(0 * every, TANGENTIAL * every, every, 0 * every, LIMITS)
-    else:
-        parameters = ContactParameters(NORMAL * every, TANGENTIAL * every, FRICTION * every, 0 * every, PRELOADS)
+    force, output = np.zeros(size), np.zeros(size)
+    for node, dof, amplitude in given.forces:
+        force[3 * node + dof] = amplitude
+    output[3 * given.output[0] + given.output[1]] = 1.0
+    model = ReducedModel(given.mass, given.stiffness, right, np.zeros((count, 3)), force, {"tip": output})
+    modal = modal_model(model, rayleigh=(0.0, given.damping))
+    parameters = ContactParameters(given.normal, given.tangential, given.friction, np.zeros(count), given.load)
 
     def solve(low: float, high: float, max_points: int = 5000) -> Any:
         options = SolverOptions(
@@ -164,7 +210,7 @@ def shroud(request: Request) -> Program:
         return forced_response(modal, parameters, Excitation(0, 1.0), options)
 
     def whole() -> Curve:
-        curve = solve(*RANGE)
+        curve = solve(*given.span)
         top = int(np.argmax(curve.harmonic_m[:, 0]))
         return Curve(
             points=curve.points,
@@ -191,33 +237,33 @@ PYHARM_VARIANTS: dict[str, tuple[str, list[int]]] = {
 
 
 def pyharm_input(request: Request, step: float) -> dict[str, Any]:
-    """The problem as pyHarm takes it: tangent predictor, pseudo-arc-length, all 36 dofs.
+    """The problem as pyHarm takes it: tangent predictor, pseudo-arc-length, all dofs.
 
     Of its options these were the fastest that reach the end of the range: its reduction to the nonlinear dofs makes a
     curve slower by a fifth, its Moore-Penrose corrector stalls near the peak, its JAX Jacobian of the Jenkins element
     is half again as slow as the analytic one. Penalty3D has a JAX Jacobian only.
     """
-    solver, directions = PYHARM_VARIANTS[request.variant]
+    given, (solver, directions) = problem(request), PYHARM_VARIANTS[request.variant]
     connectors: dict[str, Any] = {
-        "force_x": {"type": "CosinusForcing", "connect": {"row": [11]}, "dirs": [0], "amp": 2.0}
+        f"force_{dof}": {"type": "CosinusForcing", "connect": {"row": [node]}, "dirs": [dof], "amp": amplitude}
+        for node, dof, amplitude in given.forces
     }
-    if request.kind == "V":
-        connectors["force_z"] = {"type": "CosinusForcing", "connect": {"row": [11]}, "dirs": [2], "amp": 1.0}
-    for contact in range(9):
-        element: dict[str, Any] = {"connect": {"row": [3 + contact]}, "dirs": directions}
+    for contact, node in enumerate(given.contacts.tolist()):
+        element: dict[str, Any] = {"connect": {"row": [node]}, "dirs": directions}
+        element |= {"mu": float(given.friction[contact]), "N0": float(given.load[contact])}
         if request.kind == "A":
-            element |= {"type": "Jenkins", "mu": 1.0, "N0": float(LIMITS[contact]), "k": TANGENTIAL}
+            element |= {"type": "Jenkins", "k": float(given.tangential[contact])}
         else:
-            element |= {"type": "Penalty3D", "mu": FRICTION, "N0": float(PRELOADS[contact]), "g": 0.0}
-            element |= {"k_n": NORMAL, "k_t": TANGENTIAL}
+            stiffnesses = {"k_n": float(given.normal[contact]), "k_t": float(given.tangential[contact])}
+            element |= {"type": "Penalty3D", "g": 0.0, **stiffnesses}
         connectors[f"contact_{contact}"] = element
     tolerance = request.tolerance
     newton = {"tol_residual": tolerance, "tol_delta_x": tolerance, "max_iter": 30}
     hybrid = {"root": {"method": "hybr", "options": {"xtol": tolerance}}}
     analysis = {
         "study": "frf",
-        "puls_inf": RANGE[0],
-        "puls_sup": RANGE[1],
+        "puls_inf": given.span[0],
+        "puls_sup": given.span[1],
         "corrector": "pseudo_arc_length",
         "solver": solver,
         "solver_options": newton if solver == "NewtonRaphson" else hybrid,
@@ -227,7 +273,7 @@ def pyharm_input(request: Request, step: float) -> dict[str, Any]:
         "stopper_options": {"max_solutions": 2000},
         "verbose": False,
     }
-    matrices = {"M": np.eye(36), "C": 0.004 * stiffness(), "K": stiffness()}
+    matrices = {"M": given.mass, "C": given.damping * given.stiffness, "K": given.stiffness}
     return {
         "system": {"type": "Base", "nh": request.harmonics, "nti": request.samples},
         "substructures": {"row": {"matrix": matrices, "ndofs": 3}},
@@ -245,14 +291,17 @@ def pyharm(request: Request) -> Program:
 
     imported = began.passed()
     logging.disable(logging.CRITICAL)
+    given = problem(request)
+    low, high = given.span
     last: list[Any] = []
 
     def accepted() -> list[Any]:
-        return [s for s in last[-1].nls["curve"].SolList if s.flag_accepted and RANGE[0] <= s.x[-1] <= RANGE[1]]
+        return [s for s in last[-1].nls["curve"].SolList if s.flag_accepted and low <= s.x[-1] <= high]
 
     def amplitude(unknown: Array) -> float:
         dofs = last[-1].system.expl_dofs
-        chosen = (dofs["node_num"] == 11) & (dofs["dof_num"] == 0) & (dofs["harm"] == 1)
+        node, dof = given.output
+        chosen = (dofs["node_num"] == node) & (dofs["dof_num"] == dof) & (dofs["harm"] == 1)
         return float(np.linalg.norm(unknown[np.flatnonzero(chosen)]))
 
     def solve() -> Curve:
@@ -264,7 +313,7 @@ def pyharm(request: Request) -> Program:
         return Curve(
             points=len(points),
             iterations=sum(s.iter_numb for s in everything) if counted else None,
-            complete=bool(everything[-1].flag_accepted and everything[-1].x[-1] >= RANGE[1]),
+            complete=bool(everything[-1].flag_accepted and everything[-1].x[-1] >= high),
             peak_frequency=float(points[top].x[-1]),
             peak=heights[top],
         )

@@ -6,7 +6,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from pipeline_support import small_scene, write_scene
+
+from nonlinear import Excitation, linear_response
+from pipeline.scene_file import read_scene
+from rom import modal_model, read_reduced_model
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 
@@ -53,11 +59,34 @@ def test_where_the_peer_cannot_be_installed_one_line_says_so(
     solved = json.loads((out / "peers.json").read_text())
     monkeypatch.setattr(peers, "compare", lambda bench, cases: solved)
     monkeypatch.setenv("PIP_NO_INDEX", "1")
-    assert peers.main(["--env", str(tmp_path / "env"), "--out", str(tmp_path)]) == 1
+    command = ["--cases", "V1", "--env", str(tmp_path / "env"), "--out", str(tmp_path)]
+    assert peers.main(command) == 1
     printed = capsys.readouterr()
     (line,) = (line for line in printed.err.splitlines() if "not installed" in line)
     assert "pyHarm-os 1.2.2" in line
     assert "Without pyHarm: it could not be installed" in printed.out
+
+
+def test_the_blade_against_ground_is_the_blade_in_its_ring(peers: Any, tmp_path: Path) -> None:
+    """Stuck, in relative coordinates and units of its own, it answers as the ring at engine order N_b / 2."""
+    import peers_blade
+    import peers_programs
+    from work_precision.stages import kept_model, with_values
+
+    scene_file, file = write_scene(tmp_path / "small.toml", small_scene()), tmp_path / "blade.npz"
+    peers_blade.write_blade(file, scene_file, tmp_path / "store")
+    with np.load(file) as arrays:
+        np.savez(file, **{**arrays, "load": 1e6 * arrays["load"]})
+    request = peers_programs.Request("shroud", "exact", "S", 1, 1e-12, file=str(file))
+    given, program = peers_programs.problem(request), peers_programs.shroud(request)
+    scene = with_values(read_scene(scene_file).first, {"rom.modes": peers_blade.MODES})
+    model = read_reduced_model(kept_model(tmp_path / "store", scene))
+    force, per_length = peers_blade.FORCE, peers_blade.FORCE / peers_blade.LENGTH
+    modal = modal_model(model, rayleigh=(0.0, peers_blade.DAMPING_RATIO / (np.pi * peers_blade.HERTZ)))
+    springs = {"normal": given.normal * per_length, "tangential": given.tangential * per_length}
+    for w in np.linspace(*given.span, 5):
+        (expected,) = linear_response(modal, Excitation(36, force), [w * peers_blade.HERTZ], **springs)
+        assert program.at(w) == pytest.approx(abs(expected) / peers_blade.LENGTH, rel=1e-8)
 
 
 def test_the_environment_of_this_program_is_left_alone(peers: Any) -> None:
