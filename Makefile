@@ -1,6 +1,7 @@
 # make run    set up what is needed, then run a scene from geometry to figures
 # make test   set up what is needed, then format, lint, types and tests
 # make bench  run time against error of every stage and of the whole, into out/bench; make bench-docs puts it into docs
+# make bench-peers  beside pyHarm (installed into an environment of its own) and CalculiX (where ccx is)
 # make stress the stability matrix: hard cases solved, every one written down, into out/stress
 #
 # SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes;
@@ -17,7 +18,7 @@ BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) --jobs $(JOBS)
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond render figures test stress bench bench-docs clean
+.PHONY: setup run mesh assemble reduce respond render figures test stress bench bench-peers bench-docs clean
 
 setup: $(VENV)/.installed
 
@@ -46,7 +47,7 @@ stress: setup
 	@$(BIN)/python benchmarks/stress.py --jobs $(JOBS) $(STRESS)
 
 # Times of one thread each, as the pipeline itself asks for.
-bench bench-docs: export OPENBLAS_NUM_THREADS = 1
+bench bench-peers bench-docs: export OPENBLAS_NUM_THREADS = 1
 bench: setup
 	@$(BIN)/python benchmarks/bench.py $(BENCH)
 ifeq ($(BENCH),)
@@ -55,6 +56,10 @@ ifeq ($(BENCH),)
 	@$(BIN)/python benchmarks/skipping.py
 	@$(BIN)/python benchmarks/parallel.py
 endif
+
+bench-peers: setup
+	@$(BIN)/python benchmarks/peers.py
+	@$(BIN)/python benchmarks/peers_linear.py
 
 bench-docs: setup
 	@$(BIN)/python benchmarks/bench.py --docs

@@ -32,7 +32,7 @@ LIFT_OFF = (  # contacts that open in a part of the period: the hardest for harm
     CurveCase(SCENE, -20e-6, "default, v0 = -20 µm"),
     CurveCase(HOUSE / "scenes" / "figure6.toml", 40e-6, "figure 6, v0 = 40 µm"),
 )
-REPORTS = ("family", "reduction", "skipping", "parallel", "scaling", "peers")  # of the other benchmarks
+REPORTS = ("family", "reduction", "skipping", "parallel", "scaling", "peers", "linear")  # of the other benchmarks
 THREADS = 1  # the pipeline asks for one as well: its matrices are small
 
 
