@@ -61,23 +61,41 @@ def locate_zero(
 def locate_change(
     continuation: Continuation, before: CurvePoint, after: CurvePoint, changed: Callable[[CurvePoint], bool]
 ) -> CurvePoint | None:
-    """A point at which `changed` is true, as at `after`, hardly beyond one where it is not, as at `before`."""
+    """A point at which `changed` is true, as at `after`, hardly beyond one where it is not, as at `before`.
+
+    The exponent that passes the imaginary axis tells where to look; bisection guards that.
+    """
     common = _with_equal_harmonics(continuation, before, after)
     if common is None:
         return None
     before, continuation = common, continuation.of(common.balance)
+    rank = min(before.unstable, after.unstable)
     left, right, best = 0.0, after.arc - before.arc, after
-    for _ in range(HALVINGS):
+    first, last = _growth(before, rank), _growth(after, rank)
+    wanted = right / 2**HALVINGS
+    for count in range(2 * HALVINGS):
         trial = 0.5 * (left + right)
+        if first * last < 0.0 and count % 3 < 2:
+            guess = (left * last - right * first) / (last - first)
+            # a little into the longer part: if the guess is good, all of that is cut off
+            trial = guess + (wanted if guess < trial else -wanted)
         point = continuation.correct(before, trial)
         if point is None:
             break
         point = continuation.recorded(point)
         if changed(point):
-            right, best = trial, point
+            right, last, best = trial, _growth(point, rank), point
         else:
-            left = trial
+            left, first = trial, _growth(point, rank)
+        if right - left <= 2.0 * wanted:
+            break
     return best
+
+
+def _growth(point: CurvePoint, rank: int) -> float:
+    """Real part (1/s) of the exponent of this rank, the least stable being 0; NaN if there are not so many."""
+    exponents = point.exponents
+    return float("nan") if exponents is None or exponents.size <= rank else float(exponents[rank].real)
 
 
 def _with_equal_harmonics(continuation: Continuation, before: CurvePoint, after: CurvePoint) -> CurvePoint | None:

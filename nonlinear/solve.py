@@ -19,7 +19,7 @@ from nonlinear.options import Excitation, SolverOptions
 from nonlinear.outcome import Ending, Outcome
 from nonlinear.stability import Stability
 from nonlinear.start import static_displacement
-from nonlinear.trace import Trace
+from nonlinear.trace import Trace, with_stability
 from nonlinear.tracing import Progress, trace_range
 from nonlinear.truncation import Truncation
 from rom import ModalModel, RelativeReceptance
@@ -115,6 +115,7 @@ def _with_enough_harmonics(
     is where the curve ends because the branch that it followed is another one with more harmonics.
     """
     tolerance = continuation.options.harmonic_tolerance
+    stability, continuation = continuation.stability, replace(continuation, stability=None)
     choice = HarmonicChoice(truncation.family, tolerance / STRICTER)
     for least in LADDER:
         choice.least = least
@@ -124,10 +125,15 @@ def _with_enough_harmonics(
         left_out = truncation.at_peak(main.points, main.peak_indices)
         complete = main.outcome.complete or least == LADDER[-1]
         if complete and left_out <= tolerance and truncation.along(main.points, main.peak_indices) <= tolerance:
-            return traces, left_out
+            break
         choice.tolerance /= STRICTER
-    message = f"{main.outcome.message}; {LADDER[-1]} harmonics, the most there are, do not reach {tolerance:g}"
-    return [main._replace(outcome=replace(main.outcome, message=message)), *traces[1:]], left_out
+    else:
+        message = f"{main.outcome.message}; {LADDER[-1]} harmonics, the most there are, do not reach {tolerance:g}"
+        traces = [main._replace(outcome=replace(main.outcome, message=message)), *traces[1:]]
+    if stability is not None:  # only now: the exponents of a curve that is traced again would be lost
+        asked = replace(continuation, stability=stability)
+        traces = [with_stability(asked, trace) for trace in traces]
+    return traces, left_out
 
 
 def harmonic_balance(

@@ -44,6 +44,27 @@ def with_events(continuation: Continuation, points: list[CurvePoint], outcome: O
     return trace
 
 
+def with_stability(continuation: Continuation, trace: Trace) -> Trace:
+    """A trace that was made without exponents, with those of its points, and with the bifurcations that they tell of.
+
+    Folds, which are known without, are located again: so that they lie in their place among the others.
+    """
+    folds, peaks = {index for _, index in trace.bifurcations}, set(trace.peak_indices)
+    found = Trace([], [], [], trace.outcome)
+    for index, point in enumerate(trace.points):
+        if index in folds and index not in peaks and 0 < index < len(trace.points) - 1:
+            continue
+        after = continuation.of(point.balance).with_exponents(point)
+        if found.points:
+            before = found.points[-1]
+            for kind, event in sorted(locate_bifurcations(continuation, before, after), key=lambda item: item[1].arc):
+                found.bifurcations.append((kind, _insert(found.points, event, before, after)))
+        if index in peaks:
+            found.peak_indices.append(len(found.points))
+        found.points.append(after)
+    return found
+
+
 def _insert(points: list[CurvePoint], point: CurvePoint, before: CurvePoint, after: CurvePoint) -> int:
     """Append a point unless it is one of its neighbours; its index, or theirs."""
     if point is after:
