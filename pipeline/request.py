@@ -42,13 +42,19 @@ class Request:
     def wanted(self) -> frozenset[str]:
         """The stages that may run; the others are not needed."""
         if self.until is not None:
-            return frozenset(_NEEDS[self.until])
+            return frozenset(_NEEDS[self.until]) | self._behind_renders(self.until)
         stages = set(_NEEDS["figures"])
         if self.rom is not None:
             stages -= {"mesh", "assemble", "reduce"}
         elif self.scene.first.render is not None:
             stages.add("render")
         return frozenset(stages)
+
+    def _behind_renders(self, until: str) -> frozenset[str]:
+        """What a picture of the motion at a peak needs beside the reduced model: the curves."""
+        render = self.scene.first.render
+        operating = until == "render" and render is not None and render.operating is not False
+        return frozenset(("respond",)) if operating else frozenset()
 
 
 @dataclass(frozen=True)

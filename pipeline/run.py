@@ -120,16 +120,16 @@ def _draw(run: Run, models: Models, outcome: Outcome) -> None:
             continue
         try:
             with run.log.timed(stage):
-                files = _renders(run, models) if stage == "render" else _figures(run, outcome)
+                files = _renders(run, models, outcome) if stage == "render" else _figures(run, outcome)
             outcome.pictures.extend(path.relative_to(run.request.out).as_posix() for path in files)
         except Exception as error:  # the numbers stand without the pictures
             outcome.problems.append(f"{stage}: {reason_of(error)}")
 
 
-def _renders(run: Run, models: Models) -> list[Path]:
+def _renders(run: Run, models: Models, outcome: Outcome) -> list[Path]:
     from pipeline.render.stage import render_stage
 
-    return render_stage(run, models)
+    return render_stage(run, models, outcome.curves)
 
 
 def _figures(run: Run, outcome: Outcome) -> list[Path]:
