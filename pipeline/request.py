@@ -20,6 +20,7 @@ _NEEDS = {
     "respond": ("mesh", "assemble", "reduce", "respond"),
     "render": ("mesh", "assemble", "reduce", "render"),
     "figures": ("mesh", "assemble", "reduce", "respond", "figures"),
+    "report": ("mesh", "assemble", "reduce", "respond", "figures", "report"),
 }
 
 
@@ -42,7 +43,7 @@ class Request:
     def wanted(self) -> frozenset[str]:
         """The stages that may run; the others are not needed."""
         if self.until is not None:
-            return frozenset(_NEEDS[self.until]) | self._behind_renders(self.until)
+            return frozenset(_NEEDS[self.until]) | self._for_pictures(self.until)
         stages = set(_NEEDS["figures"])
         if self.rom is not None:
             stages -= {"mesh", "assemble", "reduce"}
@@ -50,11 +51,13 @@ class Request:
             stages.add("render")
         return frozenset(stages)
 
-    def _behind_renders(self, until: str) -> frozenset[str]:
-        """What a picture of the motion at a peak needs beside the reduced model: the curves."""
+    def _for_pictures(self, until: str) -> frozenset[str]:
+        """What renders need and are needed for: curves for the motion at a peak, renders for the report."""
         render = self.scene.first.render
-        operating = until == "render" and render is not None and render.operating is not False
-        return frozenset(("respond",)) if operating else frozenset()
+        if render is None:
+            return frozenset()
+        more = {"render": {"respond"} if render.operating is not False else set(), "report": {"render"}}
+        return frozenset(more.get(until, ()))
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,7 @@ def _execute(run: Run, given: ReducedModel | None, start: float) -> Outcome:
         _respond(run, models, outcome)
     outcome.models = summarise_models(run, models, outcome)
     _draw(run, models, outcome)
+    _report(run, models, outcome)
     outcome.seconds = time.perf_counter() - start
     write_summary(run.store, request.out, _summary(run, outcome))
     return outcome
@@ -136,6 +137,19 @@ def _figures(run: Run, outcome: Outcome) -> list[Path]:
     from pipeline.figures.stage import figure_stage
 
     return figure_stage(run, outcome.curves)
+
+
+def _report(run: Run, models: Models, outcome: Outcome) -> None:
+    """The page about all that, where it is wanted."""
+    if "report" not in run.request.wanted:
+        return
+    from pipeline.report.stage import report_stage
+
+    try:
+        with run.log.timed("report"):
+            report_stage(run, models, outcome)
+    except Exception as error:  # the results stand without the page
+        outcome.problems.append(f"report: {reason_of(error)}")
 
 
 def _summary(run: Run, outcome: Outcome) -> dict[str, Any]:

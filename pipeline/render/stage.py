@@ -67,7 +67,7 @@ def _render(run: Run, model: BuiltModel, scene: Scene, prefix: str) -> list[Path
     if entry is None:
         with run.reporter.working("rendering mode shapes"):
             entry = run.store.get("render", key, lambda folder: _draw(replace(job, folder=str(folder))))
-    run.log.note("render", entry.ran)
+    run.log.note("render", entry.ran, entry.seconds)
     return publish(run.store, entry.folder, run.request.out / "renders")
 
 
@@ -96,7 +96,7 @@ def _operate(run: Run, model: BuiltModel, curve: Solved, number: int) -> list[Pa
     if entry is None:
         with run.reporter.working(f"rendering the motion at the peak of curve {number}"):
             entry = run.store.get("render", key, lambda folder: _draw_operating(replace(job, folder=str(folder))))
-    run.log.note("render", entry.ran)
+    run.log.note("render", entry.ran, entry.seconds)
     return publish(run.store, entry.folder, run.request.out / "renders")
 
 
