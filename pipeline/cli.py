@@ -264,5 +264,5 @@ def _tell(request: Request, outcome: Outcome) -> None:
         print(note)
     if warning := harmonics_warning(outcome):
         print(warning, file=sys.stderr)
-    page = ", report: report.html" if "report" in request.wanted and not outcome.problems else ""
+    page = f", {outcome.report}" if outcome.report else ""
     print(f"{outcome.seconds:.2f} s, results in {request.out}{page}")

@@ -73,11 +73,15 @@ class Run:
 
 @dataclass
 class Outcome:
-    """What a run came to. `problems`: what could not be made apart from curves, one line each."""
+    """What a run came to.
+
+    `problems`: what could not be made apart from curves, one line each; `report`: name of the page, None without one.
+    """
 
     curves: list[Solved] = field(default_factory=list)
     models: list[dict[str, Any]] = field(default_factory=list)
     pictures: list[str] = field(default_factory=list)
+    report: str | None = None
     problems: list[str] = field(default_factory=list)
     seconds: float = 0.0
 

@@ -147,7 +147,7 @@ def _report(run: Run, models: Models, outcome: Outcome) -> None:
 
     try:
         with run.log.timed("report"):
-            report_stage(run, models, outcome)
+            outcome.report = report_stage(run, models, outcome).relative_to(run.request.out).as_posix()
     except Exception as error:  # the results stand without the page
         outcome.problems.append(f"report: {reason_of(error)}")
 
@@ -163,4 +163,5 @@ def _summary(run: Run, outcome: Outcome) -> dict[str, Any]:
         "curves": [curve_summary(curve, out) for curve in outcome.curves],
         "models": outcome.models,
         "pictures": outcome.pictures,
+        "report": outcome.report,
     }

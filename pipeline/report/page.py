@@ -60,6 +60,7 @@ class ContactDetail:
     face: FaceCycle
     factor: float
     unit: str
+    total: str
     loops: str | None
     open: bool
 
@@ -113,9 +114,8 @@ def _cards(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[tuple[st
     if peaks:
         high, low = max(peaks, key=lambda c: c.peak[1]), min(peaks, key=lambda c: c.peak[1])
         for name, curve in (("highest peak", high), ("lowest peak", low)):
-            factor, unit = prefixed(curve.peak[1], "m")
             of = f"{curve.label + ', ' if curve.parameters else ''}{curve.peak[0]:.5g} Hz"
-            cards.append((name, f"{curve.peak[1] * factor:.4g} {unit}", of))
+            cards.append((name, _with_unit(curve.peak[1], "m"), of))
         if len(peaks) > 1 and low.peak[1] > 0.0:
             cards.append(("highest over lowest", f"{high.peak[1] / low.peak[1]:.3g}", f"of {len(peaks)} curves"))
         else:
@@ -209,20 +209,26 @@ def _contacts(source: ReportSource, shown: Sequence[PlottedCurve]) -> tuple[list
         if face is None:
             continue
         factor, unit = prefixed(max(node.work_j for node in face.nodes), "J")
-        height, length = prefixed(curve.peak[1], "m")
         drawn = loops_drawing(curve, source.title)
         details.append(
             ContactDetail(
                 label=curve.label,
-                peak=f"{curve.peak[0]:.5g} Hz, {curve.peak[1] * height:.4g} {length}",
+                peak=f"{curve.peak[0]:.5g} Hz, {_with_unit(curve.peak[1], 'm')}",
                 face=face,
                 factor=factor,
                 unit=unit,
+                total=_with_unit(face.work_j, "J"),
                 loops=None if drawn is None else inline_vector(drawn),
                 open=curve is telling,
             )
         )
     return details, len(peaks)
+
+
+def _with_unit(value: float, unit: str) -> str:
+    """Four digits and a prefixed unit."""
+    factor, shown = prefixed(value, unit)
+    return f"{value * factor:.4g} {shown}"
 
 
 def _json(values: dict[str, Any]) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from pipeline.labels import member_label, prefixed, quantity, value_label
 from pipeline.making import SECTOR
 from pipeline.models import BuiltModel
+from pipeline.outputs import relative_path
 from pipeline.report.source import ReportSource
 from pipeline.scene import Scene
 from pipeline.stage_log import STAGES
@@ -134,9 +135,22 @@ def frequency_tables(source: ReportSource) -> list[FrequencyTable]:
             for state, values in states.items()
         )
         kn, kt = (value_label(f"contact.{k}_stiffness", row[f"{k}_stiffness"]) for k in ("normal", "tangential"))
-        heading = f"{f'Model {number}: ' if len(source.model_rows) > 1 else ''}whole face {kn}, {kt}"
+        of = [f"Model {number}", *_own_values(source, row["rom"])] if len(source.model_rows) > 1 else []
+        heading = ", ".join([*of, f"whole face {kn}", kt])
         tables.append(FrequencyTable(heading, max(len(values) for _, values in rows), rows))
     return tables
+
+
+def _own_values(source: ReportSource, rom: str) -> list[str]:
+    """The swept values that all curves on a reduced model share and others do not."""
+    swept = [curve.member.parameters for curve in source.curves]
+    on_it = [c.member.parameters for c in source.curves if c.rom and relative_path(c.rom, source.out) == rom]
+    told = []
+    for key in source.swept:
+        values = {repr(values[key]): values[key] for values in on_it}
+        if len(values) == 1 and len({repr(values[key]) for values in swept}) > 1:
+            told.append(value_label(key, next(iter(values.values()))))
+    return told
 
 
 def blade_rows(scene: Scene) -> list[tuple[str, str]]:

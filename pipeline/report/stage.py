@@ -12,7 +12,7 @@ from pipeline.request import Outcome, Run
 PAGE = "report.html"
 
 
-def report_stage(run: Run, models: Models, outcome: Outcome) -> list[Path]:
+def report_stage(run: Run, models: Models, outcome: Outcome) -> Path:
     """Make the page if it is missing; returns the file in the output folder."""
     source = report_source(run, models, outcome)
     entry = run.store.find("report", key := source.key())
@@ -20,7 +20,7 @@ def report_stage(run: Run, models: Models, outcome: Outcome) -> list[Path]:
         with run.reporter.working("writing the report"):
             entry = run.store.get("report", key, lambda folder: _write(folder / PAGE, source))
     run.log.note("report", entry.ran, entry.seconds)
-    return publish(run.store, entry.folder, run.request.out)
+    return publish(run.store, entry.folder, run.request.out)[0]
 
 
 def _write(path: Path, source: ReportSource) -> None:

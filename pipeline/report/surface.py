@@ -23,8 +23,9 @@ _SIDES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3
 class Surface:
     """Triangles on vertices of the mesh.
 
-    vertices (n,): rows of the mesh's points, the last ones the right and the left contact nodes; triangles (t, 3) and
-    edges (e, 2), sharp (s, 2): rows of `vertices`; right, left (n_c,): those of the contact nodes.
+    vertices (n,): rows of the mesh's points, the last ones the right and the left contact nodes; triangles (t, 3),
+    edges (e, 2) of the mesh (none where it was thinned out), sharp (s, 2): rows of `vertices`; right, left (n_c,):
+    those of the contact nodes.
     """
 
     vertices: Indices
@@ -42,7 +43,7 @@ def outer_surface(sector: SectorMesh, most: int = MOST_TRIANGLES) -> Surface:
     edges = _unique_edges(np.concatenate([quads[:, [k, (k + 1) % 4]] for k in range(4)]))
     if len(triangles) > most:
         triangles = _clustered(sector.points, triangles, most)
-        edges = _unique_edges(np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)]))
+        edges = np.empty((0, 2), dtype=np.int64)  # those of the mesh are gone
     sharp = sharp_edges(sector.points, triangles)
     used = np.unique(triangles)
     row = np.full(len(sector.points), -1)
@@ -86,20 +87,24 @@ def _clustered(points: Array, triangles: Indices, most: int) -> Indices:
     corners = points[triangles]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2.0
     cell = float(np.sqrt(area / most))
+    # corners stay where they are and edges stay on themselves, or the outline would be ragged
+    sharp = np.bincount(sharp_edges(points, triangles).ravel(), minlength=len(points))
+    rank = np.where(sharp >= 3, 2, np.where(sharp > 0, 1, 0))[used]
     while True:
-        kept = _merged(points, triangles, used, cell)
+        kept = _merged(points, triangles, used, rank, cell)
         if len(kept) <= most:
             return kept
         cell *= 1.15
 
 
-def _merged(points: Array, triangles: Indices, used: Indices, cell: float) -> Indices:
+def _merged(points: Array, triangles: Indices, used: Indices, rank: Indices, cell: float) -> Indices:
+    """Triangles between the vertices that stand for their cells: of the highest rank, nearest to the cell's mean."""
     places = np.floor((points[used] - points[used].min(axis=0)) / cell).astype(np.int64)
     _, member = np.unique(places, axis=0, return_inverse=True)
     member = member.ravel()
     count = np.bincount(member)
     centre = np.stack([np.bincount(member, points[used, k]) / count for k in range(3)], axis=1)
-    order = np.lexsort((np.linalg.norm(points[used] - centre[member], axis=1), member))
+    order = np.lexsort((np.linalg.norm(points[used] - centre[member], axis=1), -rank, member))
     first = np.searchsorted(member[order], np.arange(len(count)))
     representative = np.zeros(len(points), dtype=np.int64)
     representative[used] = used[order[first]][member]

@@ -14,6 +14,11 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
+import pipeline.render.process
+import pipeline.respond
+from geometry import ContactFace, SectorMesh
+from pipeline.report.surface import outer_surface
+
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 VOID = {"meta", "link", "img", "input", "br", "rect", "line"}
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -174,7 +179,8 @@ def test_an_unchanged_report_is_not_made_again_and_a_run_makes_none(reported: Pa
     (reported / "report.html").write_text("spoilt")
     status, said, _ = shroud("report", scene, "--out", reported)
     assert (status, statuses(reported)["report"]) == (0, "reused")
-    assert said.rstrip().endswith("report: report.html")
+    assert said.rstrip().endswith(f"results in {reported}, report.html")
+    assert summary_of(reported)["report"] == "report.html"
     assert (reported / "report.html").stat().st_size > 100_000
 
 
@@ -205,3 +211,50 @@ def test_a_browser_opens_the_page_without_a_complaint(reported: Path, tmp_path: 
     assert hidden["viewer"] != hidden["viewer-still"]  # one of the two, whether there is WebGL or not
     if not hidden["viewer"]:
         assert seen.inside["viewer-said"].startswith("mode 1, shrouds free")
+
+
+def test_a_fine_surface_is_thinned_out_with_its_corners_where_they_were() -> None:
+    n = 12
+    points = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, n + 1)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    number = np.arange((n + 1) ** 3).reshape((n + 1,) * 3)
+    base = number[:-1, :-1, :-1].ravel()
+    steps = [number[i, j, k] for i, j, k in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))]
+    corners = [*steps, *(step + number[0, 0, 1] for step in steps)]
+    hexahedra = base[:, None] + np.array(corners)
+    face = ContactFace(np.array([0, 1]), points[:2], np.tile(np.eye(3), (2, 1, 1)), np.ones(2))
+    cube = SectorMesh(points, hexahedra, {}, face, face, 3)
+    whole, thin = outer_surface(cube), outer_surface(cube, most=500)
+    assert len(whole.triangles) == 12 * n**2
+    assert 100 < len(thin.triangles) <= 500
+    assert len(whole.edges) == 3 * 6 * n**2 - 6 * n**2
+    for surface in (whole, thin):
+        at = points[surface.vertices]
+        seen = at[np.unique(surface.triangles)]
+        for corner in np.array(np.meshgrid(*[[0.0, 1.0]] * 3)).T.reshape(-1, 3):
+            assert np.any(np.all(seen == corner, axis=1))
+        triangles = at[surface.triangles]
+        volume = np.einsum("ij,ij->", triangles[:, 0], np.cross(triangles[:, 1], triangles[:, 2])) / 6.0
+        assert volume == pytest.approx(1.0, abs=1e-12)
+        assert np.array_equal(surface.vertices[surface.right], face.nodes)
+        on_edges = np.sum((at[surface.sharp] == 0.0) | (at[surface.sharp] == 1.0), axis=2)
+        assert np.all(on_edges >= 2)
+
+
+def test_a_run_that_failed_in_parts_says_so_on_its_page(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def crash(*_: Any, **__: Any) -> subprocess.CompletedProcess[str]:
+        return subprocess.CompletedProcess([], -11, "", "")
+
+    def fail(*_: Any, **__: Any) -> None:
+        raise ArithmeticError("nothing <came> of it")
+
+    monkeypatch.setattr(pipeline.render.process.subprocess, "run", crash)
+    monkeypatch.setattr(pipeline.respond, "solve_curve", fail)
+    changes: dict[str, Any] = {"render": {"modes": [1]}, "sweep": {"contact.interference": [1e-5, 2e-3]}}
+    scene = write_scene(copied.parent / "s.toml", small_scene(**changes))
+    status, _, error = shroud("report", scene, "--out", copied, "--quiet")
+    assert status == 1
+    assert "nothing <came> of it" in error
+    page = Page((copied / "report.html").read_text(encoding="utf-8"))
+    assert "apt-get install" in page.inside["problems"]
+    assert "failed: nothing <came> of it" in page.inside["response"]
+    assert [values["data-curve"] for tag, values in page.tags if "data-curve" in values] == ["0", "1"]

@@ -163,7 +163,7 @@
       fill(positions, found.at);
       fill(values, found.size);
       drawn(gl.TRIANGLES, surface.triangles, null, blade === 0 ? 0.0 : 0.62);
-      if (get("mesh").checked) { drawn(gl.LINES, surface.edges, blade === 0 ? [0.25, 0.25, 0.25, 1] : [0.72, 0.74, 0.77, 1]); }
+      if (get("mesh").checked && surface.edges.count) { drawn(gl.LINES, surface.edges, blade === 0 ? [0.25, 0.25, 0.25, 1] : [0.72, 0.74, 0.77, 1]); }
       drawn(gl.LINES, surface.sharp, blade === 0 ? [0.05, 0.05, 0.05, 1] : [0.5, 0.55, 0.6, 1]);
       if (blade === 0) {
         drawn(gl.POINTS, surface.right, [0.835, 0.369, 0.0, 1]);
@@ -200,6 +200,7 @@
     const one = shape();
     angle = one.angle;
     get("phase").value = String(Math.round(angle * 180 / Math.PI));
+    get("mesh").disabled = surfaceOf(one).edges.count === 0;
     get("static").disabled = !one.harmonics.some((row) => row.order === 0);
     soon();
   }
