@@ -16,7 +16,9 @@ from pipeline.scene import Scene
 from pipeline.verify.cases import Measuring, distinct_cases
 from pipeline.verify.stage import Measured
 
-_SOURCES = ("rom", "nonlinear", "pipeline/report", "pipeline/figures", "pipeline/operating.py")
+_ROOMS = ("geometry", "rom", "nonlinear", "pipeline/report", "pipeline/figures", "pipeline/render")
+_FILES = ("contact_values", "labels", "operating", "tables", "verify/model_errors")
+_SOURCES = (*_ROOMS, *(f"pipeline/{name}.py" for name in _FILES))
 _TEMPLATES = Path(__file__).parent / "templates"
 _LIBRARIES = ("jinja2", "matplotlib", "numpy", "pillow", "scipy")
 
