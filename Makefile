@@ -1,4 +1,5 @@
 # make run    set up what is needed, then run a scene from geometry to figures
+# make report the same as make run, and one page about it: out/<scene>/report.html
 # make test   set up what is needed, then format, lint, types and tests
 # make bench  run time against error of every stage and of the whole, into out/bench; make bench-docs puts it into docs
 # make bench-peers  beside pyHarm (installed into an environment of its own) and CalculiX (where ccx is)
@@ -18,7 +19,7 @@ BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) --jobs $(JOBS)
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond render figures test stress bench bench-peers bench-docs clean
+.PHONY: setup run mesh assemble reduce respond render figures report test stress bench bench-peers bench-docs clean
 
 setup: $(VENV)/.installed
 
@@ -32,7 +33,7 @@ $(VENV)/.installed: pyproject.toml
 run: setup
 	@$(SHROUD)
 
-mesh assemble reduce respond render figures: setup
+mesh assemble reduce respond render figures report: setup
 	@$(SHROUD) --until $@
 
 # Small matrices: more BLAS threads than one for each test process only get in each other's way.

@@ -25,6 +25,7 @@ def check_scene(file: SceneFile) -> None:
     ------
     InputError : the first key that is missing or does not fit.
     """
+    _check_pictured_curves(file)
     for member in file.members:
         scene = member.scene
         for section in BLADE_SECTIONS:
@@ -52,6 +53,18 @@ def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> N
         if uses_punch(member.scene) and (member.scene.material is None or not has_area):
             allowed = "numbers (the punch formula needs [material] and contact/area in the reduced model)"
             raise input_error(file.path, "contact.normal_stiffness", '"punch"', allowed)
+
+
+def _check_pictured_curves(file: SceneFile) -> None:
+    """Curves whose motion is to be drawn must be among those of the sweep."""
+    render = file.first.render
+    if render is None or isinstance(render.operating, bool):
+        return
+    last = len(file.members) - 1
+    for number in render.operating:
+        if number > last:
+            allowed = f"true, false or a list of numbers of curves, 0 to {last}"
+            raise input_error(file.path, "render.operating", shown(list(render.operating)), allowed)
 
 
 def uses_punch(scene: Scene) -> bool:

@@ -34,6 +34,7 @@ class Stage(StrEnum):
     respond = "respond"
     render = "render"
     figures = "figures"
+    report = "report"
 
 
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.")]
@@ -103,6 +104,18 @@ def verify(
     for problem in found.problems:
         print(problem, file=sys.stderr)
     raise typer.Exit(NOT_REACHED if found.problems else COMPUTED)
+
+
+@app.command()
+def report(
+    scene: SceneArgument,
+    out: OutOption = None,
+    force: ForceOption = False,
+    jobs: JobsOption = 1,
+    quiet: QuietOption = False,
+) -> None:
+    """Run a scene and write one self-contained page about it: report.html in the output folder."""
+    run(scene, out, Stage.report, force, jobs, quiet)
 
 
 @app.command()
@@ -255,4 +268,5 @@ def _tell(request: Request, outcome: Outcome) -> None:
         print(request.scene.accuracy.text())
     if warning := harmonics_warning(outcome):
         print(warning, file=sys.stderr)
-    print(f"{outcome.seconds:.2f} s, results in {request.out}")
+    page = f", {outcome.report}" if outcome.report else ""
+    print(f"{outcome.seconds:.2f} s, results in {request.out}{page}")

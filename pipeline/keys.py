@@ -33,7 +33,7 @@ class Versions:
                 ["rom", "nonlinear", "pipeline/curve.py", "pipeline/contact_values.py"], ["numpy", "scipy", "numba"]
             ),
             figures=source_fingerprint(["rom", "nonlinear", "pipeline/figures"], ["matplotlib", "numpy", "scipy"]),
-            render=source_fingerprint(["rom", "pipeline/render"], ["pyvista", "vtk"]),
+            render=source_fingerprint(["rom", "pipeline/render", "pipeline/operating.py"], ["pyvista", "vtk"]),
         )
 
 

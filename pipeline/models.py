@@ -79,8 +79,8 @@ class ModelChain:
                 "reducing",
                 lambda folder: make_reduced_model(folder, mesh.file(SECTOR), full, scene, store_basis=self.expands),
             )
-        elif self.store.find("assemble", keys.assemble, thorough=False):
-            self.log.note("assemble", ran=False)
+        elif full_model := self.store.find("assemble", keys.assemble, thorough=False):
+            self.log.note("assemble", ran=False, seconds=full_model.seconds)
         facts = json.loads(entry.file(FACTS).read_text())
         return BuiltModel(keys.reduce, entry.file(REDUCED_MODEL), mesh.file(MESH_FILES[0]), facts)
 
@@ -88,7 +88,7 @@ class ModelChain:
         with self.log.timed(stage):
             entry = self.store.find(kind or stage, key)
         if entry is not None:
-            self.log.note(stage, ran=False)
+            self.log.note(stage, ran=False, seconds=entry.seconds)
         return entry
 
     def _get(self, stage: str, key: str, verb: str, build: Callable[[Path], None]) -> Entry:
@@ -100,5 +100,5 @@ class ModelChain:
                 entry = self.store.get(kind, key, build)
             except Exception as error:  # one member of a sweep may fail while the others go on
                 raise StageError(stage, error) from error
-        self.log.note(stage, ran=True)
+        self.log.note(stage, ran=True, seconds=entry.seconds)
         return entry

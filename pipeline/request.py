@@ -20,6 +20,7 @@ _NEEDS = {
     "respond": ("mesh", "assemble", "reduce", "respond"),
     "render": ("mesh", "assemble", "reduce", "render"),
     "figures": ("mesh", "assemble", "reduce", "respond", "figures"),
+    "report": ("mesh", "assemble", "reduce", "respond", "figures", "report"),
 }
 
 
@@ -42,7 +43,7 @@ class Request:
     def wanted(self) -> frozenset[str]:
         """The stages that may run; the others are not needed."""
         if self.until is not None:
-            return frozenset(_NEEDS[self.until])
+            return frozenset(_NEEDS[self.until]) | self._for_pictures(self.until)
         stages = set(_NEEDS["figures"])
         if self.rom is not None:
             stages -= {"mesh", "assemble", "reduce"}
@@ -54,6 +55,14 @@ class Request:
     def expands(self) -> bool:
         """Whether shapes on the mesh are asked for, now or by the whole scene."""
         return self.scene.first.render is not None or "report" in self.wanted
+
+    def _for_pictures(self, until: str) -> frozenset[str]:
+        """What renders need and are needed for: curves for the motion at a peak, renders for the report."""
+        render = self.scene.first.render
+        if render is None:
+            return frozenset()
+        more = {"render": {"respond"} if render.operating is not False else set(), "report": {"render"}}
+        return frozenset(more.get(until, ()))
 
 
 @dataclass(frozen=True)
@@ -69,11 +78,15 @@ class Run:
 
 @dataclass
 class Outcome:
-    """What a run came to. `problems`: what could not be made apart from curves, one line each."""
+    """What a run came to.
+
+    `problems`: what could not be made apart from curves, one line each; `report`: name of the page, None without one.
+    """
 
     curves: list[Solved] = field(default_factory=list)
     models: list[dict[str, Any]] = field(default_factory=list)
     pictures: list[str] = field(default_factory=list)
+    report: str | None = None
     problems: list[str] = field(default_factory=list)
     seconds: float = 0.0
 

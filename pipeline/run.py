@@ -46,6 +46,7 @@ def _execute(run: Run, given: ReducedModel | None, start: float) -> Outcome:
         _respond(run, models, outcome)
     outcome.models = summarise_models(run, models, outcome)
     _draw(run, models, outcome)
+    _report(run, models, outcome)
     outcome.seconds = time.perf_counter() - start
     write_summary(run.store, request.out, _summary(run, outcome))
     return outcome
@@ -120,22 +121,35 @@ def _draw(run: Run, models: Models, outcome: Outcome) -> None:
             continue
         try:
             with run.log.timed(stage):
-                files = _renders(run, models) if stage == "render" else _figures(run, outcome)
+                files = _renders(run, models, outcome) if stage == "render" else _figures(run, outcome)
             outcome.pictures.extend(path.relative_to(run.request.out).as_posix() for path in files)
         except Exception as error:  # the numbers stand without the pictures
             outcome.problems.append(f"{stage}: {reason_of(error)}")
 
 
-def _renders(run: Run, models: Models) -> list[Path]:
+def _renders(run: Run, models: Models, outcome: Outcome) -> list[Path]:
     from pipeline.render.stage import render_stage
 
-    return render_stage(run, models)
+    return render_stage(run, models, outcome.curves)
 
 
 def _figures(run: Run, outcome: Outcome) -> list[Path]:
     from pipeline.figures.stage import figure_stage
 
     return figure_stage(run, outcome.curves)
+
+
+def _report(run: Run, models: Models, outcome: Outcome) -> None:
+    """The page about all that, where it is wanted."""
+    if "report" not in run.request.wanted:
+        return
+    from pipeline.report.stage import report_stage
+
+    try:
+        with run.log.timed("report"):
+            outcome.report = report_stage(run, models, outcome).relative_to(run.request.out).as_posix()
+    except Exception as error:  # the results stand without the page
+        outcome.problems.append(f"report: {reason_of(error)}")
 
 
 def _summary(run: Run, outcome: Outcome) -> dict[str, Any]:
@@ -150,4 +164,5 @@ def _summary(run: Run, outcome: Outcome) -> dict[str, Any]:
         "curves": [curve_summary(curve, out) for curve in outcome.curves],
         "models": outcome.models,
         "pictures": outcome.pictures,
+        "report": outcome.report,
     }

@@ -237,6 +237,11 @@ class Render(Section):
     contact: Literal["free", "sliding", "stuck"] = _key(
         "how the shrouds are joined", '"free", "sliding" or "stuck"', "free"
     )
+    operating: bool | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)] = _key(
+        "motion at the peak: true for the curves with the highest and the lowest peak, or numbers of curves from 0",
+        "true, false or a list of 1 to 20 numbers of curves, the first is 0",
+        False,
+    )
     blades: Whole = _key("neighbours drawn side by side", "a whole number, 1 to 9", 3, ge=1, le=9)
 
 

@@ -8,20 +8,23 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-STAGES = ("mesh", "assemble", "reduce", "respond", "render", "figures")
+STAGES = ("mesh", "assemble", "reduce", "respond", "render", "figures", "report")
 
 
 @dataclass
 class StageLog:
-    """Counts of results made and reused and seconds spent, by stage."""
+    """Counts of results made and reused, by stage, seconds spent in this run, and what making the results took."""
 
     ran: dict[str, int] = field(default_factory=lambda: dict.fromkeys(STAGES, 0))
     reused: dict[str, int] = field(default_factory=lambda: dict.fromkeys(STAGES, 0))
     seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
 
-    def note(self, stage: str, ran: bool) -> None:
-        """Count one result of a stage."""
+    cost: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
+
+    def note(self, stage: str, ran: bool, seconds: float = 0.0) -> None:
+        """Count one result of a stage; `seconds`: what making it took, in this run or an earlier one."""
         (self.ran if ran else self.reused)[stage] += 1
+        self.cost[stage] += seconds
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:

@@ -38,12 +38,12 @@ def curve_table(outcome: Outcome) -> Table:
     ):
         table.add_column(heading, justify="right")
     for index, curve in enumerate(outcome.curves):
-        values = [_bare(key, value) for key, value in curve.member.parameters.items()]
+        values = [bare_value(key, value) for key, value in curve.member.parameters.items()]
         table.add_row(str(index), *values, *_numbers(curve, factor))
     return table
 
 
-def _bare(key: str, value: Any) -> str:
+def bare_value(key: str, value: Any) -> str:
     """A value without its unit, which stands in the heading."""
     named = quantity(key)
     return named.value(value).replace(f" {named.unit}", "") if named.unit else named.value(value)
@@ -64,14 +64,14 @@ def _numbers(curve: Solved, factor: float) -> list[str]:
         frequency,
         amplitude,
         str(facts.harmonics),
-        _share(facts.truncation_error),
+        share(facts.truncation_error),
         energy,
         f"{facts.points}{mark}",
         f"{facts.seconds:.2f}",
     ]
 
 
-def _share(error: float) -> str:
+def share(error: float) -> str:
     """An estimated relative error as people read it; unknown where the peak gets lost with more harmonics."""
     if math.isnan(error):
         return "-"
@@ -88,7 +88,7 @@ def harmonics_warning(outcome: Outcome) -> str:
         return ""
     return (
         f"{len(lacking)} of {len(outcome.curves)} curves: the harmonics kept may put the peak wrong by more than "
-        f"{100.0 * TOLERATED:.0f} % (largest estimate: {_share(max(lacking))}); raise response.harmonics"
+        f"{100.0 * TOLERATED:.0f} % (largest estimate: {share(max(lacking))}); raise response.harmonics"
     )
 
 

@@ -63,7 +63,7 @@ def sweep_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
     colours = ordered_colours(len(chosen))
     for curve, (cycle, v0), colour, column in zip(chosen, cycles, colours, rows.T, strict=True):
         _draw(column, [(curve.label, cycle, v0, node)], [colour], shown)
-        column[0].set_title(curve.label, fontsize=9)
+        column[0].set_title(curve.label.replace(", ", "\n"), fontsize=9)
     still = "" if len(shown) > 1 else " (nothing slides)"
     figure.suptitle(f"{title}: contact loops of node {node + 1}, each curve at its peak{still}", fontsize=11)
     return figure

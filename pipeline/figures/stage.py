@@ -25,7 +25,7 @@ def figure_stage(run: Run, curves: Sequence[Solved]) -> list[Path]:
     if entry is None:
         with run.reporter.working("drawing figures"):
             entry = run.store.get("figures", key, lambda folder: draw(folder, curves, title))
-    run.log.note("figures", entry.ran)
+    run.log.note("figures", entry.ran, entry.seconds)
     files = publish(run.store, entry.folder, run.request.out / "figures")
     retire(run.request.out / "figures", [f"{name}.*" for name in NAMES], files)
     return files

@@ -11,17 +11,27 @@ from numpy.typing import NDArray
 
 from pipeline.errors import one_line
 from pipeline.render.job import RenderJob
+from pipeline.render.ring import (
+    LEFT_COLOUR,
+    NEIGHBOUR,
+    NEIGHBOUR_EDGES,
+    RIGHT_COLOUR,
+    add_contacts,
+    add_outline,
+    aim_from_side,
+    blades_of,
+    edges,
+    grid,
+    scalar_bar,
+)
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
 
 Array = NDArray[np.float64]
-HEXAHEDRON = 12  # VTK's cell type
-RIGHT_COLOUR, LEFT_COLOUR = "#D55E00", "#56B4E9"
 WINDOW = (1900, 1050)
 SPLIT = 0.62  # share of the width that the first view has
 TIP_VIEW_ASPECT = (1.0 - SPLIT) * WINDOW[0] / WINDOW[1]
-VIEW = (-0.62, -0.38, 0.68)  # from the fundamental blade to the camera
 
 
 def draw(job: RenderJob) -> None:
@@ -52,13 +62,6 @@ def at_largest(shape: NDArray[np.complex128]) -> NDArray[np.complex128]:
     return turned / np.linalg.norm(np.real(turned), axis=1).max()
 
 
-def turned(vectors: Array, angle: float) -> Array:
-    """Vectors (..., 3) turned about the engine axis x by `angle` rad from z (radial) towards +y."""
-    cosine, sine = np.cos(angle), np.sin(angle)
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    return np.stack([x, y * cosine + z * sine, z * cosine - y * sine], axis=-1)
-
-
 def _picture(job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128], heading: str, path: Path) -> None:
     """Two views: the blade with its neighbours from the side, and the shrouds from the tip with the contact nodes."""
     import pyvista as pv
@@ -72,9 +75,9 @@ def _picture(job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128], 
         plotter.enable_anti_aliasing("ssaa")
         _add_ring(plotter, job, sector, shape, from_tip=view == 1)
     plotter.subplot(0)
-    _add_outline(plotter, sector)
+    add_outline(plotter, sector)
     plotter.add_text(heading, position="upper_left", font_size=15, color="black")
-    _aim_from_side(plotter, sector)
+    aim_from_side(plotter, sector)
     plotter.subplot(1)
     plotter.add_text("at rest, from the tip", position="upper_left", font_size=13, color="black")
     entries = [["right contact nodes", RIGHT_COLOUR], ["left contact nodes", LEFT_COLOUR]]
@@ -89,46 +92,20 @@ def _add_ring(
 ) -> None:
     """The fundamental blade coloured by displacement between its neighbours, pale so that nothing is hidden."""
     pitch = 2.0 * np.pi / sector.n_blades
-    first = -((job.blades - 1) // 2)
-    for blade in range(first, first + job.blades):
+    for blade in blades_of(job.blades):
         motion = np.real(shape * np.exp(1j * blade * job.phase))
         # from the tip the shrouds are shown at rest: exaggerated motion would draw them through each other
-        grid = _grid(sector, motion, 0.0 if from_tip else job.deformation, blade * pitch)
-        surface = grid.extract_surface(algorithm="dataset_surface")
+        mesh = grid(sector, motion, 0.0 if from_tip else job.deformation, blade * pitch)
+        surface = mesh.extract_surface(algorithm="dataset_surface")
         if blade == 0:
             _add_own(plotter, surface, from_tip)
-            _add_contacts(plotter, sector, grid.points)
+            add_contacts(plotter, sector, mesh.points)
         else:
-            plotter.add_mesh(surface, color="#9aa7b5", opacity=0.25)
-            plotter.add_mesh(_edges(surface), color="#708090", line_width=1.5)
-
-
-def _grid(sector: SectorMesh, motion: Array, deformation: float, angle: float) -> Any:
-    """The deformed mesh of one blade, with the displacement relative to the largest as point data."""
-    import pyvista as pv
-
-    cells = np.column_stack([np.full(len(sector.hexahedra), 8), sector.hexahedra]).ravel()
-    kinds = np.full(len(sector.hexahedra), HEXAHEDRON, dtype=np.uint8)
-    points = turned(sector.points + deformation * motion, angle)
-    grid = pv.UnstructuredGrid(cells, kinds, points)
-    grid.point_data["displacement"] = np.linalg.norm(motion, axis=1)
-    return grid
+            plotter.add_mesh(surface, **NEIGHBOUR)
+            plotter.add_mesh(edges(surface), **NEIGHBOUR_EDGES)
 
 
 def _add_own(plotter: Any, surface: Any, from_tip: bool) -> None:
-    bar = {
-        "title": "displacement / largest\n",
-        "color": "black",
-        "vertical": False,
-        "position_x": 0.2,
-        "position_y": 0.03,
-        "height": 0.1,
-        "width": 0.6,
-        "title_font_size": 20,
-        "label_font_size": 18,
-        "n_labels": 6,
-        "fmt": "%.1f",
-    }
     plotter.add_mesh(
         surface,
         scalars="displacement",
@@ -139,40 +116,9 @@ def _add_own(plotter: Any, surface: Any, from_tip: bool) -> None:
         line_width=0.5,
         opacity=0.45 if from_tip else 1.0,
         show_scalar_bar=not from_tip,
-        scalar_bar_args=bar,
+        scalar_bar_args=scalar_bar("displacement / largest"),
     )
-    plotter.add_mesh(_edges(surface), color="black", line_width=2.0)
-
-
-def _edges(surface: Any) -> Any:
-    """Sharp edges of a surface."""
-    return surface.extract_feature_edges(feature_angle=40.0, boundary_edges=False, manifold_edges=False)
-
-
-def _add_contacts(plotter: Any, sector: SectorMesh, points: Array) -> None:
-    """Spheres on the contact nodes, sized to stay apart from each other."""
-    import pyvista as pv
-
-    for face, colour in ((sector.right, RIGHT_COLOUR), (sector.left, LEFT_COLOUR)):
-        radius = 0.25 * float(np.sqrt(np.min(face.area)))
-        spheres = pv.PolyData(points[face.nodes]).glyph(geom=pv.Sphere(radius=radius), scale=False, orient=False)
-        plotter.add_mesh(spheres, color=colour, ambient=0.3)
-
-
-def _add_outline(plotter: Any, sector: SectorMesh) -> None:
-    """Sharp edges of the blade at rest, to see the deformation against."""
-    rest = _grid(sector, np.zeros_like(sector.points), 0.0, 0.0)
-    plotter.add_mesh(_edges(rest.extract_surface(algorithm="dataset_surface")), color="#808080", line_width=1.0)
-
-
-def _aim_from_side(plotter: Any, sector: SectorMesh) -> None:
-    """From the side and above, so that the airfoil and the Z of the shroud are both seen."""
-    low, high = sector.points.min(axis=0), sector.points.max(axis=0)
-    middle = (low + high) / 2.0
-    plotter.camera_position = [middle + np.asarray(VIEW), middle, (0.0, 0.0, 1.0)]
-    plotter.camera.view_angle = 15.0
-    plotter.reset_camera()
-    plotter.camera.zoom(0.97)
+    plotter.add_mesh(edges(surface), color="black", line_width=2.0)
 
 
 def _aim_from_tip(plotter: Any, sector: SectorMesh, blades: int) -> None:

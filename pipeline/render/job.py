@@ -34,3 +34,30 @@ class RenderJob:
         for name in ("modes", "normal", "tangential"):
             values[name] = tuple(values[name])
         return cls(**values)
+
+
+@dataclass(frozen=True)
+class OperatingJob:
+    """Files of one curve and how its operating deflection shape is drawn: `<name>.png` and `<name>.gif` in `folder`.
+
+    deformation: largest drawn displacement, m; blades: neighbours side by side; frames: of the animation, one period.
+    """
+
+    sector: str
+    rom: str
+    curve: str
+    folder: str
+    name: str
+    title: str
+    deformation: float
+    blades: int
+    frames: int
+
+    def to_json(self) -> str:
+        """One line."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> OperatingJob:
+        """The job that `to_json` wrote."""
+        return cls(**json.loads(text))

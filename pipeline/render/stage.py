@@ -1,35 +1,32 @@
-"""The stage render: mode shapes of every reduced model of the scene, drawn once and kept in the store."""
+"""The stage render: mode shapes of every reduced model and operating deflection shapes, drawn once and kept."""
 
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from pipeline.contact_values import stiffness_by_node, used_contact
 from pipeline.curve import face_area
-from pipeline.errors import one_line
 from pipeline.fingerprint import fingerprint
+from pipeline.labels import member_label
 from pipeline.making import SECTOR
 from pipeline.model_stage import Models
 from pipeline.models import BuiltModel
 from pipeline.publishing import publish, retire
-from pipeline.render.job import RenderJob
+from pipeline.render.job import OperatingJob, RenderJob
+from pipeline.render.process import draw_apart
 from pipeline.request import Run
+from pipeline.respond import Solved
 from pipeline.scene import Render, Scene
 
-_REMEDY = "apt-get install -y libegl1 libgl1 libxrender1"
+FRAMES = 24  # of an animation
 
 
-class RenderError(Exception):
-    """The drawing process did not come back with its pictures."""
-
-
-def render_stage(run: Run, models: Models) -> list[Path]:
-    """Draw what is missing; returns the files in the output folder."""
+def render_stage(run: Run, models: Models, curves: Sequence[Solved]) -> list[Path]:
+    """Draw what is missing; returns the files in the output folder. `curves`: those solved, none without respond."""
     chosen: dict[str, tuple[BuiltModel, Scene]] = {}
     for member in run.request.scene.members:
         model = models[member.index]
@@ -39,8 +36,27 @@ def render_stage(run: Run, models: Models) -> list[Path]:
     for number, (model, scene) in enumerate(chosen.values(), start=1):
         prefix = f"model_{number}_" if len(chosen) > 1 else ""
         files += _render(run, model, scene, prefix)
-    retire(run.request.out / "renders", ["mode_*.png", "model_*_mode_*.png"], files)
+    for number in operating_curves(run.request.scene.first.render, curves):
+        model = models[curves[number].member.index]
+        if model is not None:
+            files += _operate(run, model, curves[number], number)
+    retire(run.request.out / "renders", ["mode_*.png", "model_*_mode_*.png", "operating_*.*"], files)
     return files
+
+
+def operating_curves(render: Render | None, curves: Sequence[Solved]) -> list[int]:
+    """Numbers of the curves whose motion at the peak is wanted: those listed, or with the highest and lowest peak."""
+    if render is None or render.operating is False:
+        return []
+    peaks = {
+        number: curve.facts.peak_amplitude_m
+        for number, curve in enumerate(curves)
+        if curve.facts is not None and curve.facts.peak_index >= 0
+    }
+    if render.operating is True:
+        ends = [max(peaks, key=peaks.__getitem__), min(peaks, key=peaks.__getitem__)] if peaks else []
+        return sorted(set(ends))
+    return sorted(set(render.operating) & set(peaks))
 
 
 def _render(run: Run, model: BuiltModel, scene: Scene, prefix: str) -> list[Path]:
@@ -51,8 +67,42 @@ def _render(run: Run, model: BuiltModel, scene: Scene, prefix: str) -> list[Path
     if entry is None:
         with run.reporter.working("rendering mode shapes"):
             entry = run.store.get("render", key, lambda folder: _draw(replace(job, folder=str(folder))))
-    run.log.note("render", entry.ran)
+    run.log.note("render", entry.ran, entry.seconds)
     return publish(run.store, entry.folder, run.request.out / "renders")
+
+
+def _operate(run: Run, model: BuiltModel, curve: Solved, number: int) -> list[Path]:
+    """The still and the animation of one curve's motion at its peak."""
+    scene = curve.member.scene
+    render = scene.render or Render()
+    assert model.mesh is not None
+    assert scene.blade is not None
+    assert curve.file is not None
+    label = f", {member_label(curve.member)}" if curve.member.parameters else ""
+    job = OperatingJob(
+        sector=str(model.mesh.parent / SECTOR),
+        rom=str(model.rom),
+        curve=str(curve.file),
+        folder="",
+        name=f"operating_{number}",
+        title=f"{scene.title or scene.name}{label}: motion at the peak",
+        deformation=render.deformation * scene.blade.length,
+        blades=render.blades,
+        frames=FRAMES,
+    )
+    content = {**asdict(job), "sector": None, "rom": model.key, "curve": curve.file.parent.name}
+    key = fingerprint(content | {"code": run.versions.render})
+    entry = run.store.find("render", key)
+    if entry is None:
+        with run.reporter.working(f"rendering the motion at the peak of curve {number}"):
+            entry = run.store.get("render", key, lambda folder: _draw_operating(replace(job, folder=str(folder))))
+    run.log.note("render", entry.ran, entry.seconds)
+    return publish(run.store, entry.folder, run.request.out / "renders")
+
+
+def _draw_operating(job: OperatingJob) -> None:
+    pictures = [Path(job.folder) / f"{job.name}.{suffix}" for suffix in ("png", "gif")]
+    draw_apart("pipeline.render.operate", job.to_json(), pictures)
 
 
 def _job(model: BuiltModel, scene: Scene, prefix: str) -> RenderJob:
@@ -89,17 +139,5 @@ def _springs(model: BuiltModel, scene: Scene, contact: str) -> dict[str, Any]:
 
 
 def _draw(job: RenderJob) -> None:
-    """Draw in a process of its own: without a GL library VTK does not raise, it crashes.
-
-    Raises
-    ------
-    RenderError : the process died or a picture is missing; the message says what usually mends it.
-    """
-    command = [sys.executable, "-m", "pipeline.render.draw", job.to_json()]
-    result = subprocess.run(command, capture_output=True, text=True, check=False)
-    missing = [mode for mode in job.modes if not (Path(job.folder) / f"{job.prefix}mode_{mode}.png").is_file()]
-    if result.returncode < 0:
-        raise RenderError(f"the drawing process crashed, most likely for want of a GL library: {_REMEDY}")
-    if result.returncode > 0 or missing:
-        said = one_line((result.stderr.strip().splitlines() or ["no picture"])[-1])
-        raise RenderError(f"{said} (if a GL library is missing: {_REMEDY})")
+    pictures = [Path(job.folder) / f"{job.prefix}mode_{mode}.png" for mode in job.modes]
+    draw_apart("pipeline.render.draw", job.to_json(), pictures)

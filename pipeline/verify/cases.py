@@ -61,13 +61,21 @@ class Measuring:
 
     def errors(self, case: Case) -> ModelErrors:
         """Errors of a case. Raises StageError."""
-        content = {"reduce": case.model.key, "blade": case.blade, **operation_values(case.scene), "code": self.code}
         modes = case.model.facts["modes"]
 
         def measured() -> dict[str, Any]:
             return model_errors(case.scene, self._reference(case), case.model.rom, modes).plain()
 
-        return ModelErrors.of_plain(self._kept(fingerprint(content), f"measuring {case.label}", measured))
+        return ModelErrors.of_plain(self._kept(self._key(case), f"measuring {case.label}", measured))
+
+    def known(self, case: Case) -> ModelErrors | None:
+        """Errors of a case where they have been measured before."""
+        entry = self.run.store.find(KIND, self._key(case))
+        return None if entry is None else ModelErrors.of_plain(json.loads(entry.file(FILE).read_text()))
+
+    def _key(self, case: Case) -> str:
+        content = {"reduce": case.model.key, "blade": case.blade, **operation_values(case.scene), "code": self.code}
+        return fingerprint(content)
 
     def needed(self, cases: Sequence[Case], tolerance: float) -> int | None:
         """Fixed-interface modes that a tolerance needs in all cases, None: over 1000. Raises StageError."""

@@ -12,7 +12,7 @@ from pipeline_support import ground_scene, small_scene, write_ground_model, writ
 
 HOUSE = Path(__file__).parents[2]
 ROOMS = ("geometry", "rom", "nonlinear", "pipeline")
-HEAVY = ("gmsh", "pyvista", "vtk", "matplotlib", "meshio", "skfem", "numba", "rich")
+HEAVY = ("gmsh", "pyvista", "vtk", "matplotlib", "meshio", "skfem", "numba", "rich", "jinja2", "PIL")
 FILES = [path for room in ROOMS for path in sorted((HOUSE / room).rglob("*.py"))]
 
 

@@ -37,6 +37,7 @@ def test_contact_against_ground_with_values_node_by_node(tmp_path: Path) -> None
         "reduce": "skipped",
         "respond": "ran",
         "render": "skipped",
+        "report": "skipped",
         "figures": "ran",
     }
     contact = ContactParameters(

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
-import pipeline.render.stage
+import pipeline.render.process
 from pipeline.figures.response import stretches
 from pipeline.labels import prefixed, value_label
-from pipeline.render.draw import at_largest, turned
+from pipeline.render.draw import at_largest
+from pipeline.render.ring import turned
 
 
 def size_of(path: Path) -> tuple[int, int]:
@@ -99,7 +100,7 @@ def test_a_crash_of_the_renderer_is_reported_with_its_remedy(copied: Path, monke
     def crash(*_: Any, **__: Any) -> subprocess.CompletedProcess[str]:
         return subprocess.CompletedProcess([], -11, "", "")
 
-    monkeypatch.setattr(pipeline.render.stage.subprocess, "run", crash)
+    monkeypatch.setattr(pipeline.render.process.subprocess, "run", crash)
     scene = write_scene(copied.parent / "s.toml", small_scene(render={"modes": [1]}, contact__interference=1e-5))
     status, _, error = shroud("run", scene, "--out", copied, "--quiet")
     assert status == 1

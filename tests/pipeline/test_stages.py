@@ -10,7 +10,8 @@ from pipeline_support import shroud, small_scene, statuses, summary_of, write_sc
 
 from rom import read_reduced_model
 
-ALL = ("mesh", "assemble", "reduce", "respond", "render", "figures")
+ALL = ("mesh", "assemble", "reduce", "respond", "render", "figures", "report")
+NOT_ASKED = {"render": "skipped", "report": "skipped"}
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 
 
@@ -23,12 +24,12 @@ def rerun(out: Path, *options: str, **changes: Any) -> dict[str, str]:
 
 
 def expected(**status: str) -> dict[str, str]:
-    """Every stage reused but render, which nobody asked for, and what is given."""
-    return dict.fromkeys(ALL, "reused") | {"render": "skipped"} | status
+    """Every stage reused but render and report, which nobody asked for, and what is given."""
+    return dict.fromkeys(ALL, "reused") | NOT_ASKED | status
 
 
 def test_a_first_run_runs_what_the_scene_asks_for(finished: Path) -> None:
-    assert statuses(finished) == dict.fromkeys(ALL, "ran") | {"render": "skipped"}
+    assert statuses(finished) == dict.fromkeys(ALL, "ran") | NOT_ASKED
     assert all(stage["seconds"] >= 0.0 for stage in summary_of(finished)["stages"].values())
 
 
@@ -118,7 +119,7 @@ def test_until_runs_what_the_stage_needs(copied: Path, stage: str, needs: tuple[
 
 
 def test_force_makes_everything_again(copied: Path) -> None:
-    assert rerun(copied, "--force") == dict.fromkeys(ALL, "ran") | {"render": "skipped"}
+    assert rerun(copied, "--force") == dict.fromkeys(ALL, "ran") | NOT_ASKED
 
 
 def test_members_of_a_sweep_share_what_they_have_in_common(copied: Path) -> None:

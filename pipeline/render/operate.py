@@ -1,0 +1,133 @@
+"""Draw an operating deflection shape offscreen: `python -m pipeline.render.operate JOB` with the job as JSON."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipeline.errors import one_line
+from pipeline.labels import prefixed
+from pipeline.operating import OperatingShape, operating_shape
+from pipeline.render.job import OperatingJob
+from pipeline.render.ring import (
+    NEIGHBOUR,
+    NEIGHBOUR_EDGES,
+    add_contacts,
+    add_outline,
+    aim_from_side,
+    blades_of,
+    edges,
+    grid,
+    scalar_bar,
+    turned,
+)
+
+if TYPE_CHECKING:
+    from geometry import SectorMesh
+
+STILL, ANIMATED = (1400, 1050), (700, 525)
+PERIOD = 2.0  # seconds that a period takes in the animation
+COLOURS = 256  # of the animation's palette
+
+
+def draw(job: OperatingJob) -> None:
+    """The instant of the largest displacement as `<name>.png`, and a period as `<name>.gif`.
+
+    Raises
+    ------
+    ValueError : the curve has no peak.
+    """
+    from geometry import load_sector
+
+    sector = load_sector(Path(job.sector))
+    shape = operating_shape(Path(job.curve), Path(job.rom), len(sector.points))
+    if shape is None:
+        raise ValueError(f"{job.title}: the curve has no peak")
+    largest, angle = shape.largest()
+    folder = Path(job.folder)
+    _plotter(job, sector, shape, angle, largest, STILL).screenshot(str(folder / f"{job.name}.png"))
+    angles = angle + 2.0 * np.pi * np.arange(job.frames) / job.frames
+    frames = [_frame(job, sector, shape, float(instant), largest) for instant in angles]
+    _write_animation(folder / f"{job.name}.gif", frames)
+
+
+def _frame(job: OperatingJob, sector: SectorMesh, shape: OperatingShape, angle: float, largest: float) -> Any:
+    plotter = _plotter(job, sector, shape, angle, largest, ANIMATED)
+    image = plotter.screenshot(return_img=True)
+    plotter.close()
+    return image
+
+
+def _write_animation(path: Path, frames: list[Any]) -> None:
+    """An endless GIF with one palette, so that colours do not flicker."""
+    from PIL import Image
+
+    images = [Image.fromarray(frame) for frame in frames]
+    palette = images[0].quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE)
+    reduced = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    duration = round(1000.0 * PERIOD / len(frames))
+    reduced[0].save(path, save_all=True, append_images=reduced[1:], duration=duration, loop=0, optimize=False)
+
+
+def _plotter(
+    job: OperatingJob,
+    sector: SectorMesh,
+    shape: OperatingShape,
+    angle: float,
+    largest: float,
+    window: tuple[int, int],
+) -> Any:
+    """The ring at one instant: the fundamental blade by its displacement, neighbours pale, at rest as lines."""
+    import pyvista as pv
+
+    factor, unit = prefixed(largest, "m")
+    small = window[0] / STILL[0]
+    plotter: Any = pv.Plotter(off_screen=True, window_size=list(window), border=False)
+    plotter.set_background("white")
+    plotter.enable_anti_aliasing("ssaa")
+    scale = job.deformation / largest if largest > 0.0 else 0.0
+    pitch = 2.0 * np.pi / sector.n_blades
+    for blade in blades_of(job.blades):
+        # the colours show the motion itself, the drawn positions are exaggerated
+        motion = shape.at(angle, blade) * factor
+        mesh = grid(sector, motion, scale / factor, blade * pitch)
+        surface = mesh.extract_surface(algorithm="dataset_surface")
+        if blade == 0:
+            bar = scalar_bar(f"displacement [{unit}]", "%.3g")
+            bar |= {"title_font_size": round(22 * small), "label_font_size": round(20 * small)}
+            limits = (0.0, largest * factor or 1.0)
+            plotter.add_mesh(surface, scalars="displacement", cmap="viridis", clim=limits, scalar_bar_args=bar)
+            plotter.add_mesh(edges(surface), color="black", line_width=2.0 * small)
+            add_contacts(plotter, sector, mesh.points)
+        else:
+            plotter.add_mesh(surface, **NEIGHBOUR)
+            plotter.add_mesh(edges(surface), **NEIGHBOUR_EDGES)
+    add_outline(plotter, sector)
+    heading = f"{job.title}\n{shape.frequency_hz:.1f} Hz, drawn {_rounded(scale)} times as large"
+    plotter.add_text(heading, position="upper_left", font_size=round(15 * small), color="black")
+    aim_from_side(plotter, sector)
+    plotter.reset_camera(bounds=_bounds(job, sector))  # the same in every frame
+    return plotter
+
+
+def _bounds(job: OperatingJob, sector: SectorMesh) -> list[float]:
+    """Room of the ring at rest and of the drawn motion: x, y and z from and to, m."""
+    pitch = 2.0 * np.pi / sector.n_blades
+    points = np.concatenate([turned(sector.points, blade * pitch) for blade in blades_of(job.blades)])
+    low, high = points.min(axis=0) - 0.5 * job.deformation, points.max(axis=0) + 0.5 * job.deformation
+    return np.column_stack([low, high]).ravel().tolist()
+
+
+def _rounded(number: float) -> str:
+    """Three digits, never with a power of ten."""
+    return f"{float(f'{number:.3g}'):.10g}"
+
+
+if __name__ == "__main__":
+    try:
+        draw(OperatingJob.from_json(sys.argv[1]))
+    except Exception as error:  # the caller shows the last line to its user
+        sys.exit(one_line(f"{type(error).__name__}: {error}"))

@@ -1,0 +1,88 @@
+"""What every contact node does over a cycle at the peak of a curve: states, forces, friction work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.contact_values import contact_parameters
+from pipeline.figures.data import PlottedCurve
+
+Array = NDArray[np.float64]
+SAMPLES = 720
+NOTHING = 1e-9  # of the largest tangential force times the range of the motion
+
+
+@dataclass(frozen=True)
+class NodeCycle:
+    """One contact node over one period.
+
+    number: from 1; row, column: of the face's grid, along the radius and along the segment, from 0; stretches:
+    (state, start, stop), the instants as shares of the period; shares: of the period in stick, slip and lift-off;
+    work_j: friction work a cycle, J; largest_normal_n: largest normal force, N.
+    """
+
+    number: int
+    row: int
+    column: int
+    stretches: tuple[tuple[str, float, float], ...]
+    shares: dict[str, float]
+    work_j: float
+    largest_normal_n: float
+
+
+@dataclass(frozen=True)
+class FaceCycle:
+    """The nodes of a face at the peak of one curve; work_j: their sum, J a cycle."""
+
+    curve: PlottedCurve
+    columns: int
+    rows: int
+    nodes: tuple[NodeCycle, ...]
+    work_j: float
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Of nodes and time in each state."""
+        return {name: float(np.mean([node.shares[name] for node in self.nodes])) for name in self.nodes[0].shares}
+
+
+def face_cycle(curve: PlottedCurve, grid: tuple[int, int]) -> FaceCycle | None:
+    """The cycle at the curve's peak on a face of `grid` nodes (segment, radius); None without a peak."""
+    from nonlinear import LIFT_OFF, SLIP, STICK, contact_cycle
+
+    if curve.peak_displacement is None:
+        return None
+    names = {STICK: "stick", SLIP: "slip", LIFT_OFF: "open"}
+    contact = contact_parameters(curve.contact, curve.peak_displacement.shape[1])
+    cycle = contact_cycle(curve.peak_displacement, contact, samples=SAMPLES)
+    velocity = np.roll(cycle.displacement, -1, axis=0) - np.roll(cycle.displacement, 1, axis=0)
+    work = np.sum(cycle.force[:, :, :2] * velocity[:, :, :2] / 2.0, axis=(0, 2))
+    # a node that only sticks goes to and fro on a line: what is left of its work is round-off
+    line = np.abs(cycle.force[:, :, :2]).max(axis=(0, 2)) * np.ptp(cycle.displacement[:, :, :2], axis=0).max(axis=1)
+    work = np.where(work > NOTHING * line, work, 0.0)
+    nodes = []
+    for k, done in enumerate(work):
+        states = [names[int(value)] for value in cycle.state[:, k]]
+        shares = {name: states.count(name) / SAMPLES for name in names.values()}
+        nodes.append(
+            NodeCycle(
+                number=k + 1,
+                row=k // grid[0],
+                column=k % grid[0],
+                stretches=_stretches(states),
+                shares=shares,
+                work_j=float(done),
+                largest_normal_n=float(cycle.force[:, k, 2].max()),
+            )
+        )
+    return FaceCycle(curve, grid[0], grid[1], tuple(nodes), sum(node.work_j for node in nodes))
+
+
+def _stretches(states: list[str]) -> tuple[tuple[str, float, float], ...]:
+    """Runs of equal states over the period."""
+    changes = [0, *(k for k in range(1, len(states)) if states[k] != states[k - 1]), len(states)]
+    return tuple((states[a], a / len(states), b / len(states)) for a, b in pairwise(changes))

@@ -1,0 +1,95 @@
+"""Drawings that the page has beside the figures of the run: the ring at rest, the loops of every shown curve."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.figures.data import PlottedCurve
+from pipeline.figures.hysteresis import node_figure
+from pipeline.figures.style import styled
+from pipeline.making import SECTOR
+from pipeline.models import BuiltModel
+from pipeline.render.ring import LEFT_COLOUR, RIGHT_COLOUR, VIEW, blades_of, turned
+from pipeline.report.surface import Surface, outer_surface
+
+if TYPE_CHECKING:
+    from geometry import SectorMesh
+
+Array = NDArray[np.float64]
+BLADE, NEIGHBOUR = np.array([0.45, 0.60, 0.74]), np.array([0.82, 0.85, 0.88])
+
+
+def loops_drawing(curve: PlottedCurve, title: str) -> bytes | None:
+    """Contact loops of a few nodes at the peak of a curve, SVG."""
+    from matplotlib import pyplot as plt
+
+    with styled():
+        figure = node_figure(curve, title)
+        if figure is None:
+            return None
+        drawn = _saved(figure, "svg")
+        plt.close(figure)
+    return drawn
+
+
+def ring_drawing(model: BuiltModel, blades: int) -> bytes:
+    """The blade between its neighbours at rest with its contact nodes, PNG; needs no GL library."""
+    from matplotlib import pyplot as plt
+    from matplotlib.collections import PolyCollection
+
+    from geometry import load_sector
+
+    assert model.mesh is not None
+    sector = load_sector(model.mesh.parent / SECTOR)
+    surface = outer_surface(sector)
+    flat, colours, contacts = _projected(sector, surface, blades)
+    with styled():
+        figure, axes = plt.subplots(figsize=(7.6, 5.6), layout="constrained")
+        axes.add_collection(PolyCollection(list(flat), facecolors=colours, edgecolors=colours, linewidths=0.3))
+        for places, colour, name in contacts:
+            axes.plot(*places.T, "o", color=colour, markersize=4, markeredgecolor="white", label=f"{name} nodes")
+        axes.set_aspect("equal")
+        axes.autoscale_view()
+        axes.set_axis_off()
+        axes.legend(loc="lower left", fontsize=10)
+        drawn = _saved(figure, "png")
+        plt.close(figure)
+    return drawn
+
+
+def _projected(sector: SectorMesh, surface: Surface, blades: int) -> tuple[Array, Array, list[Any]]:
+    """Triangles (t, 3, 2) from back to front, their colours (t, 3), and the blade's contact nodes in view."""
+    view = np.asarray(VIEW) / np.linalg.norm(VIEW)
+    right = np.cross((0.0, 0.0, 1.0), view)
+    right /= np.linalg.norm(right)
+    screen = np.stack([right, np.cross(view, right)])
+    triangles, shades = [], []
+    for blade in blades_of(blades):
+        corners = turned(sector.points[surface.vertices], blade * 2.0 * np.pi / sector.n_blades)[surface.triangles]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        facing = normal @ view / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
+        seen = facing > 0.0
+        triangles.append(corners[seen])
+        base = BLADE if blade == 0 else NEIGHBOUR
+        shades.append(base * (0.55 + 0.45 * facing[seen, None]))
+    corners, colours = np.concatenate(triangles), np.concatenate(shades)
+    order = np.argsort((corners @ view).mean(axis=1), kind="stable")
+    # both faces have the right one's frame: its normal points out of the right one and into the left one
+    faces = ((sector.right, RIGHT_COLOUR, "right contact", 1.0), (sector.left, LEFT_COLOUR, "left contact", -1.0))
+    contacts = [
+        (face.position @ screen.T, colour, name)
+        for face, colour, name, outward in faces
+        if outward * float(face.frame[:, 2].mean(axis=0) @ view) > 0.0
+    ]
+    return (corners @ screen.T)[order], colours[order], contacts
+
+
+def _saved(figure: Any, kind: str) -> bytes:
+    stream = io.BytesIO()
+    metadata = {"Date": None} if kind == "svg" else {"Software": None}
+    figure.savefig(stream, format=kind, metadata=metadata)
+    return stream.getvalue()

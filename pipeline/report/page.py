@@ -1,0 +1,240 @@
+"""The page: everything it shows, gathered and put through its template."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pipeline.contact_values import stiffness_by_node, used_contact
+from pipeline.curve import face_area
+from pipeline.figures.data import PlottedCurve, plotted_curves
+from pipeline.figures.hysteresis import most_damped
+from pipeline.labels import member_label, prefixed
+from pipeline.models import BuiltModel
+from pipeline.report.contacts import FaceCycle, face_cycle
+from pipeline.report.drawings import loops_drawing, ring_drawing
+from pipeline.report.errors import error_rows
+from pipeline.report.pictures import inline_figure, inline_render, inline_vector
+from pipeline.report.rows import (
+    blade_rows,
+    contact_rows,
+    cost_rows,
+    curve_table,
+    frequency_tables,
+    mesh_rows,
+)
+from pipeline.report.source import ReportSource
+from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
+from pipeline.scene import Scene
+
+TEMPLATES = Path(__file__).parent / "templates"
+MOST_CONTACTS, MOST_OPERATING, MOST_STILLS = 10, 10, 9
+STILL_BLADES = 3
+_CAPTIONS = {
+    "response": "Largest displacement over a period against frequency. Dashed: unstable. Circles: peaks.",
+    "peaks": "Height and frequency of the peaks against the swept parameter, with the linear limits.",
+    "nodal_diameters": "Natural frequencies against the nodal diameter; the excited one and the range are marked.",
+    "campbell": "Campbell diagram: natural frequencies against speed, with the lines of the engine orders.",
+    "hysteresis_sweep": "Contact loops of one node, each curve at its own peak.",
+}
+
+
+@dataclass(frozen=True)
+class Picture:
+    """An image as a data URI, with what it shows."""
+
+    uri: str
+    caption: str
+
+
+@dataclass(frozen=True)
+class ContactDetail:
+    """The face of one curve at its peak: cycle, friction work in a unit that suits it, loops as a data URI."""
+
+    label: str
+    peak: str
+    face: FaceCycle
+    factor: float
+    unit: str
+    total: str
+    loops: str | None
+    open: bool
+
+
+def page(source: ReportSource) -> str:
+    """The whole page, HTML."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("report.html").render(_content(source))
+
+
+def _content(source: ReportSource) -> dict[str, Any]:
+    shown = plotted_curves(source.curves)
+    stable = {c.index: bool(c.stable[c.peak_index]) for c in shown if c.peak_index >= 0}
+    model = next((found for found in source.models.values() if found is not None), None)
+    details, of_curves = _contacts(source, shown)
+    viewer = _viewer(source, shown)
+    return {
+        "source": source,
+        "table": curve_table(source, stable),
+        "cards": _cards(source, shown),
+        "figures": _figures(source),
+        "frequencies": frequency_tables(source),
+        "facts": _facts(source, model),
+        "ring": None if model is None else _png(ring_drawing(model, STILL_BLADES)),
+        "stills": _stills(source),
+        "viewer": None if viewer is None else _json(viewer.plain()),
+        "viewer_left_out": 0 if viewer is None else viewer.left_out,
+        "groups": [] if viewer is None else list(dict.fromkeys(shape["group"] for shape in viewer.shapes)),
+        "shapes": [] if viewer is None else [(shape["group"], shape["name"]) for shape in viewer.shapes],
+        "contacts": details,
+        "contacts_of": of_curves,
+        "errors": error_rows(source, shown),
+        "costs": cost_rows(source),
+        "style": (TEMPLATES / "report.css").read_text(encoding="utf-8"),
+        "script": (TEMPLATES / "viewer.js").read_text(encoding="utf-8"),
+    }
+
+
+def _cards(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[tuple[str, str, str]]:
+    """Numbers that people look for first: name, value, what it is of."""
+    cards = []
+    peaks = [curve for curve in shown if curve.peak_index >= 0]
+    if peaks:
+        high, low = max(peaks, key=lambda c: c.peak[1]), min(peaks, key=lambda c: c.peak[1])
+        for name, curve in (("highest peak", high), ("lowest peak", low)):
+            of = f"{curve.label + ', ' if curve.parameters else ''}{curve.peak[0]:.5g} Hz"
+            cards.append((name, _with_unit(curve.peak[1], "m"), of))
+        if len(peaks) > 1 and low.peak[1] > 0.0:
+            cards.append(("highest over lowest", f"{high.peak[1] / low.peak[1]:.3g}", f"of {len(peaks)} curves"))
+        else:
+            cards = [("peak", *cards[0][1:])]
+    if source.model_rows:
+        row = source.model_rows[0]
+        cards.append(("first natural frequency", f"{row['free_hz'][0]:.5g} Hz", "shrouds free"))
+        order, values = next(iter(row["stuck_hz"].items()))
+        cards.append(("first natural frequency", f"{values[0]:.5g} Hz", f"shrouds stuck, engine order {order}"))
+    return cards
+
+
+def _figures(source: ReportSource) -> dict[str, Picture]:
+    """Figures of the run by name, those that there are."""
+    found = {}
+    for name, caption in _CAPTIONS.items():
+        svg, png = (source.picture(f"figures/{name}.{suffix}") for suffix in ("svg", "png"))
+        if svg is not None and png is not None:
+            found[name] = Picture(inline_figure(svg, png), caption)
+    return found
+
+
+def _stills(source: ReportSource) -> list[Picture]:
+    names = [name for name in source.pictures if name.startswith("renders/") and name.endswith(".png")]
+    return [Picture(inline_render(source.out / name), _said_of(Path(name))) for name in names[:MOST_STILLS]]
+
+
+def _said_of(render: Path) -> str:
+    """What a render shows, by its name: mode_2, model_1_mode_2 or operating_4."""
+    *model, kind, number = render.stem.split("_")
+    if kind == "operating":
+        return f"Motion at the peak of curve {number}; moving in renders/{render.stem}.gif"
+    return f"Mode {number}{f' of model {model[1]}' if model else ''}"
+
+
+def _facts(source: ReportSource, model: BuiltModel | None) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Tables of a name and a value, with their headings."""
+    if model is None:
+        return []
+    scene = source.first
+    return [
+        ("Blade", blade_rows(scene)),
+        ("Mesh and reduced model", mesh_rows(model, scene)),
+        ("Contact and load", contact_rows(model, scene)),
+    ]
+
+
+def _viewer(source: ReportSource, shown: Sequence[PlottedCurve]) -> ViewerData | None:
+    """Mode shapes of the first models, and the motion at the peaks of curves from the whole sweep."""
+    first = source.first
+    data = ViewerData(deformation=0.08 if first.render is None else first.render.deformation)
+    seen: dict[str, tuple[BuiltModel, Scene, str]] = {}
+    for curve in source.curves:
+        model = source.models[curve.member.index]
+        if model is not None:
+            seen.setdefault(model.key, (model, curve.member.scene, member_label(curve.member)))
+    for model, scene, label in list(seen.values())[:MOST_MODELS]:
+        data.add_modes(model, scene, _springs(model, scene), f" ({label})" if len(seen) > 1 else "")
+    peaks = [curve for curve in shown if curve.peak_index >= 0]
+    heights = [curve.peak[1] for curve in peaks]
+    ends = [heights.index(max(heights)), heights.index(min(heights))] if peaks else []
+    for place in chosen_evenly(len(peaks), MOST_OPERATING, ends):
+        solved = source.curves[peaks[place].index]
+        model = source.models[solved.member.index]
+        if model is not None:
+            data.add_operating(model, solved, peaks[place].label)
+    return data if data.shapes else None
+
+
+def _springs(model: BuiltModel, scene: Scene) -> dict[str, dict[str, Any]]:
+    from rom import read_reduced_model
+
+    reduced = read_reduced_model(model.rom, with_basis=False)
+    values = used_contact(scene, face_area(reduced))
+    normal = stiffness_by_node(values["normal_stiffness"], reduced.n_contacts)
+    tangential = stiffness_by_node(values["tangential_stiffness"], reduced.n_contacts)
+    return {"free": {}, "stuck": {"normal": normal, "tangential": tangential}}
+
+
+def _contacts(source: ReportSource, shown: Sequence[PlottedCurve]) -> tuple[list[ContactDetail], int]:
+    """The contact at the peak of curves from the whole sweep, and of how many."""
+    peaks = [curve for curve in shown if curve.peak_index >= 0]
+    telling = most_damped(peaks)
+    also = [] if telling is None else [peaks.index(telling)]
+    details = []
+    for place in chosen_evenly(len(peaks), MOST_CONTACTS, also):
+        curve = peaks[place]
+        mesh = curve.scene.mesh
+        assert mesh is not None
+        face = face_cycle(curve, mesh.contact_grid)
+        if face is None:
+            continue
+        factor, unit = prefixed(max(node.work_j for node in face.nodes), "J")
+        drawn = loops_drawing(curve, source.title)
+        details.append(
+            ContactDetail(
+                label=curve.label,
+                peak=f"{curve.peak[0]:.5g} Hz, {_with_unit(curve.peak[1], 'm')}",
+                face=face,
+                factor=factor,
+                unit=unit,
+                total=_with_unit(face.work_j, "J"),
+                loops=None if drawn is None else inline_vector(drawn),
+                open=curve is telling,
+            )
+        )
+    return details, len(peaks)
+
+
+def _with_unit(value: float, unit: str) -> str:
+    """Four digits and a prefixed unit."""
+    factor, shown = prefixed(value, unit)
+    return f"{value * factor:.4g} {shown}"
+
+
+def _json(values: dict[str, Any]) -> str:
+    """JSON that can stand inside a script element, whatever text it holds."""
+    return json.dumps(values, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _png(content: bytes) -> str:
+    return f"data:image/png;base64,{base64.b64encode(content).decode('ascii')}"

@@ -1,0 +1,247 @@
+"""Rows of the page's tables: response curves, natural frequencies, blade and mesh, contact, time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pipeline.labels import member_label, prefixed, quantity, value_label
+from pipeline.making import SECTOR
+from pipeline.models import BuiltModel
+from pipeline.outputs import relative_path
+from pipeline.report.source import ReportSource
+from pipeline.scene import Scene
+from pipeline.stage_log import STAGES
+from pipeline.tables import bare_value, share
+
+SHOWN_FREQUENCIES = 6
+_VERBS = {
+    "mesh": "meshing",
+    "assemble": "assembling stiffness and mass",
+    "reduce": "reduced model",
+    "respond": "response curves",
+    "render": "renders",
+    "figures": "figures",
+}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What is shown, and the number behind it as summary.json has it ("" where there is none)."""
+
+    text: str
+    value: str = ""
+
+
+@dataclass(frozen=True)
+class CurveRow:
+    """One response curve: swept values, numbers, and what people should know of it."""
+
+    number: int
+    label: str
+    swept: tuple[str, ...]
+    frequency: Cell
+    amplitude: Cell
+    harmonics: Cell
+    truncation: Cell
+    energy: Cell
+    points: Cell
+    seconds: Cell
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class CurveTable:
+    """Headings of the swept keys, unit of the amplitudes, and one row for every curve."""
+
+    swept: tuple[str, ...]
+    unit: str
+    rows: tuple[CurveRow, ...]
+
+
+@dataclass(frozen=True)
+class FrequencyTable:
+    """Natural frequencies of one reduced model and contact stiffness: (state of the shrouds, their values) rows."""
+
+    heading: str
+    modes: int
+    rows: tuple[tuple[str, tuple[Cell, ...]], ...]
+
+
+def curve_table(source: ReportSource, stable_at_peak: dict[int, bool]) -> CurveTable:
+    """All curves in their order; stable_at_peak: by number of the curve."""
+    heights = [c.facts.peak_amplitude_m for c in source.curves if c.facts is not None]
+    factor, unit = prefixed(max((h for h in heights if math.isfinite(h)), default=0.0), "m")
+    rows = []
+    for number, curve in enumerate(source.curves):
+        facts = curve.facts
+        swept = tuple(bare_value(key, value) for key, value in curve.member.parameters.items())
+        label = member_label(curve.member)
+        if facts is None:
+            none = Cell("-")
+            rows.append(CurveRow(number, label, swept, *(none,) * 7, (f"failed: {curve.reason}",)))
+            continue
+        rows.append(
+            CurveRow(
+                number,
+                label,
+                swept,
+                _number(facts.peak_frequency_hz, "{:.6g}"),
+                _number(facts.peak_amplitude_m, "{:.4g}", factor),
+                Cell(str(facts.harmonics), str(facts.harmonics)),
+                Cell(share(facts.truncation_error), _plain(facts.truncation_error)),
+                _number(facts.energy_error, "{:.0e}"),
+                Cell(str(facts.points), str(facts.points)),
+                _number(facts.seconds, "{:.2f}"),
+                tuple(_notes(curve, stable_at_peak.get(number, True))),
+            )
+        )
+    return CurveTable(tuple(quantity(key).axis() for key in source.swept), unit, tuple(rows))
+
+
+def _notes(curve: Any, stable: bool) -> Iterable[str]:
+    facts = curve.facts
+    if not curve.complete:
+        yield f"incomplete: {curve.reason}"
+    if facts.peak_index >= 0 and not facts.peak_located:
+        yield "highest at the end of the range"
+    if not stable:
+        yield "its peak is unstable"
+    for branch in facts.detached:
+        factor, unit = prefixed(branch["peak_amplitude_m"], "m")
+        yield (
+            f"detached branch, {branch['from_hz']:.6g} to {branch['to_hz']:.6g} Hz, "
+            f"up to {branch['peak_amplitude_m'] * factor:.4g} {unit}"
+        )
+    kinds = [item["kind"] for item in facts.bifurcations]
+    for kind in dict.fromkeys(kinds):
+        yield f"{kind}: {kinds.count(kind)}"
+
+
+def frequency_tables(source: ReportSource) -> list[FrequencyTable]:
+    """One table for every entry of `models` in summary.json."""
+    tables = []
+    for number, row in enumerate(source.model_rows, start=1):
+        states = {"free": row["free_hz"]}
+        for order in row["stuck_hz"]:
+            states[f"sliding, engine order {order}"] = row["sliding_hz"][order]
+            states[f"stuck, engine order {order}"] = row["stuck_hz"][order]
+        rows = tuple(
+            (state, tuple(_number(value, "{:.6g}") for value in values[:SHOWN_FREQUENCIES]))
+            for state, values in states.items()
+        )
+        kn, kt = (value_label(f"contact.{k}_stiffness", row[f"{k}_stiffness"]) for k in ("normal", "tangential"))
+        of = [f"Model {number}", *_own_values(source, row["rom"])] if len(source.model_rows) > 1 else []
+        heading = ", ".join([*of, f"whole face {kn}", kt])
+        tables.append(FrequencyTable(heading, max(len(values) for _, values in rows), rows))
+    return tables
+
+
+def _own_values(source: ReportSource, rom: str) -> list[str]:
+    """The swept values that all curves on a reduced model share and others do not."""
+    swept = [curve.member.parameters for curve in source.curves]
+    on_it = [c.member.parameters for c in source.curves if c.rom and relative_path(c.rom, source.out) == rom]
+    told = []
+    for key in source.swept:
+        values = {repr(values[key]): values[key] for values in on_it}
+        if len(values) == 1 and len({repr(values[key]) for values in swept}) > 1:
+            told.append(value_label(key, next(iter(values.values()))))
+    return told
+
+
+def blade_rows(scene: Scene) -> list[tuple[str, str]]:
+    """The blade, its shroud and what it is made of."""
+    blade, shroud, material = scene.blade, scene.shroud, scene.material
+    assert blade is not None
+    assert shroud is not None
+    assert material is not None
+    return [
+        ("blades of the ring", str(blade.n_blades)),
+        ("length, hub radius", f"{_mm(blade.length)}, {_mm(blade.hub_radius)}"),
+        ("airfoil", f"{blade.section}, chord {_mm(blade.chord)}, thickness {_mm(blade.thickness)}"),
+        ("thickness at the shroud, twist", f"{_mm(blade.tip_thickness or blade.thickness)}, {blade.twist:g}°"),
+        ("shroud angle", f"{shroud.angle:g}°"),
+        ("shroud", f"{_mm(shroud.thickness)} thick, {_mm(shroud.axial_width)} wide, gap {_mm(shroud.gap)}"),
+        ("material", f"E = {material.young_modulus / 1e9:g} GPa, {material.density:g} kg/m³"),
+        ("speed", f"{scene.load.speed_rpm:g} rev/min"),
+    ]
+
+
+def mesh_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
+    """Size and quality of the mesh, and the size of the reduced model."""
+    from geometry import hexahedron_scaled_jacobian, load_sector
+
+    assert model.mesh is not None
+    assert scene.mesh is not None
+    sector = load_sector(model.mesh.parent / SECTOR)
+    quality = hexahedron_scaled_jacobian(sector.points, sector.hexahedra)
+    facts = model.facts
+    estimate = facts["modes_error"]
+    modes = f"{facts['modes']}" + (f" (estimated error {estimate:.1e})" if estimate is not None else "")
+    return [
+        ("elements", f"{len(sector.hexahedra)} {scene.mesh.element}, size {_mm(scene.mesh.size)}"),
+        ("degrees of freedom", str(facts["dofs"])),
+        ("vertices", str(len(sector.points))),
+        ("scaled Jacobian, smallest, mean (1: a brick)", f"{quality.min():.2f}, {quality.mean():.2f}"),
+        ("reduced degrees of freedom", str(facts["reduced_dofs"])),
+        ("fixed-interface modes kept", modes),
+    ]
+
+
+def contact_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
+    """The contact face, its law and the excitation."""
+    from geometry import load_sector
+
+    assert model.mesh is not None
+    assert scene.mesh is not None
+    face = load_sector(model.mesh.parent / SECTOR).right
+    contact, along = scene.contact, scene.mesh.contact_grid
+    stiffness = [
+        value_label(f"contact.{name}_stiffness", getattr(contact, f"{name}_stiffness"))
+        for name in ("normal", "tangential")
+    ]
+    cycle = "from event to event" if contact.integration == "exact" else f"{contact.samples} samples"
+    direction = ", ".join(f"{value:.3f}" for value in np.round(face.frame[0, 2], 3) + 0.0)
+    return [
+        ("contact nodes", f"{along[0]} along the segment × {along[1]} along the radius on each face"),
+        ("area of a face", f"{face.area.sum() * 1e6:.3g} mm²"),
+        ("normal (x axial, y circumferential, z radial)", direction),
+        ("stiffness of the whole face", ", ".join(stiffness)),
+        ("friction", f"{quantity('contact.friction').value(contact.friction)}, law {contact.law}"),
+        ("interference", value_label("contact.interference", contact.interference)),
+        ("cycle integrated", cycle),
+        ("excitation", f"{scene.excitation.force:g} N, engine order {scene.excitation.engine_order}"),
+        ("structural damping", _damping(scene)),
+    ]
+
+
+def cost_rows(source: ReportSource) -> list[tuple[str, int, float]]:
+    """What each stage's results took to make, s, whether in this run or before, and how many they are."""
+    return [
+        (_VERBS[stage], source.results[stage], source.costs[stage])
+        for stage in STAGES
+        if stage in source.costs and stage in _VERBS
+    ]
+
+
+def _damping(scene: Scene) -> str:
+    response = scene.response
+    if response.rayleigh is not None:
+        return f"C = {response.rayleigh[0]:g} M + {response.rayleigh[1]:g} K"
+    return f"damping ratio {quantity('response.damping_ratio').value(response.damping_ratio)}"
+
+
+def _number(value: float, form: str, factor: float = 1.0) -> Cell:
+    return Cell(form.format(value * factor), _plain(value)) if math.isfinite(value) else Cell("-")
+
+
+def _plain(value: float) -> str:
+    return repr(float(value)) if math.isfinite(value) else ""
+
+
+def _mm(metres: float) -> str:
+    return f"{metres * 1e3:g} mm"

@@ -1,0 +1,110 @@
+"""Everything that the page is made from, and the key that says whether an earlier page still holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from pipeline.fingerprint import file_fingerprint, fingerprint, source_fingerprint
+from pipeline.model_stage import Models
+from pipeline.models import BuiltModel
+from pipeline.request import Outcome, Run
+from pipeline.respond import Solved
+from pipeline.scene import Scene
+from pipeline.verify.cases import Measuring, distinct_cases
+from pipeline.verify.stage import Measured
+
+_ROOMS = ("geometry", "rom", "nonlinear", "pipeline/report", "pipeline/figures", "pipeline/render")
+_FILES = ("contact_values", "labels", "operating", "tables", "verify/model_errors")
+_SOURCES = (*_ROOMS, *(f"pipeline/{name}.py" for name in _FILES))
+_TEMPLATES = Path(__file__).parent / "templates"
+_LIBRARIES = ("jinja2", "matplotlib", "numpy", "pillow", "scipy")
+
+
+@dataclass(frozen=True)
+class ReportSource:
+    """Results of a run.
+
+    models: by index of the member; model_rows: `models` of summary.json; pictures: files in `out`; measured: what
+    `shroud verify` has found, empty where it has not been run; costs: stage -> seconds that making its results took,
+    in this run or an earlier one; results: stage -> how many.
+    """
+
+    out: Path
+    scene_file: Path
+    scene_text: str
+    swept: tuple[str, ...]
+    curves: Sequence[Solved]
+    models: Mapping[int, BuiltModel | None]
+    model_rows: Sequence[dict[str, Any]]
+    pictures: Sequence[str]
+    measured: Sequence[Measured]
+    costs: Mapping[str, float]
+    results: Mapping[str, int]
+    problems: Sequence[str]
+
+    @property
+    def first(self) -> Scene:
+        """The scene of the first member."""
+        return self.curves[0].member.scene
+
+    @property
+    def title(self) -> str:
+        """Heading of the page."""
+        return self.first.title or self.first.name
+
+    def picture(self, name: str) -> Path | None:
+        """A picture of this run by its name in the output folder, `figures/response.svg`."""
+        return self.out / name if name in self.pictures else None
+
+    def key(self) -> str:
+        """Hash of all this and of the code that makes the page."""
+        templates = [path.relative_to(_TEMPLATES.parents[2]).as_posix() for path in sorted(_TEMPLATES.iterdir())]
+        return fingerprint(
+            {
+                "scene": [self.scene_file.name, self.scene_text],
+                "curves": [
+                    [curve.file.parent.name if curve.file else None, curve.reason, dict(curve.member.parameters)]
+                    for curve in self.curves
+                ],
+                "models": {str(index): model.key for index, model in self.models.items() if model is not None},
+                "rows": list(self.model_rows),
+                "pictures": {name: file_fingerprint(self.out / name) for name in self.pictures},
+                "measured": [[case.label, repr(errors)] for case, errors in self.measured],
+                "costs": dict(self.costs),
+                "problems": list(self.problems),
+                "code": source_fingerprint([*_SOURCES, *templates], _LIBRARIES),
+            }
+        )
+
+
+def report_source(run: Run, models: Models, outcome: Outcome) -> ReportSource:
+    """The results of a run whose stages before the report are done."""
+    scene = run.request.scene
+    costs = dict(run.log.cost)
+    files = {curve.file: curve.facts.seconds for curve in outcome.curves if curve.file and curve.facts}
+    costs["respond"] = sum(files.values())
+    counts = {stage: run.log.ran[stage] + run.log.reused[stage] for stage in costs}
+    return ReportSource(
+        out=run.request.out,
+        scene_file=scene.path,
+        scene_text=scene.path.read_text(encoding="utf-8"),
+        swept=scene.swept,
+        curves=outcome.curves,
+        models=models,
+        model_rows=outcome.models,
+        pictures=outcome.pictures,
+        measured=_measured(run, models),
+        costs={stage: round(seconds, 2) for stage, seconds in costs.items() if counts[stage]},
+        results=counts,
+        problems=outcome.problems,
+    )
+
+
+def _measured(run: Run, models: Models) -> list[Measured]:
+    """Errors that an earlier `shroud verify` left in the store; nothing is measured for the page."""
+    measuring = Measuring(replace(run, store=replace(run.store, force=False)))
+    found = [(case, measuring.known(case)) for case in distinct_cases(run, models)]
+    return [(case, errors) for case, errors in found if errors is not None]

@@ -1,0 +1,116 @@
+"""The outer surface of a sector's mesh as triangles for the viewer, thinned out where it is fine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from geometry import SectorMesh
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+MOST_TRIANGLES = 6000
+SHARP = np.cos(np.radians(30.0))  # of the angle between the normals on both sides of a drawn edge
+# corners of the six sides of a hexahedron (VTK), seen from outside anticlockwise
+_SIDES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Triangles on vertices of the mesh.
+
+    vertices (n,): rows of the mesh's points, the last ones the right and the left contact nodes; triangles (t, 3),
+    edges (e, 2) of the mesh (none where it was thinned out), sharp (s, 2): rows of `vertices`; right, left (n_c,):
+    those of the contact nodes.
+    """
+
+    vertices: Indices
+    triangles: Indices
+    edges: Indices
+    sharp: Indices
+    right: Indices
+    left: Indices
+
+
+def outer_surface(sector: SectorMesh, most: int = MOST_TRIANGLES) -> Surface:
+    """The boundary of the mesh with at most `most` triangles: a finer one is clustered on a lattice of points."""
+    quads = boundary_quads(sector.hexahedra)
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    edges = _unique_edges(np.concatenate([quads[:, [k, (k + 1) % 4]] for k in range(4)]))
+    if len(triangles) > most:
+        triangles = _clustered(sector.points, triangles, most)
+        edges = np.empty((0, 2), dtype=np.int64)  # those of the mesh are gone
+    sharp = sharp_edges(sector.points, triangles)
+    used = np.unique(triangles)
+    row = np.full(len(sector.points), -1)
+    row[used] = np.arange(len(used))
+    n_c = len(sector.right.nodes)
+    contacts = len(used) + np.arange(2 * n_c)
+    vertices = np.concatenate([used, sector.right.nodes, sector.left.nodes])
+    return Surface(vertices, row[triangles], row[edges], row[sharp], contacts[:n_c], contacts[n_c:])
+
+
+def boundary_quads(hexahedra: Indices) -> Indices:
+    """Sides that belong to one hexahedron only, (q, 4), anticlockwise from outside."""
+    sides = hexahedra[:, _SIDES].reshape(-1, 4)
+    _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
+    return sides[np.sort(first[count == 1])]
+
+
+def sharp_edges(points: Array, triangles: Indices) -> Indices:
+    """Edges (s, 2) at which the surface turns by more than the angle of `SHARP`, or ends."""
+    corners = points[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    edges = np.sort(np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
+    unique, place, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
+    total = np.zeros((len(unique), 3))
+    np.add.at(total, place.ravel(), np.tile(normals, (3, 1)))
+    # |n1 + n2|^2 = 2 + 2 cos
+    cosine = np.sum(total**2, axis=1) / 2.0 - 1.0
+    found: Indices = unique[(count != 2) | (cosine < SHARP)]
+    return found
+
+
+def _unique_edges(edges: Indices) -> Indices:
+    found: Indices = np.unique(np.sort(edges, axis=1), axis=0)
+    return found
+
+
+def _clustered(points: Array, triangles: Indices, most: int) -> Indices:
+    """Triangles between the representatives of the cells of a lattice, just coarse enough."""
+    used = np.unique(triangles)
+    corners = points[triangles]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2.0
+    cell = float(np.sqrt(area / most))
+    # corners stay where they are and edges stay on themselves, or the outline would be ragged
+    sharp = np.bincount(sharp_edges(points, triangles).ravel(), minlength=len(points))
+    rank = np.where(sharp >= 3, 2, np.where(sharp > 0, 1, 0))[used]
+    while True:
+        kept = _merged(points, triangles, used, rank, cell)
+        if len(kept) <= most:
+            return kept
+        cell *= 1.15
+
+
+def _merged(points: Array, triangles: Indices, used: Indices, rank: Indices, cell: float) -> Indices:
+    """Triangles between the vertices that stand for their cells: of the highest rank, nearest to the cell's mean."""
+    places = np.floor((points[used] - points[used].min(axis=0)) / cell).astype(np.int64)
+    _, member = np.unique(places, axis=0, return_inverse=True)
+    member = member.ravel()
+    count = np.bincount(member)
+    centre = np.stack([np.bincount(member, points[used, k]) / count for k in range(3)], axis=1)
+    order = np.lexsort((np.linalg.norm(points[used] - centre[member], axis=1), -rank, member))
+    first = np.searchsorted(member[order], np.arange(len(count)))
+    representative = np.zeros(len(points), dtype=np.int64)
+    representative[used] = used[order[first]][member]
+    moved = representative[triangles]
+    whole = (moved[:, 0] != moved[:, 1]) & (moved[:, 1] != moved[:, 2]) & (moved[:, 2] != moved[:, 0])
+    moved = moved[whole]
+    _, first_of = np.unique(np.sort(moved, axis=1), axis=0, return_index=True)
+    kept: Indices = moved[np.sort(first_of)]
+    return kept
