@@ -15,6 +15,11 @@ from work_precision.figure import PRESET_LINE
 from work_precision.tables import read_csv, shown_error
 
 Line = tuple[str, str, str]
+PROBLEMS = {
+    "A": "the peers' problem with constant normal load",
+    "V": "the peers' problem with variable normal load",
+    "S": "a blade with nine contact nodes, 81 dofs",
+}
 
 
 def summary(tables: Path) -> str:
@@ -75,9 +80,7 @@ def _peers(tables: Path) -> Iterator[Line]:
     found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
     for row in found["rows"]:
         if row["program"] == "shroud" and row["variant"] == "exact" and row.get("faster"):
-            load, harmonics = row["case"][0], row["case"][1:]
-            kind = "constant" if load == "A" else "variable"
-            what = f"a point of the peers' problem with {kind} normal load, H = {harmonics}"
+            what = f"a point of {PROBLEMS[row['case'][0]]}, H = {row['case'][1:]}"
             figure = f"{row['ms_a_point'][1]:.2g} ms, {row['faster'][1]:.0f} times faster than pyHarm"
             yield what, "`python benchmarks/peers.py`", figure
 
