@@ -36,9 +36,9 @@ class MeshSettings:
 
     sizes: Mapping[str, Sequence[float]]
     reference: Sequence[float]
-    alike: Sequence[float] = ()
     modes: int = 40
     reference_modes: int = REFERENCE_MODES
+    alike: Sequence[float] = ()
 
 
 USUAL = MeshSettings(
@@ -48,7 +48,7 @@ USUAL = MeshSettings(
         "hex27": (8.0, 6.0, 4.0, 2.8),
     },
     REFERENCE,
-    (8.0, 6.0, 4.0, 2.8),
+    alike=(8.0, 6.0, 4.0, 2.8),
 )
 FULL = MeshSettings(
     {
@@ -57,7 +57,7 @@ FULL = MeshSettings(
         "hex27": (10.0, 8.0, 6.0, 4.0, 2.8, 2.4),
     },
     (*REFERENCE, 1.25),
-    (8.0, 6.0, 5.0, 4.0, 3.2, 2.8, 2.4, 2.0),
+    alike=(8.0, 6.0, 5.0, 4.0, 3.2, 2.8, 2.4, 2.0),
 )
 
 

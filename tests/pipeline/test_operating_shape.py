@@ -13,11 +13,14 @@ from geometry import load_sector
 from pipeline.operating import OperatingShape, operating_shape
 
 
-def test_the_whole_blade_moves_as_the_solver_found_its_contacts_and_its_tip(finished: Path) -> None:
-    (mesh,) = (finished / "store" / "mesh").glob("*/sector.h5")
+def test_the_whole_blade_moves_as_the_solver_found_its_contacts_and_its_tip(copied: Path) -> None:
+    changes = {"render": {"modes": [1]}, "sweep": {"contact.interference": [1e-5, 1e-3]}}
+    scene = write_scene(copied.parent / "s.toml", small_scene(**changes))  # rendered: the model keeps its basis
+    assert shroud("run", scene, "--out", copied, "--quiet", "--until", "render")[0] == 0
+    (mesh,) = (copied / "store" / "mesh").glob("*/sector.h5")
     sector = load_sector(mesh)
-    rom = finished / summary_of(finished)["curves"][0]["rom"]
-    curves = sorted((finished / "store" / "curve").glob("*/curve.h5"))
+    rom = copied / summary_of(copied)["models"][0]["rom"]
+    curves = sorted((copied / "store" / "curve").glob("*/curve.h5"))
     assert len(curves) == 2
     for path in curves:
         shape = operating_shape(path, rom, len(sector.points))

@@ -84,7 +84,7 @@ def test_averages_over_patches_are_measured_against_a_reference_of_their_own(tmp
 
 
 def test_following_the_advice_brings_the_promised_error(tmp_path: Path) -> None:
-    coarse = {**TWISTED, "mesh__size": 0.009, "rom__modes": 4, "rom__tolerance": 0.0025}
+    coarse = {**TWISTED, "mesh__size": 0.009, "mesh__grading": 1.0, "rom__modes": 4, "rom__tolerance": 0.0025}
     before = verified(tmp_path, **coarse)
     (advice,) = before["advice"]
     assert not advice["within"]
