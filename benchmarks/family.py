@@ -8,7 +8,6 @@ the estimate of the harmonics left out). Writes family.csv and family.md into ou
 from __future__ import annotations
 
 import argparse
-import csv
 import statistics
 import sys
 import time
@@ -18,6 +17,7 @@ from typing import Any
 
 from machine import hardware, load, today
 from markdown_table import markdown_table
+from results import write_results
 
 HOUSE = Path(__file__).resolve().parents[1]
 INTERFERENCES = (-30e-6, -8e-6, -2e-6, 0.0, 1e-6, 2e-6, 3e-6, 5e-6, 15e-6, 100e-6, 400e-6)  # m
@@ -36,16 +36,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=HOUSE / "out" / "bench" / "family", help="output folder")
     options = parser.parse_args(arguments)
     rows = measure(options.scene, options.interferences, options.repeats, options.out.parent / "store")
-    options.out.mkdir(parents=True, exist_ok=True)
-    with (options.out / "family.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
     table = markdown_table(tuple(rows[0]), [tuple(row.values()) for row in rows])
     where = f"{today()}, {hardware()}, one thread, load of the machine {load():.1f} at the end. {options.scene.name}."
     text = f"# A family of curves\n\n{where}\n\n{table}\n"
-    (options.out / "family.md").write_text(text, encoding="utf-8")
-    print(text)
+    write_results(options.out, "family", rows, text)
     return 0
 
 

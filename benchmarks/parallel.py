@@ -10,7 +10,6 @@ processes and their imports included. Writes parallel.csv and parallel.md into o
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import shutil
 import sys
@@ -23,6 +22,7 @@ from typing import Any
 import numpy as np
 from machine import hardware, load, today
 from markdown_table import markdown_table
+from results import write_results
 from skipping import call, to_toml
 
 HOUSE = Path(__file__).resolve().parents[1]
@@ -39,14 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         rows = measure(options.scene, options.curves, options.jobs, Path(folder))
-    options.out.mkdir(parents=True, exist_ok=True)
-    with (options.out / "parallel.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    text = report(rows)
-    (options.out / "parallel.md").write_text(text, encoding="utf-8")
-    print(text)
+    write_results(options.out, "parallel", rows, report(rows))
     return 0
 
 

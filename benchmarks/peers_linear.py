@@ -8,7 +8,6 @@ each. Writes linear.csv and linear.md into out/bench/linear.
 from __future__ import annotations
 
 import argparse
-import csv
 import os
 import sys
 import tempfile
@@ -20,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from machine import hardware, load, today
 from markdown_table import markdown_table
+from results import write_results
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -37,19 +37,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=HOUSE / "out" / "bench" / "linear", help="output folder")
     options = parser.parse_args(arguments)
     rows = [row for size in options.sizes for row in measure(options.scene, size)]
-    options.out.mkdir(parents=True, exist_ok=True)
-    with (options.out / "linear.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
     table = markdown_table(tuple(rows[0]), [tuple(row.values()) for row in rows])
     where = f"{today()}, {hardware()}, load of the machine {load():.1f} at the end, one thread each."
     what = (
         "Seconds from the mesh to ten natural frequencies; largest relative difference from the first row of a size."
     )
     text = f"# The linear part beside others\n\n{where} {what}\n\n{table}\n"
-    (options.out / "linear.md").write_text(text, encoding="utf-8")
-    print(text)
+    write_results(options.out, "linear", rows, text)
     return 0
 
 

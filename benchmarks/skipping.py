@@ -10,7 +10,6 @@ state after the first run. Writes skipping.csv, commands.csv and skipping.md.
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import os
 import shutil
@@ -27,6 +26,7 @@ from typing import Any
 
 from machine import hardware, load, today
 from markdown_table import markdown_table
+from results import write_results, write_rows
 
 HOUSE = Path(__file__).resolve().parents[1]
 STAGES = ("mesh", "assemble", "reduce", "respond", "render", "figures")
@@ -106,12 +106,8 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         runs, commands = measure(options.scene, options.repeats, Path(folder))
-    options.out.mkdir(parents=True, exist_ok=True)
-    write_csv(options.out / "skipping.csv", [run.row() for run in runs])
-    write_csv(options.out / "commands.csv", commands)
-    text = report(runs, commands)
-    (options.out / "skipping.md").write_text(text, encoding="utf-8")
-    print(text)
+    write_results(options.out, "skipping", [run.row() for run in runs], report(runs, commands))
+    write_rows(options.out / "commands.csv", commands)
     return 0
 
 
@@ -183,14 +179,6 @@ def report(runs: Sequence[Run], commands: Sequence[Mapping[str, Any]]) -> str:
     costs = markdown_table(("command", "seconds, median", "least"), [tuple(row.values()) for row in commands])
     where = f"{today()}, {hardware()}, load of the machine {load():.1f} at the end, compiled kernels there."
     return f"# What a change makes run again\n\n{where}\n\n{changes}\n\n# What a command costs\n\n{costs}\n"
-
-
-def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows of equal keys."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
 
 
 if __name__ == "__main__":
