@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import os
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from results import write_rows
 from stress_cases import StressCase
 
 THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -59,7 +59,6 @@ def write_csv(path: Path, results: Sequence[Row]) -> None:
     """One line a case."""
     path.parent.mkdir(parents=True, exist_ok=True)
     rows = [result.row() for result in results]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
+    beside = path.with_suffix(".new")  # whoever stops the run finds a whole file
+    write_rows(beside, rows)
+    beside.replace(path)
