@@ -13,13 +13,14 @@ contact_compliance.md into out/bench/contact_compliance.
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import subprocess
 import sys
 import time
 from pathlib import Path
 from typing import Any
+
+from results import write_results
 
 HOUSE = Path(__file__).resolve().parents[1]
 SIZES = (6.0, 4.0, 3.0, 2.5)  # mm
@@ -39,14 +40,7 @@ def main(arguments: list[str] | None = None) -> int:
     for size in options.sizes:
         rows += _in_a_process(options.scene, size, options.grid)
         print(f"{size:g} mm: {rows[-1]['dofs']} dofs")
-    options.out.mkdir(parents=True, exist_ok=True)
-    with (options.out / "contact_compliance.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    text = report(rows)
-    (options.out / "contact_compliance.md").write_text(text, encoding="utf-8")
-    print(text)
+    write_results(options.out, "contact_compliance", rows, report(rows))
     return 0
 
 

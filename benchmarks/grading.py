@@ -11,11 +11,12 @@ grading.md into out/bench/grading.
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 import time
 from pathlib import Path
 from typing import Any
+
+from results import write_results
 
 HOUSE = Path(__file__).resolve().parents[1]
 SIZES, REFERENCE = (6.0, 4.0, 3.0), 2.0  # mm
@@ -43,14 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
             row |= {"tip": float(np.max(np.abs(height[seen] / exact_height[seen] - 1.0)))}
             rows.append(row | {f"mode_{k + 1}": float(each) for k, each in enumerate(error)})
             print(f"{size:g} mm, grading {grading:g}: {dofs} dofs, rms {100.0 * row['rms']:.3g} %")
-    options.out.mkdir(parents=True, exist_ok=True)
-    with (options.out / "grading.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    text = report(rows, options.reference, max(options.gradings))
-    (options.out / "grading.md").write_text(text, encoding="utf-8")
-    print(text)
+    write_results(options.out, "grading", rows, report(rows, options.reference, max(options.gradings)))
     return 0
 
 

@@ -11,7 +11,6 @@ reduction.md into out/bench/reduction.
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import resource
 import subprocess
@@ -24,6 +23,7 @@ from typing import Any
 
 import machine
 from markdown_table import markdown_table
+from results import write_results
 
 HOUSE = Path(__file__).resolve().parents[1]
 SIZES, LARGEST = (4.0, 2.8, 1.9), 1.25  # mm
@@ -43,14 +43,7 @@ def main(arguments: list[str] | None = None) -> int:
             row = _in_a_process(options.scene, size, modes)
             rows.append(row)
             print(f"{size:g} mm, {row['dofs']} dofs, {modes} modes: {row['total']:.1f} s, {row['memory_gb']:.1f} GB")
-    options.out.mkdir(parents=True, exist_ok=True)
-    with (options.out / "reduction.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    text = report(rows)
-    (options.out / "reduction.md").write_text(text, encoding="utf-8")
-    print(text)
+    write_results(options.out, "reduction", rows, report(rows))
     return 0
 
 

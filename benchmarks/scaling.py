@@ -11,7 +11,6 @@ largest memory is its own. Writes scaling.csv, scaling.md and the figure scaling
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import math
 import resource
@@ -24,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import machine
 from markdown_table import markdown_table
+from results import write_results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,15 +51,8 @@ def main(arguments: list[str] | None = None) -> int:
     harmonics = [*options.harmonics, *(MORE_HARMONICS if options.full else ())]
     by_nodes = [_in_a_process(options.scene, grid, 1) for grid in grids]
     by_harmonics = [_in_a_process(options.scene, grids[0], number) for number in harmonics]
-    options.out.mkdir(parents=True, exist_ok=True)
-    with (options.out / "scaling.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(by_nodes[0]))
-        writer.writeheader()
-        writer.writerows([*by_nodes, *by_harmonics])
-    text = report(by_nodes, by_harmonics)
-    (options.out / "scaling.md").write_text(text, encoding="utf-8")
+    write_results(options.out, "scaling", [*by_nodes, *by_harmonics], report(by_nodes, by_harmonics))
     draw(options.out, by_nodes, by_harmonics)
-    print(text)
     return 0
 
 
