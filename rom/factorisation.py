@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from rom.cholmod_dense import COLUMNS, dense_solver
 from rom.errors import FactorisationError
 
 if TYPE_CHECKING:
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
 
 BACKENDS = ("auto", "cholmod", "superlu")
 
-# Right-hand sides given to CHOLMOD at once; bounds the memory of its copies.
-_COLUMNS = 32
+# Sparse right-hand sides given to CHOLMOD at once, where its door for dense ones is shut; bounds the copies.
+_SPARSE_COLUMNS = 32
 _NOT_DEFINITE = (
     "the stiffness matrix is not positive definite: the body is not held, an element is degenerate or, "
     "with rotation, the speed is beyond its stability limit"
@@ -33,6 +34,10 @@ class Factor(Protocol):
     @property
     def backend(self) -> str:
         """Name of the library that holds the factor."""
+
+    @property
+    def block(self) -> int:
+        """Right-hand sides that a process which may choose does best to bring at once."""
 
     def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
         """A^-1 rhs for one (n,) or many (n, k) right-hand sides; rhs is left as it is."""
@@ -58,6 +63,7 @@ class _Cholmod:
     """Supernodal Cholesky factor with an approximate minimum degree ordering."""
 
     backend = "cholmod"
+    block = 8
 
     def __init__(self, matrix: csr_matrix) -> None:
         import cvxopt
@@ -70,22 +76,26 @@ class _Cholmod:
             cholmod.numeric(lower, self._factor)
         except ArithmeticError:
             raise FactorisationError(_NOT_DEFINITE) from None
+        self._dense = dense_solver(cholmod.__file__, self._factor)
 
     def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
         """See Factor."""
         rhs = np.asarray(rhs, dtype=float)
-        if rhs.ndim == 1:
-            # cholmod.solve overwrites its argument: a copy of rhs.
-            work = self._library.matrix(rhs)
-            self._cholmod.solve(self._factor, work)
-            return np.array(work).ravel()
-        solution = np.empty(rhs.shape)
-        for first in range(0, rhs.shape[1], _COLUMNS):
-            part = slice(first, first + _COLUMNS)
-            # The door for sparse right-hand sides takes several columns at once, the dense one each by itself.
-            block = self._library.sparse(self._library.matrix(rhs[:, part]))
-            solution[:, part] = np.array(self._library.matrix(self._cholmod.spsolve(self._factor, block)))
-        return solution
+        columns = np.atleast_2d(rhs.T)
+        solution = np.empty(columns.shape)
+        many = COLUMNS if self._dense is not None else _SPARSE_COLUMNS
+        for first in range(0, len(columns), many):
+            part = slice(first, first + many)
+            solution[part] = self._solve_rows(columns[part])
+        return solution.reshape(rhs.T.shape).T
+
+    def _solve_rows(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Solutions (k, n) of right-hand sides (k, n)."""
+        if self._dense is not None:
+            return self._dense.solve(rows)
+        # The door for sparse right-hand sides takes several columns at once, the dense one each by itself.
+        block = self._library.sparse(self._library.matrix(np.ascontiguousarray(rows.T)))
+        return np.array(self._library.matrix(self._cholmod.spsolve(self._factor, block))).T
 
 
 def _lower_triangle(matrix: csr_matrix) -> Any:
@@ -103,6 +113,7 @@ class _Superlu:
     """LU factors of SciPy with a symmetric ordering and pivots kept on the diagonal."""
 
     backend = "superlu"
+    block = 2
 
     def __init__(self, matrix: csr_matrix) -> None:
         from scipy.sparse.linalg import splu

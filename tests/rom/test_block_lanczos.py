@@ -1,0 +1,93 @@
+"""Block Lanczos against closed forms and dense eigenvalues, where blocks and bases meet their limits too."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.sparse import csr_matrix, diags, identity, kron
+
+from rom import factorise
+from rom.block_lanczos import lowest_eigenpairs
+from rom.fixed_interface import lowest_modes
+
+
+def string(n: int) -> csr_matrix:
+    """Stiffness of n unit masses in a row between two walls, springs of 1 between neighbours."""
+    return diags([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], [-1, 0, 1]).tocsr()
+
+
+def string_squared(n: int, count: int) -> np.ndarray:
+    """Its eigenvalues in closed form, 4 sin^2(k pi / (2 (n + 1)))."""
+    return 4 * np.sin(np.arange(1, count + 1) * np.pi / (2 * (n + 1))) ** 2
+
+
+def solved(stiffness: csr_matrix, mass: csr_matrix, width: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest pairs from a random start of so many vectors."""
+    factor = factorise(stiffness)
+    start = np.random.default_rng(2).standard_normal((width, stiffness.shape[0]))
+    return lowest_eigenpairs(lambda rows: factor.solve(rows.T).T, mass, start, count, 1e-9)
+
+
+@pytest.mark.parametrize("width", [1, 2, 5, 8])
+@pytest.mark.parametrize("count", [1, 7, 30])
+def test_a_string_of_masses(width, count):
+    n = 400
+    squared, shapes = solved(string(n), identity(n).tocsr(), width, count)
+    np.testing.assert_allclose(squared, string_squared(n, count), rtol=1e-11)
+    places = np.arange(1, n + 1)
+    exact = np.sqrt(2 / (n + 1)) * np.sin(np.pi * np.outer(np.arange(1, count + 1), places) / (n + 1))
+    np.testing.assert_allclose(np.abs(np.sum(shapes * exact, axis=1)), 1.0, atol=1e-12)
+    np.testing.assert_allclose(shapes @ shapes.T, np.eye(count), atol=1e-13)
+
+
+@pytest.mark.parametrize("width", [1, 3, 8])
+def test_eigenvalues_that_appear_several_times(width):
+    """Three strings that know nothing of each other: every eigenvalue three times, whatever the block."""
+    n, count = 60, 14
+    squared, shapes = solved(kron(identity(3), string(n)).tocsr(), identity(3 * n).tocsr(), width, count)
+    np.testing.assert_allclose(squared, np.repeat(string_squared(n, 5), 3)[:count], rtol=1e-11)
+    np.testing.assert_allclose(shapes @ shapes.T, np.eye(count), atol=1e-12)
+
+
+@pytest.mark.parametrize("width", [1, 4])
+def test_nothing_but_one_eigenvalue(width):
+    """Every block is an invariant subspace at once."""
+    n = 9
+    squared, shapes = solved(2 * identity(n).tocsr(), identity(n).tocsr(), width, 5)
+    np.testing.assert_allclose(squared, 2.0, rtol=1e-13)
+    np.testing.assert_allclose(shapes @ shapes.T, np.eye(5), atol=1e-13)
+
+
+@pytest.mark.parametrize("width", [1, 3, 8])
+@pytest.mark.parametrize("count", [1, 11, 12])
+def test_up_to_the_whole_spectrum_with_any_mass(width, count):
+    rng = np.random.default_rng(7)
+    a, b = rng.standard_normal((2, 12, 12))
+    stiffness, mass = a @ a.T + 0.1 * np.eye(12), b @ b.T + np.eye(12)
+    squared, shapes = solved(csr_matrix(stiffness), csr_matrix(mass), width, count)
+    np.testing.assert_allclose(squared, eigh(stiffness, mass, eigvals_only=True)[:count], rtol=1e-10)
+    np.testing.assert_allclose(shapes @ mass @ shapes.T, np.eye(count), atol=1e-11)
+    np.testing.assert_allclose(shapes @ stiffness, squared[:, None] * (shapes @ mass), atol=1e-8)
+
+
+def test_a_wide_range_of_stiffness_and_mass():
+    """Units of metres and newtons: frequencies over nine decades, masses of a millionth."""
+    n = 300
+    stiffness = 1e9 * string(n) + diags(np.geomspace(1e2, 1e8, n)).tocsr()
+    mass = diags(1e-6 * np.geomspace(1.0, 1e3, n)).tocsr()
+    squared, _ = solved(stiffness.tocsr(), mass.tocsr(), 4, 20)
+    np.testing.assert_allclose(squared, eigh(stiffness.toarray(), mass.toarray(), eigvals_only=True)[:20], rtol=1e-9)
+
+
+def test_the_same_modes_whoever_factorised():
+    n = 500
+    stiffness, mass = string(n), identity(n).tocsr()
+    first, second = (lowest_modes(stiffness, mass, factorise(stiffness, name), 12) for name in ("auto", "superlu"))
+    np.testing.assert_allclose(first[0], second[0], rtol=1e-11)
+    np.testing.assert_allclose(first[1], second[1], atol=1e-8)
+
+
+def test_the_same_bits_again():
+    stiffness, mass = string(200), identity(200).tocsr()
+    first, second = (lowest_modes(stiffness, mass, factorise(stiffness), 9) for _ in range(2))
+    for a, b in zip(first, second, strict=True):
+        np.testing.assert_array_equal(a, b)
