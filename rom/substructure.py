@@ -62,8 +62,8 @@ def split(
     k_ii, k_ib, k_bb = _partition(kept.quadratic_form(full.stiffness), interior, kept)
     m_ii, m_ib, m_bb = _partition(kept.quadratic_form(full.mass), interior, kept)
     factor = factorise(k_ii, backend)
-    constraint = -factor.solve(k_ib)
-    coupling = m_ib + m_ii @ constraint
+    constraint = -factor.solve(k_ib.toarray())
+    coupling = m_ib.toarray() + m_ii @ constraint
     return Substructure(
         kept=kept,
         interior=interior,
@@ -92,9 +92,11 @@ def _interior_nodes(full: FullModel, kept: KeptDofs) -> NDArray[np.int64]:
 
 def _partition(
     matrix: csr_matrix, interior: NDArray[np.int64], kept: KeptDofs
-) -> tuple[csr_matrix, NDArray[np.float64], NDArray[np.float64]]:
-    """Blocks (interior, interior) sparse, (interior, kept) and (kept, kept) dense, kept dofs in their frames."""
-    inside, dofs, rotation = node_dofs(interior).ravel(), kept.dofs, kept.rotation
+) -> tuple[csr_matrix, csr_matrix, NDArray[np.float64]]:
+    """Blocks (interior, interior) and (interior, kept) sparse, (kept, kept) dense, kept dofs in their frames."""
+    from scipy.sparse import csr_matrix
+
+    inside, dofs, rotation = node_dofs(interior).ravel(), kept.dofs, csr_matrix(kept.rotation)
     rows = matrix[inside]
-    corner = rotation @ matrix[dofs][:, dofs].toarray() @ rotation.T
-    return rows[:, inside], rows[:, dofs].toarray() @ rotation.T, corner
+    corner = rotation @ matrix[dofs][:, dofs] @ rotation.T
+    return rows[:, inside], rows[:, dofs] @ rotation.T, corner.toarray()
