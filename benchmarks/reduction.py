@@ -3,6 +3,7 @@
     python benchmarks/reduction.py                      # 24 000 to 160 000 dofs, a minute
     python benchmarks/reduction.py --full               # 490 000 dofs too, some minutes and 8 GB
     python benchmarks/reduction.py --sizes 4 2 --modes 20 40 80
+    python benchmarks/reduction.py --backend superlu
 
 Each mesh size is reduced in a process of its own, so that its largest memory is its own. Writes reduction.csv and
 reduction.md into out/bench/reduction.
@@ -34,13 +35,13 @@ def main(arguments: list[str] | None = None) -> int:
     """Measure and write the tables; the exit status."""
     options = _parser().parse_args(arguments)
     if options.measure is not None:
-        print(json.dumps(measure(options.scene, *options.measure)))
+        print(json.dumps(measure(options.scene, *options.measure, options.backend)))
         return 0
     sizes = [*options.sizes, LARGEST] if options.full else options.sizes
     rows = []
     for size in sizes:
         for modes in options.modes:
-            row = _in_a_process(options.scene, size, modes)
+            row = _in_a_process(options.scene, size, modes, options.backend)
             rows.append(row)
             print(f"{size:g} mm, {row['dofs']} dofs, {modes} modes: {row['total']:.1f} s, {row['memory_gb']:.1f} GB")
     write_results(options.out, "reduction", rows, report(rows))
@@ -51,6 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description="Time and memory from the blade to its reduced model.")
     parser.add_argument("--sizes", type=float, nargs="+", default=list(SIZES), help="mesh sizes, mm")
     parser.add_argument("--modes", type=int, nargs="+", default=[40], help="fixed-interface modes kept")
+    parser.add_argument("--backend", default="auto", choices=("auto", "cholmod", "superlu"), help="what factorises")
     parser.add_argument("--full", action="store_true", help=f"with {LARGEST:g} mm")
     parser.add_argument("--scene", type=Path, default=HOUSE / "scenes" / "dummy.toml", help="whose blade to use")
     parser.add_argument("--out", type=Path, default=HOUSE / "out" / "bench" / "reduction", help="output folder")
@@ -58,14 +60,15 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _in_a_process(scene: Path, size: float, modes: int) -> dict[str, Any]:
-    command = [sys.executable, str(Path(__file__)), "--scene", str(scene), "--measure", str(size), str(modes)]
+def _in_a_process(scene: Path, size: float, modes: int, backend: str) -> dict[str, Any]:
+    command = [sys.executable, str(Path(__file__)), "--scene", str(scene), "--backend", backend]
+    command += ["--measure", str(size), str(modes)]
     done = subprocess.run(command, cwd=HOUSE, check=True, capture_output=True, text=True)
     row: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     return row
 
 
-def measure(scene: Path, size: float, modes: float) -> dict[str, Any]:
+def measure(scene: Path, size: float, modes: float, backend: str = "auto") -> dict[str, Any]:
     """Seconds of each phase, dofs and largest memory of this process, for a mesh size in mm."""
     import rom.substructure
     from geometry import build_sector
@@ -101,7 +104,7 @@ def measure(scene: Path, size: float, modes: float) -> dict[str, Any]:
         full = assemble(sector, Material(**blade.material.model_dump()), blade.mesh.element)
     with one_blas_thread():
         with timed("constraint modes"):
-            parts = rom.substructure.split(full, sector, blade.excitation.at)
+            parts = rom.substructure.split(full, sector, blade.excitation.at, backend)
         seconds["constraint modes"] -= seconds["factorisation"]
         with timed("fixed-interface modes"):
             found = lowest_modes(parts.inner_stiffness, parts.inner_mass, parts.factor, int(modes))

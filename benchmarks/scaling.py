@@ -5,40 +5,30 @@
     python benchmarks/scaling.py --grids 3 5 --harmonics 1 3
 
 A slipping contact of the default blade around its peak. Each row is measured in a process of its own, so that its
-largest memory is its own. Writes scaling.csv, scaling.md and the figure scaling into out/bench/scaling.
+largest memory is its own. Writes scaling.csv, scaling.md and the figure scaling into out/bench/scaling. With them
+goes where each size stops being practical, dofs of the mesh and curves of a sweep too where reduction.py and
+parallel.py have measured them before.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import math
 import resource
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import machine
-from markdown_table import markdown_table
 from results import write_results
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from scaling_limits import measured_limits
+from scaling_report import MS_A_POINT, NODES, H, draw, report
 
 HOUSE = Path(__file__).resolve().parents[1]
 GRIDS, MORE_GRIDS = (3, 4, 5, 7, 10), (12, 15)  # contact nodes along each side of a face
 HARMONICS, MORE_HARMONICS = (1, 2, 3, 5, 7, 11, 15), (21, 31)
 INTERFERENCE, RANGE = 5e-6, (400.0, 418.0)  # m, Hz: slip without lift-off, the peak of the default blade
-MEASURED = {
-    "model s": "mesh to reduced model, s",
-    "ms a point": "a point of the curve, ms",
-    "memory GB": "largest memory, GB",
-}
-NODES, H = "contact nodes", "harmonics"
-FITTED = {NODES: tuple(MEASURED), H: ("ms a point",)}  # what depends on which; memory is that of the reduction
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -51,7 +41,8 @@ def main(arguments: list[str] | None = None) -> int:
     harmonics = [*options.harmonics, *(MORE_HARMONICS if options.full else ())]
     by_nodes = [_in_a_process(options.scene, grid, 1) for grid in grids]
     by_harmonics = [_in_a_process(options.scene, grids[0], number) for number in harmonics]
-    write_results(options.out, "scaling", [*by_nodes, *by_harmonics], report(by_nodes, by_harmonics))
+    limits = measured_limits(options.out.parent, by_nodes, by_harmonics)
+    write_results(options.out, "scaling", [*by_nodes, *by_harmonics], report(by_nodes, by_harmonics, limits))
     draw(options.out, by_nodes, by_harmonics)
     return 0
 
@@ -73,7 +64,7 @@ def _in_a_process(scene: Path, grid: int, harmonics: int) -> dict[str, Any]:
     command = [sys.executable, str(Path(__file__)), "--scene", str(scene), "--measure", str(grid), str(harmonics)]
     done = subprocess.run(command, cwd=HOUSE, check=True, capture_output=True, text=True)
     row: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    print(f"{row[NODES]} nodes, H = {row[H]}: {row['ms a point']:.3g} ms a point", file=sys.stderr)
+    print(f"{row[NODES]} nodes, H = {row[H]}: {row[MS_A_POINT]:.3g} ms a point", file=sys.stderr)
     return row
 
 
@@ -102,62 +93,9 @@ def measure(scene_file: Path, grid: int, harmonics: int) -> dict[str, Any]:
         "reduced dofs": int(made.facts["reduced_dofs"]),
         "model s": round(mesh.seconds + made.seconds, 3),
         "points": curve.points,
-        "ms a point": round(1e3 * seconds / max(curve.points, 1), 3),
+        MS_A_POINT: round(1e3 * seconds / max(curve.points, 1), 3),
         "memory GB": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20, 3),
     }
-
-
-def exponent(sizes: Sequence[float], values: Sequence[float]) -> float:
-    """Slope of the values over the sizes in logarithms by least squares, over the larger half of the sizes."""
-    import numpy as np
-
-    first = (len(sizes) - 1) // 2 if len(sizes) > 2 else 0
-    if len(sizes) - first < 2:
-        return math.nan
-    return float(np.polyfit(np.log(sizes[first:]), np.log(values[first:]), 1)[0])
-
-
-def report(by_nodes: Sequence[dict[str, Any]], by_harmonics: Sequence[dict[str, Any]]) -> str:
-    """Both tables in Markdown, with the exponents and the machine."""
-    parts = ["# Time and memory against contact nodes and harmonics"]
-    facts = machine.this_machine(1).facts()
-    parts.append("; ".join(f"{name}: {text}" for name, text in facts.items()) + ".")
-    for rows, key in ((by_nodes, NODES), (by_harmonics, H)):
-        fitted = [f"{name}: {exponent([r[key] for r in rows], [r[name] for r in rows]):.2f}" for name in FITTED[key]]
-        parts.append(f"## Against {key}")
-        parts.append(markdown_table(list(rows[0]), [list(row.values()) for row in rows]))
-        parts.append(f"Exponents over the larger half: {', '.join(fitted)}.")
-    return "\n\n".join(parts) + "\n"
-
-
-def draw(folder: Path, by_nodes: Sequence[dict[str, Any]], by_harmonics: Sequence[dict[str, Any]]) -> None:
-    """Time and memory over both sizes, with the fitted exponents in the legends."""
-    from matplotlib import pyplot as plt
-
-    from pipeline.figures.style import save, styled
-
-    with styled():
-        figure, axes = plt.subplots(1, 2, figsize=(9.6, 4.2), layout="constrained", sharey=True)
-        _panel(axes[0], by_nodes, NODES)
-        _panel(axes[1], by_harmonics, H)
-        axes[0].set_ylabel("seconds; milliseconds; GB")
-        save(figure, folder, "scaling")
-
-
-def _panel(axes: Axes, rows: Sequence[dict[str, Any]], key: str) -> None:
-    from pipeline.figures.style import DISTINCT, plain_log_labels
-
-    sizes = [row[key] for row in rows]
-    for colour, marker, name in zip(DISTINCT, "os^", MEASURED, strict=False):
-        if name not in FITTED[key]:
-            continue
-        values = [row[name] for row in rows]
-        label = f"{MEASURED[name]}: exponent {exponent(sizes, values):.2f}"
-        axes.loglog(sizes, values, color=colour, marker=marker, markersize=5, label=label)
-    axes.set_xlabel(f"{key} of a face" if key == NODES else key)
-    plain_log_labels(axes.xaxis)
-    plain_log_labels(axes.yaxis)
-    axes.legend(fontsize=8)
 
 
 if __name__ == "__main__":
