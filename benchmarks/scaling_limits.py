@@ -57,7 +57,7 @@ class Limit:
 def measured_limits(
     bench: Path, by_nodes: Sequence[dict[str, Any]], by_harmonics: Sequence[dict[str, Any]]
 ) -> list[Limit]:
-    """Limits of contact nodes and harmonics, of dofs and curves too where their tables stand in the folder `bench`."""
+    """Limits of contact nodes and harmonics; of dofs and curves where their tables are in the folder `bench`."""
     dofs = _rows(bench / "reduction" / "reduction.csv")
     curves = _rows(bench / "parallel" / "parallel.csv")
     most_jobs = max((row["processes"] for row in curves), default=0)
