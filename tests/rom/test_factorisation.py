@@ -7,6 +7,7 @@ import pytest
 from rom_meshes import box_sector
 from scipy.sparse import csr_matrix, diags
 
+import rom.factorisation
 from rom import FactorisationError, Material, assemble, factorise
 
 needs_cholmod = pytest.mark.skipif(importlib.util.find_spec("cvxopt") is None, reason="the extra cholmod is absent")
@@ -39,6 +40,30 @@ def test_backends_agree_to_round_off(held):
     matrix, rhs = held
     first, second = (factorise(matrix, backend).solve(rhs) for backend in ("cholmod", "superlu"))
     assert np.max(np.abs(first - second)) < 1e-10 * np.max(np.abs(first))
+
+
+@needs_cholmod
+def test_where_the_dense_door_of_cholmod_is_shut(held, monkeypatch):
+    matrix, rhs = held
+    expected = factorise(matrix, "cholmod").solve(rhs)
+    monkeypatch.setattr(rom.factorisation, "dense_solver", lambda *_: None)
+    factor = factorise(matrix, "cholmod")
+    for columns in (rhs, rhs[:, 0]):
+        found = factor.solve(columns)
+        assert found.shape == columns.shape
+        assert np.max(np.abs(found.T - expected.T[: len(np.atleast_2d(columns.T))])) < 1e-12 * np.max(
+            np.abs(expected)
+        )
+
+
+@needs_cholmod
+def test_the_dense_door_opens_to_factors_only():
+    from cvxopt import cholmod
+
+    from rom.cholmod_dense import dense_solver
+
+    assert dense_solver(cholmod.__file__, object()) is None
+    assert dense_solver(__file__, object()) is None
 
 
 @needs_cholmod
