@@ -18,6 +18,7 @@ SECTOR = "sector.h5"
 MESH_FILES = ("mesh.vtu", "mesh.msh")
 FULL_MODEL = "full.h5"
 REDUCED_MODEL = "rom.h5"
+ENRICHED_MODEL = "enriched.h5"
 FACTS = "facts.json"
 
 
@@ -50,8 +51,8 @@ def make_reduced_model(
 
     store_basis: with what expands shapes to the mesh, which is many times the size of all the rest.
 
-    `modes` there: fixed-interface modes kept; `modes_error`: estimated error by those left out, null where the scene
-    says how many to keep.
+    `modes` there: fixed-interface modes kept; `reach_hz`: how far such modes are known. `enriched.h5`: the model with
+    what stands for the modes left out, where there are few enough contact nodes.
     """
     from geometry import load_sector
     from rom import ReductionOptions, load_full_model, reduce_within, reduction, write_reduced_model
@@ -72,11 +73,14 @@ def make_reduced_model(
     else:
         number = DEFAULT_MODES if modes is None and limit is None else modes
         options = ReductionOptions(number, limit, store_basis, contact_dofs=dofs)
-        made = reduction(full, sector, options, **load)
+        made = reduction(full, sector, options, enrich=True, **load)
     model = made.model
     write_reduced_model(folder / REDUCED_MODEL, model)
-    facts = {"dofs": int(full.stiffness.shape[0]), "reduced_dofs": model.size, "n_contacts": model.n_contacts}
-    (folder / FACTS).write_text(json.dumps({**facts, "modes": made.modes, "modes_error": made.error}))
+    if made.enriched is not None:
+        write_reduced_model(folder / ENRICHED_MODEL, made.enriched)
+    facts: dict[str, Any] = {"dofs": int(full.stiffness.shape[0]), "reduced_dofs": model.size}
+    facts |= {"n_contacts": model.n_contacts, "modes": made.modes, "reach_hz": made.reach_hz}
+    (folder / FACTS).write_text(json.dumps(facts))
 
 
 def at_speed(full: FullModel, sector: SectorMesh, scene: Scene) -> FullModel:

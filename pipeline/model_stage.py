@@ -13,6 +13,7 @@ from pipeline.frequencies import frequencies
 from pipeline.keys import model_keys
 from pipeline.making import REDUCED_MODEL
 from pipeline.models import BuiltModel, ModelChain
+from pipeline.modes_error import larger, modes_error
 from pipeline.outputs import relative_path
 from pipeline.request import Outcome, Run
 from pipeline.scene_file import Member
@@ -31,7 +32,7 @@ def given_models(run: Run, model: ReducedModel) -> Models:
     entry = run.store.get("rom", key, lambda folder: _copy(path, folder / REDUCED_MODEL))
     dofs = model.size if model.basis is None else model.basis.shape[0]
     facts: dict[str, Any] = {"dofs": dofs, "reduced_dofs": model.size, "n_contacts": model.n_contacts}
-    facts |= {"modes": None, "modes_error": None}
+    facts |= {"modes": None}
     built = BuiltModel(key, entry.file(REDUCED_MODEL), None, facts)
     return {member.index: built for member in run.request.scene.members}
 
@@ -72,12 +73,14 @@ def summarise_models(run: Run, models: Models, outcome: Outcome) -> list[dict[st
             continue
         try:
             values = frequencies(run.store, model, member.scene, run.versions.rom)
+            errors = modes_error(run.store, model, member.scene, run.versions.rom)
         except Exception as error:  # the curves stand without them
             outcome.problems.append(f"natural frequencies: {reason_of(error)}")
             continue
         order = str(member.scene.excitation.engine_order)
         case = model.key, values["normal_stiffness"], values["tangential_stiffness"]
-        entry = entries.setdefault(case, _entry(run.request.out, model, values))
+        entry = entries.setdefault(case, {**_entry(run.request.out, model, values), **errors})
+        entry |= larger(entry, errors)
         entry["sliding_hz"][order] = values["sliding_hz"]
         entry["stuck_hz"][order] = values["stuck_hz"]
     return list(entries.values())
@@ -97,7 +100,7 @@ def _entry(out: Path, model: BuiltModel, values: dict[str, Any]) -> dict[str, An
     return {
         "rom": relative_path(model.rom, out),
         "mesh": None if model.mesh is None else relative_path(model.mesh, out),
-        **model.facts,
+        **{name: value for name, value in model.facts.items() if name != "reach_hz"},
         "normal_stiffness": values["normal_stiffness"],
         "tangential_stiffness": values["tangential_stiffness"],
         "free_hz": values["free_hz"],

@@ -5,25 +5,35 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pipeline.contact_values import stiffness_by_node, used_contact
+from pipeline.curve import face_area
 from pipeline.scene import Scene
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
-    from rom import LinearOperation
+    from rom import LinearOperation, ReducedModel
 
 
 def linear_operation(scene: Scene, sector: SectorMesh) -> LinearOperation:
     """Frequency range, travelling wave, damping and contact springs of a scene on the mesh of its blade."""
+    return _operation(scene, len(sector.right.nodes), sector.n_blades, float(sector.right.area.sum()))
+
+
+def operation_of_model(scene: Scene, model: ReducedModel) -> LinearOperation:
+    """The same on a reduced model of the blade."""
+    return _operation(scene, model.n_contacts, model.n_blades, face_area(model))
+
+
+def _operation(scene: Scene, n_contacts: int, n_blades: int | None, area: float | None) -> LinearOperation:
     import numpy as np
 
     from rom import LinearOperation
 
-    n_contacts = len(sector.right.nodes)
-    values = used_contact(scene, float(sector.right.area.sum()))
+    values = used_contact(scene, area)
     response = scene.response
+    phase = 0.0 if n_blades is None else 2.0 * np.pi * (scene.excitation.engine_order % n_blades) / n_blades
     return LinearOperation(
         frequency=response.frequency,
-        phase=2.0 * np.pi * (scene.excitation.engine_order % sector.n_blades) / sector.n_blades,
+        phase=phase,
         normal=stiffness_by_node(values["normal_stiffness"], n_contacts),
         tangential=stiffness_by_node(values["tangential_stiffness"], n_contacts),
         damping_ratio=response.damping_ratio,

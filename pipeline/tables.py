@@ -93,11 +93,18 @@ def harmonics_warning(outcome: Outcome) -> str:
 
 
 def mode_notes(outcome: Outcome) -> list[str]:
-    """Lines that say how many fixed-interface modes were kept where the program chose."""
-    chosen = {model["rom"]: model for model in outcome.models if model["modes_error"] is not None}
+    """A line that says what the modes left out change in the reduced models, where it is known."""
+    known = [model for model in outcome.models if model["modes_error"] is not None]
+    if not known:
+        return []
+    kept = sorted({model["modes"] for model in known})
+    number = str(kept[0]) if len(kept) == 1 else f"{kept[0]} to {kept[-1]}"
+    frequency, receptance = (
+        share(max(model[f"{name}_error"] for model in known)) for name in ("modes_frequency", "receptance")
+    )
     return [
-        f"{model['modes']} fixed-interface modes kept, estimated error of the reduction {model['modes_error']:.1e}"
-        for model in chosen.values()
+        f"{number} fixed-interface modes kept; those left out change natural frequencies by {frequency}, "
+        f"receptances by {receptance} (estimated); the mesh: shroud verify"
     ]
 
 

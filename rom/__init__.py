@@ -10,7 +10,7 @@ from rom.full_reference import FullReference, full_reference, static_error
 from rom.linear_answers import LinearAnswer, LinearError, LinearOperation, linear_answers, linear_errors
 from rom.material import Material
 from rom.modal import ModalModel, modal_model
-from rom.mode_choice import reduce_within
+from rom.mode_choice import reduce_within, reduction_errors
 from rom.natural_frequencies import contact_motion, mode_shapes, natural_frequencies
 from rom.receptance import RelativeReceptance, coupled_frequencies, linear_response
 from rom.reduced_model import ReducedModel, ReducedModelError
@@ -52,6 +52,7 @@ __all__ = [
     "reduce",
     "reduce_within",
     "reduction",
+    "reduction_errors",
     "save_full_model",
     "spin",
     "static_error",

@@ -6,22 +6,27 @@ R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, A
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom.checks import require_between
+from rom.enrichment import enriched_model, residual_vectors
 from rom.errors import RomParameterError
 from rom.fixed_interface import lowest_modes, modes_up_to
 from rom.full_model import FullModel, node_dofs
-from rom.kept_dofs import KeptDofs, require_contact_dofs
+from rom.kept_dofs import require_contact_dofs
+from rom.kept_motions import kept_motions, unit_vector
 from rom.reduced_model import ReducedModel
 from rom.substructure import Substructure, split
 from rom.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
+
+
+MOST_ENRICHED = 300  # kept dofs, 48 contact nodes a face
 
 
 @dataclass(frozen=True)
@@ -58,11 +63,15 @@ class Reduction:
     """A reduced model with the number of fixed-interface modes in it.
 
     error: estimated largest relative error by the modes left out, where their number was chosen by it, else None.
+    enriched: the model with what stands for the modes left out, by which `reduction_errors` measures it; None where
+    that was not asked for. reach_hz: frequency up to which fixed-interface modes are known there, 0 without any.
     """
 
     model: ReducedModel
     modes: int
     error: float | None = None
+    enriched: ReducedModel | None = None
+    reach_hz: float = 0.0
 
 
 @one_blas_thread()
@@ -97,8 +106,12 @@ def reduction(
     *,
     excitation_direction: ArrayLike = (0.0, 1.0, 0.0),
     excitation_at: str | ArrayLike = "tip",
+    enrich: bool = False,
 ) -> Reduction:
-    """As `reduce`, with the number of modes that were kept."""
+    """As `reduce`, with the number of modes that were kept; `enrich`: with the means to estimate its errors too.
+
+    That takes one more static solution for each kept dof, and is left out where there are more than MOST_ENRICHED.
+    """
     direction = unit_vector(excitation_direction)
     parts = split(full, sector, excitation_at, options.backend, options.contact_dofs)
     matrices = parts.inner_stiffness, parts.inner_mass, parts.factor
@@ -107,7 +120,10 @@ def reduction(
     else:
         angular, modes = lowest_modes(*matrices, int(options.modes or 0))
     model = craig_bampton_model(full, sector, parts, angular, modes, direction, options.store_basis)
-    return Reduction(model, len(angular))
+    if not enrich or parts.kept.size > MOST_ENRICHED:
+        return Reduction(model, len(angular))
+    enriched = enriched_model(sector, parts, residual_vectors(parts), angular, modes, direction)
+    return Reduction(model, len(angular), None, enriched, _reach(angular))
 
 
 def craig_bampton_model(
@@ -146,28 +162,9 @@ def craig_bampton_model(
     )
 
 
-def kept_motions(kept: KeptDofs, motion: NDArray[np.float64], direction: NDArray[np.float64]) -> dict[str, Any]:
-    """What a reduced model knows of its kept dofs: contact motions, outputs and load, by argument of `ReducedModel`.
-
-    motion (b, n): kept dofs, in their frames, of the reduced coordinates; direction (3,) of the load, of length 1.
-    """
-    load = direction @ kept.displacement(kept.loaded, kept.size) @ motion
-    tip = kept.displacement(kept.tip, kept.size) @ motion
-    right, left = motion[: 6 * kept.n_contacts].reshape(2, 3 * kept.n_contacts, -1)
-    return {
-        "contact_right": right,
-        "contact_left": left,
-        "force_excitation": load,
-        "outputs": {"tip": load, "tip_x": tip[0], "tip_y": tip[1], "tip_z": tip[2]},
-    }
-
-
-def unit_vector(direction: ArrayLike) -> NDArray[np.float64]:
-    """Direction (3,) scaled to length 1."""
-    vector = np.asarray(direction, dtype=float)
-    if vector.shape != (3,) or not np.all(np.isfinite(vector)) or not np.any(vector):
-        raise RomParameterError("excitation", "direction", direction, "must be three finite numbers, not all 0")
-    return vector / np.linalg.norm(vector)
+def _reach(angular: NDArray[np.float64]) -> float:
+    """Highest of the fixed-interface modes (m,) [rad/s] in Hz."""
+    return float(angular[-1]) / (2.0 * np.pi) if len(angular) else 0.0
 
 
 def _basis(full: FullModel, parts: Substructure, shapes: NDArray[np.float64]) -> NDArray[np.float64]:

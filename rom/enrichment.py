@@ -1,27 +1,62 @@
-"""Vectors that complete a basis: orthonormal in the mass, without what is linearly dependent."""
+"""Vectors that complete the basis of a reduced model: they stand for the fixed-interface modes that are left out.
+
+With L the inertia of the inside under the constraint modes and m_k = L^T phi_k, a fixed-interface mode k takes
+w^4 m_k m_k^T / (w_k^2 - w^2) from the dynamic stiffness of the kept dofs. The sum over all modes left out is known at
+low frequencies, where it is w^4 R with R = L^T K_ii^-1 L - sum over the modes at hand of m_k m_k^T / w_k^2: one more
+static solution for each kept dof. So the vectors behind R, K_ii^-1 L freed of the modes at hand, stand for all the
+modes left out.
+"""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-# Smallest eigenvalue kept of the vectors' scaled Gram matrix: what lies below is round-off of the others.
-_DEPENDENT = 1e-11
-# Smallest length of a vector after others were taken out of it, over the length before.
-_LOST = 1e-7
+from rom.independent import independent
+from rom.kept_motions import kept_motions
+from rom.reduced_model import ReducedModel
+from rom.substructure import Substructure, symmetric
+
+if TYPE_CHECKING:
+    from geometry import SectorMesh
 
 
-def independent(gram: NDArray[np.float64], before: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
-    """Combinations (k, r), r <= k, of k vectors with Gram matrix (k, k) that are orthonormal in its inner product.
+def residual_vectors(parts: Substructure) -> NDArray[np.float64]:
+    """K_ii^-1 L (3i, b): the static answers of the inside to its inertia under the constraint modes."""
+    return parts.factor.solve(parts.coupling)
 
-    before (k,): squared lengths of the vectors before other ones were taken out of them; where next to nothing is
-    left, it is round-off and left out.
+
+def enriched_model(
+    sector: SectorMesh,
+    parts: Substructure,
+    residual: NDArray[np.float64],
+    angular: NDArray[np.float64],
+    shapes: NDArray[np.float64],
+    direction: NDArray[np.float64],
+) -> ReducedModel:
+    """Coordinates: kept dofs, modes, residual vectors (3i, b) made orthogonal to the modes.
+
+    angular (m,) [rad/s], shapes (3i, m): fixed-interface modes; direction (3,): of the unit load.
     """
-    squared = np.maximum(np.diag(gram), 0.0)
-    scale = np.sqrt(squared)
-    used = squared > (0.0 if before is None else _LOST**2 * before)
-    factor = np.zeros_like(scale)
-    factor[used] = 1.0 / scale[used]
-    values, vectors = np.linalg.eigh(factor[:, None] * gram * factor)
-    kept = values > _DEPENDENT
-    return factor[:, None] * vectors[:, kept] / np.sqrt(values[kept])
+    part = parts.coupling.T @ shapes
+    rest = residual - shapes @ (part.T / angular[:, None] ** 2)
+    rest -= shapes @ (shapes.T @ (parts.inner_mass @ rest))  # again: most of it may lie among the modes
+    before = np.sum(residual * (parts.inner_mass @ residual), axis=0)
+    rest = rest @ independent(symmetric(rest.T @ (parts.inner_mass @ rest)), before)
+    b, m = parts.kept.size, len(angular)
+    n = b + m + rest.shape[1]
+    mass, stiffness = np.eye(n), np.zeros((n, n))
+    mass[:b, :b], stiffness[:b, :b] = parts.mass, parts.stiffness
+    mass[:b, b:] = np.hstack([part, parts.coupling.T @ rest])
+    mass[b:, :b] = mass[:b, b:].T
+    stiffness[b : b + m, b : b + m] = np.diag(angular**2)
+    stiffness[b + m :, b + m :] = symmetric(rest.T @ (parts.inner_stiffness @ rest))
+    return ReducedModel(
+        mass=mass,
+        stiffness=stiffness,
+        contact_position=sector.right.position,
+        n_blades=sector.n_blades,
+        **kept_motions(parts.kept, np.eye(b, n), direction),
+    )

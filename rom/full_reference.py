@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rom.craig_bampton import kept_motions, unit_vector
-from rom.enrichment import independent
 from rom.errors import RomParameterError
 from rom.factorisation import factorise
 from rom.fixed_interface import lowest_modes
 from rom.full_model import FullModel
+from rom.independent import independent
 from rom.kept_dofs import choose_kept_dofs
+from rom.kept_motions import kept_motions, unit_vector
 from rom.reduced_model import ReducedModel
 from rom.threads import one_blas_thread
 

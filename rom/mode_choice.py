@@ -1,10 +1,7 @@
 """As many fixed-interface modes as a tolerance needs, from what is known exactly of those left out.
 
-With L the inertia of the inside under the constraint modes and m_k = L^T phi_k, a fixed-interface mode k takes
-w^4 m_k m_k^T / (w_k^2 - w^2) from the dynamic stiffness of the kept dofs. The sum over all modes left out is known at
-low frequencies, where it is w^4 R with R = L^T K_ii^-1 L - sum over the modes at hand of m_k m_k^T / w_k^2: one more
-static solution for each kept dof. So the vectors behind R, K_ii^-1 L freed of the modes at hand, stand for all the
-modes left out. Every reduced model with fewer modes is a part of the model with them, and is measured against it.
+Every reduced model with fewer modes than are at hand is a part of the enriched model (rom/enrichment.py), and is
+measured against it.
 """
 
 from __future__ import annotations
@@ -14,17 +11,18 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rom.checks import require_between
-from rom.craig_bampton import Reduction, craig_bampton_model, kept_motions, unit_vector
-from rom.enrichment import independent
+from rom.craig_bampton import Reduction, craig_bampton_model
+from rom.enrichment import enriched_model, residual_vectors
 from rom.errors import RomParameterError
 from rom.fixed_interface import lowest_modes
 from rom.full_model import FullModel
-from rom.linear_answers import LinearAnswer, LinearOperation, linear_answers, linear_errors
+from rom.kept_motions import unit_vector
+from rom.linear_answers import LinearAnswer, LinearError, LinearOperation, linear_answers, linear_errors
 from rom.reduced_model import ReducedModel
-from rom.substructure import Substructure, split, symmetric
+from rom.substructure import split
 from rom.threads import one_blas_thread
 
 if TYPE_CHECKING:
@@ -76,7 +74,7 @@ def reduce_within(
     require_between("rom", "tolerance", tolerance, 0.0, 1.0, "must be a number above 0 and below 1")
     direction = unit_vector(excitation_direction)
     parts = split(full, sector, excitation_at, backend, contact_dofs)
-    residual = parts.factor.solve(parts.coupling)
+    residual = residual_vectors(parts)
     highest = max(operation.frequency[1] for operation in operations)
     count = _FIRST_GUESS
     while True:
@@ -87,7 +85,7 @@ def reduce_within(
                 raise RomParameterError("response", "frequency", highest, f"a range below {count} modes of the blade")
             count = min(2 * count, _MOST_MODES)
             continue
-        enriched = _enriched(sector, parts, residual, angular, shapes, direction)
+        enriched = enriched_model(sector, parts, residual, angular, shapes, direction)
         exact = tuple((operation, linear_answers(enriched, operation)) for operation in operations)
         ladder = _Ladder(enriched, parts.kept.size, exact)
         modes, error = _fewest(ladder, tolerance, len(angular))
@@ -98,7 +96,21 @@ def reduce_within(
             raise RomParameterError("rom", "tolerance", tolerance, allowed)
         count = min(_next_count(ladder, count, error / tolerance), _MOST_MODES)
     model = craig_bampton_model(full, sector, parts, angular[:modes], shapes[:, :modes], direction, store_basis)
-    return Reduction(model, modes, error)
+    return Reduction(model, modes, error, enriched, float(angular[-1]) / (2.0 * np.pi))
+
+
+def reduction_errors(
+    model: ReducedModel, enriched: ReducedModel, reach_hz: float, operation: LinearOperation
+) -> tuple[LinearError, ...] | None:
+    """Estimated errors of a reduced model in an operation by the modes left out, for each joint.
+
+    enriched, reach_hz: of its `Reduction`. None where modes that were left out may lie in the range, so that their
+    sum at low frequencies does not stand for them.
+    """
+    if reach_hz < _BEYOND * operation.frequency[1]:
+        return None
+    exact = linear_answers(enriched, operation)
+    return linear_errors(linear_answers(model, operation, exact), exact, operation.frequency)
 
 
 def _fewest(ladder: _Ladder, tolerance: float, most: int) -> tuple[int, float]:
@@ -121,37 +133,6 @@ def _next_count(ladder: _Ladder, count: int, excess: float) -> int:
     rate = np.log(max(ladder.error(half) / ladder.error(count), 1.1)) / np.log(count / half)
     growth = float(np.clip(1.1 * excess ** (1.0 / rate), _LEAST_GROWTH, _MOST_GROWTH))
     return int(np.ceil(growth * count))
-
-
-def _enriched(
-    sector: SectorMesh,
-    parts: Substructure,
-    residual: NDArray[np.float64],
-    angular: NDArray[np.float64],
-    shapes: NDArray[np.float64],
-    direction: NDArray[np.float64],
-) -> ReducedModel:
-    """Coordinates: kept dofs, modes, residual vectors K_ii^-1 L (3i, b) made orthogonal to the modes."""
-    part = parts.coupling.T @ shapes
-    rest = residual - shapes @ (part.T / angular[:, None] ** 2)
-    rest -= shapes @ (shapes.T @ (parts.inner_mass @ rest))  # again: most of it may lie among the modes
-    before = np.sum(residual * (parts.inner_mass @ residual), axis=0)
-    rest = rest @ independent(symmetric(rest.T @ (parts.inner_mass @ rest)), before)
-    b, m = parts.kept.size, len(angular)
-    n = b + m + rest.shape[1]
-    mass, stiffness = np.eye(n), np.zeros((n, n))
-    mass[:b, :b], stiffness[:b, :b] = parts.mass, parts.stiffness
-    mass[:b, b:] = np.hstack([part, parts.coupling.T @ rest])
-    mass[b:, :b] = mass[:b, b:].T
-    stiffness[b : b + m, b : b + m] = np.diag(angular**2)
-    stiffness[b + m :, b + m :] = symmetric(rest.T @ (parts.inner_stiffness @ rest))
-    return ReducedModel(
-        mass=mass,
-        stiffness=stiffness,
-        contact_position=sector.right.position,
-        n_blades=sector.n_blades,
-        **kept_motions(parts.kept, np.eye(b, n), direction),
-    )
 
 
 def _first_coordinates(model: ReducedModel, count: int) -> ReducedModel:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pipeline.figures.data import PlottedCurve
 from pipeline.report.source import ReportSource
@@ -66,24 +66,21 @@ def _model(source: ReportSource) -> list[ErrorRow]:
         "Natural frequencies against a finer mesh. Where this is large, lower mesh.size. Amplitudes under the same "
         "force follow the stiffness of the loaded point, which a mesh tells less well than a frequency."
     )
-    if not source.measured:
-        found = f"not measured; shroud verify {source.scene_file.name} does it"
-        return [
-            ErrorRow("vibration modes left out", found, UNKNOWN, modes_mean),
-            ErrorRow("mesh", found, UNKNOWN, mesh_mean),
-        ]
+    not_measured = f"not measured; shroud verify {source.scene_file.name} does it"
     errors = [each for _, each in source.measured]
-    modes = max(each.modes_frequency for each in errors)
-    receptance = max(each.receptance for each in errors)
+    left_out = _estimated(source)
+    if errors:
+        left_out = max(each.modes_frequency for each in errors), max(each.receptance for each in errors)
+    modes = ErrorRow("vibration modes left out", not_measured, UNKNOWN, modes_mean)
+    if left_out is not None:
+        found = f"{share(left_out[0])} of a frequency, {share(left_out[1])} of a receptance"
+        modes = replace(modes, found=found, verdict=_verdict(max(left_out), 0.01, TOLERATED))
+    if not errors:
+        return [modes, ErrorRow("mesh", not_measured, UNKNOWN, mesh_mean)]
     known = [each.mesh_frequency for each in errors if not math.isnan(each.mesh_frequency)]
     mesh = max(known, default=math.nan)
     return [
-        ErrorRow(
-            "vibration modes left out",
-            f"{share(modes)} of a frequency, {share(receptance)} of a receptance",
-            _verdict(max(modes, receptance), 0.01, TOLERATED),
-            modes_mean,
-        ),
+        modes,
         ErrorRow(
             "mesh",
             f"{share(mesh)} of a frequency" if known else f"not known ({errors[0].reason})",
@@ -91,6 +88,14 @@ def _model(source: ReportSource) -> list[ErrorRow]:
             mesh_mean,
         ),
     ]
+
+
+def _estimated(source: ReportSource) -> tuple[float, float] | None:
+    """Errors of frequencies and receptances that every run estimates; None where one of its models has none."""
+    rows = source.model_rows
+    if not rows or any(row["modes_error"] is None for row in rows):
+        return None
+    return max(row["modes_frequency_error"] for row in rows), max(row["receptance_error"] for row in rows)
 
 
 def _stability(source: ReportSource, shown: Sequence[PlottedCurve]) -> ErrorRow:
