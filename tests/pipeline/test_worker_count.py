@@ -1,0 +1,47 @@
+"""As many processes as asked for; by default those of the cores, where there is work for them."""
+
+from pathlib import Path
+
+import pytest
+from pipeline_support import small_scene, write_scene
+
+import pipeline.worker_count
+from pipeline.scene import Scene
+from pipeline.scene_file import read_scene
+from pipeline.worker_count import worker_count
+
+
+@pytest.fixture(autouse=True)
+def four_cores(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pipeline.worker_count, "_cores", lambda: 4)
+
+
+def scene(folder: Path, harmonics: object) -> Scene:
+    return read_scene(write_scene(folder / "s.toml", small_scene(response__harmonics=harmonics))).first
+
+
+@pytest.mark.parametrize(("jobs", "curves", "expected"), [(1, 50, 1), (3, 50, 3), (8, 2, 2), (2, 0, 1)])
+def test_as_many_as_asked_for_and_no_more_than_curves(tmp_path: Path, jobs: int, curves: int, expected: int) -> None:
+    assert worker_count(jobs, [scene(tmp_path, 1)] * curves) == expected
+
+
+def test_a_few_curves_with_one_harmonic_are_solved_here(tmp_path: Path) -> None:
+    assert worker_count(None, [scene(tmp_path, 1)] * 11) == 1
+
+
+def test_every_core_where_it_is_worth_it(tmp_path: Path) -> None:
+    assert worker_count(None, [scene(tmp_path, 1)] * 1000) == 4
+    assert worker_count(None, [scene(tmp_path, "auto")] * 12) == 4
+    assert worker_count(None, [scene(tmp_path, 20)] * 3) == 3
+    assert worker_count(None, [scene(tmp_path, 9)]) == 1
+
+
+def test_many_cores_do_not_take_all_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pipeline.worker_count, "_cores", lambda: 256)
+    assert worker_count(None, [scene(tmp_path, 9)] * 1000) == 16
+    assert worker_count(200, [scene(tmp_path, 9)] * 1000) == 200
+
+
+def test_this_machine_has_a_core(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.undo()
+    assert pipeline.worker_count._cores() >= 1
