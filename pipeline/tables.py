@@ -104,7 +104,7 @@ def mode_notes(outcome: Outcome) -> list[str]:
     )
     return [
         f"{number} fixed-interface modes kept; those left out change natural frequencies by {frequency}, "
-        f"receptances by {receptance} (estimated); the mesh: shroud verify"
+        f"receptances at a fixed frequency by {receptance} (estimated); the mesh: shroud verify"
     ]
 
 
