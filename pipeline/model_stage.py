@@ -16,6 +16,7 @@ from pipeline.models import BuiltModel, ModelChain
 from pipeline.outputs import relative_path
 from pipeline.request import Outcome, Run
 from pipeline.scene_file import Member
+from pipeline.storage_errors import StorageError
 
 if TYPE_CHECKING:
     from rom import ReducedModel
@@ -72,6 +73,8 @@ def summarise_models(run: Run, models: Models, outcome: Outcome) -> list[dict[st
             continue
         try:
             values = frequencies(run.store, model, member.scene, run.versions.rom)
+        except StorageError:
+            raise
         except Exception as error:  # the curves stand without them
             outcome.problems.append(f"natural frequencies: {reason_of(error)}")
             continue

@@ -23,6 +23,7 @@ from pipeline.making import (
 from pipeline.progress import Reporter
 from pipeline.scene import Scene
 from pipeline.stage_log import StageLog
+from pipeline.storage_errors import StorageError
 from pipeline.store import Entry, Store
 
 WITH_BASIS = "reduce-with-basis"  # kind of the reduced models that can be expanded to the mesh
@@ -98,6 +99,8 @@ class ModelChain:
         with self.log.timed(stage), self.reporter.working(verb):
             try:
                 entry = self.store.get(kind, key, build)
+            except StorageError:
+                raise
             except Exception as error:  # one member of a sweep may fail while the others go on
                 raise StageError(stage, error) from error
         self.log.note(stage, ran=True, seconds=entry.seconds)
