@@ -46,7 +46,9 @@ def _write_binary(path: Path, curves: Sequence[Solved]) -> None:
     """response.h5: a group for every curve that has an outcome."""
     import h5py
 
-    with h5py.File(path, "w") as target:
+    from geometry import new_hdf5
+
+    with new_hdf5(path) as target:
         target.attrs["format"] = "1"
         groups = target.create_group("curve")
         for index, curve in enumerate(curves):

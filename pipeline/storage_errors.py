@@ -12,6 +12,7 @@ from pipeline.errors import one_line
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _CLOSED = {errno.EROFS, errno.EIO, errno.ESTALE, errno.ENODEV}
+_SHORT = re.compile(r"\d+ requested and \d+ written")  # what NumPy says of a file that it could not write
 _NUMBER = re.compile(r"errno(?: =|) (\d+)", re.IGNORECASE)  # HDF5 and processes apart say it in words only
 
 
@@ -70,6 +71,8 @@ def _number(error: BaseException) -> int:
     """The operating system's number of an error, 0 where it has none."""
     if isinstance(error, OSError) and error.errno:
         return error.errno
+    if isinstance(error, OSError) and _SHORT.search(str(error)):
+        return errno.ENOSPC
     found = _NUMBER.search(str(error))
     return int(found.group(1)) if found else 0
 
