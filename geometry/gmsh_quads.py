@@ -1,5 +1,7 @@
 """Quadrilaterals by gmsh: the only module that talks to it."""
 
+import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -40,6 +42,7 @@ def _session(options: dict[str, float]) -> Iterator[Any]:
     if ours:
         # interruptible=False: gmsh would install a signal handler, which Python allows in the main thread only
         gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
+        _ignore_closed_pipes_again()
     before = "" if ours else gmsh.model.getCurrent()
     saved = {name: gmsh.option.getNumber(name) for name in options}
     try:
@@ -59,6 +62,13 @@ def _session(options: dict[str, float]) -> Iterator[Any]:
             for name, value in saved.items():
                 gmsh.option.setNumber(name, value)
             gmsh.model.setCurrent(before)
+
+
+def _ignore_closed_pipes_again() -> None:
+    """gmsh has a write to a closed pipe end the process, where Python raises an exception."""
+    handler = signal.getsignal(signal.SIGPIPE)
+    if handler is not None and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGPIPE, handler)
 
 
 @dataclass(frozen=True)

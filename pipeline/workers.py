@@ -7,6 +7,7 @@ import os
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import ParamSpec, TypeVar
@@ -40,13 +41,23 @@ def workers(count: int) -> Iterator[Workers]:
         try:
             yield Workers(pool)
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
             for process in set(multiprocessing.active_children()) - others:
                 process.kill()
-                process.join()
             raise
-        else:
-            pool.shutdown()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def call_apart(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+    """What the function returns or raises in a process of its own, which can be stopped at any time.
+
+    Raises RuntimeError where that process dies.
+    """
+    with workers(1) as pool:
+        try:
+            return pool.submit(function, *args, **kwargs).result()
+        except BrokenProcessPool:
+            raise RuntimeError("its process died (out of memory?)") from None
 
 
 @contextmanager
