@@ -42,7 +42,7 @@ def _session(options: dict[str, float]) -> Iterator[Any]:
     if ours:
         # interruptible=False: gmsh would install a signal handler, which Python allows in the main thread only
         gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
-        _ignore_closed_pipes_again()
+        _put_signals_back()
     before = "" if ours else gmsh.model.getCurrent()
     saved = {name: gmsh.option.getNumber(name) for name in options}
     try:
@@ -64,11 +64,14 @@ def _session(options: dict[str, float]) -> Iterator[Any]:
             gmsh.model.setCurrent(before)
 
 
-def _ignore_closed_pipes_again() -> None:
-    """gmsh has a write to a closed pipe end the process, where Python raises an exception."""
-    handler = signal.getsignal(signal.SIGPIPE)
-    if handler is not None and threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGPIPE, handler)
+def _put_signals_back() -> None:
+    """gmsh takes away what the process does on these signals; a write to a closed pipe would end it, for one."""
+    if threading.current_thread() is not threading.main_thread():
+        return  # only there may they be set
+    for number in (signal.SIGPIPE, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+        handler = signal.getsignal(number)
+        if handler not in (None, signal.SIG_DFL):
+            signal.signal(number, handler)
 
 
 @dataclass(frozen=True)
