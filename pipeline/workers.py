@@ -10,6 +10,7 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from typing import ParamSpec, TypeVar
 
 from pipeline.interruption import kept_from_children
@@ -37,6 +38,8 @@ def workers(count: int) -> Iterator[Workers]:
     others = set(multiprocessing.active_children())
     with _one_thread_each():
         context = multiprocessing.get_context("spawn")
+        with kept_from_children():
+            resource_tracker.ensure_running()  # a process, too; it knows the semaphores of the pool
         pool = ProcessPoolExecutor(count, mp_context=context, initializer=_watch_parent)
         try:
             yield Workers(pool)

@@ -44,8 +44,8 @@ def working_store(out: Path, force: bool, reporter: Reporter) -> Iterator[Store]
         store.sweep_up(everything=alone)
         try:
             yield store
-        except KeyboardInterrupt:
-            store.sweep_up(everything=alone)  # it may have come before or amid a clean-up
+        except BaseException:
+            store.sweep_up(everything=alone)  # of workers that were ended, and where Ctrl-C came amid a clean-up
             raise
 
 
