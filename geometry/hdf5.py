@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from geometry.signals import signals_later
+
 LARGEST_UNSTORED = 100_000_000  # bytes that a dataset may claim whatever the file holds of it
 HIGHEST_COMPRESSION = 1000  # of bytes beyond that
 
@@ -26,14 +28,14 @@ def stored_array(dataset: Any) -> np.ndarray:
 
 @contextmanager
 def new_hdf5(path: str | os.PathLike[str]) -> Iterator[Any]:
-    """A new h5py file at `path`, to be written within the block.
+    """A new h5py file at `path`, to be written within the block; signals wait for its end.
 
     HDF5 itself does not survive a full disk: it goes on failing in clean-ups and in the end crashes the process.
     So it writes by way of a file that takes what it is told, and a failure is raised here, once, as an OSError.
     """
     import h5py
 
-    with open(path, "w+b", buffering=0) as raw:
+    with signals_later(), open(path, "w+b", buffering=0) as raw:
         target = _Patient(raw)
         try:
             with h5py.File(target, "w") as file:
