@@ -1,6 +1,8 @@
 """A full disk, a folder that cannot be written, things in the way: one line, nothing torn, and on it goes."""
 
+import errno
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -14,6 +16,7 @@ from pipeline_support import ground_scene, shroud, small_scene, statuses, summar
 
 import pipeline.run
 from geometry import new_hdf5
+from pipeline.storage_errors import storage_error
 
 SWEEP = {"contact.interference": [1e-5, 1e-3]}  # of the finished run
 
@@ -140,6 +143,55 @@ def test_hdf5_files_are_read_as_they_were_written(tmp_path: Path) -> None:
         assert np.array_equal(file["a/b"][()], values)
         assert np.array_equal(file["packed"][()], values)
         assert file.attrs["format"] == "1"
+
+
+def test_kernels_that_cannot_be_kept_work_all_the_same(tmp_path: Path) -> None:
+    (tmp_path / "kernel.py").write_text(
+        "import resource\n"
+        "from nonlinear.compilation import compiled\n"
+        "@compiled\n"
+        "def twice(x): return 2.0 * x\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (10, -1))\n"
+        "print(twice(21.0))\n"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(Path.cwd())}
+    command = [sys.executable, str(tmp_path / "kernel.py")]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "42.0\n", "")
+    assert list((tmp_path / "cache").rglob("*.nbi")) == []
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (OSError(errno.ENOSPC, "x"), "{0}: no space left on the disk: free some and run"),
+        (OSError(errno.EDQUOT, "x"), "{0}: the disk quota is used up: free some space and run"),
+        (OSError(errno.EROFS, "x", "{0}/store/a"), "{0}: Read-only file system: make it writable and run"),
+        (OSError(errno.ENOSPC, "x", "/elsewhere/cache/a"), "/elsewhere/cache: no space left"),
+        (RuntimeError("file write failed: errno = 28, error message = 'No'"), "{0}: no space left"),
+        (RuntimeError("OSError: [Errno 122] Disk quota exceeded"), "{0}: the disk quota"),
+        (OSError("566 requested and 121 written"), "{0}: no space left"),
+        (OSError(errno.ENOENT, "x"), None),
+        (RuntimeError("566 requested and 121 written"), None),
+        (ValueError("28"), None),
+    ],
+)
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_what_counts_as_a_disk_that_takes_no_more(
+    tmp_path: Path, error: Exception, said: str | None, wrapped: bool
+) -> None:
+    if isinstance(error, OSError) and error.filename:
+        error = OSError(error.errno, "x", error.filename.format(tmp_path))
+    if wrapped:
+        cause, error = error, ValueError("something else")
+        error.__cause__ = cause
+    told = storage_error(error, tmp_path)
+    if said is None:
+        assert told is None
+    else:
+        assert str(told).startswith(said.format(tmp_path))
+        assert str(told).endswith("run the same command again; what is done is kept")
+        assert str(pickle.loads(pickle.dumps(told))) == str(told)  # it comes from workers
 
 
 @pytest.mark.parametrize("way", ["dangling", "process", "summary.json", "figures"])

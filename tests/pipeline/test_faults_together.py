@@ -1,6 +1,7 @@
 """Two runs at once on one output folder: one after the other, and never a mixture."""
 
 import csv
+import errno
 import hashlib
 import os
 import signal
@@ -96,6 +97,21 @@ def test_a_lock_ends_with_its_process(tmp_path: Path) -> None:
     finally:
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
+
+
+def test_without_locks_work_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: object) -> None:
+        raise OSError(errno.ENOLCK, "no locks available")
+
+    monkeypatch.setattr("pipeline.lock.fcntl.flock", none)
+    with locked(tmp_path / "lock", lambda _: None) as held:
+        assert not held
+    mine, dead = (tmp_path / "out" / "store" / "tmp" / f"{number}-x" for number in (os.getpid(), 99999999))
+    for folder in (mine, dead):
+        folder.mkdir(parents=True)
+    scene, rom = write_scene(tmp_path / "s.toml", ground_scene()), write_ground_model(tmp_path / "g.h5")
+    assert shroud("respond", scene, "--rom", rom, "--out", tmp_path / "out", "--quiet") == (0, "", "")
+    assert (mine.exists(), dead.exists()) == (True, False)  # what is not known to be dead is somebody's
 
 
 def test_a_store_deleted_under_a_waiting_run_is_no_obstacle(tmp_path: Path) -> None:
