@@ -4,7 +4,7 @@ from geometry.build import build_sector
 from geometry.checks import check_parameters
 from geometry.errors import GeometryError, SectorFileError
 from geometry.exchange import export_sector, import_sector
-from geometry.hdf5 import stored_array
+from geometry.hdf5 import new_hdf5, stored_array
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
 from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import ContactFace, SectorMesh
@@ -24,6 +24,7 @@ __all__ = [
     "hexahedron_scaled_jacobian",
     "import_sector",
     "load_sector",
+    "new_hdf5",
     "save_sector",
     "stored_array",
 ]

@@ -1,5 +1,7 @@
 """Quadrilaterals by gmsh: the only module that talks to it."""
 
+import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -40,6 +42,7 @@ def _session(options: dict[str, float]) -> Iterator[Any]:
     if ours:
         # interruptible=False: gmsh would install a signal handler, which Python allows in the main thread only
         gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
+        _put_signals_back()
     before = "" if ours else gmsh.model.getCurrent()
     saved = {name: gmsh.option.getNumber(name) for name in options}
     try:
@@ -59,6 +62,16 @@ def _session(options: dict[str, float]) -> Iterator[Any]:
             for name, value in saved.items():
                 gmsh.option.setNumber(name, value)
             gmsh.model.setCurrent(before)
+
+
+def _put_signals_back() -> None:
+    """gmsh takes away what the process does on these signals; a write to a closed pipe would end it, for one."""
+    if threading.current_thread() is not threading.main_thread():
+        return  # only there may they be set
+    for number in (signal.SIGPIPE, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+        handler = signal.getsignal(number)
+        if handler not in (None, signal.SIG_DFL):
+            signal.signal(number, handler)
 
 
 @dataclass(frozen=True)

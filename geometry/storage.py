@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from geometry.errors import SectorFileError
-from geometry.hdf5 import stored_array
+from geometry.hdf5 import new_hdf5, stored_array
 from geometry.sector import ContactFace, SectorMesh
 
 FORMAT = "1"
@@ -18,9 +18,7 @@ def save_sector(path: str | Path, sector: SectorMesh) -> None:
 
     Writes in place: making it atomic is the caller's business.
     """
-    import h5py
-
-    with h5py.File(path, "w") as file:
+    with new_hdf5(path) as file:
         file.attrs["format"] = FORMAT
         file.attrs["n_blades"] = sector.n_blades
         file["points"] = sector.points

@@ -12,6 +12,7 @@ import hashlib
 import os
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -62,9 +63,25 @@ def _compile(function: Function, **options: bool) -> Any:
     before = settings.CACHE_DIR
     settings.CACHE_DIR = before or str(cache_directory())
     try:
-        return compiler(cache=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
+        kernel = compiler(cache=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
     finally:
         settings.CACHE_DIR = before
+    _may_stay_unsaved(kernel)
+    return kernel
+
+
+def _may_stay_unsaved(kernel: Any) -> None:
+    """Where the disk of the cache is full a kernel is compiled again the next time: no reason to fail."""
+    cache = getattr(kernel, "_cache", None)  # none where the compiler is switched off
+    if cache is None:
+        return
+    save = cache.save_overload
+
+    def saved(*arguments: Any) -> None:
+        with suppress(OSError):
+            save(*arguments)
+
+    cache.save_overload = saved
 
 
 @lru_cache(maxsize=1)

@@ -51,7 +51,7 @@ def forced_response(
     with _threads().limit(limits=1, user_api="blas"):
         began = time.perf_counter()
         solved = _solve(modal, contact, excitation, options, progress)
-        return replace(solved, seconds=time.perf_counter() - began)
+        return replace(solved, seconds=max(0.0, time.perf_counter() - began))
 
 
 @lru_cache(maxsize=1)

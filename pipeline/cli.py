@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,10 +14,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from pipeline.interruption import Interrupts
     from pipeline.request import Outcome, Request
     from pipeline.verify.stage import Verification
 
-COMPUTED, NOT_REACHED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+COMPUTED, NOT_REACHED, BAD_INPUT, BY_SIGNAL = 0, 1, 2, 128  # the last: and the number of the signal
 NO_TERMINAL = 110  # characters a line of a table may have where no terminal says
 
 app = typer.Typer(
@@ -42,6 +47,7 @@ OutOption = Annotated[Path | None, typer.Option("--out", help="Output folder; ou
 ForceOption = Annotated[bool, typer.Option("--force", help="Make everything again, whatever is there.")]
 JobsOption = Annotated[int, typer.Option("--jobs", min=1, max=256, help="Curves solved at once, in processes.")]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print what came out as JSON, and nothing else on stdout.")]
 
 
 @app.command()
@@ -52,6 +58,7 @@ def run(
     force: ForceOption = False,
     jobs: JobsOption = 1,
     quiet: QuietOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Run a scene: whatever is missing or out of date, nothing else."""
     from pipeline.request import Request
@@ -59,7 +66,7 @@ def run(
 
     file = read_scene(scene)
     target = out or Path("out") / file.first.name
-    _finish(Request(file, target, until.value if until else None, force, jobs), quiet)
+    _finish(Request(file, target, until.value if until else None, force, jobs), quiet, as_json)
 
 
 @app.command()
@@ -70,13 +77,14 @@ def respond(
     force: ForceOption = False,
     jobs: JobsOption = 1,
     quiet: QuietOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Run the nonlinear stage alone, on any reduced model; the scene needs no blade."""
     from pipeline.request import Request
     from pipeline.scene_file import read_scene
 
     file = read_scene(scene, given_model=True)
-    _finish(Request(file, out or Path("out") / file.first.name, None, force, jobs, rom), quiet)
+    _finish(Request(file, out or Path("out") / file.first.name, None, force, jobs, rom), quiet, as_json)
 
 
 @app.command()
@@ -86,23 +94,22 @@ def verify(
     tolerance: Annotated[
         float | None, typer.Option(min=1e-6, max=0.5, help="Relative error to stay within; rom.tolerance by default.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the numbers as JSON.")] = False,
+    as_json: JsonOption = False,
     force: ForceOption = False,
     quiet: QuietOption = False,
 ) -> None:
     """Measure what modes left out and mesh do to the reduced models of a scene, and say which to refine."""
-    from pipeline.interruption import handling_interrupts
     from pipeline.progress import Reporter
     from pipeline.scene_file import read_scene
     from pipeline.verify.stage import verify as measure
 
     file = read_scene(scene)
-    with handling_interrupts() as interrupts:
+    with _stoppable() as interrupts:
         reporter = Reporter(quiet, interrupts=interrupts)
         found = measure(file, out or Path("out") / file.first.name, tolerance, force, reporter)
-    _print_errors(found, as_json)
+    _print_errors(found, quiet, as_json)
     for problem in found.problems:
-        print(problem, file=sys.stderr)
+        _say(problem)
     raise typer.Exit(NOT_REACHED if found.problems else COMPUTED)
 
 
@@ -113,18 +120,23 @@ def report(
     force: ForceOption = False,
     jobs: JobsOption = 1,
     quiet: QuietOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Run a scene and write one self-contained page about it: report.html in the output folder."""
-    run(scene, out, Stage.report, force, jobs, quiet)
+    run(scene, out, Stage.report, force, jobs, quiet, as_json)
 
 
 @app.command()
-def info(file: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.")]) -> None:
+def info(
+    file: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.")],
+    as_json: JsonOption = False,
+) -> None:
     """Say what a result or a reduced model holds."""
-    from pipeline.info import describe
+    from pipeline.info import contents, described
+    from pipeline.outputs import as_json as json_text
 
-    for line in describe(file):
-        print(line)
+    found = contents(file)
+    print(json_text(found) if as_json else "\n".join(described(found)))
 
 
 @app.command()
@@ -134,21 +146,41 @@ def export(
     mesh: Annotated[
         Path | None, typer.Option("--mesh", metavar="FILE", help="For .vtu: mesh.vtu of the model.")
     ] = None,
+    quiet: QuietOption = False,
 ) -> None:
     """Write a response or a reduced model for other programs."""
     from pipeline.export.write import export as write
 
-    print(f"{to}: {write(source, to, mesh)}")
+    said = write(source, to, mesh)
+    if not quiet:
+        print(f"{to}: {said}")
 
 
 @app.command()
-def validate(scene: SceneArgument) -> None:
+def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
     """Check a scene and run nothing."""
     from pipeline.checks import check_scene
+    from pipeline.errors import InputError
+    from pipeline.outputs import as_json as json_text
     from pipeline.scene_file import read_scene
 
-    file = read_scene(scene)
-    check_scene(file)
+    try:
+        file = read_scene(scene)
+        check_scene(file)
+    except InputError as error:
+        if as_json:
+            print(json_text({"valid": False, "errors": [str(error)]}))
+        raise
+    if as_json:
+        accuracy = None if file.accuracy is None else file.accuracy.plain()
+        found = {
+            "name": file.first.name,
+            "curves": len(file.members),
+            "swept": list(file.swept),
+            "accuracy": accuracy,
+        }
+        print(json_text({"valid": True, "errors": [], **found}))
+        return
     curves = f"{len(file.members)} curve{'s' if len(file.members) > 1 else ''}"
     print(f"{scene}: valid, {curves}" + (f" over {', '.join(file.swept)}" if file.swept else ""))
     if file.accuracy is not None:
@@ -178,8 +210,16 @@ def schema() -> None:
 
 
 def main() -> None:
-    """Entry point: exit status 0 all computed, 1 something not reached, 2 bad input, 130 interrupted."""
-    sys.exit(command(sys.argv[1:]))
+    """Entry point: exit status 0 all computed, 1 something not reached, 2 bad input, 128 + a signal's number."""
+    status = command(sys.argv[1:])
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what cannot be said is not tried again
+        if not isinstance(error, BrokenPipeError):
+            _say(f"shroud: the output cannot be written: {error.strerror}")
+        status = status or NOT_REACHED
+    sys.exit(status)
 
 
 def command(arguments: list[str]) -> int:
@@ -187,6 +227,8 @@ def command(arguments: list[str]) -> int:
     from typer.exceptions import Abort, Exit, TyperException
 
     from pipeline.errors import InputError, one_line, reason_of
+    from pipeline.interruption import Stopped
+    from pipeline.storage_errors import StorageError
 
     try:
         status = app(args=arguments or ["--help"], prog_name="shroud", standalone_mode=False)
@@ -194,49 +236,73 @@ def command(arguments: list[str]) -> int:
     except Exit as stop:
         status = stop.exit_code
     except TyperException as error:
-        print(f"shroud: {one_line(error.format_message())} (shroud --help)", file=sys.stderr)
+        _say(f"shroud: {one_line(error.format_message())} (shroud --help)")
         return BAD_INPUT
     except InputError as error:
-        print(error, file=sys.stderr)
+        _say(str(error))
         return BAD_INPUT
+    except StorageError as error:
+        _say(str(error))
+        return NOT_REACHED
     except (KeyboardInterrupt, Abort):
-        status = INTERRUPTED
+        status = BY_SIGNAL + signal.SIGINT
     except BrokenPipeError:
         return NOT_REACHED
     except Exception as error:
-        print(f"shroud: {type(error).__name__}: {reason_of(error)}", file=sys.stderr)
+        _say(f"shroud: {type(error).__name__}: {reason_of(error)}")
         return NOT_REACHED
-    if status == INTERRUPTED:
-        print("shroud: interrupted; what is done is kept, the same command goes on from there", file=sys.stderr)
+    if status > BY_SIGNAL:
+        said = Stopped(status - BY_SIGNAL).said
+        _say(f"shroud: {said}; what is done is kept, the same command goes on from there")
     return status
 
 
-def _finish(request: Request, quiet: bool) -> None:
+@contextmanager
+def _stoppable() -> Iterator[Interrupts]:
+    """Work that a signal may end; the exit status says which it was."""
+    from pipeline.interruption import Stopped, handling_interrupts
+
+    with handling_interrupts() as interrupts:
+        try:
+            yield interrupts
+        except Stopped as stop:
+            raise typer.Exit(BY_SIGNAL + stop.signal) from None
+
+
+def _say(text: str) -> None:
+    """One line on stderr, where there still is somebody to read it."""
+    with suppress(OSError):
+        print(text, file=sys.stderr, flush=True)
+
+
+def _finish(request: Request, quiet: bool, as_json: bool) -> None:
     """Execute, tell people what came of it, and exit with the status that says so."""
-    from pipeline.interruption import handling_interrupts
+    from pipeline.outputs import as_json as json_text
     from pipeline.progress import Reporter
     from pipeline.run import execute
 
-    with handling_interrupts() as interrupts:
+    with _stoppable() as interrupts:
         outcome = execute(request, Reporter(quiet, interrupts=interrupts))
-    if not quiet:
+    if as_json:
+        print(json_text(outcome.summary))
+    elif not quiet:
         _tell(request, outcome)
     for problem in outcome.problems:
-        print(problem, file=sys.stderr)
+        _say(problem)
     failed = [curve for curve in outcome.curves if not curve.complete]
     if failed:
         first = failed[0].reason
-        print(f"{len(failed)} of {len(outcome.curves)} curves not completed: {first}", file=sys.stderr)
+        _say(f"{len(failed)} of {len(outcome.curves)} curves not completed: {first}")
     raise typer.Exit(COMPUTED if outcome.complete else NOT_REACHED)
 
 
-def _print_errors(found: Verification, as_json: bool) -> None:
-    import json
-
+def _print_errors(found: Verification, quiet: bool, as_json: bool) -> None:
+    from pipeline.outputs import as_json as json_text
     from pipeline.verify.stage import plain
 
     if as_json:
-        print(json.dumps(plain(found), indent=1, allow_nan=False))
+        print(json_text(plain(found)))
+    if as_json or quiet:
         return
     from rich.console import Console
 

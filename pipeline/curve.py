@@ -133,9 +133,9 @@ def curve_attributes(scene: Scene, contact: Mapping[str, Any], parameters: Mappi
 
 def _write(path: Path, response: ResponseCurve, attributes: Mapping[str, Any]) -> None:
     """Columns, complex coefficients and attributes in the layout of one group of response.h5."""
-    import h5py
+    from geometry import new_hdf5
 
-    with h5py.File(path, "w") as file:
+    with new_hdf5(path) as file:
         _write_points(file, response)
         for key, value in attributes.items():
             file.attrs[key] = value

@@ -1,13 +1,16 @@
-"""What an HDF5 file of this program holds, in a few lines."""
+"""What an HDF5 file of this program holds, as plain values and in a few lines."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pipeline.curve import CurveFacts, read_facts
 from pipeline.errors import InputError, input_error, one_line, reason_of
+from pipeline.outputs import number_or_null
 
 if TYPE_CHECKING:
     import h5py
@@ -17,8 +20,8 @@ if TYPE_CHECKING:
 _ALLOWED = "an HDF5 file with a response (response.h5) or a reduced model (rom.h5)"
 
 
-def describe(path: Path) -> list[str]:
-    """The contents of a response or of a reduced model.
+def contents(path: Path) -> dict[str, Any]:
+    """What a response or a reduced model holds, as plain values: `kind` says which it is; null: not known.
 
     Raises
     ------
@@ -31,7 +34,7 @@ def describe(path: Path) -> list[str]:
     try:
         with h5py.File(path, "r") as file:
             if "curve" in file:
-                return [f"{path}: response, {len(file['curve'])} curves", *_curves(file["curve"])]
+                return {"file": str(path), "kind": "response", "curves": list(_curves(file["curve"]))}
             if "mass" not in file:
                 raise input_error(path, "", f"holds {', '.join(list(file)[:8]) or 'nothing'}", _ALLOWED)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
@@ -39,24 +42,52 @@ def describe(path: Path) -> list[str]:
     return _reduced_model(path)
 
 
-def _curves(group: h5py.Group) -> Iterator[str]:
+def described(found: dict[str, Any]) -> list[str]:
+    """What `contents` returned, in lines for people."""
+    if found["kind"] == "response":
+        lines = [line for curve in found["curves"] for line in _curve_lines(curve)]
+        return [f"{found['file']}: response, {len(found['curves'])} curves", *lines]
+    blades = found["n_blades"]
+    return [
+        f"{found['file']}: reduced model by {found['producer']}, {found['coordinates']} coordinates",
+        f"ring: {'single structure' if blades is None else f'{blades} blades'}",
+        f"contact: {found['contact_nodes']} nodes against {found['against']}",
+        f"outputs: {', '.join(found['outputs'])}",
+        f"optional: {', '.join(found['optional']) or 'none'}",
+        f"free natural frequencies [Hz]: {', '.join(f'{hz:.6g}' for hz in found['free_hz'])}",
+    ]
+
+
+def _curves(group: h5py.Group) -> Iterator[dict[str, Any]]:
+    names = set(CurveFacts.__dataclass_fields__)
     for name in sorted(group, key=lambda n: (len(n), n)):
-        attributes, facts = group[name].attrs, read_facts(group[name])
-        yield one_line(f"curve/{name}: {_outcome(facts)}")
-        outcome = set(CurveFacts.__dataclass_fields__)
-        values = (f"{key} = {attributes[key]}" for key in sorted(attributes) if key not in outcome)
-        yield one_line("  " + ", ".join(values))
+        attributes, facts = group[name].attrs, asdict(read_facts(group[name]))
+        values = {key: _plain(attributes[key]) for key in sorted(attributes) if key not in names}
+        outcome = {key: number_or_null(value) if isinstance(value, float) else value for key, value in facts.items()}
+        yield {"curve": name, "parameters": values, **outcome}
 
 
-def _outcome(facts: CurveFacts) -> str:
-    end = "complete" if facts.complete else f"incomplete ({facts.reason})"
-    return (
-        f"{end}, {facts.points} points, {facts.harmonics} harmonics, "
-        f"peak {facts.peak_amplitude_m:.6g} m at {facts.peak_frequency_hz:.6g} Hz"
+def _curve_lines(curve: dict[str, Any]) -> Iterator[str]:
+    end = "complete" if curve["complete"] else f"incomplete ({curve['reason']})"
+    height, frequency = (
+        math.nan if curve[name] is None else curve[name] for name in ("peak_amplitude_m", "peak_frequency_hz")
     )
+    yield one_line(
+        f"curve/{curve['curve']}: {end}, {curve['points']} points, {curve['harmonics']} harmonics, "
+        f"peak {height:.6g} m at {frequency:.6g} Hz"
+    )
+    yield one_line("  " + ", ".join(f"{key} = {value}" for key, value in curve["parameters"].items()))
 
 
-def _reduced_model(path: Path) -> list[str]:
+def _plain(value: Any) -> Any:
+    """An attribute as JSON has it."""
+    plain = value.tolist() if hasattr(value, "tolist") else value
+    if isinstance(plain, bytes):
+        return plain.decode("utf-8", errors="replace")
+    return number_or_null(plain) if isinstance(plain, float) else plain
+
+
+def _reduced_model(path: Path) -> dict[str, Any]:
     from rom import ReducedModelError, natural_frequencies, read_reduced_model
 
     try:
@@ -64,14 +95,18 @@ def _reduced_model(path: Path) -> list[str]:
         free = natural_frequencies(model, 0.0, count=min(10, model.size))
     except ReducedModelError as error:
         raise InputError(reason_of(error)) from None
-    return [
-        f"{path}: reduced model by {model.producer}, {model.size} coordinates",
-        f"ring: {'single structure' if model.n_blades is None else f'{model.n_blades} blades'}",
-        f"contact: {model.n_contacts} nodes {'against ground' if model.contact_left is None else 'a face'}",
-        f"outputs: {', '.join(model.outputs)}",
-        f"optional: {', '.join(_optional(model)) or 'none'}",
-        f"free natural frequencies [Hz]: {', '.join(f'{hz:.6g}' for hz in free)}",
-    ]
+    return {
+        "file": str(path),
+        "kind": "reduced model",
+        "producer": model.producer,
+        "coordinates": model.size,
+        "n_blades": model.n_blades,
+        "contact_nodes": model.n_contacts,
+        "against": "ground" if model.contact_left is None else "a face",
+        "outputs": list(model.outputs),
+        "optional": _optional(model),
+        "free_hz": [float(hz) for hz in free],
+    }
 
 
 def _optional(model: ReducedModel) -> list[str]:

@@ -17,6 +17,7 @@ from pipeline.modes_error import larger, modes_error
 from pipeline.outputs import relative_path
 from pipeline.request import Outcome, Run
 from pipeline.scene_file import Member
+from pipeline.storage_errors import StorageError
 
 if TYPE_CHECKING:
     from rom import ReducedModel
@@ -74,6 +75,8 @@ def summarise_models(run: Run, models: Models, outcome: Outcome) -> list[dict[st
         try:
             values = frequencies(run.store, model, member.scene, run.versions.rom)
             errors = modes_error(run.store, model, member.scene, run.versions.rom)
+        except StorageError:
+            raise
         except Exception as error:  # the curves stand without them
             outcome.problems.append(f"natural frequencies: {reason_of(error)}")
             continue

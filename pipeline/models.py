@@ -23,8 +23,11 @@ from pipeline.making import (
 from pipeline.progress import Reporter
 from pipeline.scene import Scene
 from pipeline.stage_log import StageLog
+from pipeline.storage_errors import StorageError
 from pipeline.store import Entry, Store
+from pipeline.workers import call_apart
 
+LARGE = 60_000_000  # bytes of a full model, some 60 000 dofs
 WITH_BASIS = "reduce-with-basis"  # kind of the reduced models that can be expanded to the mesh
 
 
@@ -72,17 +75,26 @@ class ModelChain:
             entry = self._find("reduce", keys.reduce)
         if entry is None:
             full = self.full_model(scene, keys, mesh).file(FULL_MODEL)
-            entry = self._make(
-                "reduce",
-                WITH_BASIS if self.expands else "reduce",
-                keys.reduce,
-                "reducing",
-                lambda folder: make_reduced_model(folder, mesh.file(SECTOR), full, scene, store_basis=self.expands),
-            )
+            kind = WITH_BASIS if self.expands else "reduce"
+            entry = self._make("reduce", kind, keys.reduce, "reducing", self._reducer(mesh.file(SECTOR), full, scene))
         elif full_model := self.store.find("assemble", keys.assemble, thorough=False):
             self.log.note("assemble", ran=False, seconds=full_model.seconds)
         facts = json.loads(entry.file(FACTS).read_text())
         return BuiltModel(keys.reduce, entry.file(REDUCED_MODEL), mesh.file(MESH_FILES[0]), facts)
+
+    def _reducer(self, sector: Path, full: Path, scene: Scene) -> Callable[[Path], None]:
+        """What writes the reduced model into a folder.
+
+        A large one is factorised for many seconds by C code that hears no Ctrl-C: in a process that can be ended.
+        """
+
+        def reduce(folder: Path) -> None:
+            if full.stat().st_size > LARGE:
+                call_apart(make_reduced_model, folder, sector, full, scene, store_basis=self.expands)
+            else:
+                make_reduced_model(folder, sector, full, scene, store_basis=self.expands)
+
+        return reduce
 
     def _find(self, stage: str, key: str, kind: str | None = None) -> Entry | None:
         with self.log.timed(stage):
@@ -98,6 +110,8 @@ class ModelChain:
         with self.log.timed(stage), self.reporter.working(verb):
             try:
                 entry = self.store.get(kind, key, build)
+            except StorageError:
+                raise
             except Exception as error:  # one member of a sweep may fail while the others go on
                 raise StageError(stage, error) from error
         self.log.note(stage, ran=True, seconds=entry.seconds)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import json
 import math
 import os
@@ -25,19 +26,43 @@ def relative_path(path: Path, out: Path) -> str:
     return Path(os.path.relpath(path, out)).as_posix()
 
 
-def write_response(store: Store, out: Path, curves: Sequence[Solved], swept: Sequence[str]) -> None:
-    """response.h5 (a group for every curve that has an outcome) and response.csv (a row for every point)."""
+def write_results(
+    store: Store, out: Path, curves: Sequence[Solved], swept: Sequence[str], summary: dict[str, Any]
+) -> dict[str, str]:
+    """response.h5, response.csv and summary.json, replaced together; returns the first two's hashes by name.
+
+    The summary gets them as `response`: by them its reader knows whether the three belong together.
+    """
+    targets = [out / name for name in ("response.h5", "response.csv", "summary.json")]
+    with store.replacing(*targets) as (binary, table, text):
+        _write_binary(binary, curves)
+        _write_table(table, curves, swept)
+        response = {path.name: _hash(path) for path in (binary, table)}
+        _write_summary(text, summary | {"response": response})
+    return response
+
+
+def _write_binary(path: Path, curves: Sequence[Solved]) -> None:
+    """response.h5: a group for every curve that has an outcome."""
     import h5py
 
-    with store.replacing(out / "response.h5") as path, h5py.File(path, "w") as target:
+    from geometry import new_hdf5
+
+    with new_hdf5(path) as target:
         target.attrs["format"] = "1"
         groups = target.create_group("curve")
         for index, curve in enumerate(curves):
             if curve.file is not None:
                 with h5py.File(curve.file, "r") as source:
                     _copy(source, groups.create_group(str(index)), curve)
+
+
+def _write_table(path: Path, curves: Sequence[Solved], swept: Sequence[str]) -> None:
+    """response.csv: a row for every point."""
+    import h5py
+
     highest = max((curve.facts.harmonics for curve in curves if curve.facts), default=1)
-    with store.replacing(out / "response.csv") as path, path.open("w", newline="", encoding="utf-8") as text:
+    with path.open("w", newline="", encoding="utf-8") as text:
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(csv_header(swept, highest))
         for index, curve in enumerate(curves):
@@ -111,9 +136,23 @@ def curve_summary(curve: Solved, out: Path) -> dict[str, Any]:
 
 
 def write_summary(store: Store, out: Path, summary: dict[str, Any]) -> None:
-    """summary.json, without NaN (JSON has none)."""
-    with store.replacing(out / "summary.json") as path:
-        path.write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    """summary.json, replaced in one step."""
+    with store.replacing(out / "summary.json") as (path,):
+        _write_summary(path, summary)
+
+
+def as_json(summary: Any) -> str:
+    """Plain values as the files and `--json` have them; without NaN, which JSON has not."""
+    return json.dumps(summary, indent=1, allow_nan=False)
+
+
+def _write_summary(path: Path, summary: dict[str, Any]) -> None:
+    path.write_text(as_json(summary) + "\n", encoding="utf-8")
+
+
+def _hash(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def number_or_null(value: float) -> float | None:

@@ -15,7 +15,7 @@ def publish(store: Store, source: Path, target: Path) -> list[Path]:
     files = [file for file in sorted(source.iterdir()) if file.name != MANIFEST]
     for file in files:
         if not _same(file, target / file.name):
-            with store.replacing(target / file.name) as path:
+            with store.replacing(target / file.name) as (path,):
                 shutil.copyfile(file, path)
     return [target / file.name for file in files]
 

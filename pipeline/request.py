@@ -80,13 +80,17 @@ class Run:
 class Outcome:
     """What a run came to.
 
-    `problems`: what could not be made apart from curves, one line each; `report`: name of the page, None without one.
+    `problems`: what could not be made apart from curves, one line each; `report`: name of the page, None without one;
+    `response`: SHA-256 of the response files by name, None where they are not this run's;
+    `summary`: as in summary.json.
     """
 
     curves: list[Solved] = field(default_factory=list)
     models: list[dict[str, Any]] = field(default_factory=list)
     pictures: list[str] = field(default_factory=list)
     report: str | None = None
+    response: dict[str, str] | None = None
+    summary: dict[str, Any] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
     seconds: float = 0.0
 

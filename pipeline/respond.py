@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,10 +14,11 @@ from pipeline.labels import member_label
 from pipeline.progress import Reporter
 from pipeline.scene_file import Member
 from pipeline.stage_log import StageLog
+from pipeline.storage_errors import StorageError
 from pipeline.store import Store
+from pipeline.workers import workers
 
 KIND = "curve"
-_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -110,21 +110,18 @@ class CurveSolver:
 
     def _in_workers(self, missing: list[Wanted]) -> Mapping[str, str]:
         reasons = {}
-        with self.reporter.counting("curves", len(missing)) as counter, _pool(self.jobs) as pool:
+        jobs = min(self.jobs, len(missing))
+        with self.reporter.counting("curves", len(missing), jobs) as counter, workers(jobs) as pool:
             futures = {pool.submit(_solve_into, self.store, item): item for item in missing}
-            try:
-                for future in as_completed(futures):
-                    item = futures[future]
-                    try:
-                        reason = future.result()
-                    except BrokenProcessPool:
-                        reason = "its worker process died (out of memory?)"
-                    if reason:
-                        reasons[item.key] = reason
-                    counter.done(self._said(item, reason))
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                raise
+            for future in as_completed(futures):
+                item = futures[future]
+                try:
+                    reason = future.result()
+                except BrokenProcessPool:
+                    reason = "its worker process died (out of memory?)"
+                if reason:
+                    reasons[item.key] = reason
+                counter.done(self._said(item, reason))
         return reasons
 
     def _said(self, item: Wanted, reason: str) -> str:
@@ -146,15 +143,8 @@ def _solve_into(store: Store, item: Wanted, progress: Progress | None = None) ->
     task = CurveTask(item.rom, item.member.scene, item.member.parameters)
     try:
         store.get(KIND, item.key, lambda folder: solve_curve(folder, task, progress))
+    except StorageError:
+        raise
     except Exception as error:  # whatever happens to one curve, the rest of the sweep goes on
         return reason_of(error)
     return ""
-
-
-def _pool(jobs: int) -> ProcessPoolExecutor:
-    """Worker processes with one BLAS thread each: they inherit the limit before they load any library."""
-    import multiprocessing
-
-    for name in _THREAD_VARIABLES:
-        os.environ[name] = "1"
-    return ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"))

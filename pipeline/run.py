@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.checks import check_scene, check_scene_for_model
+from pipeline.clock import now, seconds_since
 from pipeline.curve import modal_of
-from pipeline.errors import InputError, input_error, reason_of
+from pipeline.errors import InputError, reason_of
 from pipeline.keys import Versions, curve_key
 from pipeline.model_stage import Models, blade_models, given_models, summarise_models
-from pipeline.outputs import curve_summary, write_response, write_summary
+from pipeline.outputs import curve_summary, write_results, write_summary
 from pipeline.progress import Reporter
+from pipeline.published_page import PAGE, results_fingerprint, retire_page
 from pipeline.request import Outcome, Request, Run
 from pipeline.respond import CurveSolver, Solved, Wanted
 from pipeline.stage_log import StageLog
-from pipeline.store import Store
+from pipeline.storage_errors import StorageError
+from pipeline.working_store import working_store
 
 if TYPE_CHECKING:
     from rom import ReducedModel
+
+UNFINISHED = "the run has not come to its end; the same command goes on from there"
 
 
 def execute(request: Request, reporter: Reporter) -> Outcome:
@@ -27,16 +31,13 @@ def execute(request: Request, reporter: Reporter) -> Outcome:
 
     Raises
     ------
-    InputError : the scene or the reduced model is not usable; nothing was written.
+    InputError : the scene, the reduced model or the output folder is not usable; nothing was written.
+    StorageError : there is no room for the results; what is done is kept.
     """
-    start = time.perf_counter()
+    start = now()
     given = _check(request)
-    store = open_store(request)
-    try:
+    with working_store(request.out, request.force, reporter) as store:
         return _execute(Run(request, store, StageLog(), reporter, Versions.current()), given, start)
-    except KeyboardInterrupt:
-        store.sweep_up(own=True)  # the interrupt may have come before or amid a clean-up
-        raise
 
 
 def _execute(run: Run, given: ReducedModel | None, start: float) -> Outcome:
@@ -45,10 +46,13 @@ def _execute(run: Run, given: ReducedModel | None, start: float) -> Outcome:
     if "respond" in request.wanted:
         _respond(run, models, outcome)
     outcome.models = summarise_models(run, models, outcome)
+    if "respond" in request.wanted:
+        _publish(run, models, outcome)
     _draw(run, models, outcome)
     _report(run, models, outcome)
-    outcome.seconds = time.perf_counter() - start
-    write_summary(run.store, request.out, _summary(run, outcome))
+    outcome.seconds = seconds_since(start)
+    outcome.summary = _summary(run, outcome)
+    write_summary(run.store, request.out, outcome.summary)
     return outcome
 
 
@@ -77,26 +81,8 @@ def _check(request: Request) -> ReducedModel | None:
     return model
 
 
-def open_store(request: Request) -> Store:
-    """The store in the output folder, free of what dead processes left.
-
-    Raises
-    ------
-    InputError : the folder cannot be written.
-    """
-    store = Store(request.out / "store", force=request.force)
-    try:
-        with store.temporary():
-            pass
-    except OSError as error:
-        found = f"cannot be written: {error.strerror or reason_of(error)}"
-        raise input_error("--out", str(request.out), found, "a folder that can be written") from None
-    store.sweep_up()
-    return store
-
-
 def _respond(run: Run, models: Models, outcome: Outcome) -> None:
-    """The response of every member, and the files that hold them."""
+    """The response of every member."""
     wanted = {}
     for member in run.request.scene.members:
         model = models[member.index]
@@ -110,7 +96,16 @@ def _respond(run: Run, models: Models, outcome: Outcome) -> None:
             outcome.curves.append(Solved(member, curve.rom, curve.file, curve.facts, curve.reason))
         else:
             outcome.curves.append(Solved(member, None, None, None, "its reduced model could not be made"))
-    write_response(run.store, run.request.out, outcome.curves, run.request.scene.swept)
+
+
+def _publish(run: Run, models: Models, outcome: Outcome) -> None:
+    """Response and a summary that belong together, whatever becomes of the stages after them."""
+    out, results = run.request.out, results_fingerprint(models, outcome)
+    if retire_page(out, results) and "report" not in run.request.wanted:
+        run.reporter.line(f"{out / PAGE}: was about other results, removed; `shroud report` writes it again")
+    unfinished = Outcome(outcome.curves, outcome.models, problems=[*outcome.problems, UNFINISHED])
+    summary = _summary(run, unfinished)
+    outcome.response = write_results(run.store, out, outcome.curves, run.request.scene.swept, summary)
 
 
 def _draw(run: Run, models: Models, outcome: Outcome) -> None:
@@ -123,6 +118,8 @@ def _draw(run: Run, models: Models, outcome: Outcome) -> None:
             with run.log.timed(stage):
                 files = _renders(run, models, outcome) if stage == "render" else _figures(run, outcome)
             outcome.pictures.extend(path.relative_to(run.request.out).as_posix() for path in files)
+        except StorageError:
+            raise
         except Exception as error:  # the numbers stand without the pictures
             outcome.problems.append(f"{stage}: {reason_of(error)}")
 
@@ -148,6 +145,8 @@ def _report(run: Run, models: Models, outcome: Outcome) -> None:
     try:
         with run.log.timed("report"):
             outcome.report = report_stage(run, models, outcome).relative_to(run.request.out).as_posix()
+    except StorageError:
+        raise
     except Exception as error:  # the results stand without the page
         outcome.problems.append(f"report: {reason_of(error)}")
 
@@ -162,6 +161,7 @@ def _summary(run: Run, outcome: Outcome) -> dict[str, Any]:
         "seconds": round(outcome.seconds, 4),
         "stages": run.log.summary(),
         "curves": [curve_summary(curve, out) for curve in outcome.curves],
+        "response": outcome.response,
         "models": outcome.models,
         "pictures": outcome.pictures,
         "report": outcome.report,

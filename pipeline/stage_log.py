@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
+
+from pipeline.clock import now, seconds_since
 
 STAGES = ("mesh", "assemble", "reduce", "respond", "render", "figures", "report")
 
@@ -29,11 +30,11 @@ class StageLog:
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
         """Add the time spent in the block to a stage."""
-        start = time.perf_counter()
+        start = now()
         try:
             yield
         finally:
-            self.seconds[stage] += time.perf_counter() - start
+            self.seconds[stage] += seconds_since(start)
 
     def summary(self) -> dict[str, dict[str, Any]]:
         """As in summary.json: a stage that made anything ran, one that only found its results was reused."""

@@ -10,12 +10,14 @@ import hashlib
 import json
 import os
 import shutil
-import time
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+
+from pipeline.clock import now, seconds_since
+from pipeline.storage_errors import storage_error
 
 MANIFEST = "entry.json"
 
@@ -57,10 +59,10 @@ class Store:
         found = self.find(kind, key)
         if found is not None:
             return found
-        start = time.perf_counter()
+        start = now()
         with self.temporary() as folder:
             build(folder)
-            seconds = time.perf_counter() - start
+            seconds = seconds_since(start)
             manifest = {"files": _listing(folder), "seconds": seconds, "run": self.run}
             (folder / MANIFEST).write_text(json.dumps(manifest, indent=1, sort_keys=True))
             target = self.root / kind / key
@@ -69,30 +71,39 @@ class Store:
 
     @contextmanager
     def temporary(self) -> Iterator[Path]:
-        """A folder on the store's file system that is gone afterwards; named after the process that uses it."""
-        place = self.root / "tmp"
-        place.mkdir(parents=True, exist_ok=True)
-        folder = place / f"{os.getpid()}-{uuid.uuid4().hex}"
-        folder.mkdir()
+        """A folder on the store's file system that is gone afterwards; named after the process that uses it.
+
+        Raises StorageError in place of what the block raises where that came of the disk.
+        """
+        folder = self.root / "tmp" / f"{os.getpid()}-{uuid.uuid4().hex}"
         try:
+            folder.mkdir(parents=True)
             yield folder
+        except Exception as error:
+            if told := storage_error(error, self.root.parent):
+                raise told from error
+            raise
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
     @contextmanager
-    def replacing(self, path: Path) -> Iterator[Path]:
-        """A temporary path to write; it becomes `path` by one rename when the block ends without an exception."""
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with self.temporary() as folder:
-            yield folder / path.name
-            os.replace(folder / path.name, path)
+    def replacing(self, *paths: Path) -> Iterator[list[Path]]:
+        """Temporary paths to write, in one folder; they become `paths` when the block ends without an exception.
 
-    def sweep_up(self, own: bool = False) -> None:
-        """Remove temporary folders of processes that are no more, with `own` also those of this one."""
+        Each by one rename, one right after the other: nothing is replaced before everything has been written.
+        """
+        with self.temporary() as folder:
+            for path in paths:
+                path.parent.mkdir(parents=True, exist_ok=True)
+            yield [folder / path.name for path in paths]
+            for path in paths:
+                os.replace(folder / path.name, path)
+
+    def sweep_up(self, everything: bool = False) -> None:
+        """Remove temporary folders of processes that are no more, or of all, where nobody else works here."""
         place = self.root / "tmp"
         for folder in place.iterdir() if place.is_dir() else ():
-            process = folder.name.partition("-")[0]
-            if (own and process == str(os.getpid())) or not _alive(process):
+            if everything or not _alive(folder.name.partition("-")[0]):
                 shutil.rmtree(folder, ignore_errors=True)
 
     def _install(self, folder: Path, target: Path) -> None:

@@ -11,11 +11,14 @@ class RomParameterError(ValueError):
     """
 
     def __init__(self, table: str, parameter: str, value: object, allowed: str) -> None:
+        super().__init__(table, parameter, value, allowed)  # all of them, so that it passes between processes
         self.table = table
         self.parameter = parameter
         self.value = value
         self.allowed = allowed
-        super().__init__(f"{table}.{parameter} = {value!r}: {allowed}")
+
+    def __str__(self) -> str:
+        return f"{self.table}.{self.parameter} = {self.value!r}: {self.allowed}"
 
 
 class FactorisationError(ArithmeticError):

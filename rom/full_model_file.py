@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geometry import new_hdf5
 from rom.errors import FullModelFileError
 from rom.full_model import FullModel
 
@@ -20,9 +21,7 @@ _ARRAYS = ("positions", "vertex_node", "fixed", "centrifugal")
 
 def save_full_model(path: str | Path, full: FullModel) -> None:
     """Write a full model; exact, the two matrices share their pattern. A partial file is the caller's to avoid."""
-    import h5py
-
-    with h5py.File(path, "w") as file:
+    with new_hdf5(path) as file:
         file.attrs["format"] = _FORMAT
         file.attrs["element"] = full.element
         file.attrs["speed_rpm"] = full.speed_rpm

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geometry import stored_array
+from geometry import new_hdf5, stored_array
 from rom.reduced_model import ReducedModel, ReducedModelError
 
 if TYPE_CHECKING:
@@ -31,9 +31,7 @@ _REQUIRED = {
 
 def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> None:
     """Write `model` to the HDF5 file `path`, one dataset for each array that the model has."""
-    import h5py
-
-    with h5py.File(path, "w") as file:
+    with new_hdf5(path) as file:
         for attribute, name in (_REQUIRED | _OPTIONAL).items():
             array = getattr(model, attribute)
             if array is not None:

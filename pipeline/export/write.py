@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pipeline.errors import InputError, input_error, reason_of
+from pipeline.storage_errors import storage_error
 
 
 def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
@@ -14,7 +15,8 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
 
     .mat : either (`write_matlab`). .uff, .unv : a response (`write_universal`). .vtu : a reduced model with its mesh
     (`write_shapes`). The target is replaced in one step, or left as it is.
-    Raises InputError for files that cannot be read or written, and for what does not go together.
+    Raises InputError for files that cannot be read or written, and for what does not go together, StorageError where
+    there is no room.
     """
     from pipeline.export.matlab import write_matlab
     from pipeline.export.shapes import write_shapes
@@ -35,6 +37,9 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
         said = writers[suffix](beside)
         beside.replace(target)
     except OSError as error:
+        told = storage_error(error, target.parent)
+        if told is not None and told.full:
+            raise told from None
         raise InputError(f"{target}: cannot be written: {error.strerror or reason_of(error)}") from None
     finally:
         _remove(beside)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pipeline.errors import one_line
 from pipeline.render.job import RenderJob
+from pipeline.render.process import end_with_parent
 from pipeline.render.ring import (
     LEFT_COLOUR,
     NEIGHBOUR,
@@ -136,6 +137,7 @@ def _aim_from_tip(plotter: Any, sector: SectorMesh, blades: int) -> None:
 
 
 if __name__ == "__main__":
+    end_with_parent()
     try:
         draw(RenderJob.from_json(sys.argv[1]))
     except Exception as error:  # the caller shows the last line to its user

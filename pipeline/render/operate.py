@@ -12,6 +12,7 @@ from pipeline.errors import one_line
 from pipeline.labels import prefixed
 from pipeline.operating import OperatingShape, operating_shape
 from pipeline.render.job import OperatingJob
+from pipeline.render.process import end_with_parent
 from pipeline.render.ring import (
     NEIGHBOUR,
     NEIGHBOUR_EDGES,
@@ -127,6 +128,7 @@ def _rounded(number: float) -> str:
 
 
 if __name__ == "__main__":
+    end_with_parent()
     try:
         draw(OperatingJob.from_json(sys.argv[1]))
     except Exception as error:  # the caller shows the last line to its user

@@ -10,6 +10,7 @@ from typing import Any
 from pipeline.fingerprint import file_fingerprint, fingerprint, source_fingerprint
 from pipeline.model_stage import Models
 from pipeline.models import BuiltModel
+from pipeline.published_page import results_fingerprint
 from pipeline.request import Outcome, Run
 from pipeline.respond import Solved
 from pipeline.scene import Scene
@@ -29,7 +30,8 @@ class ReportSource:
 
     models: by index of the member; model_rows: `models` of summary.json; pictures: files in `out`; measured: what
     `shroud verify` has found, empty where it has not been run; costs: stage -> seconds that making its results took,
-    in this run or an earlier one; results: stage -> how many.
+    in this run or an earlier one; results: stage -> how many; results_key: by which a later run knows
+    whether the page is still about them.
     """
 
     out: Path
@@ -44,6 +46,7 @@ class ReportSource:
     costs: Mapping[str, float]
     results: Mapping[str, int]
     problems: Sequence[str]
+    results_key: str
 
     @property
     def first(self) -> Scene:
@@ -75,6 +78,7 @@ class ReportSource:
                 "measured": [[case.label, repr(errors)] for case, errors in self.measured],
                 "costs": dict(self.costs),
                 "problems": list(self.problems),
+                "results": self.results_key,
                 "code": source_fingerprint([*_SOURCES, *templates], _LIBRARIES),
             }
         )
@@ -100,6 +104,7 @@ def report_source(run: Run, models: Models, outcome: Outcome) -> ReportSource:
         costs={stage: round(seconds, 2) for stage, seconds in costs.items() if counts[stage]},
         results=counts,
         problems=outcome.problems,
+        results_key=results_fingerprint(models, outcome),
     )
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from pipeline.model_stage import Models
+from pipeline.published_page import PAGE
 from pipeline.publishing import publish
 from pipeline.report.source import ReportSource, report_source
 from pipeline.request import Outcome, Run
-
-PAGE = "report.html"
 
 
 def report_stage(run: Run, models: Models, outcome: Outcome) -> Path:

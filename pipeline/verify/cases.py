@@ -19,6 +19,7 @@ from pipeline.operation import operation_values
 from pipeline.request import Run
 from pipeline.scene import Scene
 from pipeline.scene_file import Member
+from pipeline.storage_errors import StorageError
 from pipeline.verify.compare import BladeFiles, BladeReference, blade_reference, model_errors, needed_modes
 from pipeline.verify.model_errors import ModelErrors
 
@@ -126,7 +127,7 @@ class Measuring:
             try:
                 with self.run.reporter.working(verb):
                     entry = self.run.store.get(KIND, key, build)
-            except StageError:
+            except (StageError, StorageError):
                 raise
             except Exception as error:  # one case may fail while the others go on
                 raise StageError(KIND, error) from error

@@ -13,12 +13,12 @@ from pipeline.keys import Versions
 from pipeline.model_stage import blade_models
 from pipeline.progress import Reporter
 from pipeline.request import Outcome, Request, Run
-from pipeline.run import open_store
 from pipeline.scene_file import SceneFile
 from pipeline.stage_log import StageLog
 from pipeline.verify.advice import advice, within
 from pipeline.verify.cases import Case, Measuring, distinct_cases
 from pipeline.verify.model_errors import ModelErrors
+from pipeline.working_store import working_store
 
 Measured = tuple[Case, ModelErrors]
 
@@ -59,17 +59,13 @@ def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, rep
         raise input_error(file.path, "blade", "missing", allowed)
     check_scene(file)
     request = Request(file, out, "reduce", force)
-    store = open_store(request)
-    try:
+    with working_store(out, force, reporter) as store:
         run, outcome = Run(request, store, StageLog(), reporter, Versions.current()), Outcome()
         models = blade_models(run, outcome)
         verification = Verification(problems=outcome.problems)
         measuring = Measuring(run)
         _measure(measuring, distinct_cases(run, models), verification)
         _advise(measuring, tolerance, verification)
-    except KeyboardInterrupt:
-        store.sweep_up(own=True)
-        raise
     return verification
 
 

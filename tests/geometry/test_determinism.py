@@ -1,6 +1,7 @@
 """The same parameters give the same mesh, bit for bit, whatever happened before; and gmsh leaves no trace."""
 
 import hashlib
+import signal
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -63,6 +64,28 @@ def test_repeats_in_other_processes():
         run = subprocess.run(command, env={"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True)
         assert run.stdout.split() == expected
         assert run.stderr == ""
+
+
+def test_signals_are_left_as_they_were():
+    """gmsh resets SIGTERM, SIGHUP and SIGPIPE to what ends the process, which Python does not see."""
+
+    def caught() -> list[str]:
+        return [
+            line for line in open("/proc/self/status").read().splitlines() if line.startswith(("SigIgn", "SigCgt"))
+        ]
+
+    before = {number: signal.signal(number, lambda *_: None) for number in (signal.SIGTERM, signal.SIGHUP)}
+    try:
+        build_sector(*CASES["figure"])  # loads gmsh, whose libraries may use a signal of their own
+        expected = caught()
+        build_sector(*CASES["figure"])
+        assert caught() == expected
+        mask = int(expected[1].split()[1], 16)
+        assert all(mask >> (number - 1) & 1 for number in before)
+        assert int(expected[0].split()[1], 16) >> (signal.SIGPIPE - 1) & 1
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def test_works_in_a_thread():

@@ -1,12 +1,14 @@
 """A sector written to a file and read back is the same sector, and a file that is none is refused."""
 
+import signal
 from dataclasses import replace
 
+import h5py
 import numpy as np
 import pytest
 from geometry_support import FIGURE, SLENDER, figure_shroud, sector, slender_shroud, volume
 
-from geometry import SectorFileError, export_sector, import_sector, load_sector, save_sector
+from geometry import SectorFileError, export_sector, import_sector, load_sector, new_hdf5, save_sector
 
 WRITE_READ = {
     ".h5": (save_sector, load_sector),
@@ -147,3 +149,26 @@ def test_unknown_suffix_is_refused(tmp_path):
     with pytest.raises(SectorFileError, match=r"\.msh, \.vtu"):
         import_sector(tmp_path / "sector")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_signal_waits_until_an_hdf5_file_is_whole(tmp_path):
+    """HDF5 calls Python back for every write: an exception there would be lost, or tear the file."""
+
+    def stop(number, frame):
+        raise InterruptedError(number)
+
+    def write():
+        with new_hdf5(tmp_path / "x.h5") as file:
+            file["a"] = np.arange(10)
+            signal.raise_signal(signal.SIGTERM)
+            file["b"] = np.arange(20)
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        with pytest.raises(InterruptedError):
+            write()
+        assert signal.getsignal(signal.SIGTERM) is stop
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    with h5py.File(tmp_path / "x.h5", "r") as file:
+        assert [len(file[name]) for name in ("a", "b")] == [10, 20]

@@ -1,7 +1,7 @@
 """Figures and renders: drawn from the right numbers, not empty, and without a display."""
 
 import struct
-import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
-import pipeline.render.process
 from pipeline.figures.response import stretches
 from pipeline.labels import prefixed, value_label
 from pipeline.render.draw import at_largest
@@ -97,10 +96,10 @@ def test_modes_are_rendered_once(copied: Path) -> None:
 
 
 def test_a_crash_of_the_renderer_is_reported_with_its_remedy(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def crash(*_: Any, **__: Any) -> subprocess.CompletedProcess[str]:
-        return subprocess.CompletedProcess([], -11, "", "")
-
-    monkeypatch.setattr(pipeline.render.process.subprocess, "run", crash)
+    crashing = copied.parent / "python"
+    crashing.write_text("#!/bin/sh\nkill -SEGV $$\n")
+    crashing.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(crashing))
     scene = write_scene(copied.parent / "s.toml", small_scene(render={"modes": [1]}, contact__interference=1e-5))
     status, _, error = shroud("run", scene, "--out", copied, "--quiet")
     assert status == 1

@@ -56,11 +56,11 @@ def test_sizes_are_compared_always_and_content_on_demand(tmp_path: Path) -> None
 
 def test_replacing_is_all_or_nothing(tmp_path: Path) -> None:
     store, target = Store(tmp_path / "store"), tmp_path / "result.txt"
-    with store.replacing(target) as path:
+    with store.replacing(target) as (path,):
         path.write_text("old")
 
     def half() -> None:
-        with store.replacing(target) as path:
+        with store.replacing(target) as (path,):
             path.write_text("half")
             raise RuntimeError
 

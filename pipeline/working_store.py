@@ -1,0 +1,72 @@
+"""The store of an output folder, ready to work in: it can be written, nobody else is at it, nothing dead is left."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from pipeline.errors import InputError, input_error, reason_of
+from pipeline.lock import locked
+from pipeline.progress import Reporter
+from pipeline.storage_errors import StorageError
+from pipeline.store import Store
+
+LOCK = "lock"
+_FILES = ("response.h5", "response.csv", "summary.json", "report.html")
+_FOLDERS = ("figures", "renders")
+_PROBE = bytes(8192)  # a full disk may still have room for a name
+
+
+@contextmanager
+def working_store(out: Path, force: bool, reporter: Reporter) -> Iterator[Store]:
+    """The store of the output folder `out` for one run alone; a run that comes second waits for the first.
+
+    Raises
+    ------
+    InputError : the folder cannot be written, or something is in the way in it.
+    StorageError : there is no room.
+    """
+    store = Store(out / "store", force=force)
+    with ExitStack() as stack:
+        try:
+            alone = stack.enter_context(locked(store.root / LOCK, lambda holder: _say_waiting(reporter, out, holder)))
+            with store.temporary() as folder:
+                (folder / "probe").write_bytes(_PROBE)
+        except StorageError as error:
+            if error.full:
+                raise
+            raise _unusable(out, reason_of(error.__cause__ or error)) from None
+        except OSError as error:
+            raise _unusable(out, error.strerror or reason_of(error)) from None
+        _check_names(out)
+        store.sweep_up(everything=alone)
+        try:
+            yield store
+        except BaseException:
+            store.sweep_up(everything=alone)  # of workers that were ended, and where Ctrl-C came amid a clean-up
+            raise
+
+
+def _check_names(out: Path) -> None:
+    """Refuse before long work what would fail after it."""
+    if not os.access(out, os.W_OK | os.X_OK):
+        raise _unusable(out, "Permission denied")
+    for name in _FILES:
+        if (out / name).is_dir():
+            raise input_error("--out", str(out / name), "is a folder", "a file, or nothing, of this name")
+    for name in _FOLDERS:
+        if (out / name).exists() and not (out / name).is_dir():
+            raise input_error("--out", str(out / name), "is a file", "a folder, or nothing, of this name")
+
+
+def _unusable(out: Path, reason: str) -> InputError:
+    if out.is_symlink() and not out.exists():
+        reason = f"a symbolic link to {os.readlink(out)}, which is not there"
+    return input_error("--out", str(out), f"cannot be written: {reason}", "a folder that can be written")
+
+
+def _say_waiting(reporter: Reporter, out: Path, holder: str) -> None:
+    process = f" (process {holder})" if holder.isdigit() else ""
+    reporter.line(f"{out}: another run{process} is at work there; waiting for its end")

@@ -1,0 +1,68 @@
+"""What the tests of faults share: limits on files, whole stores, processes that are really gone."""
+
+import os
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from pipeline.store import MANIFEST, Store
+
+PATIENCE = 60.0  # seconds after which something that is waited for is taken not to come
+
+
+@contextmanager
+def largest_file(size: int) -> Iterator[None]:
+    """No file gets larger than `size` bytes, here and in processes started here: writes fail as on a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def entries(out: Path, kind: str) -> list[Path]:
+    """Entries of one kind in the store."""
+    folder = out / "store" / kind
+    return sorted(folder.iterdir()) if folder.is_dir() else []
+
+
+def broken_entries(out: Path) -> list[Path]:
+    """What in the store is neither a whole entry nor absent."""
+    kinds = [path for path in (out / "store").iterdir() if path.is_dir() and path.name != "tmp"]
+    store = Store(out / "store")
+    found = [entry for kind in kinds for entry in kind.iterdir() if store.find(kind.name, entry.name) is None]
+    return found + [entry for kind in kinds for entry in kind.iterdir() if not (entry / MANIFEST).is_file()]
+
+
+def wait_until(condition: Callable[[], object], what: str) -> None:
+    """Look until the condition holds; fails when it never does."""
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, f"waited in vain for {what}"
+        time.sleep(0.005)
+
+
+def start(*arguments: object, mark: str = "", **options: object) -> subprocess.Popen[str]:
+    """A command line in a process and a session of its own; `mark` is handed on to all that it starts."""
+    command = [sys.executable, "-m", "pipeline", *(str(a) for a in arguments)]
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "SHROUD_TEST_MARK": mark}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen(command, env=environment, start_new_session=True, **(pipes | options))
+
+
+def alive(mark: str) -> list[int]:
+    """Processes that were handed the mark and still run."""
+    found = []
+    for folder in Path("/proc").iterdir():
+        try:
+            if folder.name.isdigit() and f"SHROUD_TEST_MARK={mark}\0".encode() in (folder / "environ").read_bytes():
+                running = (folder / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
+                found += [int(folder.name)] if running else []
+        except OSError:
+            continue
+    return found

@@ -1,0 +1,135 @@
+"""Runs that are killed, stopped or left by their terminal: nothing stays behind, and the same command goes on."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from faults_support import alive, broken_entries, entries, start, wait_until
+from pipeline_support import shroud, small_scene, summary_of, write_scene
+
+import pipeline.models
+
+FRICTIONS = [0.1 + 0.01 * i for i in range(30)]
+
+
+def numbers(out: Path) -> list[dict[str, object]]:
+    """Curves and models of summary.json without times, and without where the model was found."""
+    summary = summary_of(out)
+    without = ("seconds", "rom")
+    return [{k: v for k, v in item.items() if k not in without} for item in summary["curves"] + summary["models"]]
+
+
+def test_killed_again_and_again(finished: Path, tmp_path: Path) -> None:
+    changes = {"render": {"modes": [1]}, "sweep": {"contact.interference": [1e-5, 1e-3]}}
+    scene, out = write_scene(tmp_path / "s.toml", small_scene(**changes)), tmp_path / "out"
+    chance, kills = random.Random(20261121), 0
+    for number in range(5):
+        mark = f"{tmp_path.name}-{number}"
+        process = start("report", scene, "--out", out, "--jobs", "2", "--quiet", mark=mark)
+        try:
+            process.communicate(timeout=chance.uniform(0.6, 2.6))
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+        kills += process.returncode == -signal.SIGKILL
+        wait_until(lambda mark=mark: not alive(mark), "the end of what a killed run had started")
+        assert not out.exists() or broken_entries(out) == []
+    assert kills >= 2
+    status, said, error = shroud("report", scene, "--out", out, "--jobs", "2", "--quiet")
+    assert (status, said, error) == (0, "", "")
+    assert (out / "response.csv").read_bytes() == (finished / "response.csv").read_bytes()
+    assert numbers(out) == numbers(finished)
+    assert entries(out, "tmp") == []
+    assert (out / "report.html").is_file()
+    assert (out / "renders" / "mode_1.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("number", "jobs", "word"),
+    [(signal.SIGINT, 2, "interrupted"), (signal.SIGTERM, 1, "terminated"), (signal.SIGHUP, 2, "hung up")],
+)
+def test_stopped_from_outside(copied: Path, number: signal.Signals, jobs: int, word: str) -> None:
+    scene = write_scene(copied.parent / "s.toml", small_scene(sweep={"contact.friction": FRICTIONS}))
+    before, mark = len(entries(copied, "curve")), f"{copied.parent.name}"
+    arguments = ["run", scene, "--out", copied, "--until", "respond", "--quiet", "--jobs", jobs]
+    process = start(*arguments, mark=mark)
+    wait_until(lambda: len(entries(copied, "curve")) > before + 1, "the first curves")
+    os.killpg(process.pid, number)  # as a terminal does it: the workers get it too
+    said, error = process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    assert (said, error) == ("", f"shroud: {word}; what is done is kept, the same command goes on from there\n")
+    wait_until(lambda: not alive(mark), "the end of the workers")
+    assert entries(copied, "tmp") == []
+    assert broken_entries(copied) == []
+    assert len(entries(copied, "curve")) < before + len(FRICTIONS)
+
+
+def test_sighup_stays_ignored_under_nohup(finished: Path, tmp_path: Path) -> None:
+    program = (
+        "import signal, sys\n"
+        "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
+        "from pipeline.interruption import handling_interrupts\n"
+        "with handling_interrupts():\n"
+        "    signal.raise_signal(signal.SIGHUP); print('goes on')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "goes on\n"
+
+
+def test_a_drawing_process_ends_with_its_parent(tmp_path: Path) -> None:
+    (tmp_path / "endless.py").write_text(
+        "import sys, threading, pathlib\n"
+        "from pipeline.render.process import end_with_parent\n"
+        "end_with_parent()\n"
+        "pathlib.Path(sys.argv[1]).write_text('drawing')\n"
+        "threading.Event().wait()\n"
+    )
+    started = tmp_path / "started"
+    program = f"from pipeline.render.process import draw_apart; draw_apart('endless', {str(started)!r}, [])"
+    environment = {**os.environ, "PYTHONPATH": f"{tmp_path}:{Path.cwd()}", "SHROUD_TEST_MARK": tmp_path.name}
+    process = subprocess.Popen([sys.executable, "-c", program], env=environment)
+    wait_until(started.exists, "the drawing process")
+    assert len(alive(tmp_path.name)) == 2
+    process.kill()
+    process.wait()
+    wait_until(lambda: not alive(tmp_path.name), "the end of the drawing process")
+
+
+def test_a_large_reduction_is_the_same_in_a_process_of_its_own(
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pipeline.models, "LARGE", 0)
+    scene, out = write_scene(tmp_path / "s.toml", small_scene()), tmp_path / "out"
+    assert shroud("run", scene, "--out", out, "--until", "reduce", "--quiet") == (0, "", "")
+    (made,), (expected,) = entries(out, "reduce"), entries(finished, "reduce")
+    assert made.name == expected.name
+    assert (made / "rom.h5").read_bytes() == (expected / "rom.h5").read_bytes()
+
+    monkeypatch.setattr(pipeline.models, "make_reduced_model", died)
+    status, _, error = shroud("run", scene, "--out", tmp_path / "b", "--until", "reduce", "--quiet")
+    assert (status, error) == (1, "reduce: its process died (out of memory?)\n")
+
+
+def died(*_: object, **__: object) -> None:
+    """Ends a process as the kernel does that runs out of memory."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_an_unfinished_summary_says_so(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a run that dies while it draws leaves: new numbers that belong together, and the truth about them."""
+    scene = write_scene(copied.parent / "s.toml", small_scene(contact__friction=0.31))
+
+    def stop(*_: object) -> None:
+        signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr("pipeline.run._draw", stop)
+    assert shroud("run", scene, "--out", copied, "--quiet")[0] == 128 + signal.SIGTERM
+    summary = json.loads((copied / "summary.json").read_text())
+    assert summary["complete"] is False
+    assert summary["problems"] == ["the run has not come to its end; the same command goes on from there"]
+    assert [curve["complete"] for curve in summary["curves"]] == [True]

@@ -1,0 +1,126 @@
+"""Two runs at once on one output folder: one after the other, and never a mixture."""
+
+import csv
+import errno
+import hashlib
+import os
+import signal
+import threading
+from pathlib import Path
+
+import pytest
+from faults_support import PATIENCE, broken_entries, entries, start, wait_until
+from pipeline_support import ground_scene, shroud, summary_of, write_ground_model, write_scene
+
+from pipeline.lock import locked
+
+
+def belong_together(out: Path) -> bool:
+    """Whether summary.json and the response files are of one run."""
+    hashes = {name: hashlib.sha256((out / name).read_bytes()).hexdigest() for name in summary_of(out)["response"]}
+    return set(hashes) == {"response.csv", "response.h5"} and summary_of(out)["response"] == hashes
+
+
+def test_two_scenes_of_one_name(tmp_path: Path) -> None:
+    rom, out = write_ground_model(tmp_path / "g.h5"), tmp_path / "out"
+    values = {"a": [0.31, 0.32, 0.33], "b": [0.41, 0.42]}
+    scenes = {
+        name: write_scene(tmp_path / f"{name}.toml", ground_scene() | {"sweep": {"contact.friction": frictions}})
+        for name, frictions in values.items()
+    }
+    runs = [start("respond", scenes[name], "--rom", rom, "--out", out, "--quiet") for name in ("a", "b", "a", "b")]
+    for run in runs:
+        assert run.communicate(timeout=PATIENCE) == ("", "")
+        assert run.returncode == 0
+    assert belong_together(out)
+    frictions = [curve["parameters"]["contact.friction"] for curve in summary_of(out)["curves"]]
+    assert frictions in values.values()
+    with (out / "response.csv").open() as file:
+        assert sorted({float(row["contact.friction"]) for row in csv.DictReader(file)}) == frictions
+    assert len(entries(out, "curve")) == 5
+    assert broken_entries(out) == []
+    assert entries(out, "tmp") == []
+
+
+def test_the_second_says_that_it_waits_and_can_be_stopped(tmp_path: Path) -> None:
+    scene, rom = write_scene(tmp_path / "s.toml", ground_scene()), write_ground_model(tmp_path / "g.h5")
+    out, waiting = tmp_path / "out", []
+    with locked(out / "store" / "lock", waiting.append):
+        run = start("respond", scene, "--rom", rom, "--out", out)
+        assert run.stderr is not None
+        said = run.stderr.readline()
+        assert said == f"{out}: another run (process {os.getpid()}) is at work there; waiting for its end\n"
+        run.send_signal(signal.SIGINT)
+        assert run.wait(PATIENCE) == 130
+        other = start("respond", scene, "--rom", rom, "--out", out)
+        assert other.stderr is not None
+        assert "waiting for its end" in other.stderr.readline()
+        assert not (out / "summary.json").exists()
+    other.communicate(timeout=PATIENCE)
+    assert other.returncode == 0
+    assert belong_together(out)
+    assert waiting == []
+
+
+@pytest.mark.parametrize("number", ["99999999", str(os.getpid()), "1", "", "not a number"])
+def test_a_lock_that_nobody_holds_blocks_nobody(tmp_path: Path, number: str) -> None:
+    """Its text, even the number of a process that lives, is only for people."""
+    scene, rom = write_scene(tmp_path / "s.toml", ground_scene()), write_ground_model(tmp_path / "g.h5")
+    lock = tmp_path / "out" / "store" / "lock"
+    lock.parent.mkdir(parents=True)
+    lock.write_text(number)
+    leftover = tmp_path / "out" / "store" / "tmp" / f"{number or os.getpid()}-x"
+    leftover.mkdir(parents=True)
+    status, _, error = shroud("respond", scene, "--rom", rom, "--out", tmp_path / "out", "--quiet")
+    assert (status, error) == (0, "")
+    assert not leftover.exists()
+
+
+def test_a_lock_ends_with_its_process(tmp_path: Path) -> None:
+    program_end, path = threading.Event(), tmp_path / "lock"
+    child = os.fork()
+    if child == 0:
+        with locked(path, lambda _: None):
+            (tmp_path / "held").touch()
+            program_end.wait()
+    try:
+        wait_until((tmp_path / "held").exists, "the lock of the other process")
+        told: list[str] = []
+
+        def told_of(holder: str) -> None:
+            told.append(holder)
+            os.kill(child, signal.SIGKILL)
+
+        with locked(path, told_of) as held:
+            assert held
+        assert told == [str(child)]
+    finally:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+
+
+def test_without_locks_work_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: object) -> None:
+        raise OSError(errno.ENOLCK, "no locks available")
+
+    monkeypatch.setattr("pipeline.lock.fcntl.flock", none)
+    with locked(tmp_path / "lock", lambda _: None) as held:
+        assert not held
+    mine, dead = (tmp_path / "out" / "store" / "tmp" / f"{number}-x" for number in (os.getpid(), 99999999))
+    for folder in (mine, dead):
+        folder.mkdir(parents=True)
+    scene, rom = write_scene(tmp_path / "s.toml", ground_scene()), write_ground_model(tmp_path / "g.h5")
+    assert shroud("respond", scene, "--rom", rom, "--out", tmp_path / "out", "--quiet") == (0, "", "")
+    assert (mine.exists(), dead.exists()) == (True, False)  # what is not known to be dead is somebody's
+
+
+def test_a_store_deleted_under_a_waiting_run_is_no_obstacle(tmp_path: Path) -> None:
+    path = tmp_path / "store" / "lock"
+
+    def gone(_: str) -> None:
+        path.unlink()
+        path.parent.rmdir()
+
+    with locked(path, lambda _: None), locked(path, gone) as held:
+        assert held
+        assert path.is_file()
