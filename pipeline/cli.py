@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -146,9 +147,11 @@ def validate(scene: SceneArgument) -> None:
     """Check a scene and run nothing."""
     from pipeline.checks import check_scene
     from pipeline.scene_file import read_scene
+    from pipeline.slips import slips
 
     file = read_scene(scene)
     check_scene(file)
+    _warn(slips(file))
     curves = f"{len(file.members)} curve{'s' if len(file.members) > 1 else ''}"
     print(f"{scene}: valid, {curves}" + (f" over {', '.join(file.swept)}" if file.swept else ""))
     if file.accuracy is not None:
@@ -188,6 +191,8 @@ def command(arguments: list[str]) -> int:
 
     from pipeline.errors import InputError, one_line, reason_of
 
+    if not sys.warnoptions:  # what libraries remark is for those who ask for it by python -W
+        warnings.simplefilter("ignore")
     try:
         status = app(args=arguments or ["--help"], prog_name="shroud", standalone_mode=False)
         status = int(status) if isinstance(status, int) else COMPUTED
@@ -230,6 +235,11 @@ def _finish(request: Request, quiet: bool) -> None:
     raise typer.Exit(COMPUTED if outcome.complete else NOT_REACHED)
 
 
+def _warn(lines: list[str]) -> None:
+    for line in lines:
+        print(f"warning: {line}", file=sys.stderr)
+
+
 def _print_errors(found: Verification, as_json: bool) -> None:
     import json
 
@@ -257,6 +267,7 @@ def _print_errors(found: Verification, as_json: bool) -> None:
 def _tell(request: Request, outcome: Outcome) -> None:
     from rich.console import Console
 
+    from pipeline.slips import range_remark
     from pipeline.tables import curve_table, harmonics_warning, mode_notes, motion_notes
 
     if outcome.curves:
@@ -268,5 +279,7 @@ def _tell(request: Request, outcome: Outcome) -> None:
         print(request.scene.accuracy.text())
     if warning := harmonics_warning(outcome):
         print(warning, file=sys.stderr)
+    if remark := range_remark(outcome, request.scene.first):
+        _warn([remark])
     page = f", {outcome.report}" if outcome.report else ""
     print(f"{outcome.seconds:.2f} s, results in {request.out}{page}")

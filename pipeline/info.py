@@ -24,18 +24,18 @@ def describe(path: Path) -> list[str]:
     ------
     InputError : the file cannot be read or is neither.
     """
-    import h5py
+    from geometry import UNREADABLE, opened, why_unreadable
 
     if not path.is_file():
         raise input_error(path, "", "no such file", _ALLOWED)
     try:
-        with h5py.File(path, "r") as file:
+        with opened(path) as file:
             if "curve" in file:
                 return [f"{path}: response, {len(file['curve'])} curves", *_curves(file["curve"])]
             if "mass" not in file:
                 raise input_error(path, "", f"holds {', '.join(list(file)[:8]) or 'nothing'}", _ALLOWED)
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
-        raise input_error(path, "", f"cannot be read: {reason_of(error)}", _ALLOWED) from None
+    except UNREADABLE as error:
+        raise input_error(path, "", f"cannot be read: {why_unreadable(error)}", _ALLOWED) from None
     return _reduced_model(path)
 
 
@@ -61,10 +61,13 @@ def _reduced_model(path: Path) -> list[str]:
 
     try:
         model = read_reduced_model(path)
-        free = natural_frequencies(model, 0.0, count=min(10, model.size))
     except ReducedModelError as error:
         raise InputError(reason_of(error)) from None
-    return [
+    try:
+        free = natural_frequencies(model, 0.0, count=min(10, model.size))
+    except ReducedModelError as error:
+        raise InputError(f"{path}: {reason_of(error)}") from None
+    lines = [
         f"{path}: reduced model by {model.producer}, {model.size} coordinates",
         f"ring: {'single structure' if model.n_blades is None else f'{model.n_blades} blades'}",
         f"contact: {model.n_contacts} nodes {'against ground' if model.contact_left is None else 'a face'}",
@@ -72,6 +75,7 @@ def _reduced_model(path: Path) -> list[str]:
         f"optional: {', '.join(_optional(model)) or 'none'}",
         f"free natural frequencies [Hz]: {', '.join(f'{hz:.6g}' for hz in free)}",
     ]
+    return [one_line(line) for line in lines]
 
 
 def _optional(model: ReducedModel) -> list[str]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import sys
+import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pipeline.curve import CURVE, CurveFacts, CurveTask, Progress, read_facts, solve_curve
 from pipeline.errors import reason_of
@@ -157,4 +160,5 @@ def _pool(jobs: int) -> ProcessPoolExecutor:
 
     for name in _THREAD_VARIABLES:
         os.environ[name] = "1"
-    return ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"))
+    quiet: dict[str, Any] = {} if sys.warnoptions else {"initializer": warnings.simplefilter, "initargs": ("ignore",)}
+    return ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"), **quiet)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from pipeline.outputs import curve_summary, write_response, write_summary
 from pipeline.progress import Reporter
 from pipeline.request import Outcome, Request, Run
 from pipeline.respond import CurveSolver, Solved, Wanted
+from pipeline.slips import slips
 from pipeline.stage_log import StageLog
 from pipeline.store import Store
 
@@ -31,12 +33,26 @@ def execute(request: Request, reporter: Reporter) -> Outcome:
     """
     start = time.perf_counter()
     given = _check(request)
+    for line in slips(request.scene):
+        reporter.line(f"warning: {line}")
+    was_there = request.out.exists()
     store = open_store(request)
     try:
         return _execute(Run(request, store, StageLog(), reporter, Versions.current()), given, start)
     except KeyboardInterrupt:
         store.sweep_up(own=True)  # the interrupt may have come before or amid a clean-up
         raise
+    except InputError:
+        if not was_there:
+            _remove_where_empty(store.root / "tmp", store.root, request.out)
+        raise
+
+
+def _remove_where_empty(*folders: Path) -> None:
+    """Remove folders, inner ones first, as far as nothing is in them."""
+    for folder in folders:
+        with suppress(OSError):
+            folder.rmdir()
 
 
 def _execute(run: Run, given: ReducedModel | None, start: float) -> Outcome:

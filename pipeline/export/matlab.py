@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.errors import InputError, reason_of
+from pipeline.errors import InputError, input_error, reason_of, shown
 from pipeline.export.source import Kind, curves, kind_of
+
+LONGEST_NAME = 63
 
 
 def write_matlab(source: Path, target: Path) -> str:
@@ -30,6 +32,10 @@ def write_matlab(source: Path, target: Path) -> str:
         return f"{len(found)} curve{'s' if len(found) != 1 else ''}, in the cell array curve"
     model = _model(source)
     named = {field.name: getattr(model, field.name) for field in fields(model)}
+    for name in model.outputs:
+        if not (name.isascii() and name.isidentifier() and name[0] != "_" and len(name) <= LONGEST_NAME):
+            allowed = f"letters, digits and _, a letter first, {LONGEST_NAME} at most, as MATLAB has them"
+            raise input_error(source, "output", shown(name), allowed)
     content = {name: value for name, value in named.items() if value is not None}
     savemat(target, content, oned_as="column", long_field_names=True)
     return f"a reduced model of {model.size} coordinates"

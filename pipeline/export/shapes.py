@@ -29,10 +29,13 @@ def write_shapes(source: Path, sector_file: Path | None, target: Path, count: in
     try:
         read = load_sector if sector_file.suffix == ".h5" else import_sector
         model, sector = read_reduced_model(source), read(sector_file)
-        count = min(count, model.size)
-        frequency, shapes = mode_shapes(model, 0.0, normal=0.0, tangential=0.0, count=count)
     except (ReducedModelError, SectorFileError) as error:
         raise InputError(reason_of(error)) from None
+    try:
+        count = min(count, model.size)
+        frequency, shapes = mode_shapes(model, 0.0, normal=0.0, tangential=0.0, count=count)
+    except ReducedModelError as error:
+        raise InputError(f"{source}: {reason_of(error)}") from None
     points = len(sector.points)
     if shapes.shape[1] < points:
         raise input_error(sector_file, "", f"{points} points", f"the mesh of the model, {shapes.shape[1]} nodes")
