@@ -28,11 +28,13 @@ def check_scene(file: SceneFile) -> None:
     _check_pictured_curves(file)
     fitting: set[object] = set()  # shapes that were looked at: a sweep has few
     for member in file.members:
-        scene = member.scene
         for section in BLADE_SECTIONS:
-            if getattr(scene, section) is None:
+            if getattr(member.scene, section) is None:
                 allowed = f"a table [{section}] (only `shroud respond --rom` does without)"
                 raise input_error(file.path, section, "missing", allowed)
+    check_sweep(file)
+    for member in file.members:
+        scene = member.scene
         _check_keys(file.path, member)
         shape = scene.blade, scene.shroud, scene.mesh
         if shape not in fitting:
@@ -44,7 +46,6 @@ def check_scene(file: SceneFile) -> None:
         check_node_lists(file.path, member, n_contacts)
         check_modes(file.path, member, n_contacts)
         check_balance(file.path, member, n_contacts)
-    check_sweep(file)
 
 
 def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> None:

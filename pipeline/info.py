@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from pipeline.curve import CurveFacts, read_facts
 from pipeline.errors import InputError, input_error, one_line, reason_of
+from pipeline.rehearsal import read_model, rehearsed
 
 if TYPE_CHECKING:
     import h5py
@@ -24,6 +25,12 @@ def describe(path: Path) -> list[str]:
     ------
     InputError : the file cannot be read or is neither.
     """
+    found = rehearsed(path, _ALLOWED, lambda: _read(path))
+    return found if isinstance(found, list) else _reduced_model(path, found)
+
+
+def _read(path: Path) -> list[str] | ReducedModel:
+    """What is to be said of a response, or the reduced model."""
     from geometry import UNREADABLE, opened, why_unreadable
 
     if not path.is_file():
@@ -36,7 +43,7 @@ def describe(path: Path) -> list[str]:
                 raise input_error(path, "", f"holds {', '.join(list(file)[:8]) or 'nothing'}", _ALLOWED)
     except UNREADABLE as error:
         raise input_error(path, "", f"cannot be read: {why_unreadable(error)}", _ALLOWED) from None
-    return _reduced_model(path)
+    return read_model(path)
 
 
 def _curves(group: h5py.Group) -> Iterator[str]:
@@ -56,13 +63,9 @@ def _outcome(facts: CurveFacts) -> str:
     )
 
 
-def _reduced_model(path: Path) -> list[str]:
-    from rom import ReducedModelError, natural_frequencies, read_reduced_model
+def _reduced_model(path: Path, model: ReducedModel) -> list[str]:
+    from rom import ReducedModelError, natural_frequencies
 
-    try:
-        model = read_reduced_model(path)
-    except ReducedModelError as error:
-        raise InputError(reason_of(error)) from None
     try:
         free = natural_frequencies(model, 0.0, count=min(10, model.size))
     except ReducedModelError as error:

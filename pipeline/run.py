@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from pipeline.keys import Versions, curve_key
 from pipeline.model_stage import Models, blade_models, given_models, summarise_models
 from pipeline.outputs import curve_summary, write_response, write_summary
 from pipeline.progress import Reporter
+from pipeline.rehearsal import rehearsed
 from pipeline.request import Outcome, Request, Run
 from pipeline.respond import CurveSolver, Solved, Wanted
 from pipeline.slips import slips
@@ -76,7 +78,7 @@ def _check(request: Request) -> ReducedModel | None:
     from rom import ReducedModelError, read_reduced_model
 
     try:
-        model = read_reduced_model(request.rom)
+        model = rehearsed(request.rom, "an HDF5 file with a reduced model", partial(read_reduced_model, request.rom))
     except ReducedModelError as error:
         raise InputError(reason_of(error)) from None
     check_scene_for_model(request.scene, model.n_contacts, model.contact_area is not None)

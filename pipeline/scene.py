@@ -19,6 +19,7 @@ def _key(meaning: str, allowed: str, default: Any = ..., **constraints: Any) -> 
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Whole = Annotated[int, Field(strict=True)]
+Truth = Annotated[bool, Field(strict=True)]
 # The bounds only keep squares and products of mistyped numbers from over- and underflowing.
 Positive = Annotated[Number, Field(ge=1e-12, le=1e15)]
 NotNegative = Annotated[Number, Field(ge=0.0, le=1e15)]
@@ -220,8 +221,8 @@ class Response(Section):
     stability: Literal["floquet", "folds"] = _key(
         "Floquet exponents of every point, or only the unstable part between folds", '"floquet" or "folds"', "floquet"
     )
-    detached: bool = _key("whether detached branches are looked for", "true or false", True)
-    truncation: bool = _key("whether the error of the harmonics left out is estimated", "true or false", True)
+    detached: Truth = _key("whether detached branches are looked for", "true or false", True)
+    truncation: Truth = _key("whether the error of the harmonics left out is estimated", "true or false", True)
 
 
 class Render(Section):
@@ -236,10 +237,12 @@ class Render(Section):
     contact: Literal["free", "sliding", "stuck"] = _key(
         "how the shrouds are joined", '"free", "sliding" or "stuck"', "free"
     )
-    operating: bool | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)] = _key(
-        "motion at the peak: true for the curves with the highest and the lowest peak, or numbers of curves from 0",
-        "true, false or a list of 1 to 20 numbers of curves, the first is 0",
-        False,
+    operating: Truth | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)] = (
+        _key(
+            "motion at the peak: true for the curves with the highest and the lowest peak, or their numbers from 0",
+            "true, false or a list of 1 to 20 numbers of curves, the first is 0",
+            False,
+        )
     )
     blades: Whole = _key("neighbours drawn side by side", "a whole number, 1 to 9", 3, ge=1, le=9)
 

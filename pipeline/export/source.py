@@ -12,6 +12,7 @@ import numpy as np
 from geometry import UNREADABLE, opened, stored_array, why_unreadable
 from pipeline.curve import BRANCHES
 from pipeline.errors import input_error
+from pipeline.rehearsal import read_model, rehearsed
 
 if TYPE_CHECKING:
     import h5py
@@ -28,6 +29,17 @@ class Kind(StrEnum):
 
 def kind_of(path: Path) -> Kind:
     """What the file holds. Raises InputError if it cannot be read or holds neither."""
+    kind, _ = rehearsed(path, _ALLOWED, lambda: _kind_and_content(path))
+    return kind
+
+
+def _kind_and_content(path: Path) -> tuple[Kind, object]:
+    """What the file holds, and that, read as the exports will read it."""
+    kind = _kind(path)
+    return kind, list(curves(path)) if kind is Kind.response else read_model(path)
+
+
+def _kind(path: Path) -> Kind:
     if not path.is_file():
         raise input_error(path, "", "no such file", _ALLOWED)
     try:
