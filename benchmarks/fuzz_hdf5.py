@@ -28,7 +28,7 @@ with atheris.instrument_imports(include=["pipeline", "geometry", "rom"]):
 from fuzz_seeds import write_seeds
 
 LONGEST = 65536
-PATIENCE = 4.0  # s for one file
+PATIENCE = 2.0  # s for one file
 INTERESTING = (0, 1, 2, 7, 8, 16, 31, 32, 63, 64, 127, 128, 254, 255)
 
 

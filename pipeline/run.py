@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from contextlib import suppress
 from functools import partial
@@ -37,7 +38,7 @@ def execute(request: Request, reporter: Reporter) -> Outcome:
     given = _check(request)
     for line in slips(request.scene):
         reporter.line(f"warning: {line}")
-    was_there = request.out.exists()
+    was_there = os.path.lexists(request.out)
     store = open_store(request)
     try:
         return _execute(Run(request, store, StageLog(), reporter, Versions.current()), given, start)
@@ -106,8 +107,8 @@ def open_store(request: Request) -> Store:
     try:
         with store.temporary():
             pass
-    except OSError as error:
-        found = f"cannot be written: {error.strerror or reason_of(error)}"
+    except (OSError, ValueError) as error:
+        found = f"cannot be written: {getattr(error, 'strerror', None) or reason_of(error)}"
         raise input_error("--out", str(request.out), found, "a folder that can be written") from None
     store.sweep_up()
     return store

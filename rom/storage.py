@@ -76,7 +76,7 @@ def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
         for attribute, name in _REQUIRED.items()
     }
     for attribute, name in _OPTIONAL.items():
-        if name in file and (with_basis or attribute != "basis"):
+        if file.get(name, getlink=True) is not None and (with_basis or attribute != "basis"):
             arguments[attribute] = _read_array(file, name)
     if "output" not in file or not hasattr(file["output"], "keys"):
         raise ReducedModelError("output: missing; group output must hold the dataset tip")
@@ -88,6 +88,15 @@ def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
 
 
 def _read_array(file: "h5py.File", name: str, complex_allowed: bool = False) -> np.ndarray:
+    try:
+        return _array(file, name, complex_allowed)
+    except ReducedModelError:
+        raise
+    except UNREADABLE as error:
+        raise ReducedModelError(f"{name}: not readable: {why_unreadable(error)}") from None
+
+
+def _array(file: "h5py.File", name: str, complex_allowed: bool) -> np.ndarray:
     dataset = file.get(name)  # None for a link that leads nowhere
     if dataset is None or not hasattr(dataset, "dtype"):
         raise ReducedModelError(f"{name}: missing dataset")
