@@ -51,7 +51,7 @@ stress: setup
 
 # Where atheris has no wheel, the program says so.
 fuzz: setup
-	@$(BIN)/python -c 'import atheris' 2>/dev/null || $(BIN)/pip install --quiet --disable-pip-version-check -e '.[fuzz]' || true
+	@$(BIN)/python -c 'import atheris' 2>/dev/null || $(BIN)/pip install --quiet --disable-pip-version-check -e '.[fuzz]' 2>/dev/null || true
 	@$(BIN)/python benchmarks/fuzz.py --seconds $(FUZZ)
 
 # Times of one thread each, as the pipeline itself asks for.

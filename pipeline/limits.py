@@ -84,7 +84,8 @@ def check_sweep(file: SceneFile) -> None:
     InputError : the sweep, with its models and their elements.
     """
     models = {_behind_the_model(member.scene): member.scene for member in file.members}
-    elements = sum(estimated_elements(scene) for scene in models.values())
+    # one that is too large by itself is a matter of its own
+    elements = sum(min(estimated_elements(scene), LARGEST_MODEL) for scene in models.values())
     if elements > LARGEST_SWEEP:
         found = f"{len(models)} different models of some {elements:.2g} elements in all"
         raise input_error(file.path, "sweep", found, f"{LARGEST_SWEEP:.2g} elements at most")
