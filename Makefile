@@ -4,6 +4,7 @@
 # make bench  run time against error of every stage and of the whole, into out/bench; make bench-docs puts it into docs
 # make bench-peers  beside pyHarm (installed into an environment of its own) and CalculiX (where ccx is)
 # make stress the stability matrix: hard cases solved, every one written down, into out/stress
+# make fuzz   bytes of all kinds into the readers of scenes and HDF5 files, findings into out/fuzz; FUZZ=seconds each
 #
 # SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes;
 # STRESS="--full --seed 5" more or other cases (docs/stability.md), BENCH="--only mesh" or "--full" of the bench.
@@ -12,6 +13,7 @@ SCENE ?= scenes/dummy.toml
 OUT ?=
 JOBS ?= 1
 STRESS ?=
+FUZZ ?= 60
 BENCH ?=
 PYTHON ?= python3
 VENV := .venv
@@ -19,7 +21,7 @@ BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) --jobs $(JOBS)
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond render figures report test stress bench bench-peers bench-docs clean
+.PHONY: setup run mesh assemble reduce respond render figures report test stress fuzz bench bench-peers bench-docs clean
 
 setup: $(VENV)/.installed
 
@@ -46,6 +48,11 @@ test: setup
 
 stress: setup
 	@$(BIN)/python benchmarks/stress.py --jobs $(JOBS) $(STRESS)
+
+# Where atheris has no wheel, the program says so.
+fuzz: setup
+	@$(BIN)/python -c 'import atheris' 2>/dev/null || $(BIN)/pip install --quiet --disable-pip-version-check -e '.[fuzz]' 2>/dev/null || true
+	@$(BIN)/python benchmarks/fuzz.py --seconds $(FUZZ)
 
 # Times of one thread each, as the pipeline itself asks for.
 bench bench-peers bench-docs: export OPENBLAS_NUM_THREADS = 1

@@ -4,13 +4,14 @@ from geometry.build import build_sector
 from geometry.checks import check_parameters
 from geometry.errors import GeometryError, SectorFileError
 from geometry.exchange import export_sector, import_sector
-from geometry.hdf5 import new_hdf5, stored_array
+from geometry.hdf5 import UNREADABLE, new_hdf5, opened, stored_array, why_unreadable
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
 from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import ContactFace, SectorMesh
 from geometry.storage import load_sector, save_sector
 
 __all__ = [
+    "UNREADABLE",
     "BladeParameters",
     "ContactFace",
     "GeometryError",
@@ -25,6 +26,8 @@ __all__ = [
     "import_sector",
     "load_sector",
     "new_hdf5",
+    "opened",
     "save_sector",
     "stored_array",
+    "why_unreadable",
 ]

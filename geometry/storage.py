@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from geometry.errors import SectorFileError
-from geometry.hdf5 import new_hdf5, stored_array
+from geometry.hdf5 import UNREADABLE, new_hdf5, opened, stored_array, why_unreadable
 from geometry.sector import ContactFace, SectorMesh
 
 FORMAT = "1"
@@ -32,10 +32,8 @@ def save_sector(path: str | Path, sector: SectorMesh) -> None:
 
 def load_sector(path: str | Path) -> SectorMesh:
     """Read what ``save_sector`` wrote. Raises ``SectorFileError`` if it is missing or holds something else."""
-    import h5py
-
     try:
-        with h5py.File(path, "r") as file:
+        with opened(path) as file:
             if file.attrs.get("format") != FORMAT:
                 raise SectorFileError(f"{path}: not a sector of format {FORMAT}")
             sets = {name: _integers(nodes) for name, nodes in file["node_sets"].items()}
@@ -47,9 +45,10 @@ def load_sector(path: str | Path) -> SectorMesh:
                 left=_face(file["left"]),
                 n_blades=int(file.attrs["n_blades"]),
             )
-    except (OSError, KeyError, AttributeError, TypeError, ValueError) as error:
-        reason = str(error).strip("'\"").splitlines()[0]
-        raise SectorFileError(f"{path}: not a sector: {reason}") from error
+    except SectorFileError:
+        raise
+    except UNREADABLE as error:
+        raise SectorFileError(f"{path}: not a sector: {why_unreadable(error)}") from error
     check_sector(path, sector)
     return sector
 

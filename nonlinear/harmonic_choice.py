@@ -13,10 +13,16 @@ from nonlinear.quantities import largest_amplitude, output_harmonics, output_und
 from nonlinear.truncation import wider_harmonics
 
 LADDER = (1, 3, 5, 7, 9, 11, 15, 21, 31)  # numbers of harmonics that are tried
+MOST_UNKNOWNS = 10_000  # of a balance: its Jacobian is full, 0.8 GB, and is factorised at every step
 DIVERGES = 0.5  # part of the residual of the new harmonics that one sweep may leave
 CLEARLY_ENOUGH = 0.02  # part of the tolerance below which the highest harmonics are dropped again
 CLEARLY_BELOW = 0.2  # part of the tolerance below which an estimate is believed for the next few points too
 PATIENCE = 4  # points in a row of which that must be true
+
+
+def ladder(n_contacts: int) -> tuple[int, ...]:
+    """The numbers of harmonics that are tried with so many contact nodes; one harmonic always."""
+    return tuple(n for n in LADDER if n == LADDER[0] or 3 * n_contacts * (2 * n + 1) <= MOST_UNKNOWNS)
 
 
 @dataclass
@@ -44,7 +50,7 @@ class HarmonicChoice:
             return point
         while (missing := self.missing(continuation, point)) > self.tolerance:
             self.quiet = 0
-            more = [n for n in LADDER if n > point.balance.n_harmonics]
+            more = [n for n in ladder(self.family.base.n_contacts) if n > point.balance.n_harmonics]
             if not more:
                 break
             raised = self._raised(continuation, point, more)

@@ -13,7 +13,7 @@ from nonlinear.curve import ResponseCurve, assemble_curve
 from nonlinear.detached import detached_branches
 from nonlinear.elements import contact_element
 from nonlinear.family import BalanceFamily
-from nonlinear.harmonic_choice import LADDER, HarmonicChoice
+from nonlinear.harmonic_choice import LADDER, HarmonicChoice, ladder
 from nonlinear.landmarks import find_landmarks
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.outcome import Ending, Outcome
@@ -117,18 +117,19 @@ def _with_enough_harmonics(
     tolerance = continuation.options.harmonic_tolerance
     stability, continuation = continuation.stability, replace(continuation, stability=None)
     choice = HarmonicChoice(truncation.family, tolerance / STRICTER)
-    for least in LADDER:
+    tried = ladder(truncation.family.base.n_contacts)
+    for least in tried:
         choice.least = least
         start = continuation.of(truncation.family.balance(least))
         traces = trace_range(replace(start, adapt=choice), static, progress)
         main = traces[0]
         left_out = truncation.at_peak(main.points, main.peak_indices)
-        complete = main.outcome.complete or least == LADDER[-1]
+        complete = main.outcome.complete or least == tried[-1]
         if complete and left_out <= tolerance and truncation.along(main.points, main.peak_indices) <= tolerance:
             break
         choice.tolerance /= STRICTER
     else:
-        message = f"{main.outcome.message}; {LADDER[-1]} harmonics, the most there are, do not reach {tolerance:g}"
+        message = f"{main.outcome.message}; {tried[-1]} harmonics, the most there are, do not reach {tolerance:g}"
         traces = [main._replace(outcome=replace(main.outcome, message=message)), *traces[1:]]
     if stability is not None:  # only now: the exponents of a curve that is traced again would be lost
         asked = replace(continuation, stability=stability)

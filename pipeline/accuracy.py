@@ -124,6 +124,8 @@ def with_preset(raw: Mapping[str, Any], given_model: bool) -> tuple[dict[str, An
         if not isinstance(table, Mapping):
             continue
         no_say = given_model and section in ("mesh", "rom")
+        if section == "mesh" and "mesh" not in raw and _chord(raw) is None:
+            continue  # a mesh of nothing: what the scene lacks is the blade
         if field in table or no_say or (key == "rom.modes" and "frequency_limit" in table):
             others.append(key)
         else:

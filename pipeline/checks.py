@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, input_error, shown
-from pipeline.scene import DEFAULT_MODES, SECTIONS, Scene
+from pipeline.limits import check_balance, check_modes, check_size, check_sweep
+from pipeline.scene import SECTIONS, Scene
 from pipeline.scene_errors import allowed_values
-from pipeline.scene_file import Member, SceneFile
+from pipeline.scene_file import Member, SceneFile, where
 
 if TYPE_CHECKING:
     from geometry import BladeParameters, MeshParameters, ShroudParameters
 
 PER_NODE = ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload")
 BLADE_SECTIONS = ("blade", "shroud", "material", "mesh")
-LARGEST_MODEL = 400_000  # elements; ten times what this is comfortable with
 
 
 def check_scene(file: SceneFile) -> None:
@@ -26,18 +26,26 @@ def check_scene(file: SceneFile) -> None:
     InputError : the first key that is missing or does not fit.
     """
     _check_pictured_curves(file)
+    fitting: set[object] = set()  # shapes that were looked at: a sweep has few
     for member in file.members:
-        scene = member.scene
         for section in BLADE_SECTIONS:
-            if getattr(scene, section) is None:
+            if getattr(member.scene, section) is None:
                 allowed = f"a table [{section}] (only `shroud respond --rom` does without)"
                 raise input_error(file.path, section, "missing", allowed)
+    check_sweep(file)
+    for member in file.members:
+        scene = member.scene
         _check_keys(file.path, member)
-        _check_geometry(file.path, member)
+        shape = scene.blade, scene.shroud, scene.mesh
+        if shape not in fitting:
+            _check_geometry(file.path, member)
+            fitting.add(shape)
+        check_size(file.path, member)
         assert scene.mesh is not None  # checked above; for the type checker
         n_contacts = scene.mesh.contact_grid[0] * scene.mesh.contact_grid[1]
         check_node_lists(file.path, member, n_contacts)
-        _check_damping_list(file.path, member, n_contacts)
+        check_modes(file.path, member, n_contacts)
+        check_balance(file.path, member, n_contacts)
 
 
 def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> None:
@@ -50,6 +58,7 @@ def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> N
     for member in file.members:
         _check_keys(file.path, member)
         check_node_lists(file.path, member, n_contacts)
+        check_balance(file.path, member, n_contacts)
         if uses_punch(member.scene) and (member.scene.material is None or not has_area):
             allowed = "numbers (the punch formula needs [material] and contact/area in the reduced model)"
             raise input_error(file.path, "contact.normal_stiffness", '"punch"', allowed)
@@ -83,7 +92,7 @@ def check_node_lists(path: Path, member: Member, n_contacts: int) -> None:
         value = getattr(member.scene.contact, name)
         if isinstance(value, tuple) and len(value) != n_contacts:
             found = f"a list of {len(value)}"
-            raise input_error(path, _where(member, f"contact.{name}"), found, f"a number or a list of {n_contacts}")
+            raise input_error(path, where(member, f"contact.{name}"), found, f"a number or a list of {n_contacts}")
 
 
 def _check_keys(path: Path, member: Member) -> None:
@@ -105,19 +114,7 @@ def _check_keys(path: Path, member: Member) -> None:
     least = 4 * (1 if response.harmonics == "auto" else response.harmonics) + 4
     if scene.contact.samples < least:
         allowed = f"{least} or more with {response.harmonics} harmonics"
-        raise input_error(path, _where(member, "contact.samples"), shown(scene.contact.samples), allowed)
-
-
-def _check_damping_list(path: Path, member: Member, n_contacts: int) -> None:
-    """No more damping ratios than modes: contact dofs of both faces, tip and loaded point, fixed-interface modes."""
-    ratios, rom = member.scene.response.damping_ratio, member.scene.rom
-    if isinstance(ratios, tuple) and rom.frequency_limit is None:
-        least = 0 if rom.modes == "auto" else DEFAULT_MODES if rom.modes is None else rom.modes
-        most = 6 * n_contacts + 6 + least
-        if len(ratios) > most:
-            raise input_error(
-                path, _where(member, "response.damping_ratio"), f"a list of {len(ratios)}", f"{most} at most"
-            )
+        raise input_error(path, where(member, "contact.samples"), shown(scene.contact.samples), allowed)
 
 
 def _check_geometry(path: Path, member: Member) -> None:
@@ -128,10 +125,6 @@ def _check_geometry(path: Path, member: Member) -> None:
         check_parameters(blade, shroud, mesh)
     except GeometryError as error:
         raise parameter_error(path, member, error) from None
-    elements = _estimated_elements(member.scene)
-    if elements > LARGEST_MODEL:
-        allowed = f"larger elements (this makes about {elements:.2g}, {LARGEST_MODEL} at most)"
-        raise input_error(path, _where(member, "mesh.size"), shown(mesh.size), allowed)
 
 
 def geometry_parameters(scene: Scene) -> tuple[BladeParameters, ShroudParameters, MeshParameters]:
@@ -152,24 +145,8 @@ def parameter_error(path: Path, member: Member, error: Any) -> InputError:
     """The one line for an exception that carries `table`, `parameter`, `value` and `allowed`."""
     key = f"{error.table}.{error.parameter}"
     known = error.table in SECTIONS and error.parameter in SECTIONS[error.table].model_fields
-    return input_error(path, _where(member, key) if known else key, shown(error.value), str(error.allowed))
-
-
-def _where(member: Member, key: str) -> str:
-    """How the file spells this key: in its section or in the sweep."""
-    return f'sweep."{key}"' if key in member.parameters else key
+    return input_error(path, where(member, key) if known else key, shown(error.value), str(error.allowed))
 
 
 def _refused(path: Path, member: Member, key: str, value: Any) -> InputError:
-    return input_error(path, _where(member, key), shown(value), allowed_values(key))
-
-
-def _estimated_elements(scene: Scene) -> float:
-    """Volume of airfoil and platform over the volume of an element: a guard against a mistyped size."""
-    assert scene.blade is not None
-    assert scene.shroud is not None
-    assert scene.mesh is not None
-    blade, shroud, size = scene.blade, scene.shroud, scene.mesh.size
-    pitch = 2.0 * 3.141592653589793 * (blade.hub_radius + blade.length) / blade.n_blades
-    airfoil = (blade.chord / size) * (blade.thickness / size) * (blade.length / size)
-    return airfoil + (pitch / size) * (shroud.axial_width / size) * (shroud.thickness / size)
+    return input_error(path, where(member, key), shown(value), allowed_values(key))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from enum import StrEnum
@@ -163,14 +164,16 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
     from pipeline.errors import InputError
     from pipeline.outputs import as_json as json_text
     from pipeline.scene_file import read_scene
+    from pipeline.slips import slips
 
     try:
         file = read_scene(scene)
         check_scene(file)
     except InputError as error:
         if as_json:
-            print(json_text({"valid": False, "errors": [str(error)]}))
+            print(json_text({"valid": False, "errors": [str(error)], "warnings": []}))
         raise
+    remarks = slips(file)
     if as_json:
         accuracy = None if file.accuracy is None else file.accuracy.plain()
         found = {
@@ -179,8 +182,9 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
             "swept": list(file.swept),
             "accuracy": accuracy,
         }
-        print(json_text({"valid": True, "errors": [], **found}))
+        print(json_text({"valid": True, "errors": [], "warnings": remarks, **found}))
         return
+    _warn(remarks)
     curves = f"{len(file.members)} curve{'s' if len(file.members) > 1 else ''}"
     print(f"{scene}: valid, {curves}" + (f" over {', '.join(file.swept)}" if file.swept else ""))
     if file.accuracy is not None:
@@ -230,6 +234,8 @@ def command(arguments: list[str]) -> int:
     from pipeline.interruption import Stopped
     from pipeline.storage_errors import StorageError
 
+    if not sys.warnoptions:  # what libraries remark is for those who ask for it by python -W
+        warnings.simplefilter("ignore")
     try:
         status = app(args=arguments or ["--help"], prog_name="shroud", standalone_mode=False)
         status = int(status) if isinstance(status, int) else COMPUTED
@@ -296,6 +302,11 @@ def _finish(request: Request, quiet: bool, as_json: bool) -> None:
     raise typer.Exit(COMPUTED if outcome.complete else NOT_REACHED)
 
 
+def _warn(lines: list[str]) -> None:
+    for line in lines:
+        _say(f"warning: {line}")
+
+
 def _print_errors(found: Verification, quiet: bool, as_json: bool) -> None:
     from pipeline.outputs import as_json as json_text
     from pipeline.verify.stage import plain
@@ -323,6 +334,7 @@ def _print_errors(found: Verification, quiet: bool, as_json: bool) -> None:
 def _tell(request: Request, outcome: Outcome) -> None:
     from rich.console import Console
 
+    from pipeline.slips import range_remark
     from pipeline.tables import curve_table, harmonics_warning, mode_notes, motion_notes
 
     if outcome.curves:
@@ -334,5 +346,7 @@ def _tell(request: Request, outcome: Outcome) -> None:
         print(request.scene.accuracy.text())
     if warning := harmonics_warning(outcome):
         print(warning, file=sys.stderr)
+    if remark := range_remark(outcome, request.scene.first):
+        _warn([remark])
     page = f", {outcome.report}" if outcome.report else ""
     print(f"{outcome.seconds:.2f} s, results in {request.out}{page}")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.curve import CurveFacts, read_facts
 from pipeline.errors import InputError, input_error, one_line, reason_of
 from pipeline.outputs import number_or_null
+from pipeline.rehearsal import read_model, rehearsed
 
 if TYPE_CHECKING:
     import h5py
@@ -27,19 +28,25 @@ def contents(path: Path) -> dict[str, Any]:
     ------
     InputError : the file cannot be read or is neither.
     """
-    import h5py
+    found = rehearsed(path, _ALLOWED, lambda: _read(path))
+    return found if isinstance(found, dict) else _reduced_model(path, found)
+
+
+def _read(path: Path) -> dict[str, Any] | ReducedModel:
+    """What is to be said of a response, or the reduced model."""
+    from geometry import UNREADABLE, opened, why_unreadable
 
     if not path.is_file():
         raise input_error(path, "", "no such file", _ALLOWED)
     try:
-        with h5py.File(path, "r") as file:
+        with opened(path) as file:
             if "curve" in file:
                 return {"file": str(path), "kind": "response", "curves": list(_curves(file["curve"]))}
             if "mass" not in file:
                 raise input_error(path, "", f"holds {', '.join(list(file)[:8]) or 'nothing'}", _ALLOWED)
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
-        raise input_error(path, "", f"cannot be read: {reason_of(error)}", _ALLOWED) from None
-    return _reduced_model(path)
+    except UNREADABLE as error:
+        raise input_error(path, "", f"cannot be read: {why_unreadable(error)}", _ALLOWED) from None
+    return read_model(path)
 
 
 def described(found: dict[str, Any]) -> list[str]:
@@ -48,7 +55,7 @@ def described(found: dict[str, Any]) -> list[str]:
         lines = [line for curve in found["curves"] for line in _curve_lines(curve)]
         return [f"{found['file']}: response, {len(found['curves'])} curves", *lines]
     blades = found["n_blades"]
-    return [
+    lines = [
         f"{found['file']}: reduced model by {found['producer']}, {found['coordinates']} coordinates",
         f"ring: {'single structure' if blades is None else f'{blades} blades'}",
         f"contact: {found['contact_nodes']} nodes against {found['against']}",
@@ -56,6 +63,7 @@ def described(found: dict[str, Any]) -> list[str]:
         f"optional: {', '.join(found['optional']) or 'none'}",
         f"free natural frequencies [Hz]: {', '.join(f'{hz:.6g}' for hz in found['free_hz'])}",
     ]
+    return [one_line(line) for line in lines]
 
 
 def _curves(group: h5py.Group) -> Iterator[dict[str, Any]]:
@@ -87,14 +95,13 @@ def _plain(value: Any) -> Any:
     return number_or_null(plain) if isinstance(plain, float) else plain
 
 
-def _reduced_model(path: Path) -> dict[str, Any]:
-    from rom import ReducedModelError, natural_frequencies, read_reduced_model
+def _reduced_model(path: Path, model: ReducedModel) -> dict[str, Any]:
+    from rom import ReducedModelError, natural_frequencies
 
     try:
-        model = read_reduced_model(path)
         free = natural_frequencies(model, 0.0, count=min(10, model.size))
     except ReducedModelError as error:
-        raise InputError(reason_of(error)) from None
+        raise InputError(f"{path}: {reason_of(error)}") from None
     return {
         "file": str(path),
         "kind": "reduced model",

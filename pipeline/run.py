@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +15,10 @@ from pipeline.model_stage import Models, blade_models, given_models, summarise_m
 from pipeline.outputs import curve_summary, write_results, write_summary
 from pipeline.progress import Reporter
 from pipeline.published_page import PAGE, results_fingerprint, retire_page
+from pipeline.rehearsal import rehearsed
 from pipeline.request import Outcome, Request, Run
 from pipeline.respond import CurveSolver, Solved, Wanted
+from pipeline.slips import slips
 from pipeline.stage_log import StageLog
 from pipeline.storage_errors import StorageError
 from pipeline.working_store import working_store
@@ -36,6 +39,8 @@ def execute(request: Request, reporter: Reporter) -> Outcome:
     """
     start = now()
     given = _check(request)
+    for line in slips(request.scene):
+        reporter.line(f"warning: {line}")
     with working_store(request.out, request.force, reporter) as store:
         return _execute(Run(request, store, StageLog(), reporter, Versions.current()), given, start)
 
@@ -64,7 +69,7 @@ def _check(request: Request) -> ReducedModel | None:
     from rom import ReducedModelError, read_reduced_model
 
     try:
-        model = read_reduced_model(request.rom)
+        model = rehearsed(request.rom, "an HDF5 file with a reduced model", partial(read_reduced_model, request.rom))
     except ReducedModelError as error:
         raise InputError(reason_of(error)) from None
     check_scene_for_model(request.scene, model.n_contacts, model.contact_area is not None)

@@ -19,18 +19,20 @@ def _key(meaning: str, allowed: str, default: Any = ..., **constraints: Any) -> 
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Whole = Annotated[int, Field(strict=True)]
-# The upper bounds only keep squares and products of mistyped numbers from overflowing.
-Positive = Annotated[Number, Field(gt=0.0, le=1e15)]
+Truth = Annotated[bool, Field(strict=True)]
+# The bounds only keep squares and products of mistyped numbers from over- and underflowing.
+Positive = Annotated[Number, Field(ge=1e-12, le=1e15)]
 NotNegative = Annotated[Number, Field(ge=0.0, le=1e15)]
-Length = Annotated[Number, Field(gt=0.0, le=1e3)]
+Length = Annotated[Number, Field(ge=1e-6, le=1e3)]
 Distance = Annotated[Number, Field(ge=-1e3, le=1e3)]
 Distances = Annotated[tuple[Distance, ...], Field(min_length=1)]
 Positives = Annotated[tuple[NotNegative, ...], Field(min_length=1)]
+Ratio = Annotated[Number, Field(ge=1e-12, lt=1.0)]
 Vector = tuple[Distance, Distance, Distance]
 
 DEFAULT_MODES = 20
-POSITIVE = "a number above 0"
-LENGTH = "a number above 0, up to 1000"
+POSITIVE = "a number above 0, 1e-12 to 1e15"
+LENGTH = "a number above 0, 1e-6 to 1000"
 STIFFNESS = (
     'a number, 0 or more (whole face, shared evenly by the nodes), a list of such numbers node by node, or "punch"'
 )
@@ -66,7 +68,7 @@ class Shroud(Section):
 
     angle: Positive = _key(
         "angle between the engine axis and the contact face, seen from the tip, degrees",
-        "a number above 0, up to 180",
+        "a number above 0, 1e-12 to 180",
         le=180.0,
     )
     thickness: Length = _key("radial thickness of the platform, m", LENGTH)
@@ -192,7 +194,9 @@ class Excitation(Section):
 class Response(Section):
     """[response]: which curve, how many harmonics, how much damping."""
 
-    frequency: tuple[Positive, Positive] = _key("range, Hz", "two numbers above 0, the second above the first")
+    frequency: tuple[Positive, Positive] = _key(
+        "range, Hz", "two numbers above 0, 1e-12 to 1e15, the second above the first"
+    )
     harmonics: Annotated[Whole, Field(ge=1, le=99)] | Literal["auto"] = _key(
         "harmonics of the balance; auto: as many as the tolerance asks for", 'a whole number, 1 to 99, or "auto"', 1
     )
@@ -203,13 +207,9 @@ class Response(Section):
         ge=1e-6,
         le=0.5,
     )
-    damping_ratio: (
-        Annotated[Number, Field(gt=0.0, lt=1.0)]
-        | Annotated[tuple[Annotated[Number, Field(gt=0.0, lt=1.0)], ...], Field(min_length=1)]
-        | None
-    ) = _key(
+    damping_ratio: Ratio | Annotated[tuple[Ratio, ...], Field(min_length=1)] | None = _key(
         "fraction of critical damping of each mode",
-        "a number above 0 and below 1, or a list of such numbers mode by mode (give this or rayleigh)",
+        "a number from 1e-12, below 1, or a list of such numbers mode by mode (give this or rayleigh)",
         None,
     )
     rayleigh: tuple[NotNegative, NotNegative] | None = _key(
@@ -221,8 +221,8 @@ class Response(Section):
     stability: Literal["floquet", "folds"] = _key(
         "Floquet exponents of every point, or only the unstable part between folds", '"floquet" or "folds"', "floquet"
     )
-    detached: bool = _key("whether detached branches are looked for", "true or false", True)
-    truncation: bool = _key("whether the error of the harmonics left out is estimated", "true or false", True)
+    detached: Truth = _key("whether detached branches are looked for", "true or false", True)
+    truncation: Truth = _key("whether the error of the harmonics left out is estimated", "true or false", True)
 
 
 class Render(Section):
@@ -232,15 +232,17 @@ class Render(Section):
         "mode shapes to draw, 1 is the lowest", "a list of 1 to 20 whole numbers, 1 to 100", (1, 2, 3)
     )
     deformation: Positive = _key(
-        "largest drawn displacement as a fraction of the blade's length", "a number above 0, up to 1", 0.08, le=1.0
+        "largest drawn displacement as a fraction of the blade's length", "a number above 0, 1e-12 to 1", 0.08, le=1.0
     )
     contact: Literal["free", "sliding", "stuck"] = _key(
         "how the shrouds are joined", '"free", "sliding" or "stuck"', "free"
     )
-    operating: bool | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)] = _key(
-        "motion at the peak: true for the curves with the highest and the lowest peak, or numbers of curves from 0",
-        "true, false or a list of 1 to 20 numbers of curves, the first is 0",
-        False,
+    operating: Truth | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)] = (
+        _key(
+            "motion at the peak: true for the curves with the highest and the lowest peak, or their numbers from 0",
+            "true, false or a list of 1 to 20 numbers of curves, the first is 0",
+            False,
+        )
     )
     blades: Whole = _key("neighbours drawn side by side", "a whole number, 1 to 9", 3, ge=1, le=9)
 
@@ -253,7 +255,13 @@ class Scene(Section):
         "letters, digits, '.', '_' and '-', beginning with a letter or a digit, 64 at most",
         pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$",
     )
-    title: str = _key("heading of the figures", "text, 200 characters at most", "", max_length=200)
+    title: str = _key(
+        "heading of the figures",
+        "one line of text, 200 characters at most",
+        "",
+        max_length=200,
+        pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e]*$",
+    )
     accuracy: Literal["draft", "standard", "reference"] | None = _key(
         "preset of mesh, modes, harmonics and tolerances; what the scene sets itself goes before it",
         '"draft", "standard" or "reference"',

@@ -13,6 +13,7 @@ from pipeline.errors import InputError, input_error, shown
 from pipeline.scene import SECTIONS, Scene
 
 MISSING = object()
+LONGEST_KEY = 60
 
 
 def allowed_values(key: str) -> str:
@@ -33,7 +34,7 @@ def unknown_key(path: Path, key: str, known: Sequence[str], place: str = "") -> 
 def shown_key(key: str) -> str:
     """A key as TOML would write it: bare where it can be, quoted where it must."""
     bare = key != "" and all(c.isascii() and (c.isalnum() or c in "_-") for c in key)
-    return key if bare else shown(key)
+    return key if bare and len(key) <= LONGEST_KEY else shown(key)
 
 
 def scene_error(path: Path, raw: Mapping[str, Any], errors: Sequence[Any], swept: Mapping[str, int]) -> InputError:

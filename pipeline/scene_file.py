@@ -17,7 +17,7 @@ from pipeline.scene import SECTIONS, Scene
 from pipeline.scene_errors import scene_error, shown_key, unknown_key
 
 LARGEST_SWEEP = 10_000
-LARGEST_FILE = 10_000_000
+LARGEST_FILE = 1_000_000
 IGNORED_WITH_MODEL = ("blade", "shroud", "mesh", "rom", "render")
 
 
@@ -28,6 +28,11 @@ class Member:
     index: int
     scene: Scene
     parameters: Mapping[str, Any]
+
+
+def where(member: Member, key: str) -> str:
+    """How the file spells this dotted key: in its section or in the sweep."""
+    return f'sweep."{key}"' if key in member.parameters else key
 
 
 @dataclass(frozen=True)
@@ -81,9 +86,11 @@ def _load(path: Path) -> dict[str, Any]:
     try:
         if path.exists() and not path.is_file():
             raise input_error(path, "", "not a file", allowed)
-        if path.stat().st_size > LARGEST_FILE:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)  # some files say nothing of their size
+        if len(content) > LARGEST_FILE:
             raise input_error(path, "", f"larger than {LARGEST_FILE} bytes", allowed)
-        text = path.read_bytes().decode("utf-8")
+        text = content.decode("utf-8-sig")  # editors on Windows put a mark in front
     except FileNotFoundError:
         raise input_error(path, "", "no such file", allowed) from None
     except UnicodeDecodeError as error:

@@ -50,7 +50,7 @@ class Store:
             manifest = json.loads((folder / MANIFEST).read_text())
             whole = all(_matches(folder / n, f, thorough) for n, f in manifest["files"].items())
             run, seconds = str(manifest["run"]), float(manifest["seconds"])
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
             return None
         return Entry(folder, False, seconds) if whole and (run == self.run or not self.force) else None
 

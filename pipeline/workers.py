@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import sys
 import threading
+import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -40,7 +42,7 @@ def workers(count: int) -> Iterator[Workers]:
         context = multiprocessing.get_context("spawn")
         with kept_from_children():
             resource_tracker.ensure_running()  # a process, too; it knows the semaphores of the pool
-        pool = ProcessPoolExecutor(count, mp_context=context, initializer=_watch_parent)
+        pool = ProcessPoolExecutor(count, mp_context=context, initializer=_begin, initargs=(not sys.warnoptions,))
         try:
             yield Workers(pool)
         except BaseException:
@@ -78,8 +80,10 @@ def _one_thread_each() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _watch_parent() -> None:
-    """Have this process end when its parent is gone: it would wait for work for ever."""
+def _begin(quiet: bool) -> None:
+    """Have this process end when its parent is gone: it would wait for work for ever. `quiet`: as its parent is."""
+    if quiet:
+        warnings.simplefilter("ignore")
     threading.Thread(target=_end_with_parent, name="watch parent", daemon=True).start()
 
 

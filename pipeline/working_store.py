@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from pipeline.errors import InputError, input_error, reason_of
@@ -28,7 +28,7 @@ def working_store(out: Path, force: bool, reporter: Reporter) -> Iterator[Store]
     InputError : the folder cannot be written, or something is in the way in it.
     StorageError : there is no room.
     """
-    store = Store(out / "store", force=force)
+    store, was_there = Store(out / "store", force=force), os.path.lexists(out)
     with ExitStack() as stack:
         try:
             alone = stack.enter_context(locked(store.root / LOCK, lambda holder: _say_waiting(reporter, out, holder)))
@@ -38,15 +38,27 @@ def working_store(out: Path, force: bool, reporter: Reporter) -> Iterator[Store]
             if error.full:
                 raise
             raise _unusable(out, reason_of(error.__cause__ or error)) from None
-        except OSError as error:
-            raise _unusable(out, error.strerror or reason_of(error)) from None
+        except (OSError, ValueError) as error:
+            raise _unusable(out, getattr(error, "strerror", None) or reason_of(error)) from None
         _check_names(out)
         store.sweep_up(everything=alone)
         try:
             yield store
         except BaseException:
             store.sweep_up(everything=alone)  # of workers that were ended, and where Ctrl-C came amid a clean-up
+            if not was_there:
+                _remove_where_empty(store, out)
             raise
+
+
+def _remove_where_empty(store: Store, out: Path) -> None:
+    """Take an output folder away again in which nothing was made."""
+    with suppress(OSError):
+        if {path.name for path in store.root.iterdir()} <= {LOCK, "tmp"}:
+            (store.root / LOCK).unlink(missing_ok=True)
+            for folder in (store.root / "tmp", store.root, out):
+                if folder.exists():
+                    folder.rmdir()
 
 
 def _check_names(out: Path) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.block_lanczos import lowest_eigenpairs
-from rom.errors import FactorisationError
+from rom.errors import FactorisationError, RomParameterError
 from rom.factorisation import Factor
 
 if TYPE_CHECKING:
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 _SEED = 20240607
 _FIRST_GUESS = 20
+_MOST_MODES = 1000
 _TOLERANCE = 1e-9  # of the shapes; the error of an eigenvalue is the square of it, round-off
 
 
@@ -45,11 +46,19 @@ def lowest_modes(
 def modes_up_to(
     stiffness: csr_matrix, mass: csr_matrix, factor: Factor, frequency_limit: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """All modes up to frequency_limit [Hz], as `lowest_modes`; asks for twice as many until one lies beyond."""
+    """All modes up to frequency_limit [Hz], as `lowest_modes`; asks for twice as many until one lies beyond.
+
+    Raises RomParameterError where there are more than can be kept, beside what `lowest_modes` raises.
+    """
     limit, count = 2 * np.pi * frequency_limit, _FIRST_GUESS
     while True:
         angular, shapes = lowest_modes(stiffness, mass, factor, count)
         if len(angular) < count or angular[-1] > limit:
             within = angular <= limit
             return angular[within], shapes[:, within]
-        count *= 2
+        if count >= _MOST_MODES:
+            allowed = (
+                f"a lower one: more than {_MOST_MODES} modes lie below, up to {angular[-1] / (2 * np.pi):.4g} Hz"
+            )
+            raise RomParameterError("rom", "frequency_limit", frequency_limit, allowed)
+        count = min(2 * count, _MOST_MODES)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geometry import new_hdf5
+from geometry import UNREADABLE, new_hdf5, opened, stored_array, why_unreadable
 from rom.errors import FullModelFileError
 from rom.full_model import FullModel
 
@@ -33,10 +33,8 @@ def save_full_model(path: str | Path, full: FullModel) -> None:
 
 def load_full_model(path: str | Path) -> FullModel:
     """Read what `save_full_model` wrote. Raises FullModelFileError when the file is missing or is not one."""
-    import h5py
-
     try:
-        with h5py.File(path, "r") as file:
+        with opened(path) as file:
             if file.attrs.get("format") != _FORMAT:
                 raise FullModelFileError(f"{path}: not a full model ({_FORMAT})")
             size = file["centrifugal"].shape[0]
@@ -45,14 +43,12 @@ def load_full_model(path: str | Path) -> FullModel:
                 mass=_read_upper(file["mass"], size),
                 element=str(file.attrs["element"]),
                 speed_rpm=float(file.attrs["speed_rpm"]),
-                **{name: file[name][()] for name in _ARRAYS},
+                **{name: stored_array(file[name]) for name in _ARRAYS},
             )
-    except (OSError, KeyError, ValueError) as error:
-        if isinstance(error, FullModelFileError):
-            raise
-        # HDF5 adds the date and its internals on further lines.
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise FullModelFileError(f"{path}: cannot be read as a full model: {reason}") from None
+    except FullModelFileError:
+        raise
+    except UNREADABLE as error:
+        raise FullModelFileError(f"{path}: cannot be read as a full model: {why_unreadable(error)}") from None
 
 
 def _write_upper(group: h5py.Group, matrix: csr_matrix) -> None:
@@ -67,7 +63,9 @@ def _read_upper(group: h5py.Group, size: int) -> csr_matrix:
     """Symmetric CSR matrix from its upper triangle, entry for entry as it was."""
     from scipy.sparse import coo_matrix, csr_matrix
 
-    upper = csr_matrix((group["data"][()], group["indices"][()], group["indptr"][()]), shape=(size, size)).tocoo()
+    upper = csr_matrix(tuple(stored_array(group[n]) for n in ("data", "indices", "indptr")), shape=(size, size))
+    upper.check_format()  # indices out of range would be read from beyond the arrays
+    upper = upper.tocoo()
     beside = upper.row != upper.col
     rows = np.concatenate([upper.row, upper.col[beside]])
     columns = np.concatenate([upper.col, upper.row[beside]])

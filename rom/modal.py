@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike
 
 from rom.reduced_model import Array, ComplexArray, ReducedModel, ReducedModelError
 
+HIGHEST_SQUARED = 1e60  # (rad/s)^2: what depends on it is squared again
+
 
 @dataclass(frozen=True)
 class ModalModel:
@@ -84,6 +86,11 @@ def modal_model(
         raise ReducedModelError(
             f"stiffness: smallest w^2 is {squared[0]:.3g} (largest {squared[-1]:.3g}), allowed: positive definite; "
             "a structure that floats freely has no static response"
+        )
+    if squared[-1] > HIGHEST_SQUARED:
+        raise ReducedModelError(
+            f"mass: too small for its stiffness: the largest w^2 is {squared[-1]:.3g} (rad/s)^2, "
+            f"allowed: {HIGHEST_SQUARED:g} at most"
         )
     frequency = np.sqrt(squared)
     static = np.zeros(model.size)

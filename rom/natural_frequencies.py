@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom.expansion import expand
-from rom.reduced_model import ReducedModel
+from rom.reduced_model import ReducedModel, ReducedModelError
 from rom.threads import one_blas_thread
 
 
@@ -17,7 +17,7 @@ def natural_frequencies(
 
     Linear contact springs, N/m for each contact node, (n_c,) or one number: normal = tangential = 0 is free,
     normal alone sliding without friction, both stuck. Eigenvalues of K + B^H diag(k) B, B = right -
-    exp(i phase) left.
+    exp(i phase) left. Raises ReducedModelError when the mass is not positive definite.
     """
     squared, _ = _cyclic_modes(model, phase, normal, tangential, count)
     return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi)
@@ -46,7 +46,7 @@ def _cyclic_modes(
     model: ReducedModel, phase: float, normal: ArrayLike, tangential: ArrayLike, count: int
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
     """Lowest eigenvalues (count,) [(rad/s)^2] and mass-normalised vectors (n, count) with linear contact springs."""
-    from scipy.linalg import eigh
+    from scipy.linalg import LinAlgError, eigh
 
     springs = np.empty((model.n_contacts, 3))
     springs[:, :2] = np.broadcast_to(np.asarray(tangential, dtype=float), model.n_contacts)[:, None]
@@ -54,4 +54,7 @@ def _cyclic_modes(
     motion = contact_motion(model, phase)
     stiffness = model.stiffness + motion.conj().T @ (springs.ravel()[:, None] * motion)
     last = min(count, model.size) - 1
-    return eigh(stiffness, model.mass, subset_by_index=(0, last))
+    try:
+        return eigh(stiffness, model.mass, subset_by_index=(0, last))
+    except LinAlgError:
+        raise ReducedModelError("mass: not positive definite, allowed: positive definite") from None

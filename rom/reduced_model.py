@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 SYMMETRY_TOLERANCE = 1e-8
+MOST_BLADES = 10_000
+LARGEST_NUMBER = 1e100  # beyond it squares and products of what a model holds overflow
 
 
 class ReducedModelError(ValueError):
@@ -57,6 +59,8 @@ class ReducedModel:
     def __post_init__(self) -> None:
         """Check shapes, finiteness and symmetry."""
         n = self.mass.shape[0]
+        if n < 1:
+            raise ReducedModelError(f"mass: shape {self.mass.shape}, allowed: one coordinate or more")
         n_contacts = self.contact_position.shape[0]
         shapes: dict[str, tuple[object, tuple[int, ...]]] = {
             "mass": (self.mass, (n, n)),
@@ -77,10 +81,14 @@ class ReducedModel:
         _check_symmetric("stiffness", self.stiffness)
         if "tip" not in self.outputs:
             raise ReducedModelError("output/tip: missing; it is the default output")
-        if self.basis is not None and (self.basis.ndim != 2 or self.basis.shape[1] != n):
-            raise ReducedModelError(f"basis: shape {self.basis.shape}, allowed: (any, {n})")
-        if self.n_blades is not None and self.n_blades < 1:
-            raise ReducedModelError(f"n_blades: {self.n_blades}, allowed: 1 or more")
+        if self.basis is not None:
+            if self.basis.ndim != 2 or self.basis.shape[1] != n:
+                raise ReducedModelError(f"basis: shape {self.basis.shape}, allowed: (any, {n})")
+            _check_array("basis", self.basis, self.basis.shape)
+        if self.contact_area is not None and not np.all(self.contact_area > 0.0):
+            raise ReducedModelError("contact/area: holds values that are not above 0, allowed: areas in m^2")
+        if self.n_blades is not None and not 1 <= self.n_blades <= MOST_BLADES:
+            raise ReducedModelError(f"n_blades: {self.n_blades}, allowed: 1 to {MOST_BLADES}")
 
     @property
     def n_contacts(self) -> int:
@@ -98,6 +106,8 @@ def _check_array(name: str, array: NDArray[np.generic], shape: tuple[int, ...]) 
         raise ReducedModelError(f"{name}: shape {array.shape}, allowed: {shape}")
     if not np.all(np.isfinite(array)):
         raise ReducedModelError(f"{name}: holds values that are not finite, allowed: finite numbers")
+    if np.max(np.abs(array), initial=0.0) > LARGEST_NUMBER:
+        raise ReducedModelError(f"{name}: holds values beyond {LARGEST_NUMBER:g}, allowed: numbers in SI units")
 
 
 def _check_symmetric(name: str, matrix: Array) -> None:

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geometry import new_hdf5, stored_array
+from geometry import UNREADABLE, new_hdf5, opened, stored_array, why_unreadable
 from rom.reduced_model import ReducedModel, ReducedModelError
 
 if TYPE_CHECKING:
     import h5py
 
 FORMAT = "1"
+LARGEST_MODEL = 20_000  # coordinates: matrices of 3 GB, of which all modes are wanted
 _OPTIONAL = {
     "contact_left": "contact/left",
     "contact_area": "contact/area",
@@ -52,19 +53,16 @@ def read_reduced_model(path: str | os.PathLike[str], *, with_basis: bool = True)
     ReducedModelError : the file cannot be read, a dataset is missing, or the model is inconsistent; the message
         names the file and the dataset.
     """
-    import h5py
-
     if not Path(path).is_file():
         raise ReducedModelError(f"{path}: no such file, allowed: an HDF5 file with a reduced model")
     try:
-        with h5py.File(path, "r") as file:
+        with opened(path) as file:
             arguments = _read_arguments(file, with_basis)
         return ReducedModel(**arguments)
     except ReducedModelError as error:
         raise ReducedModelError(f"{path}: {error}") from None
-    except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise ReducedModelError(f"{path}: not readable as a reduced model: {reason}") from None
+    except UNREADABLE as error:
+        raise ReducedModelError(f"{path}: not readable as a reduced model: {why_unreadable(error)}") from None
 
 
 def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
@@ -76,7 +74,7 @@ def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
         for attribute, name in _REQUIRED.items()
     }
     for attribute, name in _OPTIONAL.items():
-        if name in file and (with_basis or attribute != "basis"):
+        if file.get(name, getlink=True) is not None and (with_basis or attribute != "basis"):
             arguments[attribute] = _read_array(file, name)
     if "output" not in file or not hasattr(file["output"], "keys"):
         raise ReducedModelError("output: missing; group output must hold the dataset tip")
@@ -88,25 +86,38 @@ def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
 
 
 def _read_array(file: "h5py.File", name: str, complex_allowed: bool = False) -> np.ndarray:
-    if name not in file or not hasattr(file[name], "dtype"):
+    try:
+        return _array(file, name, complex_allowed)
+    except ReducedModelError:
+        raise
+    except UNREADABLE as error:
+        raise ReducedModelError(f"{name}: not readable: {why_unreadable(error)}") from None
+
+
+def _array(file: "h5py.File", name: str, complex_allowed: bool) -> np.ndarray:
+    dataset = file.get(name)  # None for a link that leads nowhere
+    if dataset is None or not hasattr(dataset, "dtype"):
         raise ReducedModelError(f"{name}: missing dataset")
-    array = stored_array(file[name])
     kinds = "iufc" if complex_allowed else "iuf"
-    if array.dtype.kind not in kinds:
-        raise ReducedModelError(f"{name}: type {array.dtype}, allowed: real{' or complex' * complex_allowed} numbers")
+    if dataset.dtype.kind not in kinds:
+        raise ReducedModelError(
+            f"{name}: type {dataset.dtype}, allowed: real{' or complex' * complex_allowed} numbers"
+        )
     # a scalar or a row of the wrong dimension would trip the model's own shape checks with an IndexError
     wanted = 2 if name in ("mass", "stiffness", "contact/position", "contact/right", "contact/left", "basis") else 1
-    if array.ndim != wanted:
-        raise ReducedModelError(f"{name}: shape {array.shape}, allowed: an array of {wanted} dimension(s)")
-    return array.astype(np.complex128 if array.dtype.kind == "c" else np.float64)
+    if len(dataset.shape or ()) != wanted:
+        raise ReducedModelError(f"{name}: shape {dataset.shape}, allowed: an array of {wanted} dimension(s)")
+    if max(dataset.shape[-1:] if name == "basis" else dataset.shape) > LARGEST_MODEL:
+        raise ReducedModelError(f"{name}: shape {dataset.shape}, allowed: {LARGEST_MODEL} coordinates at most")
+    return stored_array(dataset).astype(np.complex128 if dataset.dtype.kind == "c" else np.float64)
 
 
 def _whole_number(name: str, value: Any) -> int:
     number = np.asarray(value)
     if number.size != 1 or number.dtype.kind not in "iuf" or float(number.reshape(-1)[0]) % 1 != 0:
-        raise ReducedModelError(f"attribute {name}: {value!r}, allowed: a whole number")
+        raise ReducedModelError(f"attribute {name}: {_text(value)[:80]!r}, allowed: a whole number")
     return int(number.reshape(-1)[0])
 
 
 def _text(value: Any) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)

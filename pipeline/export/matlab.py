@@ -8,8 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.errors import InputError, reason_of
+from pipeline.errors import input_error, shown
 from pipeline.export.source import Kind, curves, kind_of
+from pipeline.rehearsal import read_model
+
+LONGEST_NAME = 63
 
 
 def write_matlab(source: Path, target: Path) -> str:
@@ -28,8 +31,12 @@ def write_matlab(source: Path, target: Path) -> str:
         cells[:] = found
         savemat(target, {"curve": cells}, oned_as="column", long_field_names=True, do_compression=True)
         return f"{len(found)} curve{'s' if len(found) != 1 else ''}, in the cell array curve"
-    model = _model(source)
+    model = read_model(source)
     named = {field.name: getattr(model, field.name) for field in fields(model)}
+    for name in model.outputs:
+        if not (name.isascii() and name.isidentifier() and name[0] != "_" and len(name) <= LONGEST_NAME):
+            allowed = f"letters, digits and _, a letter first, {LONGEST_NAME} at most, as MATLAB has them"
+            raise input_error(source, "output", shown(name), allowed)
     content = {name: value for name, value in named.items() if value is not None}
     savemat(target, content, oned_as="column", long_field_names=True)
     return f"a reduced model of {model.size} coordinates"
@@ -38,12 +45,3 @@ def write_matlab(source: Path, target: Path) -> str:
 def _structure(name: str, datasets: dict[str, Any], attributes: dict[str, Any]) -> dict[str, Any]:
     parameter = {key.replace(".", "_"): value for key, value in attributes.items()}
     return {"name": name, **datasets, "parameter": parameter}
-
-
-def _model(source: Path) -> Any:
-    from rom import ReducedModelError, read_reduced_model
-
-    try:
-        return read_reduced_model(source)
-    except ReducedModelError as error:
-        raise InputError(reason_of(error)) from None

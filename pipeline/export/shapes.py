@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from pipeline.errors import InputError, input_error, reason_of
 from pipeline.export.source import Kind, kind_of
+from pipeline.rehearsal import read_model, rehearsed
 
 COUNT = 10
 
@@ -20,7 +22,7 @@ def write_shapes(source: Path, sector_file: Path | None, target: Path, count: in
     the target cannot be written.
     """
     from geometry import SectorFileError, import_sector, load_sector
-    from rom import ReducedModelError, mode_shapes, read_reduced_model
+    from rom import ReducedModelError, mode_shapes
 
     if kind_of(source) is not Kind.model:
         raise input_error(source, "", "a response", "a reduced model (rom.h5)")
@@ -28,11 +30,15 @@ def write_shapes(source: Path, sector_file: Path | None, target: Path, count: in
         raise input_error(source, "", "its shapes need a mesh", "--mesh FILE, the mesh.vtu of the model")
     try:
         read = load_sector if sector_file.suffix == ".h5" else import_sector
-        model, sector = read_reduced_model(source), read(sector_file)
+        sector = rehearsed(sector_file, "a mesh of this program", partial(read, sector_file))
+    except SectorFileError as error:
+        raise InputError(reason_of(error)) from None
+    model = read_model(source)
+    try:
         count = min(count, model.size)
         frequency, shapes = mode_shapes(model, 0.0, normal=0.0, tangential=0.0, count=count)
-    except (ReducedModelError, SectorFileError) as error:
-        raise InputError(reason_of(error)) from None
+    except ReducedModelError as error:
+        raise InputError(f"{source}: {reason_of(error)}") from None
     points = len(sector.points)
     if shapes.shape[1] < points:
         raise input_error(sector_file, "", f"{points} points", f"the mesh of the model, {shapes.shape[1]} nodes")

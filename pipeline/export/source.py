@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geometry import stored_array
+from geometry import UNREADABLE, opened, stored_array, why_unreadable
 from pipeline.curve import BRANCHES
-from pipeline.errors import input_error, reason_of
+from pipeline.errors import input_error
+from pipeline.rehearsal import read_model, rehearsed
 
 if TYPE_CHECKING:
     import h5py
@@ -28,15 +29,24 @@ class Kind(StrEnum):
 
 def kind_of(path: Path) -> Kind:
     """What the file holds. Raises InputError if it cannot be read or holds neither."""
-    import h5py
+    kind, _ = rehearsed(path, _ALLOWED, lambda: _kind_and_content(path))
+    return kind
 
+
+def _kind_and_content(path: Path) -> tuple[Kind, object]:
+    """What the file holds, and that, read as the exports will read it."""
+    kind = _kind(path)
+    return kind, list(curves(path)) if kind is Kind.response else read_model(path)
+
+
+def _kind(path: Path) -> Kind:
     if not path.is_file():
         raise input_error(path, "", "no such file", _ALLOWED)
     try:
-        with h5py.File(path, "r") as file:
+        with opened(path) as file:
             names = set(file)
-    except (OSError, RuntimeError) as error:
-        raise input_error(path, "", f"cannot be read: {reason_of(error)}", _ALLOWED) from None
+    except UNREADABLE as error:
+        raise input_error(path, "", f"cannot be read: {why_unreadable(error)}", _ALLOWED) from None
     if not names & {"curve", "mass"}:
         raise input_error(path, "", f"holds {', '.join(sorted(names)[:8]) or 'nothing'}", _ALLOWED)
     return Kind.response if "curve" in names else Kind.model
@@ -47,18 +57,16 @@ def curves(path: Path) -> Iterator[tuple[str, dict[str, Any], dict[str, Any]]]:
 
     A branch is named `0/branch/1` and has the attributes of its curve. Raises InputError for a damaged file.
     """
-    import h5py
-
     try:
-        with h5py.File(path, "r") as file:
+        with opened(path) as file:
             for name in sorted(file["curve"], key=int):
                 group = file[f"curve/{name}"]
                 attributes = {key: _plain(value) for key, value in group.attrs.items()}
                 yield name, _datasets(group), attributes
                 for number in sorted(group.get(BRANCHES, ()), key=int):
                     yield f"{name}/{BRANCHES}/{number}", _datasets(group[f"{BRANCHES}/{number}"]), attributes
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError) as error:
-        raise input_error(path, "", f"cannot be read: {reason_of(error)}", _ALLOWED) from None
+    except UNREADABLE as error:
+        raise input_error(path, "", f"cannot be read: {why_unreadable(error)}", _ALLOWED) from None
 
 
 def _datasets(group: h5py.Group) -> dict[str, Any]:

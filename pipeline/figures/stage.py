@@ -66,4 +66,4 @@ def draw(folder: Path, curves: Sequence[Solved], title: str) -> None:
 
 def _title(run: Run) -> str:
     first = run.request.scene.first
-    return first.title or first.name
+    return (first.title or first.name).replace("$", r"\$")  # no formulae: half of one is an error

@@ -90,7 +90,7 @@ def damage(path, name, change):
         ("output/tip", None, "output/tip: missing"),
         ("output/root", lambda a: a[:2], "output/root: shape"),
         ("format", "7", "format: '7', allowed: '1'"),
-        ("n_blades", 0, "n_blades: 0, allowed: 1 or more"),
+        ("n_blades", 0, "n_blades: 0, allowed: 1 to 10000"),
         ("n_blades", 2.5, "n_blades.*whole number"),
     ],
 )
@@ -119,12 +119,12 @@ def test_files_that_are_no_models_are_named(tmp_path):
 
 
 def test_a_dataset_that_claims_what_nobody_wrote(tmp_path):
-    """Ten kilobytes that would become terabytes of zeros."""
+    """Ten kilobytes that would become gigabytes of zeros."""
     path = tmp_path / "huge.h5"
     write_reduced_model(path, random_model())
     with h5py.File(path, "r+") as file:
         del file["mass"]
-        file.create_dataset("mass", shape=(10**6, 10**6), dtype="f8", chunks=True)
+        file.create_dataset("mass", shape=(19_000, 19_000), dtype="f8", chunks=True)
     assert path.stat().st_size < 10**6
-    with pytest.raises(ReducedModelError, match="mass: claims 8e\\+12 bytes"):
+    with pytest.raises(ReducedModelError, match=r"mass: claims 2\.89e\+09 bytes"):
         read_reduced_model(path)

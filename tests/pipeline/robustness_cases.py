@@ -1,0 +1,187 @@
+"""What docs/robustness.md says of bad input: each line of its tables is tried; run as a program, this writes them."""
+
+import re
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from pipeline_support import ground_scene, shroud, small_scene, to_toml, write_ground_model, write_scene
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "robustness.md"
+LONGEST = 150
+Case = tuple[str, Callable[[Path], object]]
+
+
+def scene(**changes: Any) -> Callable[[Path], object]:
+    return lambda path: write_scene(path, small_scene(**changes))
+
+
+def text(change: Callable[[str], str | bytes]) -> Callable[[Path], object]:
+    """The small scene with its text changed."""
+
+    def write(path: Path) -> None:
+        content = change(to_toml(small_scene()))
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+
+    return write
+
+
+SCENES: list[Case] = [
+    ("`contact.friction` missing", scene(contact__friction=None)),
+    ("no `[blade]`", scene(blade=None)),
+    ("`friction = -0.1`", scene(contact__friction=-0.1)),
+    ("`friction = nan`", scene(contact__friction=float("nan"))),
+    ('`force = "1 N"`', scene(excitation__force="1 N")),
+    ("`n_blades = 72.0`", scene(blade__n_blades=72.0)),
+    ("`length = 1e300`", scene(blade__length=1e300)),
+    ("`force = 1e-300`", scene(excitation__force=1e-300)),
+    ("`frequency = [700, 300]`", scene(response__frequency=[700.0, 300.0])),
+    ("`contact_grid = [3]`", scene(mesh__contact_grid=[3])),
+    ("`frction = 0.1`", scene(contact__frction=0.1)),
+    ("`twist = 89.0`", scene(blade__twist=89.0)),
+    ("`size = 1e-6`: a mesh of 1e12 elements", scene(mesh__size=1e-6)),
+    ("`size = 0.0005`: a mesh of half a million", scene(mesh__size=0.0005)),
+    ("15 x 15 contact nodes and 15 harmonics", scene(mesh__contact_grid=[15, 15], response__harmonics=15)),
+    (
+        "a swept list of 200 values, twice",
+        scene(sweep={"contact.friction": [0.1] * 200, "excitation.force": [1.0] * 200}),
+    ),
+    ("`at = [0, 0, 450]`: mm for m", scene(excitation__at=[0.0, 0.0, 450.0])),
+    ("`modes = [100]` of `[render]` where there are 33", scene(render={"modes": [100]})),
+    ('`name = "../escape"`', scene(name="../escape")),
+    ("a key twice", text(lambda t: t + "harmonics = 2\n")),
+    ("Latin-1", text(lambda t: t.replace("Small blade", "Übung").encode("latin-1"))),
+    ("UTF-16", text(lambda t: t.encode("utf-16"))),
+    ("a zero byte", text(lambda t: t + "\0")),
+    ("an empty file", text(lambda t: "")),
+    ("more than 1 MB", text(lambda t: "#" * 1_000_001)),
+    ("a folder, a pipe", lambda path: path.mkdir()),
+    ("a link to `/dev/zero`", lambda path: path.symlink_to("/dev/zero")),
+]
+
+WARNED: list[Case] = [
+    ("`young_modulus = 210`: GPa for Pa", scene(material__young_modulus=210.0)),
+    ("`angle = 1.22`: radians for degrees", scene(shroud__angle=1.22)),
+    ("`friction = 40`: % for a fraction", scene(contact__friction=40.0)),
+    ("`damping_ratio = 0.3`: % for a fraction", scene(response__damping_ratio=0.3)),
+    ("`normal_stiffness = 200`: N/mm for N/m", scene(contact__normal_stiffness=200.0)),
+    ("`interference = 0.005`: mm for m", scene(contact__interference=0.005)),
+]
+
+
+def model(change: Callable[[h5py.File], object]) -> Callable[[Path], object]:
+    """A reduced model with something changed in its file."""
+
+    def write(path: Path) -> None:
+        write_ground_model(path, contact_area=np.ones(3))
+        with h5py.File(path, "r+") as file:
+            change(file)
+
+    return write
+
+
+def dataset(name: str, value: Any) -> Callable[[Path], object]:
+    def change(file: h5py.File) -> None:
+        made = value(file[name][()]) if callable(value) else value
+        del file[name]
+        file[name] = made
+
+    return model(change)
+
+
+def _huge(file: h5py.File) -> None:
+    del file["basis" if "basis" in file else "mass"]
+    file.create_dataset("mass", shape=(15_000, 15_000), dtype="f8", chunks=True)
+
+
+def _cut(path: Path) -> None:
+    write_ground_model(path)
+    path.write_bytes(path.read_bytes()[:3000])
+
+
+FILES: list[Case] = [
+    ("no dataset `mass`", model(lambda file: file.pop("mass"))),
+    ("`mass` is text", dataset("mass", lambda a: a.astype("S8"))),
+    ("`stiffness` is complex", dataset("stiffness", lambda a: a + 1j)),
+    ("`stiffness` holds nan", dataset("stiffness", lambda a: a * np.nan)),
+    ("`stiffness` holds 1e300", dataset("stiffness", lambda a: np.full_like(a, 1e300))),
+    ("`stiffness` is not symmetric", dataset("stiffness", lambda a: a + np.triu(np.ones_like(a), 1))),
+    ("`stiffness` lets the structure float", dataset("stiffness", lambda a: a * 0.0)),
+    ("`mass` is indefinite", dataset("mass", lambda a: a - 2.0 * np.diag(np.arange(12) == 3))),
+    ("`contact/right` has a row too few", dataset("contact/right", lambda a: a[:-1])),
+    ("`contact/area` is negative", dataset("contact/area", lambda a: -a)),
+    (
+        "`force/excitation` is a group",
+        model(lambda file: (file.pop("force/excitation"), file.create_group("force/excitation"))),
+    ),
+    ("`output` without `tip`", model(lambda file: file.pop("output/tip"))),
+    ("`n_blades = 1.5`", model(lambda file: file.attrs.update(n_blades=1.5))),
+    ("`n_blades = 1000000000`", model(lambda file: file.attrs.update(n_blades=10**9))),
+    ('`format = "2"`', model(lambda file: file.attrs.update(format="2"))),
+    ("`mass` is a link into another file", dataset("mass", h5py.ExternalLink("other.h5", "mass"))),
+    ("`mass` is a link to nowhere", dataset("mass", h5py.SoftLink("/nowhere"))),
+    ("`mass` claims 1.8 GB that nobody wrote", model(_huge)),
+    ("`mass` has 30 000 rows", dataset("mass", lambda a: np.broadcast_to(np.int8(0), (30_000, 1)))),
+    ("cut off", _cut),
+    ("empty", lambda path: path.write_bytes(b"")),
+    ("text", lambda path: path.write_text("mass = 1\n")),
+    ("a folder", lambda path: path.mkdir()),
+]
+
+
+def said_of_scenes(cases: list[Case]) -> Iterator[tuple[str, str]]:
+    """Each case with what `shroud validate` says of it, and its exit status."""
+    for what, make in cases:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "scene.toml"
+            make(path)
+            status, _, error = shroud("validate", path)
+            yield what, _shown(status, error, path)
+
+
+def said_of_files(cases: list[Case]) -> Iterator[tuple[str, str]]:
+    """Each case with what `shroud respond --rom` says of it, and its exit status."""
+    for what, make in cases:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "rom.h5"
+            make(path)
+            asked = write_scene(Path(folder) / "scene.toml", ground_scene())
+            status, _, error = shroud("respond", asked, "--rom", path, "--out", Path(folder) / "out")
+            assert not (Path(folder) / "out").exists()
+            yield what, _shown(status, error, path)
+
+
+def _shown(status: int, error: str, path: Path) -> str:
+    assert error.count("\n") == 1, error
+    line = error.strip().replace(str(path.parent) + "/", "").replace("|", "\\|")
+    line = line if len(line) <= LONGEST else line[: LONGEST - 3] + "..."
+    return f"{status}: `{line}`"
+
+
+def tables() -> dict[str, str]:
+    """The tables of the document, by name."""
+    rows = {"scenes": said_of_scenes(SCENES), "warnings": said_of_scenes(WARNED), "files": said_of_files(FILES)}
+    return {
+        name: "\n".join(
+            ["| input | exit status, and what is said |", "|---|---|", *(f"| {a} | {b} |" for a, b in lines)]
+        )
+        for name, lines in rows.items()
+    }
+
+
+def with_tables(document: str) -> str:
+    """The document with its tables made anew."""
+    end = "<!-- end -->"
+    for name, table in tables().items():
+        start = f"<!-- robustness: {name} -->"
+        document = re.sub(
+            f"{re.escape(start)}.*?{end}", lambda _, t=table, s=start: f"{s}\n{t}\n{end}", document, flags=re.DOTALL
+        )
+    return document
+
+
+if __name__ == "__main__":
+    DOCUMENT.write_text(with_tables(DOCUMENT.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,0 +1,288 @@
+"""Every key of every section with values of every wrong kind: taken, or refused in one line before any work."""
+
+import math
+import os
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+from pipeline_support import shroud, small_scene, to_toml, write_scene
+
+from pipeline.errors import InputError
+from pipeline.scene import SECTIONS
+from pipeline.scene_file import LARGEST_FILE, read_scene
+from pipeline.scene_schema import scene_schema
+
+HOUSE = Path(__file__).parents[2]
+KEYS = [(section, key) for section, model in SECTIONS.items() for key in model.model_fields]
+WRONG: dict[str, Any] = {
+    "text": "nonsense",
+    "empty text": "",
+    "truth": True,
+    "one": 1,
+    "zero": 0,
+    "negative": -1,
+    "fraction": 0.37,
+    "negative fraction": -0.37,
+    "not a number": math.nan,
+    "infinite": math.inf,
+    "minus infinite": -math.inf,
+    "enormous": 1e300,
+    "minus enormous": -1e300,
+    "400 digits": 10**400,
+    "tiny": 1e-300,
+    "smallest": 5e-324,
+    "empty list": [],
+    "nested": [[1.0, 2.0], [3.0]],
+    "list of one": [1],
+    "list of three": [1.0, 2.0, 3.0],
+    "long list": [1.0] * 1000,
+    "list with text": [1.0, "x"],
+    "list with nan": [math.nan, 1.0],
+    "list with truth": [True, False],
+    "table": {"a": 1},
+    "date": date(2011, 7, 24),
+}
+
+
+@pytest.fixture(scope="module")
+def validator() -> Draft202012Validator:
+    return Draft202012Validator(scene_schema())
+
+
+def whole_scene(section: str, key: str, value: Any) -> dict[str, Any]:
+    """The small scene with every section in it and one value changed; None removes the key."""
+    base = small_scene(render={"modes": [1]})
+    base[section] = {name: held for name, held in base[section].items() if name != key}
+    if value is not None:
+        base[section][key] = value
+    return base
+
+
+def judged(path: Path, scene: dict[str, Any]) -> str:
+    """The complaint of `shroud validate`, empty where there is none; checks that it is a tidy one."""
+    status, said, error = shroud("validate", write_scene(path, scene))
+    if status == 0:
+        assert "valid" in said
+        assert all(line.startswith("warning: ") for line in error.splitlines()), error
+        return ""
+    assert (status, said) == (2, ""), error
+    assert error.count("\n") == 1, error
+    assert error.startswith(f"{path}: "), error
+    assert ", allowed: " in error
+    assert len(error) < len(str(path)) + (1200 if "unknown key" in error else 500)
+    return error
+
+
+def fits(validator: Draft202012Validator, path: Path) -> bool:
+    """Whether the JSON schema takes the scene file."""
+    return validator.is_valid(tomllib.loads(path.read_text()))
+
+
+@pytest.mark.parametrize(("section", "key"), KEYS)
+def test_wrong_values(tmp_path: Path, validator: Draft202012Validator, section: str, key: str) -> None:
+    path = tmp_path / "scene.toml"
+    for kind, value in WRONG.items():
+        complaint = judged(path, whole_scene(section, key, value))
+        assert list(tmp_path.iterdir()) == [path], kind
+        if complaint:
+            assert "None" not in complaint, (kind, complaint)
+        if not fits(validator, path):
+            assert complaint, f"{kind}: the schema refuses what the program takes"
+        elif _is_json(value):
+            try:
+                read_scene(path)
+            except InputError as error:
+                pytest.fail(f"{kind}: the schema takes what the reader refuses: {error}")
+
+
+def _is_json(value: Any) -> bool:
+    """Whether JSON has such a value and takes it for the same: it knows no nan, and 1.0 is a whole number there."""
+    if isinstance(value, list):
+        return all(_is_json(item) for item in value)
+    return not isinstance(value, float) or (math.isfinite(value) and value % 1 != 0)
+
+
+@pytest.mark.parametrize(("section", "key"), KEYS)
+def test_missing_and_misspelt_keys(tmp_path: Path, validator: Draft202012Validator, section: str, key: str) -> None:
+    path = tmp_path / "scene.toml"
+    complaint = judged(path, whole_scene(section, key, None))
+    if SECTIONS[section].model_fields[key].is_required():
+        assert f"{section}.{key}: missing, allowed: " in complaint
+    assert fits(validator, path) or complaint
+    misspelt = whole_scene(section, key, None)
+    misspelt[section][f"{key}x"] = 1
+    complaint = judged(path, misspelt)
+    assert f"{section}.{key}x: unknown key, did you mean {key}?" in complaint
+    assert not fits(validator, path)
+
+
+@pytest.mark.parametrize(("section", "key"), KEYS)
+def test_wrong_values_in_a_sweep(tmp_path: Path, section: str, key: str) -> None:
+    path = tmp_path / "scene.toml"
+    for value in ("nonsense", math.nan, -1e300, {"a": 1}, [[]], date(2011, 7, 24)):
+        complaint = judged(path, small_scene(sweep={f"{section}.{key}": [value]}))
+        assert f'sweep."{section}.{key}"' in complaint
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+@pytest.mark.parametrize("value", [1, "x", True, [], [{}], date(2011, 7, 24), math.nan])
+def test_a_section_that_is_no_table(tmp_path: Path, section: str, value: Any) -> None:
+    assert f": {section}: " in judged(tmp_path / "scene.toml", small_scene(**{section: value}))
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"mesh__size": 0.0005}, "mesh.size: 0.0005, allowed: larger elements"),
+        ({"shroud__axial_width": 1000.0}, "mesh.size: 0.009, allowed: larger elements"),
+        ({"blade__length": 1000.0}, "mesh.size: 0.009, allowed: larger elements"),
+        ({"mesh__contact_grid": [15, 15], "response__harmonics": 15}, "response.harmonics: 15, allowed: 6 at most"),
+        (
+            {"contact__samples": 400, "mesh__contact_grid": [9, 9], "response__harmonics": 99},
+            "harmonics: 99, allowed: 20",
+        ),
+        ({"excitation__at": [0.0, 0.0, 450.0]}, "excitation.at: [0.0, 0.0, 450.0], allowed: a point of the blade"),
+        ({"excitation__at": [0.0, 0.0, -0.45]}, "excitation.at: [0.0, 0.0, -0.45], allowed: a point of the blade"),
+        ({"excitation__at": [40.0, 0.0, 0.45]}, "excitation.at: [40.0, 0.0, 0.45], allowed: a point of the blade"),
+        ({"render": {"modes": [100]}}, "render.modes: [100], allowed: 1 to 33"),
+        ({"response__damping_ratio": [0.01] * 34}, "response.damping_ratio: a list of 34, allowed: 33 at most"),
+        (
+            {"mesh__size": 0.001, "sweep": {"blade.length": [0.15 + 1e-6 * k for k in range(1000)]}},
+            "sweep: 1000 different models of some ",
+        ),
+        ({"response__frequency": [300.0, 300.0]}, "response.frequency: [300.0, 300.0], allowed: "),
+    ],
+)
+def test_what_would_never_end(tmp_path: Path, changes: dict[str, Any], expected: str) -> None:
+    assert expected in judged(tmp_path / "scene.toml", small_scene(**changes))
+
+
+def test_a_large_sweep_of_one_model_is_checked_once_a_shape(tmp_path: Path) -> None:
+    sweep = {
+        "contact.interference": [1e-9 * k for k in range(100)],
+        "contact.friction": [0.01 * k for k in range(100)],
+    }
+    assert judged(tmp_path / "scene.toml", small_scene(sweep=sweep)) == ""
+
+
+BROKEN: dict[str, Callable[[Path], object]] = {
+    "empty": lambda path: path.write_bytes(b""),
+    "latin-1": lambda path: path.write_bytes('name = "Schaufel für ENOC"\n'.encode("latin-1")),
+    "utf-16": lambda path: path.write_bytes(to_toml(small_scene()).encode("utf-16")),
+    "zero bytes": lambda path: path.write_bytes(to_toml(small_scene()).encode() + b"\0\0\0"),
+    "all zero bytes": lambda path: path.write_bytes(bytes(4096)),
+    "doubled key": lambda path: path.write_text(to_toml(small_scene()) + "damping_ratio = 0.1\n"),
+    "doubled table": lambda path: path.write_text(to_toml(small_scene()) + "[blade]\n"),
+    "table and value": lambda path: path.write_text("blade = 1\n[blade.length]\n"),
+    "half a file": lambda path: path.write_text(to_toml(small_scene())[:700]),
+    "long line": lambda path: path.write_text('title = "' + "x" * (LARGEST_FILE // 2) + '"\n'),
+    "long key": lambda path: path.write_text("x" * 100_000 + " = 1\n"),
+    "deep table": lambda path: path.write_text("[" + ".".join("a" * 1000) + "]\n"),
+    "deep list": lambda path: path.write_text("name = " + "[" * 100_000),
+    "too large": lambda path: path.write_text("#" * (LARGEST_FILE + 1)),
+    "directory": lambda path: path.mkdir(),
+    "link to nowhere": lambda path: path.symlink_to(path.with_name("nowhere")),
+    "link to itself": lambda path: path.symlink_to(path),
+    "link to an endless device": lambda path: path.symlink_to("/dev/zero"),
+    "link to a tree of the kernel": lambda path: path.symlink_to("/proc/self/mem"),
+    "pipe": lambda path: os.mkfifo(path),
+    "absent": lambda path: None,
+}
+
+
+@pytest.mark.parametrize("kind", BROKEN)
+@pytest.mark.parametrize("command", ["validate", "run", "report", "verify"])
+def test_broken_files(tmp_path: Path, kind: str, command: str) -> None:
+    path, out = tmp_path / "scene.toml", tmp_path / "out"
+    BROKEN[kind](path)
+    status, said, error = shroud(command, path, *([] if command == "validate" else ["--out", out]))
+    assert (status, said) == (2, ""), error
+    assert error.count("\n") == 1, error
+    assert error.startswith(f"{path}: "), error
+    assert len(error) < len(str(path)) + 500
+    assert not out.exists()
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root reads every file")
+def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "scene.toml", small_scene())
+    path.chmod(0)
+    status, _, error = shroud("validate", path)
+    assert (status, error) == (
+        2,
+        f"{path}: cannot be read: Permission denied, allowed: a readable scene file in TOML\n",
+    )
+
+
+def test_a_byte_order_mark_and_windows_line_ends_are_taken(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + to_toml(small_scene()).replace("\n", "\r\n").encode())
+    assert shroud("validate", path)[0] == 0
+
+
+NAMES = [
+    "",
+    ".",
+    "..",
+    "../x",
+    "/x",
+    "a/b",
+    "a\\b",
+    "C:x",
+    "a\x00b",
+    "a\tb",
+    "a\u202eb",
+    "ａ",
+    "é",
+    "a" * 65,
+    "-x",
+    "~",
+    "$HOME",
+]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_cannot_lead_elsewhere(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "scene.toml"
+    path.write_text(to_toml(small_scene(name="NAME")).replace('"NAME"', _escaped(name)))
+    status, said, error = shroud("run", path)
+    assert (status, said) == (2, ""), error
+    assert error.startswith(f"{path}: name: "), error
+    assert error.count("\n") == 1
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def _escaped(text: str) -> str:
+    return '"' + "".join(f"\\U{ord(c):08x}" for c in text) + '"'
+
+
+def test_nothing_heavy_is_imported_before_a_complaint(tmp_path: Path) -> None:
+    """One process is given a wrong value for every key; by its end neither mesher nor solver nor HDF5 is there."""
+    paths = []
+    for section, key in KEYS:
+        path = tmp_path / f"{section}.{key}.toml"
+        paths.append(str(write_scene(path, whole_scene(section, key, {"a": math.nan}))))
+    code = (
+        "import sys\nfrom pipeline.cli import command\n"
+        f"found = [command(['run', path, '--out', {str(tmp_path / 'out')!r}]) for path in {paths!r}]\n"
+        "assert set(found) == {2}, found\n"
+        "print(*{name.partition('.')[0] for name in sys.modules})"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(HOUSE)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path, env=environment
+    )
+    assert done.returncode == 0, done.stderr
+    assert not {"gmsh", "h5py", "scipy", "numba", "skfem", "meshio", "matplotlib", "pyvista"} & set(
+        done.stdout.split()
+    )
+    assert len(done.stderr.splitlines()) == len(KEYS)
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,73 @@
+"""Values that look like a slip of units are said in one line each, and computed all the same."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
+
+from pipeline.scene_file import read_scene
+from pipeline.slips import slips
+
+MILLIMETRES = {
+    "blade__length": 150.0,
+    "blade__hub_radius": 300.0,
+    "blade__chord": 36.0,
+    "blade__thickness": 9.0,
+    "shroud__thickness": 5.0,
+    "shroud__axial_width": 40.0,
+    "shroud__contact_length": 12.0,
+    "mesh__size": 9.0,
+}
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        (MILLIMETRES, ["blade.hub_radius: 300.0", "blade.length: 150.0", "blade.chord: 36.0"]),
+        ({"shroud__angle": 1.22}, ["shroud.angle: 1.22 is unusual; the key is in degrees"]),
+        ({"material__young_modulus": 210.0}, ["material.young_modulus: 210.0 is unusual; the key is in Pa"]),
+        ({"material__density": 7.85e-9}, ["material.density: 7.85e-09 is unusual; the key is in kg/m^3"]),
+        ({"contact__friction": 40.0}, ["contact.friction: 40.0 is unusual"]),
+        ({"contact__friction": [0.4, 0.4, 40.0, 0.4]}, ["contact.friction: 40.0 is unusual"]),
+        ({"response__damping_ratio": 0.3}, ["response.damping_ratio: 0.3 is unusual; the key is a fraction"]),
+        ({"contact__normal_stiffness": 200.0}, ["contact.normal_stiffness: 200.0 is unusual; the key is in N/m"]),
+        ({"contact__interference": -0.005}, ["contact.interference: -0.005 is unusual; the key is in metres"]),
+        ({"sweep": {"contact.friction": [0.4, 30.0, 40.0]}}, ['sweep."contact.friction": 30.0 is unusual']),
+        ({"contact__friction": 0.0, "contact__normal_stiffness": 0.0, "contact__interference": 0.0}, []),
+        ({"contact__normal_stiffness": "punch"}, []),
+        ({}, []),
+    ],
+)
+def test_slips_are_said_and_taken(tmp_path: Path, changes: dict[str, Any], expected: list[str]) -> None:
+    path = write_scene(tmp_path / "s.toml", small_scene(**changes))
+    status, said, error = shroud("validate", path)
+    assert status == 0
+    assert "valid" in said
+    lines = error.splitlines()
+    assert len(lines) == len(expected)
+    for line, words in zip(lines, expected, strict=True):
+        assert line.startswith(f"warning: {path}: {words}")
+
+
+@pytest.mark.parametrize("scene", sorted(Path(__file__).parents[2].glob("scenes/*.toml")), ids=lambda path: path.stem)
+def test_nothing_is_wrong_with_the_scenes_that_ship(scene: Path) -> None:
+    assert slips(read_scene(scene)) == []
+
+
+def test_a_model_without_units_is_taken_as_it_is(tmp_path: Path) -> None:
+    """Stiffness and interference of a given model may have any size; friction and damping ratio have no unit."""
+    scene = {**ground_scene(friction=3.0), "response": {"frequency": [5.0, 6.0], "rayleigh": [0.0, 0.02]}}
+    path, rom = write_scene(tmp_path / "s.toml", scene), write_ground_model(tmp_path / "g.h5")
+    status, _, error = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out")
+    assert status == 0
+    warnings = [line for line in error.splitlines() if line.startswith("warning: ")]
+    assert len(warnings) == 2
+    assert warnings[0].startswith(f"warning: {path}: contact.friction: 3.0 is unusual")
+    highest = max(hz for hz in summary_of(tmp_path / "out")["models"][0]["stuck_hz"]["0"])
+    assert warnings[1] == (
+        f"warning: no natural frequency lies in response.frequency, 5 to 6 Hz; the nearest: {highest:.6g} Hz"
+    )
+    assert statuses(tmp_path / "out")["respond"] == "ran"
+    quiet = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")
+    assert quiet == (0, "", "")
