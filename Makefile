@@ -27,7 +27,7 @@ $(VENV)/.installed: pyproject.toml
 	@$(PYTHON) pipeline/bootstrap.py
 	@echo "setting up $(VENV), once"
 	@$(PYTHON) -m venv $(VENV)
-	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[cholmod,uff,dev]'
+	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[cholmod,uff,docs,dev]'
 	@touch $@
 
 run: setup

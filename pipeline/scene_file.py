@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -48,8 +49,8 @@ class SceneFile:
         return self.members[0].scene
 
 
-def read_scene(path: Path, given_model: bool = False) -> SceneFile:
-    """Read and validate a scene file against the schema.
+def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> SceneFile:
+    """Read and validate the scene file `path` against the schema.
 
     With `given_model` the scene is for a reduced model from elsewhere: what describes a blade is ignored.
 
@@ -57,6 +58,7 @@ def read_scene(path: Path, given_model: bool = False) -> SceneFile:
     ------
     InputError : the file cannot be read, is not TOML, or a value is missing, unknown or not allowed.
     """
+    path = Path(path)
     raw = _load(path)
     sweep = _sweep_lists(path, raw.pop("sweep", {}))
     if given_model:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rom.reduced_model import Array, ComplexArray, ReducedModel, ReducedModelError
+from rom.reduced_model import Array, ComplexArray, ReducedModel, ReducedModelError, inter_blade_phase
 
 
 @dataclass(frozen=True)
@@ -45,9 +45,7 @@ class ModalModel:
 
     def phase(self, engine_order: int) -> float:
         """Inter-blade phase angle psi = 2 pi EO / N_b in rad, reduced to one turn (0 for a single structure)."""
-        if self.n_blades is None:
-            return 0.0
-        return 2.0 * np.pi * (engine_order % self.n_blades) / self.n_blades
+        return inter_blade_phase(engine_order, self.n_blades)
 
 
 def modal_model(
