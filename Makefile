@@ -3,6 +3,7 @@
 # make test   set up what is needed, then format, lint, types and tests
 # make bench  run time against error of every stage and of the whole, into out/bench; make bench-docs puts it into docs
 # make bench-peers  beside pyHarm (installed into an environment of its own) and CalculiX (where ccx is)
+# make docs   the documentation site, into out/docs/index.html; make tutorials runs the tutorials and renews their output and pictures
 # make stress the stability matrix: hard cases solved, every one written down, into out/stress
 #
 # SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes;
@@ -19,7 +20,7 @@ BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) --jobs $(JOBS)
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond render figures report test stress bench bench-peers bench-docs clean
+.PHONY: setup run mesh assemble reduce respond render figures report test docs tutorials stress bench bench-peers bench-docs clean
 
 setup: $(VENV)/.installed
 
@@ -43,6 +44,15 @@ test: setup
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist loadgroup
+
+# A warning is an error. The pages need no network.
+docs: setup
+	@$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet -j auto docs out/docs -d out/.doctrees
+	@echo out/docs/index.html
+
+tutorials: export OPENBLAS_NUM_THREADS = 1
+tutorials: setup
+	@$(BIN)/python docs/execute.py --update
 
 stress: setup
 	@$(BIN)/python benchmarks/stress.py --jobs $(JOBS) $(STRESS)
