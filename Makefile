@@ -47,7 +47,7 @@ test: setup
 
 # A warning is an error. The pages need no network.
 docs: setup
-	@$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet -j auto docs out/docs -d out/.doctrees
+	@$(BIN)/sphinx-build --fail-on-warning --quiet --fresh-env docs out/docs -d out/.doctrees
 	@echo out/docs/index.html
 
 tutorials: export OPENBLAS_NUM_THREADS = 1

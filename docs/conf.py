@@ -23,6 +23,7 @@ autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 default_role = "code"
 add_module_names = False
+toc_object_entries_show_parents = "hide"
 maximum_signature_line_length = 88
 highlight_language = "text"
 
@@ -43,8 +44,6 @@ def process_signature(
     app: Any, what: str, name: str, item: Any, options: Any, signature: str | None, returns: str | None
 ) -> tuple[str | None, str | None]:
     """Signatures with array types as people call them."""
-    if what == "class" and (issubclass(item, Exception) or getattr(item, "_is_protocol", False)):
-        return "", None
     return short_signature(signature), short_signature(returns)
 
 

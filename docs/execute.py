@@ -136,28 +136,33 @@ def commands(block: Block) -> Iterator[tuple[int, str, str]]:
             shown += line + "\n"
 
 
-def check(page: Path, pieces: list[Piece]) -> None:
-    """Raise PageError for the first piece whose output is not what the page shows."""
+def check(page: Path, pieces: list[Piece], numbers: bool = True) -> None:
+    """Raise PageError for the first piece whose output is not what the page shows (see `agrees`)."""
     for piece in pieces:
         shown = piece.shown.text if piece.shown else ""
-        if not agrees(shown, piece.printed):
+        if not agrees(shown, piece.printed, numbers):
             line = (piece.shown or piece.block).first
             raise PageError(f"{page}:{line}: the page shows\n{shown}\nbut this was printed:\n{piece.printed}")
 
 
-def agrees(shown: str, printed: str) -> bool:
-    """Whether a printed text is the one shown, numbers by value, spaces and boxes aside, "..." for anything."""
-    pattern, numbers = "", []
-    for part in re.split(rf"(\.\.\.|{_NUMBER.pattern})", _words(shown)):
-        if part == "...":
+def agrees(shown: str, printed: str, numbers: bool = True) -> bool:
+    """Whether a printed text is the one shown, numbers by value, spaces and boxes aside, "..." for anything.
+
+    numbers: whether their values count, or only that there is a number.
+    """
+    pattern, values = "", []
+    for part in re.split(rf"( ?\.\.\. ?|{_NUMBER.pattern})", _words(shown)):
+        if part.strip() == "...":
             pattern += ".*?"
         elif _NUMBER.fullmatch(part):
             pattern += f"({_NUMBER.pattern})"
-            numbers.append(part)
+            values.append(part)
         else:
             pattern += re.escape(part)
     match = re.fullmatch(pattern, _words(printed))
-    return match is not None and all(_near(*pair) for pair in zip(numbers, match.groups(), strict=True))
+    if match is None:
+        return False
+    return not numbers or all(_near(*pair) for pair in zip(values, match.groups(), strict=True))
 
 
 def _words(text: str) -> str:

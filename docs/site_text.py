@@ -7,7 +7,7 @@ Docstrings are plain text with `code` in single backticks and, at most, sections
     stiffness, mass : (N, N) CSR, symmetric,
         N/m and kg.
 
-which become definition lists. Everything else that reStructuredText would read as markup is escaped.
+which become lists. Everything else that reStructuredText would read as markup is escaped.
 """
 
 from __future__ import annotations
@@ -17,10 +17,7 @@ import subprocess
 import sys
 
 _ENTRY = re.compile(r"(?:^|(?<=\. ))([A-Za-z_][\w.]*(?:, [A-Za-z_][\w.]*)*) : ")
-_ARRAYS = (
-    (r"(?:numpy\.)?ndarray\[tuple\[(?:Any|typing\.Any|int), \.\.\.\], (?:numpy\.)?dtype\[(?:numpy\.)?(\w+)\]\]", r"\1"),
-    (r"NDArray\[(?:numpy\.|np\.)?(\w+)\]", r"\1"),
-)
+_ARRAY = re.compile(r"(?:ndarray\[tuple\[(?:Any|int), \.\.\.\], dtype\[(\w+)\]\]|NDArray\[(?:np\.)?(\w+)\])")
 _NAMES = {
     "float64": "Array",
     "complex128": "ComplexArray",
@@ -39,9 +36,11 @@ def docstring_lines(lines: list[str]) -> list[str]:
     while index < len(lines):
         if index + 1 < len(lines) and re.fullmatch(r"-{3,}", lines[index + 1].strip()) and lines[index].strip():
             end = index + 2
-            while end < len(lines) and not _begins_section(lines, end) and (lines[end].strip() or _goes_on(lines, end)):
+            while (
+                end < len(lines) and not _begins_section(lines, end) and (lines[end].strip() or _goes_on(lines, end))
+            ):
                 end += 1
-            result += ["", f"**{lines[index].strip()}**", "", *_definitions(lines[index + 2 : end]), ""]
+            result += ["", f"**{lines[index].strip()}**", "", *_entries(lines[index + 2 : end]), ""]
             index = end
         else:
             result.append(_plain(lines[index]))
@@ -58,8 +57,8 @@ def _goes_on(lines: list[str], index: int) -> bool:
     return index + 1 < len(lines) and lines[index + 1].startswith(" ")
 
 
-def _definitions(lines: list[str]) -> list[str]:
-    """Entries `names : text`, several on a line where a sentence ends between them, as a definition list."""
+def _entries(lines: list[str]) -> list[str]:
+    """Entries `names : text`, several on a line where a sentence ends between them, as a list."""
     entries: list[str] = []
     for line in lines:
         if line.startswith(" ") and entries:
@@ -71,7 +70,7 @@ def _definitions(lines: list[str]) -> list[str]:
         parts = _ENTRY.split(entry)
         for names, text in zip(parts[1::2], parts[2::2], strict=True):
             named = ", ".join(f"``{name}``" for name in names.split(", "))
-            result += [named, f"    {_plain(text.strip())}", ""]
+            result.append(f"* {named}: {_plain(text.strip())}")
     return result
 
 
@@ -87,14 +86,14 @@ def short_signature(text: str | None) -> str | None:
     """A signature with `Array` for a NumPy array of floats, and names without their modules."""
     if text is None:
         return None
-    for pattern, name in _ARRAYS:
-        text = re.sub(pattern, lambda match, name=name: _NAMES.get(match.expand(name), "Array"), text)
-    text = re.sub(r"\b(?:\w+\.)+(?=[A-Z])", "", text)
-    return text
+    text = re.sub(r"~?\b(?:numpy|typing|collections\.abc)\.", "", text.replace("~", ""))
+    text = _ARRAY.sub(lambda match: _NAMES.get(match[1] or match[2], "Array"), text)
+    return re.sub(r"\b(?:\w+\.)+(?=[A-Z])", "", text)
 
 
 def commands_text() -> str:
     """Every command with its arguments and options, in Markdown, as typer describes them."""
     asked = [sys.executable, "-m", "typer", "pipeline.cli", "utils", "docs", "--name", "shroud"]
     text = subprocess.run(asked, capture_output=True, text=True, check=True).stdout
-    return text[text.index("## `shroud run`") :]
+    outside = re.split(r"(`[^`]*`)", text[text.index("## `shroud run`") :])
+    return "".join(piece if piece.startswith("`") else piece.replace("<", "&lt;") for piece in outside)

@@ -101,6 +101,8 @@ class ContactParameters:
 class ContactForces:
     """What an element returns for real Fourier coefficients (see `ContactElement`).
 
+    Attributes
+    ----------
     force : (2H+1, n_c, 3), f_R = -(T1, T2, N - N0).
     jacobian : (n_c, 3, 3, 2H+1, 2H+1); [k, a, b, i, j] = d force[i, k, a] / d displacement[j, k, b]; empty where it
         is not kept.

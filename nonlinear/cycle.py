@@ -12,6 +12,8 @@ from nonlinear.fourier import ComplexArray, basis_table, to_real
 class ContactCycle(NamedTuple):
     """Samples over one period.
 
+    Attributes
+    ----------
     angle : (S,) theta = w t, rad. displacement : (S, n_c, 3) relative. force : (S, n_c, 3), (T1, T2, N)
     with the whole N, preload included. state : (S, n_c) STICK, SLIP or LIFT_OFF.
     """
