@@ -76,9 +76,10 @@ def _entries(lines: list[str]) -> list[str]:
 
 def _plain(line: str) -> str:
     """Text in which nothing is markup but `code`."""
-    pieces = re.split(r"(`[^`]+`)", line)
+    pieces = re.split(r"(``?[^`]+``?)", line)
     return "".join(
-        f"`{piece}`" if piece.startswith("`") else re.sub(r"([\\*|]|_(?=\W|$))", r"\\\1", piece) for piece in pieces
+        f"``{piece.strip('`')}``" if piece.startswith("`") else re.sub(r"([\\*|]|_(?=\W|$))", r"\\\1", piece)
+        for piece in pieces
     )
 
 

@@ -24,7 +24,7 @@ IGNORED_WITH_MODEL = ("blade", "shroud", "mesh", "rom", "render")
 
 @dataclass(frozen=True)
 class Member:
-    """One combination of a sweep: `parameters` holds the swept dotted keys with their values here."""
+    """Combination `index` of a sweep: its `scene`, and in `parameters` the swept dotted keys with their values."""
 
     index: int
     scene: Scene
@@ -33,9 +33,10 @@ class Member:
 
 @dataclass(frozen=True)
 class SceneFile:
-    """A scene file that obeys the schema, as the members of its sweep (one where there is no sweep).
+    """A scene file at `path` that obeys the schema, as the `members` of its sweep (one where there is no sweep).
 
-    `accuracy`: what the preset gave to the first member, None where the scene names none.
+    `swept`: the dotted keys of the sweep. `accuracy`: what the preset gave to the first member, None where the scene
+    names none.
     """
 
     path: Path

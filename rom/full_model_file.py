@@ -19,7 +19,7 @@ _ARRAYS = ("positions", "vertex_node", "fixed", "centrifugal")
 
 
 def save_full_model(path: str | Path, full: FullModel) -> None:
-    """Write a full model; exact, the two matrices share their pattern. A partial file is the caller's to avoid."""
+    """Write a full model to the HDF5 file `path`; exact. A partial file is the caller's to avoid."""
     import h5py
 
     with h5py.File(path, "w") as file:
@@ -33,7 +33,7 @@ def save_full_model(path: str | Path, full: FullModel) -> None:
 
 
 def load_full_model(path: str | Path) -> FullModel:
-    """Read what `save_full_model` wrote. Raises FullModelFileError when the file is missing or is not one."""
+    """Read what `save_full_model` wrote to `path`. Raises FullModelFileError when it is missing or is not one."""
     import h5py
 
     try:

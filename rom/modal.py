@@ -44,7 +44,7 @@ class ModalModel:
         return self.right.shape[0] // 3
 
     def phase(self, engine_order: int) -> float:
-        """Inter-blade phase angle psi = 2 pi EO / N_b in rad, reduced to one turn (0 for a single structure)."""
+        """Inter-blade phase angle psi = 2 pi EO / N_b, rad, in one turn, of `engine_order` EO; 0 without a ring."""
         return inter_blade_phase(engine_order, self.n_blades)
 
 
@@ -59,6 +59,7 @@ def modal_model(
 
     Parameters
     ----------
+    model : the reduced model, n coordinates.
     damping_ratio : zeta, one number for all modes or one for each of the first modes (the last one holds
         for the modes above).
     rayleigh : (a, b) of C = a M + b K, 2 zeta_i w_i = a + b w_i^2. Give this or `damping_ratio`.

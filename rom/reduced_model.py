@@ -93,7 +93,7 @@ class ReducedModel:
         return self.mass.shape[0]
 
     def phase(self, engine_order: int) -> float:
-        """Inter-blade phase angle psi = 2 pi EO / N_b in rad, reduced to one turn (0 for a single structure)."""
+        """Inter-blade phase angle psi = 2 pi EO / N_b, rad, in one turn, of `engine_order` EO; 0 without a ring."""
         return inter_blade_phase(engine_order, self.n_blades)
 
 
