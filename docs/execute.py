@@ -146,28 +146,34 @@ def check(page: Path, pieces: list[Piece], numbers: bool = True) -> None:
 
 
 def agrees(shown: str, printed: str, numbers: bool = True) -> bool:
-    """Whether a printed text is the one shown, numbers by value, spaces and boxes aside, "..." for anything.
+    """Whether a printed text is the one shown, word by word, numbers by value, boxes aside, "..." for any words.
 
     numbers: whether their values count, or only that there is a number.
     """
-    pattern, values = "", []
-    for part in re.split(rf"( ?\.\.\. ?|{_NUMBER.pattern})", _words(shown)):
-        if part.strip() == "...":
-            pattern += ".*?"
-        elif _NUMBER.fullmatch(part):
-            pattern += f"({_NUMBER.pattern})"
-            values.append(part)
+    found = _words(printed)
+    reached = {0}  # how many of the printed words the page's words so far may have used up
+    for wanted in _words(shown):
+        if wanted == "...":
+            reached = set(range(min(reached), len(found) + 1))
         else:
-            pattern += re.escape(part)
-    match = re.fullmatch(pattern, _words(printed))
-    if match is None:
+            reached = {at + 1 for at in reached if at < len(found) and _same(wanted, found[at], numbers)}
+        if not reached:
+            return False
+    return len(found) in reached
+
+
+def _words(text: str) -> list[str]:
+    """The words; lines that draw boxes are no words."""
+    return re.sub(r"[─-╿]+", " ", text).replace("[", " [ ").split()
+
+
+def _same(wanted: str, word: str, numbers: bool) -> bool:
+    """Whether two words are the same but for the last digits of the numbers in them."""
+    if _NUMBER.sub("#", wanted) != _NUMBER.sub("#", word):
         return False
-    return not numbers or all(_near(*pair) for pair in zip(values, match.groups(), strict=True))
-
-
-def _words(text: str) -> str:
-    """The words with one space between them; lines that only draw boxes left out."""
-    return " ".join(re.sub(r"[─-╿]+", " ", text).replace("[", " [ ").split())
+    return not numbers or all(
+        _near(*pair) for pair in zip(_NUMBER.findall(wanted), _NUMBER.findall(word), strict=True)
+    )
 
 
 def _near(shown: str, printed: str) -> bool:
