@@ -1,4 +1,7 @@
-"""The README's first half hour: every command of it, in a copy of the sources whose scenes are small ones."""
+"""The README's first half hour: every command of it, in a copy of the sources whose scenes are small ones.
+
+Then the recipe for results in Python, on what that has left.
+"""
 
 import os
 import re
@@ -48,4 +51,6 @@ def test_the_first_half_hour(copied_house: Path, tmp_path: Path, monkeypatch: py
     for name in ("figures/response.png", "figures/peaks.png"):
         assert (copied_house / "out" / "dummy" / name).is_file()
     assert (copied_house / "out" / "mine" / "report.html").is_file()
+    run_page(HOUSE / "docs" / "howto.md", copied_house)
+    assert (copied_house / "one_curve.png").is_file()
     assert "angle = 180.0" in (copied_house / "scenes" / "mine" / "scene.toml").read_text()
