@@ -3,6 +3,7 @@
 # make test   set up what is needed, then format, lint, types and tests
 # make bench  run time against error of every stage and of the whole, into out/bench; make bench-docs puts it into docs
 # make bench-peers  beside pyHarm (installed into an environment of its own) and CalculiX (where ccx is)
+# make docs   the documentation site, into out/docs/index.html; make tutorials runs the tutorials and renews their output and pictures
 # make stress the stability matrix: hard cases solved, every one written down, into out/stress
 # make fuzz   bytes of all kinds into the readers of scenes and HDF5 files, findings into out/fuzz; FUZZ=seconds each
 #
@@ -21,7 +22,7 @@ BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) --jobs $(JOBS)
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond render figures report test stress fuzz bench bench-peers bench-docs clean
+.PHONY: setup run mesh assemble reduce respond render figures report test docs tutorials stress fuzz bench bench-peers bench-docs clean
 
 setup: $(VENV)/.installed
 
@@ -29,7 +30,7 @@ $(VENV)/.installed: pyproject.toml
 	@$(PYTHON) pipeline/bootstrap.py
 	@echo "setting up $(VENV), once"
 	@$(PYTHON) -m venv $(VENV)
-	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[cholmod,uff,dev]'
+	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[cholmod,uff,docs,dev]'
 	@touch $@
 
 run: setup
@@ -45,6 +46,15 @@ test: setup
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist loadgroup
+
+# A warning is an error. The pages need no network.
+docs: setup
+	@$(BIN)/sphinx-build --fail-on-warning --quiet --fresh-env docs out/docs -d out/.doctrees
+	@echo out/docs/index.html
+
+tutorials: export OPENBLAS_NUM_THREADS = 1
+tutorials: setup
+	@$(BIN)/python docs/execute.py --update
 
 stress: setup
 	@$(BIN)/python benchmarks/stress.py --jobs $(JOBS) $(STRESS)

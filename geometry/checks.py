@@ -19,7 +19,8 @@ LARGEST_MESH = 3_000_000  # elements
 def check_parameters(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> None:
     """Raise ``GeometryError`` for the first thing that is wrong, with the nearest value that would fit.
 
-    Cheap: no gmsh; a few milliseconds for parameters that fit, about a tenth of a second to find what would.
+    Looks at each of ``blade``, ``shroud`` and ``mesh`` by itself, then at how they fit together. Cheap: no gmsh; a
+    few milliseconds for parameters that fit, about a tenth of a second to find what would.
     """
     _check_blade(blade)
     _check_shroud(blade, shroud)

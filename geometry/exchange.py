@@ -28,7 +28,7 @@ def _format(path: str | Path) -> str:
 
 
 def export_sector(path: str | Path, sector: SectorMesh) -> None:
-    """Write ``sector`` as .msh or .vtu by suffix; ``import_sector`` reads either back identically.
+    """Write ``sector`` to ``path`` as .msh or .vtu by suffix; ``import_sector`` reads either back identically.
 
     Raises ``SectorFileError`` for any other suffix.
     """
@@ -55,7 +55,7 @@ def export_sector(path: str | Path, sector: SectorMesh) -> None:
 
 
 def import_sector(path: str | Path) -> SectorMesh:
-    """Read a sector that ``export_sector`` wrote. Raises ``SectorFileError`` for anything else."""
+    """Read a sector that ``export_sector`` wrote to ``path``. Raises ``SectorFileError`` for anything else."""
     import meshio
 
     # not meshio.read, which ends the program on a bad file

@@ -43,10 +43,11 @@ class ShroudParameters:
 
 @dataclass(frozen=True)
 class MeshParameters:
-    """Element ``size`` aimed at, and the grid of contact nodes on each contact face (along t1, along t2).
+    """How finely the blade is meshed.
 
-    ``grading``: how many times thinner than at mid span the airfoil's layers of elements are at the root and at the
-    shroud, where the re-entrant corners are; 1: all alike.
+    ``size``: edge of the elements that is aimed at, m. ``contact_grid``: contact nodes on each contact face (along
+    t1, along t2). ``grading``: how many times thinner than at mid span the airfoil's layers of elements are at the
+    root and at the shroud, where the re-entrant corners are; 1: all alike.
     """
 
     size: float

@@ -14,9 +14,10 @@ FACE_FIELDS = ("nodes", "position", "frame", "area")
 
 
 def save_sector(path: str | Path, sector: SectorMesh) -> None:
-    """Write ``sector`` to an HDF5 file: ``points``, ``hexahedra``, groups ``node_sets``, ``right`` and ``left``.
+    """Write ``sector`` to the HDF5 file ``path``.
 
-    Writes in place: making it atomic is the caller's business.
+    It holds ``points``, ``hexahedra`` and the groups ``node_sets``, ``right`` and ``left``. Writes in place: making
+    it atomic is the caller's business.
     """
     with new_hdf5(path) as file:
         file.attrs["format"] = FORMAT
@@ -31,7 +32,7 @@ def save_sector(path: str | Path, sector: SectorMesh) -> None:
 
 
 def load_sector(path: str | Path) -> SectorMesh:
-    """Read what ``save_sector`` wrote. Raises ``SectorFileError`` if it is missing or holds something else."""
+    """Read what ``save_sector`` wrote to ``path``. Raises ``SectorFileError`` if that is missing or no sector."""
     try:
         with opened(path) as file:
             if file.attrs.get("format") != FORMAT:

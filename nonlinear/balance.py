@@ -17,7 +17,14 @@ RESOLUTION = 1e-3  # a tolerance of 1e-13 of it is the round-off of one side
 
 @dataclass(frozen=True)
 class BalanceAt:
-    """Residual (n,), its derivative in w (n,) and the contact forces at one state; the Jacobian when asked for."""
+    """A balance at one state: what Newton's method needs there, the Jacobian when asked for.
+
+    Attributes
+    ----------
+    balance : the equations. frequency : w, rad/s.
+    residual : (n,) R. slope : (n,) its derivative in w.
+    contact : the contact forces.
+    """
 
     balance: "HarmonicBalance"
     frequency: float
@@ -57,7 +64,8 @@ class HarmonicBalance:
     The unknown x holds the real Fourier coefficients of d, rows (0, Re 1, Im 1, ...) of 3 n_c numbers each. With
     `frozen_static` (n_c, 3) harmonic 0 of d is given and not balanced: the second of the classical two steps.
     `tiny` is a length far below any displacement of interest; it keeps relative errors finite where nothing moves.
-    `odd`: the contact excites no even harmonics (see `ContactParameters.odd`); they stay zero and are not solved for.
+    `receptance`: the structure, `element`: the contact. `odd`: the contact excites no even harmonics (see
+    `ContactParameters.odd`); they stay zero and are not solved for.
     """
 
     receptance: RelativeReceptance
@@ -103,7 +111,7 @@ class HarmonicBalance:
         return forces
 
     def with_force(self, force: float) -> "HarmonicBalance":
-        """The same balance under another excitation amplitude (N)."""
+        """The same balance under another excitation amplitude `force` (N)."""
         return replace(self, receptance=replace(self.receptance, force=force))
 
     def evaluate(self, unknown: Array, frequency: float) -> BalanceAt:
@@ -121,7 +129,7 @@ class HarmonicBalance:
         return math.sqrt(dynamic @ dynamic)
 
     def relative_error(self, residual: Array, unknown: Array) -> float:
-        """Residual relative to the displacement: its static rows to all of it, its dynamic rows to the vibration.
+        """A `residual` (n,) relative to the displacement: static rows to all of it, dynamic rows to the vibration.
 
         A vibration that is a million times smaller than the static displacement is resolved no further: round-off
         of the contact forces stands in the way.

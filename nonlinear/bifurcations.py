@@ -22,8 +22,9 @@ class BifurcationKind(Enum):
 class Bifurcation:
     """A bifurcation; `index` is its place among the curve's points.
 
-    A fold turns the frequency round. At a branch point another family of motions leaves. Beyond a Neimark-Sacker
-    bifurcation the motion has a second frequency, beyond a period doubling every other cycle is another one.
+    `kind`: what happens there; `frequency_hz`, `amplitude_m`: where. A fold turns the frequency round. At a branch
+    point another family of motions leaves. Beyond a Neimark-Sacker bifurcation the motion has a second frequency,
+    beyond a period doubling every other cycle is another one.
     """
 
     kind: BifurcationKind

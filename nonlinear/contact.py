@@ -62,7 +62,11 @@ class ContactParameters:
         preload: ArrayLike = 0.0,
         law: Law = "uncoupled",
     ) -> "ContactParameters":
-        """Build from whole-face stiffnesses: a number is shared evenly by the nodes, a list is node by node."""
+        """Build from whole-face stiffnesses for `n_contacts` nodes.
+
+        A number is shared evenly by the nodes (stiffnesses, N/m) or holds for each (the rest); a list is node by
+        node. Raises ContactError for values out of range and lists of another length.
+        """
 
         def per_node(value: ArrayLike, share: bool) -> Array:
             array = np.asarray(value, dtype=float)
@@ -101,6 +105,8 @@ class ContactParameters:
 class ContactForces:
     """What an element returns for real Fourier coefficients (see `ContactElement`).
 
+    Attributes
+    ----------
     force : (2H+1, n_c, 3), f_R = -(T1, T2, N - N0).
     jacobian : (n_c, 3, 3, 2H+1, 2H+1); [k, a, b, i, j] = d force[i, k, a] / d displacement[j, k, b]; empty where it
         is not kept.
@@ -130,6 +136,8 @@ class ContactElement(Protocol):
 
 def punch_stiffness(young_modulus: float, poisson_ratio: float, area: float) -> tuple[float, float]:
     """Whole-face (kn, kt) in N/m of a rigid flat circular punch of the face's area on the elastic shroud.
+
+    young_modulus E in Pa and poisson_ratio nu of both bodies; area in m^2.
 
     kn = 2 a E*, E* = E / (2 (1 - nu^2)) for two equal bodies, a = sqrt(area / pi); kt / kn = 2 (1 - nu) / (2 - nu).
     A stand-in: it knows neither the shape of the face nor its roughness.

@@ -12,6 +12,8 @@ from nonlinear.fourier import ComplexArray, basis_table, to_real
 class ContactCycle(NamedTuple):
     """Samples over one period.
 
+    Attributes
+    ----------
     angle : (S,) theta = w t, rad. displacement : (S, n_c, 3) relative. force : (S, n_c, 3), (T1, T2, N)
     with the whole N, preload included. state : (S, n_c) STICK, SLIP or LIFT_OFF.
     """
@@ -23,7 +25,11 @@ class ContactCycle(NamedTuple):
 
 
 def contact_cycle(displacement: ComplexArray, contact: ContactParameters, samples: int = 256) -> ContactCycle:
-    """Steady contact cycle under the relative displacement d^(h), (H+1, n_c, 3) complex, at equidistant instants."""
+    """Steady contact cycle at so many `samples`, equidistant instants, of a period.
+
+    displacement: the relative one, coefficients d^(h), (H+1, n_c, 3) complex, m:
+    `ResponseCurve.relative_displacement` at a point; contact: the parameters of its nodes.
+    """
     from nonlinear.slider import march, march_plane
 
     real = to_real(displacement)

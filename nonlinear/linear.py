@@ -19,7 +19,8 @@ def linear_response(
 ) -> ComplexArray:
     """Complex amplitude of the output with linear contact springs, (F,), metres: free (no springs) or fully stuck.
 
-    `normal`, `tangential`: contact stiffness of the nodes, N/m, numbers or (n_c,).
+    `modal`, `excitation`: as in `forced_response`; `frequency_hz`: (F,) Hz. `normal`, `tangential`: contact stiffness
+    of the nodes, N/m, numbers or (n_c,).
     """
     return rom.linear_response(
         modal,

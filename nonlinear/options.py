@@ -14,7 +14,7 @@ class OptionsError(ValueError):
 
 @dataclass(frozen=True)
 class Excitation:
-    """Travelling-wave excitation of engine order EO and amplitude `force` (N on one blade)."""
+    """Travelling-wave excitation of engine order `engine_order` and amplitude `force` (N on one blade)."""
 
     engine_order: int
     force: float

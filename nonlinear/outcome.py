@@ -5,7 +5,11 @@ from enum import Enum
 
 
 class Ending(Enum):
-    """Why the continuation stopped."""
+    """Why the continuation stopped. The value is the name for people.
+
+    COMPLETE: the range is covered. START_FAILED: no solution at its low end. STEP_TOO_SMALL: Newton's method found
+    no next point. TOO_MANY_POINTS: `max_points` of the options. TURNED_BACK: the curve left at the end it began.
+    """
 
     COMPLETE = "complete"
     START_FAILED = "start failed"
@@ -16,7 +20,7 @@ class Ending(Enum):
 
 @dataclass(frozen=True)
 class Outcome:
-    """Ending of a curve, the frequency where it happened (Hz) and a sentence that says so."""
+    """How a curve ended: its `ending`, `frequency_hz` where that was, and `message`, a sentence that says so."""
 
     ending: Ending
     frequency_hz: float

@@ -9,7 +9,9 @@ from nonlinear.location import locate_zero
 
 @dataclass(frozen=True)
 class Peak:
-    """A local maximum of the amplitude along the curve; `index` is its place among the curve's points.
+    """A local maximum of the amplitude along the curve: `amplitude_m` at `frequency_hz`.
+
+    `index`: its place among the curve's points.
 
     `located`: solved for to the peak tolerance; False where the largest amplitude lies at an end of the curve.
     """

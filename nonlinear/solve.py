@@ -36,8 +36,10 @@ def forced_response(
 ) -> ResponseCurve:
     """Trace the steady forced response over `options.frequency` through its turning points.
 
-    `progress(frequency_hz, points)` is called at each solved point. A curve that could not be completed comes back
-    with what was reached; its outcome says where and why.
+    modal: the modes of the blade, with damping; contact: parameters of its contact nodes; excitation: engine order
+    and force; options: frequency range, harmonics and the rest. `progress(frequency_hz, points)` is called at each
+    solved point. A curve that could not be completed comes back with what was reached; its outcome says where and
+    why.
 
     Raises
     ------
@@ -140,7 +142,7 @@ def _with_enough_harmonics(
 def harmonic_balance(
     modal: ModalModel, contact: ContactParameters, excitation: Excitation, options: SolverOptions
 ) -> HarmonicBalance:
-    """The balance that `forced_response` solves.
+    """The balance that `forced_response` solves for the same modal, contact, excitation and options.
 
     Raises
     ------

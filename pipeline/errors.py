@@ -6,6 +6,7 @@ import os
 from typing import Any
 
 _LONGEST_VALUE = 80
+_SYSTEM_LIBRARIES = "python -m pipeline.bootstrap installs the system libraries or names the command that does"
 
 
 class InputError(Exception):
@@ -17,7 +18,8 @@ class StageError(Exception):
 
     def __init__(self, stage: str, cause: Exception) -> None:
         self.cause = cause
-        super().__init__(f"{stage}: {reason_of(cause)}")
+        missing = isinstance(cause, OSError) and "shared object file" in str(cause)
+        super().__init__(f"{stage}: {reason_of(cause)}" + (f"; {_SYSTEM_LIBRARIES}" if missing else ""))
 
     @property
     def is_input(self) -> bool:

@@ -47,11 +47,10 @@ def _write(path: Path, rom: Path, scene: Scene) -> None:
 
 
 def _solve(model: ReducedModel, contact: Mapping[str, Any], engine_order: int) -> dict[str, Any]:
-    import numpy as np
 
     from rom import natural_frequencies
 
-    phase = 0.0 if model.n_blades is None else 2.0 * np.pi * (engine_order % model.n_blades) / model.n_blades
+    phase = model.phase(engine_order)
     normal = stiffness_by_node(contact["normal_stiffness"], model.n_contacts)
     tangential = stiffness_by_node(contact["tangential_stiffness"], model.n_contacts)
     count = min(COUNT, model.size)

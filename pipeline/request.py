@@ -22,6 +22,7 @@ _NEEDS = {
     "figures": ("mesh", "assemble", "reduce", "respond", "figures"),
     "report": ("mesh", "assemble", "reduce", "respond", "figures", "report"),
 }
+STAGES = tuple(_NEEDS)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ IGNORED_WITH_MODEL = ("blade", "shroud", "mesh", "rom", "render")
 
 @dataclass(frozen=True)
 class Member:
-    """One combination of a sweep: `parameters` holds the swept dotted keys with their values here."""
+    """Combination `index` of a sweep: its `scene`, and in `parameters` the swept dotted keys with their values."""
 
     index: int
     scene: Scene
@@ -37,9 +38,10 @@ def where(member: Member, key: str) -> str:
 
 @dataclass(frozen=True)
 class SceneFile:
-    """A scene file that obeys the schema, as the members of its sweep (one where there is no sweep).
+    """A scene file at `path` that obeys the schema, as the `members` of its sweep (one where there is no sweep).
 
-    `accuracy`: what the preset gave to the first member, None where the scene names none.
+    `swept`: the dotted keys of the sweep. `accuracy`: what the preset gave to the first member, None where the scene
+    names none.
     """
 
     path: Path
@@ -53,8 +55,8 @@ class SceneFile:
         return self.members[0].scene
 
 
-def read_scene(path: Path, given_model: bool = False) -> SceneFile:
-    """Read and validate a scene file against the schema.
+def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> SceneFile:
+    """Read and validate the scene file `path` against the schema.
 
     With `given_model` the scene is for a reduced model from elsewhere: what describes a blade is ignored.
 
@@ -62,6 +64,7 @@ def read_scene(path: Path, given_model: bool = False) -> SceneFile:
     ------
     InputError : the file cannot be read, is not TOML, or a value is missing, unknown or not allowed.
     """
+    path = Path(path)
     raw = _load(path)
     sweep = _sweep_lists(path, raw.pop("sweep", {}))
     if given_model:

@@ -31,9 +31,10 @@ MOST_ENRICHED = 300  # kept dofs, 48 contact nodes a face
 
 @dataclass(frozen=True)
 class ReductionOptions:
-    """How many fixed-interface modes to keep, and whether to store the basis (needed to expand shapes to the mesh).
+    """How many fixed-interface modes to keep, and what else a reduction may choose.
 
     modes: their number; frequency_limit [Hz]: keep all up to here instead (it goes before `modes`).
+    store_basis: whether the model gets its basis, which expands shapes to the mesh and is large.
     backend: of the factorisation, see `factorise`. contact_dofs: "nodal", the displacements of the contact nodes, or
     "patch", the averages over the part of the face that each of them stands for. Raises RomParameterError.
     """
@@ -87,11 +88,10 @@ def reduce(
 
     Coordinates q: right contact dofs (t1, t2, n each), left ones in their own frame, tip x, y, z, loaded
     node x, y, z if it is another one, modal coordinates. Static answers at the kept dofs to any load are
-    those of the full model. The excitation is 1 N along excitation_direction (3,), of any length, at "tip"
-    or at the vertex nearest to a position (3,) [m]; output `tip` is the displacement of that node along that
-    direction, `tip_x`, `tip_y`, `tip_z` are those of the tip.
-    Raises RomParameterError for options out of range, FactorisationError when the structure is not held or
-    not stable.
+    those of the full model. The excitation is 1 N along excitation_direction (3,), of any length, at excitation_at:
+    "tip" or the vertex nearest to a position (3,) [m]; output `tip` is the displacement of that node along that
+    direction, `tip_x`, `tip_y`, `tip_z` are those of the tip. Raises RomParameterError for options out of range,
+    FactorisationError when the structure is not held or not stable.
     """
     return reduction(
         full, sector, options, excitation_direction=excitation_direction, excitation_at=excitation_at
@@ -108,9 +108,11 @@ def reduction(
     excitation_at: str | ArrayLike = "tip",
     enrich: bool = False,
 ) -> Reduction:
-    """As `reduce`, with the number of modes that were kept; `enrich`: with the means to estimate its errors too.
+    """As `reduce` with the same arguments, and the number of modes that were kept beside the model.
 
-    That takes one more static solution for each kept dof, and is left out where there are more than MOST_ENRICHED.
+    full, sector, options, excitation_direction, excitation_at: see `reduce`; it raises the same. enrich: with the
+    means to estimate its errors too (`reduction_errors`), which takes one more static solution for each kept dof; left
+    out where there are more than 300 of those.
     """
     direction = unit_vector(excitation_direction)
     parts = split(full, sector, excitation_at, options.backend, options.contact_dofs)

@@ -51,8 +51,9 @@ class FullModel:
 
 @one_blas_thread()
 def assemble(sector: SectorMesh, material: Material, element: str = "hex20") -> FullModel:
-    """Stiffness, mass and centrifugal force of a sector; all of its node set `root` is clamped.
+    """Stiffness, mass and centrifugal force of a sector of one material; all of its node set `root` is clamped.
 
+    element: "hex20", "hex27" or "hex8", whose mid-side nodes lie half-way between the vertices of the mesh.
     Raises RomParameterError for an unknown element or a mesh with an element turned inside out.
     """
     discretisation = discretise(sector.points, sector.hexahedra, element)

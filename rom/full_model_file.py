@@ -20,7 +20,7 @@ _ARRAYS = ("positions", "vertex_node", "fixed", "centrifugal")
 
 
 def save_full_model(path: str | Path, full: FullModel) -> None:
-    """Write a full model; exact, the two matrices share their pattern. A partial file is the caller's to avoid."""
+    """Write a full model to the HDF5 file `path`; exact. A partial file is the caller's to avoid."""
     with new_hdf5(path) as file:
         file.attrs["format"] = _FORMAT
         file.attrs["element"] = full.element
@@ -32,7 +32,7 @@ def save_full_model(path: str | Path, full: FullModel) -> None:
 
 
 def load_full_model(path: str | Path) -> FullModel:
-    """Read what `save_full_model` wrote. Raises FullModelFileError when the file is missing or is not one."""
+    """Read what `save_full_model` wrote to `path`. Raises FullModelFileError when it is missing or is not one."""
     try:
         with opened(path) as file:
             if file.attrs.get("format") != _FORMAT:

@@ -21,7 +21,7 @@ from rom.full_model import FullModel
 from rom.independent import independent
 from rom.kept_dofs import choose_kept_dofs
 from rom.kept_motions import kept_motions, unit_vector
-from rom.reduced_model import ReducedModel
+from rom.reduced_model import ReducedModel, ReducedModelError
 from rom.threads import one_blas_thread
 
 if TYPE_CHECKING:
@@ -58,7 +58,10 @@ def full_reference(
     backend: str = "auto",
     contact_dofs: str = "nodal",
 ) -> FullReference:
-    """The reference of a full model for frequencies up to `highest_hz`; load, outputs, contact dofs as in `reduce`.
+    """The reference of a full model of a sector for frequencies up to `highest_hz`.
+
+    excitation_direction, excitation_at and the outputs as in `reduce`; backend, contact_dofs as in
+    `ReductionOptions`.
 
     Raises RomParameterError when there are too many modes in the range, FactorisationError when the structure is not
     held or not stable.
@@ -98,11 +101,13 @@ def full_reference(
 
 
 def static_error(model: ReducedModel, flexibility: NDArray[np.float64]) -> float:
-    """Relative difference of a model's static contact flexibility from (6 n_c, 6 n_c) m/N, Frobenius norm.
+    """Relative difference of a model's static contact flexibility from another, `flexibility` (6 n_c, 6 n_c) m/N.
 
-    Only round-off for a reduced model that keeps the contact dofs. Raises ReducedModelError without left contacts.
+    In the Frobenius norm. Only round-off for a reduced model that keeps the contact dofs. Raises ReducedModelError
+    without left contacts.
     """
-    assert model.contact_left is not None  # a blade has both faces
+    if model.contact_left is None:
+        raise ReducedModelError("contact/left: missing, allowed: a blade with both faces")
     rows = np.vstack([model.contact_right, model.contact_left])
     found = rows @ np.linalg.solve(model.stiffness, rows.T)
     return float(np.linalg.norm(found - flexibility) / np.linalg.norm(flexibility))

@@ -100,7 +100,7 @@ class LinearError:
 def linear_answers(
     model: ReducedModel, operation: LinearOperation, like: Sequence[LinearAnswer] | None = None
 ) -> tuple[LinearAnswer, ...]:
-    """Answers of a model with each joint; with `like`, those of the same modes at the same frequencies.
+    """Answers of a model in an operation with each joint; with `like`, of the same modes at the same frequencies.
 
     Raises ReducedModelError when the model has no static response or its damping is refused.
     """

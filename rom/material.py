@@ -10,7 +10,7 @@ from rom.checks import require_between
 
 @dataclass(frozen=True)
 class Material:
-    """Young's modulus [Pa], Poisson's ratio [-] and density [kg/m^3].
+    """Linear elastic, isotropic: `young_modulus` in Pa, `poisson_ratio`, `density` in kg/m^3.
 
     Raises RomParameterError for values no stable isotropic solid can have, and for Poisson's ratios so
     near to 1/2 that displacement elements lock.

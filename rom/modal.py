@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rom.reduced_model import Array, ComplexArray, ReducedModel, ReducedModelError
+from rom.reduced_model import Array, ComplexArray, ReducedModel, ReducedModelError, inter_blade_phase
 
 HIGHEST_SQUARED = 1e60  # (rad/s)^2: what depends on it is squared again
 
@@ -46,10 +46,8 @@ class ModalModel:
         return self.right.shape[0] // 3
 
     def phase(self, engine_order: int) -> float:
-        """Inter-blade phase angle psi = 2 pi EO / N_b in rad, reduced to one turn (0 for a single structure)."""
-        if self.n_blades is None:
-            return 0.0
-        return 2.0 * np.pi * (engine_order % self.n_blades) / self.n_blades
+        """Inter-blade phase angle psi = 2 pi EO / N_b, rad, in one turn, of `engine_order` EO; 0 without a ring."""
+        return inter_blade_phase(engine_order, self.n_blades)
 
 
 def modal_model(
@@ -63,6 +61,7 @@ def modal_model(
 
     Parameters
     ----------
+    model : the reduced model, n coordinates.
     damping_ratio : zeta, one number for all modes or one for each of the first modes (the last one holds
         for the modes above).
     rayleigh : (a, b) of C = a M + b K, 2 zeta_i w_i = a + b w_i^2. Give this or `damping_ratio`.

@@ -65,11 +65,12 @@ def reduce_within(
     backend: str = "auto",
     contact_dofs: str = "nodal",
 ) -> Reduction:
-    """Reduce a sector with the fewest fixed-interface modes that stay within a tolerance.
+    """Reduce the full model of a sector with the fewest fixed-interface modes that stay within a tolerance.
 
     tolerance: largest relative error of the natural frequencies in the range and of the receptances of contact nodes
-    and output over it, with free, sliding and stuck joints (`LinearError`), in each of the operations. The rest as in
-    `reduce`. Raises RomParameterError for a tolerance that is not between 0 and 1 or that 1000 modes do not reach.
+    and output over it, with free, sliding and stuck joints (`LinearError`), in each of the operations.
+    excitation_direction, excitation_at as in `reduce`; store_basis, backend, contact_dofs as in `ReductionOptions`.
+    Raises RomParameterError for a tolerance that is not between 0 and 1 or that 1000 modes do not reach.
     """
     require_between("rom", "tolerance", tolerance, 0.0, 1.0, "must be a number above 0 and below 1")
     direction = unit_vector(excitation_direction)

@@ -13,7 +13,7 @@ from rom.threads import one_blas_thread
 def natural_frequencies(
     model: ReducedModel, phase: float, *, normal: ArrayLike = 0.0, tangential: ArrayLike = 0.0, count: int = 10
 ) -> NDArray[np.float64]:
-    """The `count` lowest natural frequencies (count,) in Hz at the inter-blade phase angle `phase` [rad].
+    """The `count` lowest natural frequencies (count,) in Hz of a model at the inter-blade phase angle `phase` [rad].
 
     Linear contact springs, N/m for each contact node, (n_c,) or one number: normal = tangential = 0 is free,
     normal alone sliding without friction, both stuck. Eigenvalues of K + B^H diag(k) B, B = right -
@@ -28,15 +28,18 @@ def mode_shapes(
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
     """As `natural_frequencies`, with the mass-normalised shapes on the mesh: Hz (count,), shapes (count, n_nodes, 3).
 
-    Blade j moves with shape * exp(i j phase), turned by j pitches. Raises ReducedModelError when the model
-    holds no basis.
+    normal, tangential: contact springs, N/m, numbers or (n_c,). Blade j moves with shape * exp(i j phase), turned by
+    j pitches. Raises ReducedModelError when the model holds no basis.
     """
     squared, vectors = _cyclic_modes(model, phase, normal, tangential, count)
     return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi), expand(model, vectors.T)
 
 
 def contact_motion(model: ReducedModel, phase: float) -> NDArray[np.complex128]:
-    """B (3 n_c, n) with relative contact displacement right - exp(i phase) left = B q in the contact frame."""
+    """B (3 n_c, n) of a model: relative contact displacement right - exp(i phase) left = B q in the contact frame.
+
+    phase: inter-blade phase angle, rad.
+    """
     right = model.contact_right.astype(complex)
     return right if model.contact_left is None else right - np.exp(1j * phase) * model.contact_left
 

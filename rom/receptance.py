@@ -84,14 +84,15 @@ class RelativeReceptance:
     def response(self, frequency: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Relative displacement under the external and the contact forces f^(h), and its derivative in w.
 
-        d_lin + G f and d_lin' + G' f, each (n_h, 3 n_c); two products with vectors, without G itself.
+        d_lin + G f and d_lin' + G' f, each (n_h, 3 n_c), for `contact_force` f (n_h, 3 n_c) at `frequency` (rad/s);
+        two products with vectors, without G itself.
         """
         coordinates = np.stack(self.modal_response(frequency, contact_force), axis=-1)
         both = self.relative @ coordinates
         return both[..., 0], both[..., 1]
 
     def modal_response(self, frequency: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Modal coordinates under the external and the contact forces, and their derivative in w.
+        """Modal coordinates under external and contact forces at w = `frequency` (rad/s), and their derivative in w.
 
         `contact_force` is f^(h) on the right nodes, (n_h, 3 n_c). Returns two arrays (n_h, m).
         """
@@ -100,7 +101,10 @@ class RelativeReceptance:
         return coordinates, -slope * coordinates / value
 
     def coordinates(self, frequencies: Array, contact_force: ComplexArray) -> ComplexArray:
-        """Modal coordinates at `frequencies` (P,), rad/s, each under its own f^(h), (P, n_h, 3 n_c): (P, n_h, m)."""
+        """Modal coordinates (P, n_h, m) at `frequencies` (P,), rad/s, each under its own `contact_force`.
+
+        contact_force: f^(h) on the right nodes, (P, n_h, 3 n_c), N.
+        """
         damping, squares = self._rates
         frequency = frequencies[:, None, None]
         value = damping * frequency + (self.modal.angular_frequency**2 - squares * frequency**2)
@@ -108,14 +112,17 @@ class RelativeReceptance:
         return (self.modal_force + by_harmonic.transpose(2, 0, 1)) / value
 
     def output_rows(self, name: str, frequency: float) -> ComplexArray:
-        """Rows of the output's receptance to contact forces, o r^(h) B_h^H: (n_h, 3 n_c)."""
+        """Receptance of output `name` to contact forces at `frequency` (rad/s), o r^(h) B_h^H: (n_h, 3 n_c)."""
         value, _ = self.denominators(frequency)
         weighted = (self.modal.outputs[name] / value)[:, None, :]
         return (weighted @ self.adjoint)[:, 0, :]
 
 
 def coupled_frequencies(modal: ModalModel, phase: float, stiffness: Array) -> Array:
-    """Undamped natural frequencies (m,), rad/s, with linear springs `stiffness` (3 n_c,) N/m at the contact nodes."""
+    """Undamped natural frequencies (m,), rad/s, with linear springs `stiffness` (3 n_c,) N/m at the contact nodes.
+
+    modal: the m modes with free contacts; phase: inter-blade phase angle, rad.
+    """
     relative = RelativeReceptance(modal, phase, (1,), 0.0).relative[0]
     squared = np.diag(modal.angular_frequency**2) + relative.conj().T @ (stiffness[:, None] * relative)
     return np.sqrt(np.linalg.eigvalsh(squared))
@@ -133,8 +140,10 @@ def linear_response(
 ) -> ComplexArray:
     """Response of harmonic 1 with linear springs at the contact nodes: free (no springs) or fully stuck.
 
-    Solves d = d_lin - G k d at every frequency, k the springs (tangential, tangential, normal) of the nodes in N/m;
-    `normal`, `tangential`: numbers or (n_c,). Returns the complex amplitude of the output, (F,), metres.
+    modal: the modes; frequency_hz: (F,) of the excitation, Hz; phase: inter-blade phase angle, rad; force: amplitude
+    of the excitation, N. Solves d = d_lin - G k d at every frequency, k the springs (tangential, tangential, normal)
+    of the nodes in N/m; `normal`, `tangential`: numbers or (n_c,). Returns the complex amplitude of the output, (F,),
+    metres.
     """
     n_contacts = modal.n_contacts
     springs = np.empty((n_contacts, 3))

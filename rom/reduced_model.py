@@ -100,6 +100,15 @@ class ReducedModel:
         """Number of reduced coordinates."""
         return self.mass.shape[0]
 
+    def phase(self, engine_order: int) -> float:
+        """Inter-blade phase angle psi = 2 pi EO / N_b, rad, in one turn, of `engine_order` EO; 0 without a ring."""
+        return inter_blade_phase(engine_order, self.n_blades)
+
+
+def inter_blade_phase(engine_order: int, n_blades: int | None) -> float:
+    """Psi = 2 pi EO / N_b in rad, reduced to one turn; 0 where there is no ring (None)."""
+    return 0.0 if n_blades is None else 2.0 * np.pi * (engine_order % n_blades) / n_blades
+
 
 def _check_array(name: str, array: NDArray[np.generic], shape: tuple[int, ...]) -> None:
     if array.shape != shape:

@@ -24,12 +24,13 @@ if TYPE_CHECKING:
 
 @one_blas_thread()
 def spin(full: FullModel, sector: SectorMesh, material: Material, speed_rpm: float) -> FullModel:
-    """The full model at a steady speed [rev/min] about the x axis; the model itself when the speed is 0.
+    """The full model of a sector at `speed_rpm` [rev/min] about the x axis; the model itself when the speed is 0.
 
-    K + W^2 (K_g - M_yz) with W in rad/s: K_g is the geometric stiffness of the linear static stress under the
-    centrifugal force at 1 rad/s, contacts free, root clamped; -W^2 M_yz (mass of the y and z motions) is the
-    centrifugal force that follows the displacement. Coriolis forces are left out.
-    Raises RomParameterError for a speed that is not a finite number or for a model that is spinning already.
+    sector, material: what the model was assembled from. K + W^2 (K_g - M_yz) with W in rad/s: K_g is the geometric
+    stiffness of the linear static stress under the centrifugal force at 1 rad/s, contacts free, root clamped; -W^2
+    M_yz (mass of the y and z motions) is the centrifugal force that follows the displacement. Coriolis forces are
+    left out. Raises RomParameterError for a speed that is not a finite number or for a model that is spinning
+    already.
     """
     require_between("load", "speed_rpm", speed_rpm, -math.inf, math.inf, "must be a finite number (rev/min)")
     if speed_rpm == 0.0:
@@ -47,7 +48,10 @@ def spin(full: FullModel, sector: SectorMesh, material: Material, speed_rpm: flo
 
 
 def centrifugal_displacement(full: FullModel, backend: str = "auto") -> NDArray[np.float64]:
-    """Linear static displacement (N,) [m] under the centrifugal force at 1 rad/s, root clamped, contacts free."""
+    """Linear static displacement (N,) [m] of a full model under its centrifugal force at 1 rad/s, contacts free.
+
+    backend: of the factorisation, see `factorise`. Raises FactorisationError when the structure is not held.
+    """
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     factor = factorise(full.stiffness[free][:, free], backend)
     displacement = np.zeros(full.n_dofs)

@@ -46,7 +46,9 @@ def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> No
 
 
 def read_reduced_model(path: str | os.PathLike[str], *, with_basis: bool = True) -> ReducedModel:
-    """Read a reduced model; without its basis, which is large, where nothing is to be expanded to the mesh.
+    """Read the reduced model in the HDF5 file `path`.
+
+    with_basis: False leaves out the basis, which is large, where nothing is to be expanded to the mesh.
 
     Raises
     ------

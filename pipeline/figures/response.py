@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.figures.data import Array, PlottedBranch, PlottedCurve
+from pipeline.figures.curve_line import draw_line
+from pipeline.figures.data import Array, PlottedCurve
 from pipeline.figures.limits import Limit
 from pipeline.figures.style import LIMIT_COLOUR, LOG_FROM, ordered_colours, plain_log_labels, scale
 
@@ -43,20 +43,12 @@ def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], tit
 
 
 def _draw_curve(axes: Axes, curve: PlottedCurve, colour: Any, factor: float) -> None:
-    _draw_line(axes, curve, factor, color=colour, label=curve.label)
+    draw_line(axes, curve.frequency_hz, curve.amplitude_m * factor, curve.stable, curve.label, color=colour)
     for branch in curve.branches:
-        _draw_line(axes, branch, factor, color=colour, label=None, linewidth=0.8)
+        heights = branch.amplitude_m * factor
+        draw_line(axes, branch.frequency_hz, heights, branch.stable, None, color=colour, linewidth=0.8)
     frequency, height = curve.peak
     axes.plot(frequency, height * factor, "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
-
-
-def _draw_line(axes: Axes, line: PlottedCurve | PlottedBranch, factor: float, label: str | None, **look: Any) -> None:
-    """The line, dashed where it is unstable."""
-    for start, stop, stable in stretches(line.stable):
-        part = slice(start, stop)
-        style = "-" if stable else (0, (3, 1.5))
-        axes.plot(line.frequency_hz[part], line.amplitude_m[part] * factor, linestyle=style, label=label, **look)
-        label = None
 
 
 def _mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
@@ -70,17 +62,6 @@ def _mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequ
                 y = [item["amplitude_m"] * factor for item in places]
                 axes.plot(x, y, marker, color=colour, markersize=5, markerfacecolor="white", zorder=4, label=label)
                 label = None
-
-
-def stretches(stable: np.ndarray) -> list[tuple[int, int, bool]]:
-    """(start, stop, stable) of the parts of equal stability; unstable ones reach to the stable points beside them."""
-    changes = np.flatnonzero(np.diff(stable.astype(int))) + 1
-    edges = [0, *changes.tolist(), len(stable)]
-    reach = [0 if stable[start] else 1 for start in edges[:-1]]
-    return [
-        (max(start - more, 0), min(stop + more, len(stable)), bool(stable[start]))
-        for (start, stop), more in zip(pairwise(edges), reach, strict=True)
-    ]
 
 
 def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Sequence[Any], factor: float) -> None:

@@ -47,7 +47,7 @@ def styled() -> Iterator[None]:
 
 
 def ordered_colours(count: int) -> list[Any]:
-    """Colours from dark to light in the order of a sweep; their lightness tells them apart in grey, too."""
+    """`count` colours from dark to light in the order of a sweep; lightness tells them apart in grey, too."""
     import matplotlib as mpl
 
     if count <= 3:

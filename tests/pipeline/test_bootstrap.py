@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from pipeline import bootstrap
+from pipeline.errors import StageError
 
 
 def test_this_machine_has_everything() -> None:
@@ -47,3 +48,10 @@ def test_root_installs(monkeypatch: pytest.MonkeyPatch) -> None:
     assert bootstrap.main() == 0
     assert [command[2] for command in installed] == ["update", "install"]
     assert installed[1][-1] == "libglu1-mesa"
+
+
+def test_a_run_without_a_system_library_names_the_command() -> None:
+    missing = OSError("libGLU.so.1: cannot open shared object file: No such file or directory")
+    assert "libGLU.so.1" in str(StageError("mesh", missing))
+    assert "; python -m pipeline.bootstrap installs" in str(StageError("mesh", missing))
+    assert "bootstrap" not in str(StageError("mesh", OSError("disk full")))

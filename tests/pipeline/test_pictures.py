@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
-from pipeline.figures.response import stretches
+from pipeline.figures.curve_line import stretches
 from pipeline.labels import prefixed, value_label
 from pipeline.render.draw import at_largest
 from pipeline.render.ring import turned

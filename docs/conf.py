@@ -1,0 +1,59 @@
+"""The documentation site: `make docs`. Warnings are errors, and nothing on a page is asked of a network."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).resolve().parent
+sys.path.insert(0, str(DOCS))
+
+from site_text import commands_text, docstring_lines, short_signature  # noqa: E402
+
+project = "shroud"
+extensions = ["myst_parser", "sphinx.ext.autodoc"]
+root_doc = "index"
+exclude_patterns = ["images/*"]
+needs_sphinx = "9.0"
+
+myst_heading_anchors = 4
+myst_enable_extensions = ["deflist"]
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_preserve_defaults = True
+default_role = "code"
+add_module_names = False
+toc_object_entries_show_parents = "hide"
+maximum_signature_line_length = 88
+highlight_language = "text"
+
+html_theme = "furo"
+html_title = "shroud"
+html_show_sphinx = False
+html_copy_source = False
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+
+
+def process_docstring(app: Any, what: str, name: str, item: Any, options: Any, lines: list[str]) -> None:
+    """Docstrings are plain text in the style of the house: make them what Sphinx reads."""
+    lines[:] = docstring_lines(lines)
+
+
+def process_signature(
+    app: Any, what: str, name: str, item: Any, options: Any, signature: str | None, returns: str | None
+) -> tuple[str | None, str | None]:
+    """Signatures with array types as people call them."""
+    return short_signature(signature), short_signature(returns)
+
+
+def read_source(app: Any, name: str, content: list[str]) -> None:
+    """The page of the command line says what the program itself says."""
+    content[0] = content[0].replace("<!-- commands -->", commands_text() if name == "command_line" else "")
+
+
+def setup(app: Any) -> None:
+    """Called by Sphinx."""
+    app.connect("autodoc-process-docstring", process_docstring)
+    app.connect("autodoc-process-signature", process_signature)
+    app.connect("source-read", read_source)

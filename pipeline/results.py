@@ -1,0 +1,143 @@
+"""The results of a run as Python sees them, read from the files that it left."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.errors import input_error, reason_of
+
+if TYPE_CHECKING:
+    import h5py
+
+    from nonlinear import Peak
+
+SUMMARY, RESPONSE = "summary.json", "response.h5"
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One response curve of a run: P solved points in the order of the arc.
+
+    Attributes
+    ----------
+    parameters : swept scene keys with their values here, {} without a sweep.
+    frequency_hz, amplitude_m : (P,) excitation frequency, Hz; largest displacement of the output over a period, m.
+    stable : (P,) bool.
+    peak : the highest peak, None where there is no point.
+    complete : whether the whole range was covered; reason : how the curve ended.
+    energy_error, truncation_error : relative mismatch of the work put in and dissipated, the largest over the points;
+        estimated relative error of the peak by the harmonics left out. NaN: not known.
+    harmonics : the most that were balanced at a point.
+    datasets : every dataset of the curve by its name in `response.h5` (docs/outputs.md), the three above among them.
+    rom : file of its reduced model, None where that could not be made.
+    """
+
+    parameters: Mapping[str, Any]
+    frequency_hz: Array
+    amplitude_m: Array
+    stable: Array
+    peak: Peak | None
+    complete: bool
+    reason: str
+    energy_error: float
+    truncation_error: float
+    harmonics: int
+    datasets: Mapping[str, Array]
+    rom: Path | None
+
+
+@dataclass(frozen=True)
+class Results:
+    """What a run left in its output folder.
+
+    Attributes
+    ----------
+    folder : the output folder.
+    complete : whether everything asked for was computed; problems : what was not, apart from curves, one line each.
+    curves : one for each combination of the sweep, in its order.
+    summary : `summary.json` as it stands there (docs/outputs.md): times, natural frequencies, pictures.
+    """
+
+    folder: Path
+    complete: bool
+    problems: tuple[str, ...]
+    curves: tuple[Curve, ...]
+    summary: Mapping[str, Any]
+
+
+def read_results(folder: str | os.PathLike[str]) -> Results:
+    """Read what a run left in its output folder, whether it ran now or last year.
+
+    Raises
+    ------
+    InputError : there is no `summary.json`, or it and `response.h5` cannot be read or are not of one run.
+    """
+    folder = Path(folder)
+    allowed = "the output folder of a run"
+    try:
+        summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+        return Results(
+            folder=folder,
+            complete=bool(summary["complete"]),
+            problems=tuple(summary["problems"]),
+            curves=tuple(_curves(folder, summary["curves"])),
+            summary=summary,
+        )
+    except FileNotFoundError as error:
+        missing = Path(error.filename).name if error.filename else RESPONSE
+        raise input_error(folder, "", f"holds no {missing}", allowed) from None
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise input_error(folder, "", f"cannot be read: {reason_of(error)}", allowed) from None
+
+
+def _curves(folder: Path, entries: list[dict[str, Any]]) -> list[Curve]:
+    """The curves that the summary names, with their arrays from response.h5."""
+    if not entries:
+        return []
+    import h5py
+
+    with h5py.File(folder / RESPONSE, "r") as file:
+        groups = file["curve"]
+        return [_curve(folder, entry, groups.get(str(index))) for index, entry in enumerate(entries)]
+
+
+def _curve(folder: Path, entry: dict[str, Any], group: h5py.Group | None) -> Curve:
+    """One curve; without points where it has no group."""
+    datasets = {} if group is None else {name: item[()] for name, item in group.items() if hasattr(item, "dtype")}
+    none = np.empty(0)
+    return Curve(
+        parameters=entry["parameters"],
+        frequency_hz=datasets.get("frequency_hz", none),
+        amplitude_m=datasets.get("amplitude_m", none),
+        stable=datasets.get("stable", none.astype(bool)).astype(bool),
+        peak=_peak(entry, group),
+        complete=entry["complete"],
+        reason=entry["reason"],
+        energy_error=_number(entry["energy_error"]),
+        truncation_error=_number(entry["truncation_error"]),
+        harmonics=0 if group is None else int(entry["harmonics"]),
+        datasets=datasets,
+        rom=None if entry["rom"] is None else folder / entry["rom"],
+    )
+
+
+def _peak(entry: dict[str, Any], group: h5py.Group | None) -> Peak | None:
+    from nonlinear import Peak
+
+    if group is None or entry["peak_amplitude_m"] is None:
+        return None
+    index, located = int(group.attrs["peak_index"]), bool(group.attrs["peak_located"])
+    return Peak(entry["peak_frequency_hz"], entry["peak_amplitude_m"], index, located)
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)

@@ -1,0 +1,56 @@
+"""The README's first half hour: every command of it, in a copy of the sources whose scenes are small ones.
+
+Then the recipe for results in Python, on what that has left.
+"""
+
+import os
+import re
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from docs.execute import check, run_page
+
+HOUSE = Path(__file__).parents[2]
+QUICK = {
+    r"^size = 0\.004 ": "size = 0.009 ",
+    r"^modes = 20 ": "modes = 6 ",
+    r'^harmonics = "auto" ': "harmonics = 3 ",
+    r'^"contact.interference" = .*\]': '"contact.interference" = [-250e-6, 5e-6, 400e-6]',
+    r"^\[render\].*\nmodes = .*\n": "",
+    r"^tolerance = 0\.01 ": 'tolerance = 0.01\nstability = "folds"\ntruncation = false ',
+}
+
+
+@pytest.fixture
+def copied_house(tmp_path: Path) -> Path:
+    """The sources with small scenes, an environment that is set up, and nothing of earlier runs."""
+    ignored = shutil.ignore_patterns(".venv", ".git", "out", "build", "*.egg-info", "*_cache", "tests")
+    copy = Path(shutil.copytree(HOUSE, tmp_path / "shroud", ignore=ignored))
+    (copy / ".venv").symlink_to(sys.prefix)
+    os.utime(copy / "pyproject.toml", (0, 0))  # older than the environment: there is nothing to set up
+    for scene in (copy / "scenes" / "dummy.toml", copy / "pipeline" / "templates" / "scene.toml"):
+        text = scene.read_text()
+        for old, new in QUICK.items():
+            text, count = re.subn(old, new, text, count=1, flags=re.MULTILINE)
+            assert count == 1, old
+        scene.write_text(text)
+    return copy
+
+
+def test_the_first_half_hour(copied_house: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (HOUSE / "README.md").read_text()
+    page = tmp_path / "half_hour.md"
+    page.write_text(text.partition("<!-- half hour -->")[2].partition("<!-- half hour ends -->")[0])
+    monkeypatch.setenv("PYTHONPATH", str(copied_house))  # the copy's own packages and templates
+    pieces = run_page(page, copied_house)
+    assert len(pieces) == 9
+    check(page, pieces, numbers=False)
+    for name in ("figures/response.png", "figures/peaks.png"):
+        assert (copied_house / "out" / "dummy" / name).is_file()
+    assert (copied_house / "out" / "mine" / "report.html").is_file()
+    run_page(HOUSE / "docs" / "howto.md", copied_house)
+    assert (copied_house / "one_curve.png").is_file()
+    assert "angle = 180.0" in (copied_house / "scenes" / "mine" / "scene.toml").read_text()

@@ -1,0 +1,105 @@
+"""The documentation site builds without a warning, asks nothing of a network, and leaves no public name out."""
+
+import importlib
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from docs.site_text import docstring_lines, short_signature
+
+HOUSE = Path(__file__).parents[2]
+PAGES = [HOUSE / "README.md", *sorted((HOUSE / "docs").rglob("*.md"))]
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site, built as `make docs` does."""
+    out = tmp_path_factory.mktemp("site")
+    asked = ["--fail-on-warning", "--quiet", "-d", str(out / "trees"), str(HOUSE / "docs"), str(out / "html")]
+    done = subprocess.run([sys.executable, "-m", "sphinx", *asked], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    return out / "html"
+
+
+def test_every_page_is_there_and_none_needs_a_network(site: Path) -> None:
+    made = {page.relative_to(site).with_suffix("") for page in site.rglob("*.html")}
+    assert {page.relative_to(HOUSE / "docs").with_suffix("") for page in PAGES[1:]} <= made
+    for page in site.rglob("*.html"):
+        asked = re.findall(r'<(?:script|link|img|iframe)\b[^>]*(?:src|href)="(?:https?:)?//[^"]*"', page.read_text())
+        assert asked == [], page.name
+    assert "shroud" in (site / "searchindex.js").read_text()
+
+
+def test_the_reference_has_every_public_name_once(site: Path) -> None:
+    for room in ("geometry", "rom", "nonlinear", "pipeline"):
+        page = (site / "api" / f"{room}.html").read_text()
+        for name in importlib.import_module(room).__all__:
+            assert page.count(f'id="{room}.{name}"') == 1, f"docs/api/{room}.md: {name}"
+
+
+def test_pages_made_from_the_program(site: Path) -> None:
+    commands = (site / "command_line.html").read_text()
+    assert 'id="shroud-export"' in commands
+    assert "out/&lt;scene name&gt; by default" in commands
+    assert "The same command again takes a second" in (site / "tutorials" / "half_hour.html").read_text()
+
+
+def links() -> Iterator[tuple[Path, str]]:
+    """Links of all pages to files and headings of the repository."""
+    for page in PAGES:
+        text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)
+        yield from ((page, link) for link in LINK.findall(text) if "://" not in link)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(HOUSE).as_posix())
+def test_links_work_in_a_plain_browser_of_the_repository(page: Path) -> None:
+    for where, link in links():
+        if where == page:
+            name, _, anchor = link.partition("#")
+            target = (page.parent / name).resolve() if name else page
+            assert target.is_file(), link
+            headings = re.findall(r"^#+ (.*)$", target.read_text(), flags=re.MULTILINE) if anchor else []
+            assert not anchor or anchor in {re.sub(r"[^\w -]", "", h).lower().replace(" ", "-") for h in headings}
+
+
+def test_docstrings_become_markup() -> None:
+    said = [
+        "A |x| of `y_` and ``z``.",
+        "",
+        "Attributes",
+        "----------",
+        "a, b : (n,) N.",
+        "    More. c : d*.",
+        "",
+        "End.",
+    ]
+    assert docstring_lines(said) == [
+        r"A \|x\| of ``y_`` and ``z``.",
+        "",
+        "",
+        "**Attributes**",
+        "",
+        "* ``a``, ``b``: (n,) N. More.",
+        r"* ``c``: d\*.",
+        "",
+        "",
+        "End.",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("found", "shown"),
+    [
+        ("(x: numpy.ndarray[tuple[Any, ...], numpy.dtype[numpy.float64]]) -> None", "(x: Array) -> None"),
+        ("~numpy.ndarray[tuple[~typing.Any, ...], ~numpy.dtype[~numpy.complex128]]", "ComplexArray"),
+        ("(path: str | pathlib.Path, full: rom.full_model.FullModel)", "(path: str | Path, full: FullModel)"),
+        (None, None),
+    ],
+)
+def test_signatures_are_short(found: str | None, shown: str | None) -> None:
+    assert short_signature(found) == shown
