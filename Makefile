@@ -7,19 +7,20 @@
 # make stress the stability matrix: hard cases solved, every one written down, into out/stress
 # make fuzz   bytes of all kinds into the readers of scenes and HDF5 files, findings into out/fuzz; FUZZ=seconds each
 #
-# SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes;
+# SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes
+# (by default as many as there are cores, where the work is worth it);
 # STRESS="--full --seed 5" more or other cases (docs/stability.md), BENCH="--only mesh" or "--full" of the bench.
 
 SCENE ?= scenes/dummy.toml
 OUT ?=
-JOBS ?= 1
+JOBS ?=
 STRESS ?=
 FUZZ ?= 60
 BENCH ?=
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) --jobs $(JOBS)
+SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) $(if $(JOBS),--jobs $(JOBS))
 
 .DEFAULT_GOAL := run
 .PHONY: setup run mesh assemble reduce respond render figures report test docs tutorials stress fuzz bench bench-peers bench-docs clean
@@ -57,7 +58,7 @@ tutorials: setup
 	@$(BIN)/python docs/execute.py --update
 
 stress: setup
-	@$(BIN)/python benchmarks/stress.py --jobs $(JOBS) $(STRESS)
+	@$(BIN)/python benchmarks/stress.py $(if $(JOBS),--jobs $(JOBS)) $(STRESS)
 
 # Where atheris has no wheel, the program says so.
 fuzz: setup

@@ -46,7 +46,10 @@ class Stage(StrEnum):
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.")]
 OutOption = Annotated[Path | None, typer.Option("--out", help="Output folder; out/<scene name> by default.")]
 ForceOption = Annotated[bool, typer.Option("--force", help="Make everything again, whatever is there.")]
-JobsOption = Annotated[int, typer.Option("--jobs", min=1, max=256, help="Curves solved at once, in processes.")]
+JobsOption = Annotated[
+    int | None,
+    typer.Option("--jobs", min=1, max=256, help="Curves solved at once; one for each core by default, if worth it."),
+]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print what came out as JSON, and nothing else on stdout.")]
 
@@ -57,7 +60,7 @@ def run(
     out: OutOption = None,
     until: Annotated[Stage | None, typer.Option(help="Stage whose result is wanted.")] = None,
     force: ForceOption = False,
-    jobs: JobsOption = 1,
+    jobs: JobsOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -76,7 +79,7 @@ def respond(
     rom: Annotated[Path, typer.Option("--rom", metavar="FILE.h5", help="Reduced model, HDF5.")],
     out: OutOption = None,
     force: ForceOption = False,
-    jobs: JobsOption = 1,
+    jobs: JobsOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -119,7 +122,7 @@ def report(
     scene: SceneArgument,
     out: OutOption = None,
     force: ForceOption = False,
-    jobs: JobsOption = 1,
+    jobs: JobsOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:

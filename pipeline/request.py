@@ -37,7 +37,7 @@ class Request:
     out: Path
     until: str | None = None
     force: bool = False
-    jobs: int = 1
+    jobs: int | None = None
     rom: Path | None = None
 
     @property

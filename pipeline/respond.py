@@ -16,6 +16,7 @@ from pipeline.scene_file import Member
 from pipeline.stage_log import StageLog
 from pipeline.storage_errors import StorageError
 from pipeline.store import Store
+from pipeline.worker_count import worker_count
 from pipeline.workers import workers
 
 KIND = "curve"
@@ -51,12 +52,12 @@ class Wanted:
 
 @dataclass(frozen=True)
 class CurveSolver:
-    """Has the curves of a sweep: finds them in the store or solves them, `jobs` at a time."""
+    """Has the curves of a sweep: finds them in the store or solves them, `jobs` at a time (see `worker_count`)."""
 
     store: Store
     log: StageLog
     reporter: Reporter
-    jobs: int = 1
+    jobs: int | None = None
 
     def solve(self, wanted: Sequence[Wanted]) -> dict[str, Solved]:
         """The curve of every key; a curve that fails carries its reason and does not stop the others."""
@@ -88,9 +89,8 @@ class CurveSolver:
         """Solve what is missing; returns the reason of every curve that raised an exception."""
         if not missing:
             return {}
-        if self.jobs == 1 or len(missing) == 1:
-            return self._one_by_one(missing)
-        return self._in_workers(missing)
+        jobs = worker_count(self.jobs, [item.member.scene for item in missing])
+        return self._one_by_one(missing) if jobs == 1 else self._in_workers(missing, jobs)
 
     def _one_by_one(self, missing: list[Wanted]) -> Mapping[str, str]:
         reasons = {}
@@ -108,9 +108,8 @@ class CurveSolver:
                 counter.done(self._said(item, reason))
         return reasons
 
-    def _in_workers(self, missing: list[Wanted]) -> Mapping[str, str]:
+    def _in_workers(self, missing: list[Wanted], jobs: int) -> Mapping[str, str]:
         reasons = {}
-        jobs = min(self.jobs, len(missing))
         with self.reporter.counting("curves", len(missing), jobs) as counter, workers(jobs) as pool:
             futures = {pool.submit(_solve_into, self.store, item): item for item in missing}
             for future in as_completed(futures):
