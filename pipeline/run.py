@@ -105,12 +105,12 @@ def _respond(run: Run, models: Models, outcome: Outcome) -> None:
 
 def _publish(run: Run, models: Models, outcome: Outcome) -> None:
     """Response and a summary that belong together, whatever becomes of the stages after them."""
-    out, results = run.request.out, results_fingerprint(models, outcome)
-    if retire_page(out, results) and "report" not in run.request.wanted:
-        run.reporter.line(f"{out / PAGE}: was about other results, removed; `shroud report` writes it again")
+    out = run.request.out
     unfinished = Outcome(outcome.curves, outcome.models, problems=[*outcome.problems, UNFINISHED])
     summary = _summary(run, unfinished)
     outcome.response = write_results(run.store, out, outcome.curves, run.request.scene.swept, summary)
+    if retire_page(out, results_fingerprint(models, outcome)) and "report" not in run.request.wanted:
+        run.reporter.line(f"{out / PAGE}: was about other results, removed; `shroud report` writes it again")
 
 
 def _draw(run: Run, models: Models, outcome: Outcome) -> None:

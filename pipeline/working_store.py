@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -10,7 +11,7 @@ from pathlib import Path
 from pipeline.errors import InputError, input_error, reason_of
 from pipeline.lock import locked
 from pipeline.progress import Reporter
-from pipeline.storage_errors import StorageError
+from pipeline.storage_errors import StorageError, storage_error
 from pipeline.store import Store
 
 LOCK = "lock"
@@ -34,12 +35,8 @@ def working_store(out: Path, force: bool, reporter: Reporter) -> Iterator[Store]
             alone = stack.enter_context(locked(store.root / LOCK, lambda holder: _say_waiting(reporter, out, holder)))
             with store.temporary() as folder:
                 (folder / "probe").write_bytes(_PROBE)
-        except StorageError as error:
-            if error.full:
-                raise
-            raise _unusable(out, reason_of(error.__cause__ or error)) from None
-        except (OSError, ValueError) as error:
-            raise _unusable(out, getattr(error, "strerror", None) or reason_of(error)) from None
+        except (StorageError, OSError, ValueError) as error:
+            raise _unusable(out, error) from None
         _check_names(out)
         store.sweep_up(everything=alone)
         try:
@@ -64,7 +61,7 @@ def _remove_where_empty(store: Store, out: Path) -> None:
 def _check_names(out: Path) -> None:
     """Refuse before long work what would fail after it."""
     if not os.access(out, os.W_OK | os.X_OK):
-        raise _unusable(out, "Permission denied")
+        raise _unusable(out, PermissionError(errno.EACCES, os.strerror(errno.EACCES)))
     for name in _FILES:
         if (out / name).is_dir():
             raise input_error("--out", str(out / name), "is a folder", "a file, or nothing, of this name")
@@ -73,7 +70,13 @@ def _check_names(out: Path) -> None:
             raise input_error("--out", str(out / name), "is a file", "a folder, or nothing, of this name")
 
 
-def _unusable(out: Path, reason: str) -> InputError:
+def _unusable(out: Path, error: StorageError | OSError | ValueError) -> InputError | StorageError:
+    """What to tell: no room is not the fault of who named the folder."""
+    told = None if isinstance(error, ValueError) else storage_error(error, out)
+    if told is not None and told.full:
+        return told
+    cause = error.__cause__ if isinstance(error, StorageError) else error
+    reason = (cause.strerror if isinstance(cause, OSError) else None) or reason_of(error)
     if out.is_symlink() and not out.exists():
         reason = f"a symbolic link to {os.readlink(out)}, which is not there"
     return input_error("--out", str(out), f"cannot be written: {reason}", "a folder that can be written")

@@ -60,14 +60,14 @@ class Measuring:
     code: str = field(default_factory=lambda: source_fingerprint(_SOURCES, ["gmsh", "numpy", "scipy", "scikit-fem"]))
     _last: dict[str, BladeReference] = field(default_factory=dict)
 
-    def errors(self, case: Case) -> ModelErrors:
-        """Errors of a case. Raises StageError."""
+    def errors(self, case: Case, place: str = "") -> ModelErrors:
+        """Errors of a case; `place` among others, "2/5 ", is for people. Raises StageError."""
         modes = case.model.facts["modes"]
 
         def measured() -> dict[str, Any]:
             return model_errors(case.scene, self._reference(case), case.model.rom, modes).plain()
 
-        return ModelErrors.of_plain(self._kept(self._key(case), f"measuring {case.label}", measured))
+        return ModelErrors.of_plain(self._kept(self._key(case), f"measuring {place}{case.label}", measured))
 
     def known(self, case: Case) -> ModelErrors | None:
         """Errors of a case where they have been measured before."""

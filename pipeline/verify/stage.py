@@ -71,9 +71,10 @@ def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, rep
 
 def _measure(measuring: Measuring, cases: Sequence[Case], verification: Verification) -> None:
     found = {}
-    for case in sorted(cases, key=lambda case: case.blade):  # one blade after the other
+    for number, case in enumerate(sorted(cases, key=lambda case: case.blade), start=1):  # one blade after the other
+        place = f"{number}/{len(cases)} " if len(cases) > 1 else ""
         try:
-            found[case.member.index] = case, measuring.errors(case)
+            found[case.member.index] = case, measuring.errors(case, place)
         except StageError as error:
             if error.is_input and len(cases) == 1:
                 raise parameter_error(measuring.run.request.scene.path, case.member, error.cause) from None
