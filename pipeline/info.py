@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pipeline.curve import CurveFacts, read_facts
 from pipeline.errors import InputError, input_error, one_line, reason_of
-from pipeline.rehearsal import read_model, rehearsed
+from pipeline.reading import read_apart, read_model
 
 if TYPE_CHECKING:
     import h5py
@@ -25,7 +25,7 @@ def describe(path: Path) -> list[str]:
     ------
     InputError : the file cannot be read or is neither.
     """
-    found = rehearsed(path, _ALLOWED, lambda: _read(path))
+    found = read_apart(path, _ALLOWED, lambda: _read(path))
     return found if isinstance(found, list) else _reduced_model(path, found)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import time
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,7 @@ from pipeline.keys import Versions, curve_key
 from pipeline.model_stage import Models, blade_models, given_models, summarise_models
 from pipeline.outputs import curve_summary, write_response, write_summary
 from pipeline.progress import Reporter
-from pipeline.rehearsal import rehearsed
+from pipeline.reading import read_given_model
 from pipeline.request import Outcome, Request, Run
 from pipeline.respond import CurveSolver, Solved, Wanted
 from pipeline.slips import slips
@@ -76,12 +75,9 @@ def _check(request: Request) -> ReducedModel | None:
     if request.rom is None:
         check_scene(request.scene)
         return None
-    from rom import ReducedModelError, read_reduced_model
+    from rom import ReducedModelError
 
-    try:
-        model = rehearsed(request.rom, "an HDF5 file with a reduced model", partial(read_reduced_model, request.rom))
-    except ReducedModelError as error:
-        raise InputError(reason_of(error)) from None
+    model = read_given_model(request.rom)
     check_scene_for_model(request.scene, model.n_contacts, model.contact_area is not None)
     tried = set()
     for member in request.scene.members:
