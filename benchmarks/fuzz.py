@@ -13,15 +13,17 @@ import importlib.util
 import re
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 HERE = Path(__file__).parent
 TARGETS = ("scene", "hdf5")
 MEMORY = 2048  # MB
 SLOW = 20  # s for one input
-GRACE = 120  # s beyond those asked for until a fuzzer that does not stop is ended
+GRACE = 60  # s beyond those asked for until a fuzzer that does not stop is ended
 
 
 @dataclass(frozen=True)
@@ -68,38 +70,67 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def fuzz(target: str, seconds: int, out: Path) -> Fuzzed:
-    """Run one fuzzer in a process of its own; what it finds is in `out`, what it says in `out`/TARGET.log."""
+    """Run one fuzzer in processes of their own; what it finds is in `out`, what it says in `out`/TARGET.log.
+
+    A library that dies takes the fuzzer with it. Then the file is tried as the program would, and unless that fails
+    too, the fuzzer goes on.
+    """
     corpus = out / f"corpus-{target}"
     corpus.mkdir(parents=True, exist_ok=True)
-    before = set(out.glob(f"{target}-*"))
-    program = [sys.executable, str(HERE / f"fuzz_{target}.py"), str(corpus.resolve())]
+    before, log = set(out.glob(f"{target}-*")), out / f"{target}.log"
+    executions, handled, end = 0, 0, time.monotonic() + seconds
+    log.write_text("")
+    while (left := int(end - time.monotonic())) > 0:
+        start = log.stat().st_size
+        with log.open("a") as said:
+            ended_well = _round(target, out, left, said)
+        text = log.read_text(errors="replace")[start:]
+        done = max((int(count) for count in re.findall(r"^#(\d+)\s", text, flags=re.MULTILINE)), default=0)
+        executions, handled = executions + done, handled + len(re.findall("^handled: ", text, flags=re.MULTILINE))
+        if ended_well or done == 0:
+            break
+        suspects = [*(set(out.glob(f"{target}-*")) - before), *out.glob(f"current-{target}")]
+        findings = [suspect for suspect in suspects if _is_finding(target, suspect, out)]
+        if findings:
+            break
+        handled += 1
+    found = tuple(sorted(set(out.glob(f"{target}-*")) - before))
+    spent = seconds - max(end - time.monotonic(), 0.0)
+    return Fuzzed(target, executions, spent, handled, found, _reason(log.read_text(errors="replace")))
+
+
+def _round(target: str, out: Path, seconds: int, said: IO[str]) -> bool:
+    """One process of the fuzzer; whether it ended as it should."""
+    program = [sys.executable, str(HERE / f"fuzz_{target}.py"), str((out / f"corpus-{target}").resolve())]
     options = {
         "max_total_time": seconds,
         "timeout": SLOW,
         "rss_limit_mb": MEMORY,
         "artifact_prefix": f"{out.resolve()}/{target}-",
-        "print_final_stats": 1,
+        **{f"handle_{name}": 0 for name in ("segv", "abrt", "bus", "fpe", "ill")},  # its own handlers hang at times
     }
-    log = out / f"{target}.log"
-    with log.open("w") as said:
-        try:
-            subprocess.run(
-                [*program, *(f"-{name}={value}" for name, value in options.items())],
-                stdout=said,
-                stderr=subprocess.STDOUT,
-                timeout=seconds + GRACE,
-                check=False,
-                cwd=out,
-            )
-        except subprocess.TimeoutExpired:
-            said.write("ended: it did not stop by itself\n")
-    text = log.read_text(errors="replace")
-    done = [int(count) for count in re.findall(r"^#(\d+)\s", text, flags=re.MULTILINE)]
-    spent = re.search(r"Done \d+ runs in (\d+) second", text)
-    found = tuple(sorted(set(out.glob(f"{target}-*")) - before))
-    handled = len(re.findall("^handled: ", text, flags=re.MULTILINE))
-    time = float(spent[1]) if spent else float(seconds)
-    return Fuzzed(target, max(done, default=0), time, handled, found, _reason(text))
+    command = [*program, *(f"-{name}={value}" for name, value in options.items())]
+    try:
+        done = subprocess.run(
+            command, stdout=said, stderr=subprocess.STDOUT, timeout=seconds + GRACE, check=False, cwd=out
+        )
+    except subprocess.TimeoutExpired:
+        return False
+    return done.returncode == 0
+
+
+def _is_finding(target: str, suspect: Path, out: Path) -> bool:
+    """Whether the program itself fails on a file that ended the fuzzer: then it is kept, otherwise removed."""
+    program = [sys.executable, str(HERE / f"fuzz_{target}.py"), "--check", str(suspect.resolve())]
+    try:
+        failed = subprocess.run(program, capture_output=True, timeout=6 * SLOW, check=False).returncode != 0
+    except subprocess.TimeoutExpired:
+        failed = True
+    if not failed:
+        suspect.unlink()
+    elif suspect.name.startswith("current-"):
+        suspect.replace(out / f"{target}-died-{suspect.stat().st_mtime_ns}")
+    return failed
 
 
 def _reason(text: str) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import random
 import re
 import sys
-import tempfile
 from pathlib import Path
 
 import atheris
@@ -142,15 +141,17 @@ def attempt(path: Path, data: bytes) -> None:
 
 
 def main() -> None:
-    """Seed the corpus with the scenes that ship, then fuzz."""
+    """Seed the corpus with the scenes that ship, then fuzz; with --check, try one file."""
+    if sys.argv[1] == "--check":
+        attempt(Path(sys.argv[2]), Path(sys.argv[2]).read_bytes())
+        return
     corpus = Path(sys.argv[1])
     for number, scene in enumerate([*sorted(SCENES.glob("*.toml")), TEMPLATE]):
         (corpus / f"seed-{number}").write_bytes(scene.read_bytes())
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "scene.toml"
-        arguments = [*sys.argv, f"-max_len={LONGEST}"]
-        atheris.Setup(arguments, lambda data: attempt(path, data), custom_mutator=mutated)
-        atheris.Fuzz()
+    path = Path("current-scene").resolve()
+    arguments = [*sys.argv, f"-max_len={LONGEST}"]
+    atheris.Setup(arguments, lambda data: attempt(path, data), custom_mutator=mutated)
+    atheris.Fuzz()
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.curve import CurveFacts, read_facts
 from pipeline.errors import InputError, input_error, one_line, reason_of
 from pipeline.outputs import number_or_null
-from pipeline.rehearsal import read_model, rehearsed
+from pipeline.reading import read_apart, read_model
 
 if TYPE_CHECKING:
     import h5py
@@ -28,7 +28,7 @@ def contents(path: Path) -> dict[str, Any]:
     ------
     InputError : the file cannot be read or is neither.
     """
-    found = rehearsed(path, _ALLOWED, lambda: _read(path))
+    found = read_apart(path, _ALLOWED, lambda: _read(path))
     return found if isinstance(found, dict) else _reduced_model(path, found)
 
 

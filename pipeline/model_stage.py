@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,11 +25,16 @@ Models = dict[int, BuiltModel | None]  # by index of the member; None: it could 
 
 
 def given_models(run: Run, model: ReducedModel) -> Models:
-    """A reduced model from elsewhere, copied into the output folder so that the results stay with their model."""
+    """A reduced model from elsewhere, written into the output folder so that the results stay with their model.
+
+    Written anew and not copied: what else its file may hold stays outside.
+    """
+    from rom import write_reduced_model
+
     path = run.request.rom
     assert path is not None
     key = file_fingerprint(path)
-    entry = run.store.get("rom", key, lambda folder: _copy(path, folder / REDUCED_MODEL))
+    entry = run.store.get("rom", key, lambda folder: write_reduced_model(folder / REDUCED_MODEL, model))
     dofs = model.size if model.basis is None else model.basis.shape[0]
     facts: dict[str, Any] = {"dofs": dofs, "reduced_dofs": model.size, "n_contacts": model.n_contacts}
     facts |= {"modes": None}
@@ -110,7 +114,3 @@ def _entry(out: Path, model: BuiltModel, values: dict[str, Any]) -> dict[str, An
         "sliding_hz": {},
         "stuck_hz": {},
     }
-
-
-def _copy(source: Path, target: Path) -> None:
-    shutil.copyfile(source, target)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +14,7 @@ from pipeline.model_stage import Models, blade_models, given_models, summarise_m
 from pipeline.outputs import curve_summary, write_results, write_summary
 from pipeline.progress import Reporter
 from pipeline.published_page import PAGE, results_fingerprint, retire_page
-from pipeline.rehearsal import rehearsed
+from pipeline.reading import read_given_model
 from pipeline.request import Outcome, Request, Run
 from pipeline.respond import CurveSolver, Solved, Wanted
 from pipeline.slips import slips
@@ -66,12 +65,9 @@ def _check(request: Request) -> ReducedModel | None:
     if request.rom is None:
         check_scene(request.scene)
         return None
-    from rom import ReducedModelError, read_reduced_model
+    from rom import ReducedModelError
 
-    try:
-        model = rehearsed(request.rom, "an HDF5 file with a reduced model", partial(read_reduced_model, request.rom))
-    except ReducedModelError as error:
-        raise InputError(reason_of(error)) from None
+    model = read_given_model(request.rom)
     check_scene_for_model(request.scene, model.n_contacts, model.contact_area is not None)
     tried = set()
     for member in request.scene.members:

@@ -72,7 +72,7 @@ def _check_names(out: Path) -> None:
 
 def _unusable(out: Path, error: StorageError | OSError | ValueError) -> InputError | StorageError:
     """What to tell: no room is not the fault of who named the folder."""
-    told = None if isinstance(error, ValueError) else storage_error(error, out)
+    told = storage_error(error, out)
     if told is not None and told.full:
         return told
     cause = error.__cause__ if isinstance(error, StorageError) else error

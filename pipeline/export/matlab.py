@@ -10,7 +10,7 @@ import numpy as np
 
 from pipeline.errors import input_error, shown
 from pipeline.export.source import Kind, curves, kind_of
-from pipeline.rehearsal import read_model
+from pipeline.reading import read_given_model
 
 LONGEST_NAME = 63
 
@@ -31,7 +31,7 @@ def write_matlab(source: Path, target: Path) -> str:
         cells[:] = found
         savemat(target, {"curve": cells}, oned_as="column", long_field_names=True, do_compression=True)
         return f"{len(found)} curve{'s' if len(found) != 1 else ''}, in the cell array curve"
-    model = read_model(source)
+    model = read_given_model(source)
     named = {field.name: getattr(model, field.name) for field in fields(model)}
     for name in model.outputs:
         if not (name.isascii() and name.isidentifier() and name[0] != "_" and len(name) <= LONGEST_NAME):

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.errors import InputError, input_error, reason_of
 from pipeline.export.source import Kind, kind_of
-from pipeline.rehearsal import read_model, rehearsed
+from pipeline.reading import read_apart, read_given_model
 
 COUNT = 10
 
@@ -30,10 +30,10 @@ def write_shapes(source: Path, sector_file: Path | None, target: Path, count: in
         raise input_error(source, "", "its shapes need a mesh", "--mesh FILE, the mesh.vtu of the model")
     try:
         read = load_sector if sector_file.suffix == ".h5" else import_sector
-        sector = rehearsed(sector_file, "a mesh of this program", partial(read, sector_file))
+        sector = read_apart(sector_file, "a mesh of this program", partial(read, sector_file))
     except SectorFileError as error:
         raise InputError(reason_of(error)) from None
-    model = read_model(source)
+    model = read_given_model(source)
     try:
         count = min(count, model.size)
         frequency, shapes = mode_shapes(model, 0.0, normal=0.0, tangential=0.0, count=count)

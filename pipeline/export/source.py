@@ -12,11 +12,12 @@ import numpy as np
 from geometry import UNREADABLE, opened, stored_array, why_unreadable
 from pipeline.curve import BRANCHES
 from pipeline.errors import input_error
-from pipeline.rehearsal import read_model, rehearsed
+from pipeline.reading import read_apart
 
 if TYPE_CHECKING:
     import h5py
 
+Curve = tuple[str, dict[str, Any], dict[str, Any]]
 _ALLOWED = "an HDF5 file with a response (response.h5) or a reduced model (rom.h5)"
 
 
@@ -29,14 +30,7 @@ class Kind(StrEnum):
 
 def kind_of(path: Path) -> Kind:
     """What the file holds. Raises InputError if it cannot be read or holds neither."""
-    kind, _ = rehearsed(path, _ALLOWED, lambda: _kind_and_content(path))
-    return kind
-
-
-def _kind_and_content(path: Path) -> tuple[Kind, object]:
-    """What the file holds, and that, read as the exports will read it."""
-    kind = _kind(path)
-    return kind, list(curves(path)) if kind is Kind.response else read_model(path)
+    return read_apart(path, _ALLOWED, lambda: _kind(path))
 
 
 def _kind(path: Path) -> Kind:
@@ -52,11 +46,15 @@ def _kind(path: Path) -> Kind:
     return Kind.response if "curve" in names else Kind.model
 
 
-def curves(path: Path) -> Iterator[tuple[str, dict[str, Any], dict[str, Any]]]:
+def curves(path: Path) -> list[Curve]:
     """Every curve and detached branch of a response: its name, datasets and attributes, in their order.
 
     A branch is named `0/branch/1` and has the attributes of its curve. Raises InputError for a damaged file.
     """
+    return read_apart(path, _ALLOWED, lambda: list(_curves(path)))
+
+
+def _curves(path: Path) -> Iterator[Curve]:
     try:
         with opened(path) as file:
             for name in sorted(file["curve"], key=int):

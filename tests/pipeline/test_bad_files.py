@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from pipeline_support import ground_scene, shroud, summary_of, write_ground_model, write_scene
 
-import pipeline.rehearsal
+import pipeline.reading
 from pipeline.errors import InputError
-from pipeline.rehearsal import rehearsed
+from pipeline.reading import read_apart
 
 HOUSE = Path(__file__).parents[2]
 
@@ -227,7 +227,7 @@ def test_a_library_that_crashes_or_never_ends(tmp_path: Path, monkeypatch: pytes
     """In C, where no exception and no interrupt of Python's gets through."""
     path = tmp_path / "file.h5"
     path.write_bytes(b"x")
-    monkeypatch.setattr(pipeline.rehearsal, "PATIENCE", 0.2)
+    monkeypatch.setattr(pipeline.reading, "PATIENCE", 0.2)
     home = os.getpid()
 
     def crash() -> None:
@@ -239,12 +239,12 @@ def test_a_library_that_crashes_or_never_ends(tmp_path: Path, monkeypatch: pytes
             ctypes.PyDLL(None).pause()
 
     with pytest.raises(InputError, match=r"file\.h5: cannot be read: the HDF5 library crashes on it \(SIGSEGV\)"):
-        rehearsed(path, "a file", crash)
+        read_apart(path, "a file", crash)
     with pytest.raises(InputError, match=r"file\.h5: cannot be read: the HDF5 library has not come to an end"):
-        rehearsed(path, "a file", hang)
-    assert rehearsed(path, "a file", lambda: 3) == 3
+        read_apart(path, "a file", hang)
+    assert read_apart(path, "a file", lambda: 3) == 3
     with pytest.raises(KeyError):
-        rehearsed(path, "a file", lambda: {}["a"])
+        read_apart(path, "a file", lambda: {}["a"])
 
 
 def test_nothing_that_is_read_is_run() -> None:

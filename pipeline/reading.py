@@ -1,0 +1,120 @@
+"""Files from elsewhere are read in a process of their own, because of what no exception tells of.
+
+The HDF5 library has bugs that a few damaged bytes lead to: it crashes, writes over memory that is not its own, or
+goes round in circles where no interrupt reaches it. There that process ends; this one never opens the file.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pipeline.errors import InputError, input_error, reason_of
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+    from rom import ReducedModel
+
+T = TypeVar("T")
+PATIENCE = 30.0  # s for a file of no size
+SLOWEST = 5e6  # bytes/s that any disk reads
+CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL)
+
+
+def read_apart(path: Path, allowed: str, read: Callable[[], T]) -> T:
+    """The result of `read()`, which reads the file `path`, from another process.
+
+    Raises
+    ------
+    InputError : reading crashes or does not end. What `read` raises otherwise comes through.
+    """
+    if not hasattr(os, "fork") or not path.is_file():
+        return read()
+    from multiprocessing import Pipe
+
+    patience = PATIENCE + path.stat().st_size / SLOWEST
+    here, there = Pipe(duplex=False)
+    child = os.fork()
+    if child == 0:
+        try:
+            _read_and_send(there, path, read, patience)
+        finally:
+            os._exit(0)
+    there.close()
+    try:
+        sent = _received(here)
+        _, status = os.waitpid(child, 0)
+    except BaseException:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        raise
+    finally:
+        here.close()
+    if sent is None:
+        raise input_error(path, "", f"cannot be read: {_end(os.waitstatus_to_exitcode(status), patience)}", allowed)
+    result, error = sent
+    if error is not None:
+        raise error
+    return result  # type is what `read` returns: the other process is a copy of this one
+
+
+def read_given_model(path: Path) -> ReducedModel:
+    """A reduced model from elsewhere.
+
+    Raises
+    ------
+    InputError : it cannot be read, or is no reduced model.
+    """
+    return read_apart(path, "an HDF5 file with a reduced model", lambda: read_model(path))
+
+
+def read_model(path: Path) -> ReducedModel:
+    """The reduced model in a file, read here and now.
+
+    Raises
+    ------
+    InputError : it cannot be read, or is no reduced model.
+    """
+    from rom import ReducedModelError, read_reduced_model
+
+    try:
+        return read_reduced_model(path)
+    except ReducedModelError as error:
+        raise InputError(reason_of(error)) from None
+
+
+def _received(here: Connection) -> tuple[Any, Exception | None] | None:
+    """What was sent; None where the other process ended before."""
+    try:
+        sent: tuple[Any, Exception | None] = here.recv()
+    except (EOFError, OSError):
+        return None
+    return sent
+
+
+def _end(code: int, patience: float) -> str:
+    if code == -signal.SIGALRM:
+        return f"the HDF5 library has not come to an end after {patience:.0f} s"
+    name = signal.Signals(-code).name if code < 0 else f"exit status {code}"
+    return f"the HDF5 library crashes on it ({name})"
+
+
+def _read_and_send(there: Connection, path: Path, read: Callable[[], object], patience: float) -> None:
+    for number in (*CRASHES, signal.SIGALRM):
+        signal.signal(number, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_REAL, patience)  # the one thing that reaches a library that hangs
+    with open(os.devnull, "w") as nowhere:
+        os.dup2(nowhere.fileno(), 2)  # what a library says when it dies
+    try:
+        sent: tuple[object, Exception | None] = read(), None
+    except Exception as error:
+        sent = None, error
+    try:
+        there.send(sent)
+    except Exception as error:  # some of what h5py makes of a file is bound to that file
+        found = f"cannot be read: {reason_of(error)}"
+        there.send((None, input_error(path, "", found, "numbers and text")))
