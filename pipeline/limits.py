@@ -62,16 +62,18 @@ def check_modes(path: Path, member: Member, n_contacts: int) -> None:
     InputError : response.damping_ratio or render.modes.
     """
     scene = member.scene
-    if scene.rom.frequency_limit is not None or scene.rom.modes == "auto":
+    if scene.rom.frequency_limit is not None:
         return
     points = 1 if scene.excitation.at == "tip" else 2
-    most = 6 * n_contacts + 3 * points + (DEFAULT_MODES if scene.rom.modes is None else scene.rom.modes)
+    chosen = scene.rom.modes == "auto"  # then a list may have no more ratios than there are modes whatever is chosen
+    inside = 0 if scene.rom.modes == "auto" else DEFAULT_MODES if scene.rom.modes is None else scene.rom.modes
+    most = 6 * n_contacts + 3 * points + inside
     ratios = scene.response.damping_ratio
     if isinstance(ratios, tuple) and len(ratios) > most:
         raise input_error(
             path, where(member, "response.damping_ratio"), f"a list of {len(ratios)}", f"{most} at most"
         )
-    if scene.render is not None and max(scene.render.modes) > most:
+    if scene.render is not None and not chosen and max(scene.render.modes) > most:
         allowed = f"1 to {most}: the reduced model has no more"
         raise input_error(path, "render.modes", shown(list(scene.render.modes)), allowed)
 
