@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 import subprocess
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,6 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
-import pipeline.render.process
 import pipeline.respond
 from geometry import ContactFace, SectorMesh
 from pipeline.report.surface import outer_surface
@@ -245,13 +245,14 @@ def test_a_fine_surface_is_thinned_out_with_its_corners_where_they_were() -> Non
 
 
 def test_a_run_that_failed_in_parts_says_so_on_its_page(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def crash(*_: Any, **__: Any) -> subprocess.CompletedProcess[str]:
-        return subprocess.CompletedProcess([], -11, "", "")
+    crashing = copied.parent / "python"
+    crashing.write_text("#!/bin/sh\nkill -SEGV $$\n")
+    crashing.chmod(0o755)
 
     def fail(*_: Any, **__: Any) -> None:
         raise ArithmeticError("nothing <came> of it")
 
-    monkeypatch.setattr(pipeline.render.process.subprocess, "run", crash)
+    monkeypatch.setattr(sys, "executable", str(crashing))  # the drawing process
     monkeypatch.setattr(pipeline.respond, "solve_curve", fail)
     changes: dict[str, Any] = {"render": {"modes": [1]}, "sweep": {"contact.interference": [1e-5, 2e-3]}}
     scene = write_scene(copied.parent / "s.toml", small_scene(**changes))
