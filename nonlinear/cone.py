@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.cone_cycle import LIMIT, PLACES, SETTLED, TURN, steady_cycle
+from nonlinear.cone_cycle import ASIDE, LIMIT, PLACES, SETTLED, TURN, steady_cycle
 from nonlinear.cone_panel import ROWS, radau_table
 from nonlinear.cone_rest import corner
 from nonlinear.contact import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
@@ -115,7 +115,8 @@ class ConeContact:
                 slid[k] = steady_cycle(gain[k], self._table, curves[k], memory[k], *work, moments[k], own[k], pace[k])
                 if slid[k] <= 0.0 or pace[k, SETTLED] > 0.0 or pace[k, TURN] < limit:
                     break
-                rest = corner(curves[k, :3, :size], memory[k, :2, 0], gain[k])
+                own_path = pace[k, ASIDE] == 0.0  # from anywhere else it may be another corner
+                rest = corner(curves[k, :3, :size], memory[k, :2, 0], gain[k]) if own_path else None
                 if rest is not None:
                     memory[k, :2, 0], memory[k, :2, 1:-2] = rest
                     slid[k] = 0.0

@@ -107,10 +107,11 @@ def end_turn(slid: float, memory: Array, pace: Array) -> bool:
         jump = math.sqrt((a22 * x - a12 * y) ** 2 + (a11 * y - a21 * x) ** 2) / determinant
     if pace[KEEP] > 0.0 and jump <= min(NEAR, 0.01 * slid):
         pace[SETTLED] = 1.0
-    if pace[SETTLED] > 0.0 or (slid == 0.0 and pace[ASIDE] == 0.0) or pace[TURN] >= pace[LIMIT]:
+    rests = slid == 0.0 and pace[ASIDE] > 0.0  # where it was put: its own path leads elsewhere
+    if pace[SETTLED] > 0.0 or (not rests and (slid == 0.0 or pace[TURN] >= pace[LIMIT])):
         return True
-    if slid == 0.0:
-        pace[RESTS] = 1.0
+    if rests:
+        pace[RESTS], pace[TURN] = 1.0, 2.0  # turns of its own path that were made before it was put aside
     astray = slid == 0.0 or (pace[TRIAL] > 0.0 and step > 0.9 * pace[BEFORE])
     trial = not astray and jump < NOWHERE and pace[TURN] > 1.0 and pace[RESTS] == 0.0
     for j in range(last - 1):

@@ -130,3 +130,47 @@ def test_a_slider_comes_to_rest_between_two_circles(amplitude, turn):
     assert slope[0, :2] == pytest.approx(-amplitude / rest * across, rel=1e-6, abs=1e-9)
     offset = -np.einsum("abij,jb->ia", result.jacobian[0], np.stack([rows[0, 0], 0.0 * rows[1, 0], 0.0 * rows[2, 0]]))
     assert offset[0, :2] == pytest.approx(0.0, abs=1e-6)
+
+
+def rest_by_small_steps(rows, normal, tangential, friction, interference, samples=20_000, turns=40):
+    """Place (2,) where a slider that starts at 0 rests: drawn in at every instant to within its reach, turn by turn."""
+    theta = 2.0 * np.pi * np.arange(samples) / samples
+    parts = [np.ones(samples)]
+    for h in range(1, len(rows) // 2 + 1):
+        parts += [np.cos(h * theta), -np.sin(h * theta)]
+    path = np.array(parts).T @ rows
+    reach = friction * normal * (interference + path[:, 2]) / tangential
+    assert reach.min() > 0.0
+    place = np.zeros(2)
+    for _ in range(turns):
+        before = place
+        for target, most in zip(path[:, :2], reach, strict=True):
+            away = place - target
+            far = np.hypot(*away)
+            if far > most:
+                place = target + away * (most / far)
+        if np.array_equal(place, before):
+            break
+    return place
+
+
+@pytest.mark.parametrize(("seed", "harmonics", "node"), [(1560, 1, 0), (1024, 3, 1), (933, 3, 2)])
+def test_it_rests_where_its_own_path_leads(seed, harmonics, node):
+    """Not where Newton's method put it on trial, from where it does not move either."""
+    rng = np.random.default_rng(seed + 10**6)
+    friction, interference = rng.uniform(0.0, 3.0), rng.uniform(-2.0, 2.0)
+    rows = motion(seed, harmonics, 3)[:, node : node + 1]
+    normal, tangential = 2.0, 5.0 / 3.0
+    contact = ContactParameters.shared(
+        1,
+        normal_stiffness=normal,
+        tangential_stiffness=tangential,
+        friction=friction,
+        interference=interference,
+        law="coupled",
+    )
+    result = contact_element(contact, harmonics, SolverOptions((1.0, 2.0), harmonics=harmonics)).evaluate(rows)
+    assert result.state[0] == STICK
+    place = rows[0, 0, :2] + result.force[0, 0, :2] / tangential
+    expected = rest_by_small_steps(rows[:, 0], normal, tangential, friction, interference)
+    assert np.abs(place - expected).max() < 3e-4
