@@ -21,7 +21,7 @@ with atheris.instrument_imports(include=["pipeline", "geometry", "rom"]):
     from pipeline.errors import InputError
     from pipeline.export import source
     from pipeline.export.source import Kind, curves, kind_of
-    from pipeline.info import describe
+    from pipeline.info import contents
     from pipeline.reading import read_apart
     from rom import FullModelFileError, ReducedModelError, load_full_model, read_reduced_model
 
@@ -61,7 +61,7 @@ def mutated(data: bytes, size: int, seed: int) -> bytes:
 
 
 READERS: tuple[tuple[Callable[[Path], object], type[Exception]], ...] = (
-    (lambda path: describe(path), InputError),
+    (lambda path: contents(path), InputError),
     (read_reduced_model, ReducedModelError),
     (load_full_model, FullModelFileError),
     (load_sector, SectorFileError),

@@ -4,7 +4,8 @@ from geometry.build import build_sector
 from geometry.checks import check_parameters
 from geometry.errors import GeometryError, SectorFileError
 from geometry.exchange import export_sector, import_sector
-from geometry.hdf5 import UNREADABLE, new_hdf5, opened, stored_array, why_unreadable
+from geometry.hdf5 import UNREADABLE, opened, stored_array, why_unreadable
+from geometry.hdf5_writing import new_hdf5
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
 from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import ContactFace, SectorMesh

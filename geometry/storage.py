@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from geometry.errors import SectorFileError
-from geometry.hdf5 import UNREADABLE, new_hdf5, opened, stored_array, why_unreadable
+from geometry.hdf5 import UNREADABLE, opened, stored_array, why_unreadable
+from geometry.hdf5_writing import new_hdf5
 from geometry.sector import ContactFace, SectorMesh
 
 FORMAT = "1"

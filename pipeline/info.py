@@ -58,7 +58,7 @@ def described(found: dict[str, Any]) -> list[str]:
     lines = [
         f"{found['file']}: reduced model by {found['producer']}, {found['coordinates']} coordinates",
         f"ring: {'single structure' if blades is None else f'{blades} blades'}",
-        f"contact: {found['contact_nodes']} nodes against {found['against']}",
+        f"contact: {found['contact_nodes']} nodes {'against ground' if found['against'] == 'ground' else 'a face'}",
         f"outputs: {', '.join(found['outputs'])}",
         f"optional: {', '.join(found['optional']) or 'none'}",
         f"free natural frequencies [Hz]: {', '.join(f'{hz:.6g}' for hz in found['free_hz'])}",
@@ -109,7 +109,7 @@ def _reduced_model(path: Path, model: ReducedModel) -> dict[str, Any]:
         "coordinates": model.size,
         "n_blades": model.n_blades,
         "contact_nodes": model.n_contacts,
-        "against": "ground" if model.contact_left is None else "a face",
+        "against": "ground" if model.contact_left is None else "neighbour",
         "outputs": list(model.outputs),
         "optional": _optional(model),
         "free_hz": [float(hz) for hz in free],

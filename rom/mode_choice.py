@@ -105,8 +105,8 @@ def reduction_errors(
 ) -> tuple[LinearError, ...] | None:
     """Estimated errors of a reduced model in an operation by the modes left out, for each joint.
 
-    enriched, reach_hz: of its `Reduction`. None where modes that were left out may lie in the range, so that their
-    sum at low frequencies does not stand for them.
+    model, enriched, reach_hz: of a `Reduction`. None where modes that were left out may lie in the range, so that
+    their sum at low frequencies does not stand for them.
     """
     if reach_hz < _BEYOND * operation.frequency[1]:
         return None

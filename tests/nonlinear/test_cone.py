@@ -133,7 +133,7 @@ def test_a_slider_comes_to_rest_between_two_circles(amplitude, turn):
 
 
 def rest_by_small_steps(rows, normal, tangential, friction, interference, samples=20_000, turns=40):
-    """Place (2,) where a slider that starts at 0 rests: drawn in at every instant to within its reach, turn by turn."""
+    """Place (2,) where a slider that starts at 0 rests: drawn in at every instant to within its reach."""
     theta = 2.0 * np.pi * np.arange(samples) / samples
     parts = [np.ones(samples)]
     for h in range(1, len(rows) // 2 + 1):

@@ -123,6 +123,7 @@ def test_json_of_a_check(tmp_path: Path) -> None:
     assert json.loads(said) == {
         "valid": True,
         "errors": [],
+        "warnings": [],
         "name": "small",
         "curves": 2,
         "swept": ["contact.friction"],
@@ -131,7 +132,7 @@ def test_json_of_a_check(tmp_path: Path) -> None:
     scene = write_scene(tmp_path / "s.toml", small_scene(contact__friction=-1.0))
     status, said, error = shroud("validate", scene, "--json")
     assert status == 2
-    assert json.loads(said) == {"valid": False, "errors": [error.rstrip("\n")]}
+    assert json.loads(said) == {"valid": False, "errors": [error.rstrip("\n")], "warnings": []}
     assert "contact.friction" in error
 
 
