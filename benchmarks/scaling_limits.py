@@ -12,6 +12,7 @@ from typing import Any
 from scaling_report import MEMORY, MODEL, MS_A_POINT, NODES, H, power_law
 
 _MINUTES_10, _MEMORY, _A_POINT = 600.0, 24.0, 600.0  # s; GB; ms a point: a curve of 100 points in a minute
+_GROWS = 0.1  # exponents below this are noise
 _COARSER = (
     "a coarser mesh: 20-node elements with `mesh.grading` are right to 0.05 % with 8000 dofs; `shroud verify` says it"
 )
@@ -37,12 +38,14 @@ class Limit:
 
     @property
     def reached_at(self) -> float:
-        """Size at which the cost is at its practical limit."""
-        return (self.most / self.factor) ** (1.0 / self.exponent)
+        """Size at which the cost is at its practical limit; infinite where it hardly grows."""
+        if math.isnan(self.exponent) or self.exponent < _GROWS:
+            return math.inf
+        return float((self.most / self.factor) ** (1.0 / self.exponent))
 
     def row(self) -> tuple[str, ...]:
         """Cells of its table."""
-        reached = "unknown" if math.isnan(self.exponent) else f"{_rounded(self.reached_at)} {self.size}"
+        reached = f"{_rounded(self.reached_at)} {self.size}" if math.isfinite(self.reached_at) else "not in sight"
         return (
             self.size,
             self.cost,

@@ -77,7 +77,7 @@ def _unusable(out: Path, error: StorageError | OSError | ValueError) -> InputErr
         return told
     cause = error.__cause__ if isinstance(error, StorageError) else error
     reason = (cause.strerror if isinstance(cause, OSError) else None) or reason_of(error)
-    if out.is_symlink() and not out.exists():
+    if os.path.islink(out) and not os.path.exists(out):
         reason = f"a symbolic link to {os.readlink(out)}, which is not there"
     return input_error("--out", str(out), f"cannot be written: {reason}", "a folder that can be written")
 
