@@ -53,7 +53,10 @@ def report(
         parts.append(markdown_table(list(rows[0]), [list(row.values()) for row in rows]))
         parts.append(f"Exponents over the larger half: {', '.join(fitted)}.")
     parts.append("## Where it stops being practical, and what to do then")
-    parts.append("By the fitted laws, for two cores and 24 GB; beyond what was measured it is an extrapolation.")
+    parts.append(
+        "By the fitted laws, for two cores and 24 GB. Beyond what was measured it is extrapolated "
+        "(a grid has 225 nodes at most)."
+    )
     head = ("growing", "what it costs", "measured to", "exponent", "practical", "reached at", "then")
     parts.append(markdown_table(head, [limit.row() for limit in limits]))
     return "\n\n".join(parts) + "\n"
