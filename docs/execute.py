@@ -107,7 +107,9 @@ def run_commands(page: Path, block: Block, folder: Path) -> Iterator[Piece]:
 
     A command may fail where the page says so by a comment `# exit status N`.
     """
-    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    # A reader's make is not called by another one, which would say so in its output.
+    reader = {name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")}
+    environment = reader | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
     for number, command, shown in commands(block):
         status = re.search(r"# exit status (\d+)", command)
         done = subprocess.run(
