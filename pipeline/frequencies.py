@@ -47,7 +47,6 @@ def _write(path: Path, rom: Path, scene: Scene) -> None:
 
 
 def _solve(model: ReducedModel, contact: Mapping[str, Any], engine_order: int) -> dict[str, Any]:
-
     from rom import natural_frequencies
 
     phase = model.phase(engine_order)

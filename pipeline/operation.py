@@ -15,22 +15,22 @@ if TYPE_CHECKING:
 
 def linear_operation(scene: Scene, sector: SectorMesh) -> LinearOperation:
     """Frequency range, travelling wave, damping and contact springs of a scene on the mesh of its blade."""
-    return _operation(scene, len(sector.right.nodes), sector.n_blades, float(sector.right.area.sum()))
+    import numpy as np
+
+    phase = 2.0 * np.pi * (scene.excitation.engine_order % sector.n_blades) / sector.n_blades
+    return _operation(scene, len(sector.right.nodes), phase, float(sector.right.area.sum()))
 
 
 def operation_of_model(scene: Scene, model: ReducedModel) -> LinearOperation:
     """The same on a reduced model of the blade."""
-    return _operation(scene, model.n_contacts, model.n_blades, face_area(model))
+    return _operation(scene, model.n_contacts, model.phase(scene.excitation.engine_order), face_area(model))
 
 
-def _operation(scene: Scene, n_contacts: int, n_blades: int | None, area: float | None) -> LinearOperation:
-    import numpy as np
-
+def _operation(scene: Scene, n_contacts: int, phase: float, area: float | None) -> LinearOperation:
     from rom import LinearOperation
 
     values = used_contact(scene, area)
     response = scene.response
-    phase = 0.0 if n_blades is None else 2.0 * np.pi * (scene.excitation.engine_order % n_blades) / n_blades
     return LinearOperation(
         frequency=response.frequency,
         phase=phase,

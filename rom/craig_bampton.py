@@ -125,7 +125,7 @@ def reduction(
     if not enrich or parts.kept.size > MOST_ENRICHED:
         return Reduction(model, len(angular))
     enriched = enriched_model(sector, parts, residual_vectors(parts), angular, modes, direction)
-    return Reduction(model, len(angular), None, enriched, _reach(angular))
+    return Reduction(model, len(angular), None, enriched, reach(angular))
 
 
 def craig_bampton_model(
@@ -164,7 +164,7 @@ def craig_bampton_model(
     )
 
 
-def _reach(angular: NDArray[np.float64]) -> float:
+def reach(angular: NDArray[np.float64]) -> float:
     """Highest of the fixed-interface modes (m,) [rad/s] in Hz."""
     return float(angular[-1]) / (2.0 * np.pi) if len(angular) else 0.0
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rom.checks import require_between
-from rom.craig_bampton import Reduction, craig_bampton_model
+from rom.craig_bampton import Reduction, craig_bampton_model, reach
 from rom.enrichment import enriched_model, residual_vectors
 from rom.errors import RomParameterError
 from rom.fixed_interface import lowest_modes
@@ -97,7 +97,7 @@ def reduce_within(
             raise RomParameterError("rom", "tolerance", tolerance, allowed)
         count = min(_next_count(ladder, count, error / tolerance), _MOST_MODES)
     model = craig_bampton_model(full, sector, parts, angular[:modes], shapes[:, :modes], direction, store_basis)
-    return Reduction(model, modes, error, enriched, float(angular[-1]) / (2.0 * np.pi))
+    return Reduction(model, modes, error, enriched, reach(angular))
 
 
 def reduction_errors(
