@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 def linear_operation(scene: Scene, sector: SectorMesh) -> LinearOperation:
     """Frequency range, travelling wave, damping and contact springs of a scene on the mesh of its blade."""
-    import numpy as np
+    from rom import inter_blade_phase
 
-    phase = 2.0 * np.pi * (scene.excitation.engine_order % sector.n_blades) / sector.n_blades
+    phase = inter_blade_phase(scene.excitation.engine_order, sector.n_blades)
     return _operation(scene, len(sector.right.nodes), phase, float(sector.right.area.sum()))
 
 

@@ -13,7 +13,7 @@ from rom.modal import ModalModel, modal_model
 from rom.mode_choice import reduce_within, reduction_errors
 from rom.natural_frequencies import contact_motion, mode_shapes, natural_frequencies
 from rom.receptance import RelativeReceptance, coupled_frequencies, linear_response
-from rom.reduced_model import ReducedModel, ReducedModelError
+from rom.reduced_model import ReducedModel, ReducedModelError, inter_blade_phase
 from rom.rotation import centrifugal_displacement, spin
 from rom.storage import read_reduced_model, write_reduced_model
 
@@ -41,6 +41,7 @@ __all__ = [
     "expand",
     "factorise",
     "full_reference",
+    "inter_blade_phase",
     "linear_answers",
     "linear_errors",
     "linear_response",

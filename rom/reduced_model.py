@@ -106,7 +106,7 @@ class ReducedModel:
 
 
 def inter_blade_phase(engine_order: int, n_blades: int | None) -> float:
-    """Psi = 2 pi EO / N_b in rad, reduced to one turn; 0 where there is no ring (None)."""
+    """Psi = 2 pi EO / N_b, rad, in one turn, of `engine_order` EO in a ring of `n_blades`; 0 without one (None)."""
     return 0.0 if n_blades is None else 2.0 * np.pi * (engine_order % n_blades) / n_blades
 
 
