@@ -116,11 +116,10 @@ def reduction(
     """
     direction = unit_vector(excitation_direction)
     parts = split(full, sector, excitation_at, options.backend, options.contact_dofs)
-    matrices = parts.inner_stiffness, parts.inner_mass, parts.factor
     if options.frequency_limit is not None:
-        angular, modes = modes_up_to(*matrices, options.frequency_limit)
+        angular, modes = modes_up_to(parts.inner_mass, parts.factor, options.frequency_limit)
     else:
-        angular, modes = lowest_modes(*matrices, int(options.modes or 0))
+        angular, modes = lowest_modes(parts.inner_mass, parts.factor, int(options.modes or 0))
     model = craig_bampton_model(full, sector, parts, angular, modes, direction, options.store_basis)
     if not enrich or parts.kept.size > MOST_ENRICHED:
         return Reduction(model, len(angular))

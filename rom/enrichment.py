@@ -41,10 +41,15 @@ def enriched_model(
     angular (m,) [rad/s], shapes (3i, m): fixed-interface modes; direction (3,): of the unit load.
     """
     part = parts.coupling.T @ shapes
-    rest = residual - shapes @ (part.T / angular[:, None] ** 2)
-    rest -= shapes @ (shapes.T @ (parts.inner_mass @ rest))  # again: most of it may lie among the modes
+    among = part.T / angular[:, None] ** 2
+    rest = residual - shapes @ among
+    again = shapes.T @ (parts.inner_mass @ rest)  # most of it may lie among the modes
+    rest -= shapes @ again
     before = np.sum(residual * (parts.inner_mass @ residual), axis=0)
-    rest = rest @ independent(symmetric(rest.T @ (parts.inner_mass @ rest)), before)
+    chosen = independent(symmetric(rest.T @ (parts.inner_mass @ rest)), before)
+    rest = rest @ chosen
+    # K_ii on it without K_ii: L for the residual vectors, w^2 M_ii for the modes.
+    forces = (parts.coupling - (parts.inner_mass @ shapes) @ (angular[:, None] ** 2 * (among + again))) @ chosen
     b, m = parts.kept.size, len(angular)
     n = b + m + rest.shape[1]
     mass, stiffness = np.eye(n), np.zeros((n, n))
@@ -52,7 +57,7 @@ def enriched_model(
     mass[:b, b:] = np.hstack([part, parts.coupling.T @ rest])
     mass[b:, :b] = mass[:b, b:].T
     stiffness[b : b + m, b : b + m] = np.diag(angular**2)
-    stiffness[b + m :, b + m :] = symmetric(rest.T @ (parts.inner_stiffness @ rest))
+    stiffness[b + m :, b + m :] = symmetric(rest.T @ forces)
     return ReducedModel(
         mass=mass,
         stiffness=stiffness,

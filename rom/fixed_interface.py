@@ -20,16 +20,14 @@ _MOST_MODES = 1000
 _TOLERANCE = 1e-9  # of the shapes; the error of an eigenvalue is the square of it, round-off
 
 
-def lowest_modes(
-    stiffness: csr_matrix, mass: csr_matrix, factor: Factor, count: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def lowest_modes(mass: csr_matrix, factor: Factor, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The `count` lowest modes of K phi = w^2 M phi: w (m,) [rad/s] ascending, mass-normalised shapes (n, m).
 
-    Block Lanczos with the given factor of K. The start block is fixed and so are the signs (projection on its first
+    Block Lanczos with a factor of K. The start block is fixed and so are the signs (projection on its first
     vector positive), so the same matrices give the same modes.
     Raises FactorisationError when an eigenvalue is not above 0.
     """
-    size = stiffness.shape[0]
+    size = mass.shape[0]
     count = min(count, size)
     if count < 1:
         return np.zeros(0), np.zeros((size, 0))
@@ -44,7 +42,7 @@ def lowest_modes(
 
 
 def modes_up_to(
-    stiffness: csr_matrix, mass: csr_matrix, factor: Factor, frequency_limit: float
+    mass: csr_matrix, factor: Factor, frequency_limit: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """All modes up to frequency_limit [Hz], as `lowest_modes`; asks for twice as many until one lies beyond.
 
@@ -52,7 +50,7 @@ def modes_up_to(
     """
     limit, count = 2 * np.pi * frequency_limit, _FIRST_GUESS
     while True:
-        angular, shapes = lowest_modes(stiffness, mass, factor, count)
+        angular, shapes = lowest_modes(mass, factor, count)
         if len(angular) < count or angular[-1] > limit:
             within = angular <= limit
             return angular[within], shapes[:, within]

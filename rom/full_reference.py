@@ -78,7 +78,7 @@ def full_reference(
     flexibility = kept.rotation @ static[rows]
     count = _FIRST_GUESS
     while True:
-        angular, modes = lowest_modes(stiffness, mass, factor, count)
+        angular, modes = lowest_modes(mass, factor, count)
         if len(angular) < count or angular[-1] > 2.0 * np.pi * _BEYOND * highest_hz:
             break
         if count >= _MOST_MODES:

@@ -79,7 +79,7 @@ def reduce_within(
     highest = max(operation.frequency[1] for operation in operations)
     count = _FIRST_GUESS
     while True:
-        angular, shapes = lowest_modes(parts.inner_stiffness, parts.inner_mass, parts.factor, count)
+        angular, shapes = lowest_modes(parts.inner_mass, parts.factor, count)
         if len(angular) == count and angular[-1] < 2.0 * np.pi * _BEYOND * highest:
             # what is left out must lie above the range for its sum at low frequencies to stand for it
             if count >= _MOST_MODES:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rom.factorisation import Factor, factorise
+from rom.factorisation import Factor, analyse
 from rom.full_model import FullModel, node_dofs
 from rom.kept_dofs import KeptDofs, choose_kept_dofs
 
@@ -27,8 +27,8 @@ class Substructure:
     kept : the kept dofs and their frames.
     interior : (i,) nodes that are neither kept nor clamped; with averages for contact dofs, what the variables
         `kept.variables` hold in their places.
-    inner_stiffness, inner_mass : (3i, 3i) CSR, K_ii and M_ii.
-    factor : of K_ii.
+    inner_mass : (3i, 3i) CSR, M_ii.
+    factor : of K_ii, which itself is not kept: it takes as much memory as the full model's.
     constraint : (3i, b) constraint modes, Psi = -K_ii^-1 K_ib.
     coupling : (3i, b) inertia of the inside under the constraint modes, L = M_ib + M_ii Psi.
     stiffness, mass : (b, b) condensed to the kept dofs (Guyan).
@@ -36,7 +36,6 @@ class Substructure:
 
     kept: KeptDofs
     interior: NDArray[np.int64]
-    inner_stiffness: csr_matrix
     inner_mass: csr_matrix
     factor: Factor
     constraint: NDArray[np.float64]
@@ -60,14 +59,15 @@ def split(
     kept = choose_kept_dofs(full, sector, excitation_at, contact_dofs)
     interior = _interior_nodes(full, kept)
     k_ii, k_ib, k_bb = _partition(kept.quadratic_form(full.stiffness), interior, kept)
+    analysis = analyse(k_ii, backend)
+    del k_ii  # before the factor comes, beside which there is little room on a large mesh
+    factor = analysis.factor()
     m_ii, m_ib, m_bb = _partition(kept.quadratic_form(full.mass), interior, kept)
-    factor = factorise(k_ii, backend)
     constraint = -factor.solve(k_ib.toarray())
     coupling = m_ib.toarray() + m_ii @ constraint
     return Substructure(
         kept=kept,
         interior=interior,
-        inner_stiffness=k_ii,
         inner_mass=m_ii,
         factor=factor,
         constraint=constraint,

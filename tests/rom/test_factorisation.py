@@ -5,10 +5,12 @@ import importlib.util
 import numpy as np
 import pytest
 from rom_meshes import box_sector
-from scipy.sparse import csr_matrix, diags
+from scipy.sparse import csr_matrix, diags, triu
 
+import rom.cholmod
 import rom.factorisation
 from rom import FactorisationError, Material, assemble, factorise
+from rom.factorisation import analyse
 
 needs_cholmod = pytest.mark.skipif(importlib.util.find_spec("cvxopt") is None, reason="the extra cholmod is absent")
 BACKENDS = [pytest.param("cholmod", marks=needs_cholmod), "superlu"]
@@ -43,27 +45,55 @@ def test_backends_agree_to_round_off(held):
 
 
 @needs_cholmod
-def test_where_the_dense_door_of_cholmod_is_shut(held, monkeypatch):
+def test_the_matrix_may_go_before_the_factor_comes(held):
     matrix, rhs = held
     expected = factorise(matrix, "cholmod").solve(rhs)
-    monkeypatch.setattr(rom.factorisation, "dense_solver", lambda *_: None)
-    factor = factorise(matrix, "cholmod")
-    for columns in (rhs, rhs[:, 0]):
-        found = factor.solve(columns)
-        assert found.shape == columns.shape
-        assert np.max(np.abs(found.T - expected.T[: len(np.atleast_2d(columns.T))])) < 1e-12 * np.max(
-            np.abs(expected)
-        )
+    gone = matrix.copy()
+    analysis = analyse(gone, "cholmod")
+    gone.data[:], gone.indices[:] = 0.0, 0
+    np.testing.assert_array_equal(analysis.factor().solve(rhs), expected)
 
 
 @needs_cholmod
-def test_the_dense_door_opens_to_factors_only():
+def test_entries_in_any_order_and_twice(held):
+    """What SciPy calls not canonical: CHOLMOD itself would take it amiss."""
+    matrix, rhs = held
+    expected = factorise(matrix, "cholmod").solve(rhs)
+    parts = matrix.tocoo()
+    mixed = np.random.default_rng(3).permutation(2 * parts.nnz) % parts.nnz
+    starts = np.concatenate([[0], np.cumsum(2 * np.diff(matrix.indptr))])
+    by_row = mixed[np.argsort(parts.row[mixed], kind="stable")]
+    doubled = csr_matrix((0.5 * parts.data[by_row], parts.col[by_row], starts), shape=matrix.shape)
+    assert not doubled.has_canonical_format
+    np.testing.assert_allclose(factorise(doubled, "cholmod").solve(rhs), expected, rtol=1e-8, atol=1e-20)
+    assert doubled.nnz == 2 * matrix.nnz  # left as it was
+
+
+@needs_cholmod
+@pytest.mark.parametrize("slab", [1, 7, 1000])
+def test_the_triangle_is_taken_slab_by_slab(held, monkeypatch, slab):
+    matrix = held[0]
+    monkeypatch.setattr(rom.cholmod, "_SLAB", slab)
+    _, (starts, indices, values) = rom.cholmod._lower_triangle(matrix)
+    count = starts[-1]
+    found = csr_matrix((values[:count], indices[:count], starts), shape=matrix.shape)
+    assert (found != triu(matrix)).nnz == 0
+
+
+@needs_cholmod
+def test_a_library_of_another_kind_is_left_alone(monkeypatch):
     from cvxopt import cholmod
 
-    from rom.cholmod_dense import dense_solver
-
-    assert dense_solver(cholmod.__file__, object()) is None
-    assert dense_solver(__file__, object()) is None
+    assert rom.cholmod._opened(__file__) is None  # no library
+    assert rom.cholmod._opened(np._core._multiarray_umath.__file__) is None  # one without CHOLMOD
+    assert rom.cholmod._opened(cholmod.__file__) is not None
+    monkeypatch.setattr(rom.cholmod, "_VERSION", 5)
+    assert rom.cholmod._opened(cholmod.__file__) is None
+    monkeypatch.setattr(rom.cholmod, "_VERSION", 3)
+    monkeypatch.setattr(rom.cholmod._Common, "known", False)
+    assert rom.cholmod._opened(cholmod.__file__) is None
+    monkeypatch.setattr(rom.factorisation, "library", lambda: None)
+    assert factorise(diags([1.0, 2.0, 4.0]).tocsr()).backend == "superlu"
 
 
 @needs_cholmod

@@ -1,0 +1,215 @@
+"""CHOLMOD, called directly in the library that the cvxopt wheel brings.
+
+The doors of cvxopt copy a matrix twice on its way in and solve a dense block column by column, each of which reads
+the whole factor from memory. CHOLMOD itself takes the arrays of SciPy as they are and any number of columns at once:
+from eight on it is bound by arithmetic, a third to a sixth of the time a column.
+Y. Chen, T. A. Davis, W. W. Hager, S. Rajamanickam, Algorithm 887: CHOLMOD, ACM Trans. Math. Softw. 35 (2008) 22.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import importlib
+import weakref
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom.blas_kernels import best_kernels
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+COLUMNS = 16  # solved for at once: more are no quicker and take memory
+_SLAB = 200_000  # entries of a matrix
+_VERSION = 3  # of CHOLMOD, whose structures are described here
+_LONG, _REAL, _DOUBLE, _LOWER, _SOLVE_A = 2, 1, 0, -1, 0
+_FUNCTIONS = ("start", "finish", "analyze_p", "factorize", "solve2", "free_factor", "free_dense")
+
+
+class _Common(ctypes.Structure):
+    """The head of cholmod_common, settings; what follows is CHOLMOD's own."""
+
+    _fields_ = (
+        ("limits", ctypes.c_double * 3),
+        ("sizes", ctypes.c_size_t * 2),
+        ("supernodal_switch", ctypes.c_double),
+        ("supernodal", ctypes.c_int),
+        ("final", ctypes.c_int * 6),
+        ("zrelax", ctypes.c_double * 3),
+        ("nrelax", ctypes.c_size_t * 3),
+        ("prefer", ctypes.c_int * 4),
+        ("print", ctypes.c_int),
+        ("rest", ctypes.c_char * (1 << 16)),  # it takes some 3000 bytes
+    )
+
+    @property
+    def known(self) -> bool:
+        """Whether the defaults stand where they are expected: the structure is the one described here."""
+        return (self.supernodal_switch, self.supernodal, self.zrelax[0], self.print) == (40.0, 1, 0.8, 3)
+
+
+class _Sparse(ctypes.Structure):
+    """cholmod_sparse: a matrix by compressed columns."""
+
+    _fields_ = (
+        *((name, ctypes.c_size_t) for name in ("nrow", "ncol", "nzmax")),
+        *((name, ctypes.c_void_p) for name in ("p", "i", "nz", "x", "z")),
+        *((name, ctypes.c_int) for name in ("stype", "itype", "xtype", "dtype", "sorted", "packed")),
+    )
+
+
+class _Dense(ctypes.Structure):
+    """cholmod_dense: a matrix by columns."""
+
+    _fields_ = (
+        *((name, ctypes.c_size_t) for name in ("nrow", "ncol", "nzmax", "d")),
+        *((name, ctypes.c_void_p) for name in ("x", "z")),
+        *((name, ctypes.c_int) for name in ("xtype", "dtype")),
+    )
+
+
+class _FactorHead(ctypes.Structure):
+    """The head of cholmod_factor; minor: the first column that was not positive definite, n for none."""
+
+    _fields_ = (("n", ctypes.c_size_t), ("minor", ctypes.c_size_t))
+
+
+class CholmodFactor:
+    """Supernodal Cholesky factor of a symmetric positive definite matrix (n, n), of which both triangles are there.
+
+    order (n,): in which to eliminate the unknowns; minimum degree is looked at too and the better one taken. The
+    constructor analyses, `factorise` does the work: the matrix is not needed between them, only its triangle.
+    """
+
+    def __init__(self, matrix: csr_matrix, order: NDArray[np.int64] | None = None) -> None:
+        found = library()
+        if found is None:
+            raise ValueError("this cvxopt has no CHOLMOD that is known here")
+        self._library, self._common = found, _started(found)
+        self._triangle, self._arrays = _lower_triangle(matrix)
+        given = None if order is None else order.ctypes.data_as(ctypes.c_void_p)
+        self._factor = self._library.cholmod_l_analyze_p(
+            ctypes.byref(self._triangle), given, None, 0, ctypes.byref(self._common)
+        )
+        if not self._factor:
+            raise MemoryError(f"CHOLMOD has no memory to analyse a matrix of {matrix.shape[0]} unknowns")
+        self._room = (ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_void_p())  # solution and what it is made in
+        weakref.finalize(self, _free, self._library, self._common, self._factor, self._room)
+
+    def factorise(self) -> bool:
+        """Compute the factor and let the triangle go; False where the matrix is not positive definite."""
+        done = self._library.cholmod_l_factorize(
+            ctypes.byref(self._triangle), self._factor, ctypes.byref(self._common)
+        )
+        self._arrays = ()
+        head = ctypes.cast(self._factor, ctypes.POINTER(_FactorHead)).contents
+        if not done:
+            raise MemoryError(f"CHOLMOD has no memory for the factor of {head.n} unknowns")
+        return bool(head.minor == head.n)
+
+    def solve(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The solutions (k, n) of k right-hand sides, each a row here as it is a column in A x = b."""
+        rows = np.ascontiguousarray(rows, dtype=float)
+        solution = np.empty(rows.shape)
+        for first in range(0, len(rows), COLUMNS):
+            part = slice(first, first + COLUMNS)
+            self._solve_at_once(rows[part], solution[part])
+        return solution
+
+    def _solve_at_once(self, rows: NDArray[np.float64], solution: NDArray[np.float64]) -> None:
+        k, n = rows.shape
+        block = _Dense(n, k, rows.size, n, rows.ctypes.data, None, _REAL, _DOUBLE)
+        x, y, e = (ctypes.byref(room) for room in self._room)
+        done = self._library.cholmod_l_solve2(
+            _SOLVE_A, self._factor, ctypes.byref(block), None, x, None, y, e, ctypes.byref(self._common)
+        )
+        if not done:
+            raise MemoryError(f"CHOLMOD has no memory for {k} solutions of {n} unknowns")
+        found = ctypes.cast(self._room[0], ctypes.POINTER(_Dense)).contents
+        values = ctypes.cast(found.x, ctypes.POINTER(ctypes.c_double))
+        solution[:] = np.ctypeslib.as_array(values, shape=(k, n))
+
+
+@functools.cache
+def library() -> Any:
+    """The library with CHOLMOD's functions, None where there is none that is known here."""
+    try:
+        with best_kernels():
+            module = importlib.import_module("cvxopt.cholmod")
+        return _opened(str(module.__file__))
+    except ImportError:
+        return None
+
+
+def _opened(module_file: str) -> Any:
+    """CHOLMOD as a module that was linked to it sees it, None where it is not of the kind described here."""
+    try:
+        found = ctypes.CDLL(module_file)
+        version = (ctypes.c_int * 3)()
+        found.cholmod_l_version(version)
+        complete = all(hasattr(found, f"cholmod_l_{name}") for name in _FUNCTIONS)
+    except (OSError, AttributeError):
+        return None
+    if version[0] != _VERSION or not complete:
+        return None
+    found.cholmod_l_analyze_p.restype = ctypes.c_void_p
+    found.cholmod_l_analyze_p.argtypes = [ctypes.c_void_p] * 3 + [ctypes.c_size_t, ctypes.c_void_p]
+    found.cholmod_l_factorize.argtypes = [ctypes.c_void_p] * 3
+    found.cholmod_l_solve2.argtypes = [ctypes.c_int] + [ctypes.c_void_p] * 8
+    common = _Common()
+    found.cholmod_l_start(ctypes.byref(common))
+    known = common.known
+    found.cholmod_l_finish(ctypes.byref(common))
+    return found if known else None
+
+
+def _started(found: Any) -> _Common:
+    """Settings and workspace of one factor: always supernodal, which needs positive pivots, and nothing printed."""
+    common = _Common()
+    found.cholmod_l_start(ctypes.byref(common))
+    common.supernodal, common.print = 2, 0
+    return common
+
+
+def _lower_triangle(matrix: csr_matrix) -> tuple[_Sparse, tuple[NDArray[Any], ...]]:
+    """The lower triangle by columns, and the arrays that it stands in: the upper triangle by rows is the same."""
+    if not matrix.has_canonical_format:
+        matrix = matrix.copy()
+        matrix.sum_duplicates()
+    n = matrix.shape[0]
+    starts, indices, values = np.zeros(n + 1, np.int64), np.empty(matrix.nnz, np.int64), np.empty(matrix.nnz)
+    count = 0
+    for rows in _slabs(matrix.indptr):  # in small pieces: large arrays on the way cost more than the work
+        place = slice(matrix.indptr[rows[0]], matrix.indptr[rows[-1] + 1])
+        columns, row = matrix.indices[place], np.repeat(rows, np.diff(matrix.indptr[rows[0] : rows[-1] + 2]))
+        upper = columns >= row
+        found = int(np.count_nonzero(upper))
+        indices[count : count + found], values[count : count + found] = columns[upper], matrix.data[place][upper]
+        starts[rows + 1] = np.bincount(row[upper] - rows[0], minlength=len(rows))
+        count += found
+    starts = np.cumsum(starts)
+    p, i, x = (array.ctypes.data for array in (starts, indices, values))
+    head = _Sparse(n, n, count, p, i, None, x, None, _LOWER, _LONG, _REAL, _DOUBLE, 1, 1)
+    return head, (starts, indices, values)
+
+
+def _slabs(starts: NDArray[np.integer[Any]]) -> Iterator[NDArray[np.int64]]:
+    """Rows that lie together, some 200 000 entries at a time; starts (n + 1,): of the rows."""
+    first, n = 0, len(starts) - 1
+    while first < n:
+        last = int(np.searchsorted(starts, starts[first] + _SLAB, side="right"))
+        last = min(max(last - 1, first + 1), n)
+        yield np.arange(first, last)
+        first = last
+
+
+def _free(found: Any, common: _Common, factor: int, room: tuple[ctypes.c_void_p, ...]) -> None:
+    """Give back what CHOLMOD holds."""
+    release: list[tuple[Callable[..., Any], ctypes.c_void_p]] = [(found.cholmod_l_free_dense, each) for each in room]
+    for function, address in [*release, (found.cholmod_l_free_factor, ctypes.c_void_p(factor))]:
+        function(ctypes.byref(address), ctypes.byref(common))
+    found.cholmod_l_finish(ctypes.byref(common))

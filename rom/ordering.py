@@ -1,0 +1,45 @@
+"""Fill-reducing order of the unknowns of a large mesh: nested dissection by METIS."""
+
+from __future__ import annotations
+
+import importlib.util
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+# Below, minimum degree is as good and METIS takes longer than it saves (docs/performance.md).
+DISSECT_FROM = 60_000
+_PER_NODE = 3  # unknowns, ordered node by node
+
+
+def nested_dissection(matrix: csr_matrix) -> NDArray[np.int64] | None:
+    """The order (n,) in which to eliminate the unknowns of a symmetric matrix; None where METIS is not worth it.
+
+    The unknowns come three by three, node by node; nodes are ordered, and with them their unknowns. None for a small
+    matrix, one of other unknowns, or where the package pymetis is missing.
+    """
+    size = matrix.shape[0]
+    if size < DISSECT_FROM or size % _PER_NODE or importlib.util.find_spec("pymetis") is None:
+        return None
+    import pymetis
+
+    starts, neighbours = _node_graph(matrix)
+    order, _ = pymetis.nested_dissection(pymetis.CSRAdjacency(starts, neighbours))
+    return (_PER_NODE * np.array(order, dtype=np.int64)[:, None] + np.arange(_PER_NODE)).ravel().astype(np.int64)
+
+
+def _node_graph(matrix: csr_matrix) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Neighbours of every node but itself: where its list starts (n + 1,), and the lists one after another."""
+    from scipy.sparse import csr_matrix
+
+    entries = np.ones(matrix.nnz, dtype=np.int8)
+    pattern = csr_matrix((entries, matrix.indices, matrix.indptr), shape=matrix.shape)
+    blocks = pattern.tobsr(blocksize=(_PER_NODE, _PER_NODE))
+    nodes = np.repeat(np.arange(len(blocks.indptr) - 1, dtype=np.int32), np.diff(blocks.indptr))
+    others = blocks.indices != nodes
+    starts = np.concatenate([[0], np.cumsum(np.bincount(nodes[others], minlength=len(blocks.indptr) - 1))])
+    return starts.astype(np.int32), blocks.indices[others].astype(np.int32)
