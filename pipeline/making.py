@@ -58,7 +58,10 @@ def make_reduced_model(
     from rom import ReductionOptions, load_full_model, reduce_within, reduction, write_reduced_model
 
     sector = load_sector(sector_file)
-    full = at_speed(load_full_model(full_file), sector, scene)
+
+    def full() -> FullModel:
+        return at_speed(load_full_model(full_file), sector, scene)
+
     modes, limit = scene.rom.modes, scene.rom.frequency_limit
     dofs = scene.rom.contact_dofs
     load: dict[str, Any] = {
@@ -78,7 +81,7 @@ def make_reduced_model(
     write_reduced_model(folder / REDUCED_MODEL, model)
     if made.enriched is not None:
         write_reduced_model(folder / ENRICHED_MODEL, made.enriched)
-    facts: dict[str, Any] = {"dofs": int(full.stiffness.shape[0]), "reduced_dofs": model.size}
+    facts: dict[str, Any] = {"dofs": made.dofs, "reduced_dofs": model.size}
     facts |= {"n_contacts": model.n_contacts, "modes": made.modes, "reach_hz": made.reach_hz}
     (folder / FACTS).write_text(json.dumps(facts))
 

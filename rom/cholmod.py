@@ -12,7 +12,7 @@ import ctypes
 import functools
 import importlib
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 COLUMNS = 16  # solved for at once: more are no quicker and take memory
 _SLAB = 200_000  # entries of a matrix
 _VERSION = 3  # of CHOLMOD, whose structures are described here
-_LONG, _REAL, _DOUBLE, _LOWER, _SOLVE_A = 2, 1, 0, -1, 0
-_FUNCTIONS = ("start", "finish", "analyze_p", "factorize", "solve2", "free_factor", "free_dense")
+_LONG, _REAL, _DOUBLE, _UPPER, _NATURAL, _SOLVE_A = 2, 1, 0, 1, 0, 0
+_FUNCTIONS = ("start", "finish", "analyze_p", "ptranspose", "factorize", "solve2")
+_RELEASES = ("free_sparse", "free_factor", "free_dense")
 
 
 class _Common(ctypes.Structure):
@@ -72,17 +73,25 @@ class _Dense(ctypes.Structure):
     )
 
 
-class _FactorHead(ctypes.Structure):
-    """The head of cholmod_factor; minor: the first column that was not positive definite, n for none."""
+class _Factor(ctypes.Structure):
+    """cholmod_factor; minor: the first column that was not positive definite, n for none."""
 
-    _fields_ = (("n", ctypes.c_size_t), ("minor", ctypes.c_size_t))
+    _fields_ = (
+        *((name, ctypes.c_size_t) for name in ("n", "minor")),
+        *((name, ctypes.c_void_p) for name in ("perm", "col_count", "inverse_perm")),
+        ("nzmax", ctypes.c_size_t),
+        *((name, ctypes.c_void_p) for name in ("p", "i", "x", "z", "nz", "next", "prev")),
+        *((name, ctypes.c_size_t) for name in ("nsuper", "ssize", "xsize", "maxcsize", "maxesize")),
+        *((name, ctypes.c_void_p) for name in ("super", "pi", "px", "s")),
+        *((name, ctypes.c_int) for name in ("ordering", "is_ll", "is_super", "is_monotonic", "itype", "xtype")),
+    )
 
 
 class CholmodFactor:
     """Supernodal Cholesky factor of a symmetric positive definite matrix (n, n), of which both triangles are there.
 
     order (n,): in which to eliminate the unknowns; minimum degree is looked at too and the better one taken. The
-    constructor analyses, `factorise` does the work: the matrix is not needed between them, only its triangle.
+    constructor analyses and copies a triangle of the matrix, `factorise` does the work.
     """
 
     def __init__(self, matrix: csr_matrix, order: NDArray[np.int64] | None = None) -> None:
@@ -90,26 +99,32 @@ class CholmodFactor:
         if found is None:
             raise ValueError("this cvxopt has no CHOLMOD that is known here")
         self._library, self._common = found, _started(found)
-        self._triangle, self._arrays = _lower_triangle(matrix)
+        triangle, _arrays = _upper_triangle(matrix)
+        common = ctypes.byref(self._common)
         given = None if order is None else order.ctypes.data_as(ctypes.c_void_p)
-        self._factor = self._library.cholmod_l_analyze_p(
-            ctypes.byref(self._triangle), given, None, 0, ctypes.byref(self._common)
-        )
-        if not self._factor:
+        self._address = ctypes.c_void_p(found.cholmod_l_analyze_p(ctypes.byref(triangle), given, None, 0, common))
+        if not self._address:
             raise MemoryError(f"CHOLMOD has no memory to analyse a matrix of {matrix.shape[0]} unknowns")
+        self._factor = ctypes.cast(self._address, ctypes.POINTER(_Factor)).contents
         self._room = (ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_void_p())  # solution and what it is made in
-        weakref.finalize(self, _free, self._library, self._common, self._factor, self._room)
+        # The lower triangle in the new order, as CHOLMOD works on it: made here, the other one need not stay.
+        self._ordered = ctypes.c_void_p(
+            found.cholmod_l_ptranspose(ctypes.byref(triangle), 2, self._factor.perm, None, 0, common)
+        )
+        weakref.finalize(self, _free, found, self._common, self._address, self._ordered, self._room)
+        if not self._ordered:
+            raise MemoryError(f"CHOLMOD has no memory to order a matrix of {matrix.shape[0]} unknowns")
 
     def factorise(self) -> bool:
         """Compute the factor and let the triangle go; False where the matrix is not positive definite."""
-        done = self._library.cholmod_l_factorize(
-            ctypes.byref(self._triangle), self._factor, ctypes.byref(self._common)
-        )
-        self._arrays = ()
-        head = ctypes.cast(self._factor, ctypes.POINTER(_FactorHead)).contents
+        common = ctypes.byref(self._common)
+        ordering, self._factor.ordering = self._factor.ordering, _NATURAL  # the triangle is in order already
+        done = self._library.cholmod_l_factorize(self._ordered, self._address, common)
+        self._factor.ordering = ordering
+        self._library.cholmod_l_free_sparse(ctypes.byref(self._ordered), common)
         if not done:
-            raise MemoryError(f"CHOLMOD has no memory for the factor of {head.n} unknowns")
-        return bool(head.minor == head.n)
+            raise MemoryError(f"CHOLMOD has no memory for the factor of {self._factor.n} unknowns")
+        return bool(self._factor.minor == self._factor.n)
 
     def solve(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """The solutions (k, n) of k right-hand sides, each a row here as it is a column in A x = b."""
@@ -125,7 +140,7 @@ class CholmodFactor:
         block = _Dense(n, k, rows.size, n, rows.ctypes.data, None, _REAL, _DOUBLE)
         x, y, e = (ctypes.byref(room) for room in self._room)
         done = self._library.cholmod_l_solve2(
-            _SOLVE_A, self._factor, ctypes.byref(block), None, x, None, y, e, ctypes.byref(self._common)
+            _SOLVE_A, self._address, ctypes.byref(block), None, x, None, y, e, ctypes.byref(self._common)
         )
         if not done:
             raise MemoryError(f"CHOLMOD has no memory for {k} solutions of {n} unknowns")
@@ -151,13 +166,21 @@ def _opened(module_file: str) -> Any:
         found = ctypes.CDLL(module_file)
         version = (ctypes.c_int * 3)()
         found.cholmod_l_version(version)
-        complete = all(hasattr(found, f"cholmod_l_{name}") for name in _FUNCTIONS)
+        complete = all(hasattr(found, f"cholmod_l_{name}") for name in _FUNCTIONS + _RELEASES)
     except (OSError, AttributeError):
         return None
     if version[0] != _VERSION or not complete:
         return None
     found.cholmod_l_analyze_p.restype = ctypes.c_void_p
     found.cholmod_l_analyze_p.argtypes = [ctypes.c_void_p] * 3 + [ctypes.c_size_t, ctypes.c_void_p]
+    found.cholmod_l_ptranspose.restype = ctypes.c_void_p
+    found.cholmod_l_ptranspose.argtypes = [
+        ctypes.c_void_p,
+        ctypes.c_int,
+        *[ctypes.c_void_p] * 2,
+        ctypes.c_size_t,
+        ctypes.c_void_p,
+    ]
     found.cholmod_l_factorize.argtypes = [ctypes.c_void_p] * 3
     found.cholmod_l_solve2.argtypes = [ctypes.c_int] + [ctypes.c_void_p] * 8
     common = _Common()
@@ -175,8 +198,8 @@ def _started(found: Any) -> _Common:
     return common
 
 
-def _lower_triangle(matrix: csr_matrix) -> tuple[_Sparse, tuple[NDArray[Any], ...]]:
-    """The lower triangle by columns, and the arrays that it stands in: the upper triangle by rows is the same."""
+def _upper_triangle(matrix: csr_matrix) -> tuple[_Sparse, tuple[NDArray[Any], ...]]:
+    """The upper triangle by columns, and the arrays that it stands in: the lower triangle by rows is the same."""
     if not matrix.has_canonical_format:
         matrix = matrix.copy()
         matrix.sum_duplicates()
@@ -186,14 +209,14 @@ def _lower_triangle(matrix: csr_matrix) -> tuple[_Sparse, tuple[NDArray[Any], ..
     for rows in _slabs(matrix.indptr):  # in small pieces: large arrays on the way cost more than the work
         place = slice(matrix.indptr[rows[0]], matrix.indptr[rows[-1] + 1])
         columns, row = matrix.indices[place], np.repeat(rows, np.diff(matrix.indptr[rows[0] : rows[-1] + 2]))
-        upper = columns >= row
-        found = int(np.count_nonzero(upper))
-        indices[count : count + found], values[count : count + found] = columns[upper], matrix.data[place][upper]
-        starts[rows + 1] = np.bincount(row[upper] - rows[0], minlength=len(rows))
+        lower = columns <= row
+        found = int(np.count_nonzero(lower))
+        indices[count : count + found], values[count : count + found] = columns[lower], matrix.data[place][lower]
+        starts[rows + 1] = np.bincount(row[lower] - rows[0], minlength=len(rows))
         count += found
     starts = np.cumsum(starts)
     p, i, x = (array.ctypes.data for array in (starts, indices, values))
-    head = _Sparse(n, n, count, p, i, None, x, None, _LOWER, _LONG, _REAL, _DOUBLE, 1, 1)
+    head = _Sparse(n, n, count, p, i, None, x, None, _UPPER, _LONG, _REAL, _DOUBLE, 1, 1)
     return head, (starts, indices, values)
 
 
@@ -207,9 +230,12 @@ def _slabs(starts: NDArray[np.integer[Any]]) -> Iterator[NDArray[np.int64]]:
         first = last
 
 
-def _free(found: Any, common: _Common, factor: int, room: tuple[ctypes.c_void_p, ...]) -> None:
-    """Give back what CHOLMOD holds."""
-    release: list[tuple[Callable[..., Any], ctypes.c_void_p]] = [(found.cholmod_l_free_dense, each) for each in room]
-    for function, address in [*release, (found.cholmod_l_free_factor, ctypes.c_void_p(factor))]:
-        function(ctypes.byref(address), ctypes.byref(common))
+def _free(
+    found: Any, common: _Common, factor: ctypes.c_void_p, ordered: ctypes.c_void_p, room: tuple[ctypes.c_void_p, ...]
+) -> None:
+    """Give back what CHOLMOD holds; what is gone already is null."""
+    for address in room:
+        found.cholmod_l_free_dense(ctypes.byref(address), ctypes.byref(common))
+    found.cholmod_l_free_sparse(ctypes.byref(ordered), ctypes.byref(common))
+    found.cholmod_l_free_factor(ctypes.byref(factor), ctypes.byref(common))
     found.cholmod_l_finish(ctypes.byref(common))

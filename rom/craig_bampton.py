@@ -5,6 +5,7 @@ R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, A
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -61,7 +62,7 @@ class ReductionOptions:
 
 @dataclass(frozen=True)
 class Reduction:
-    """A reduced model with the number of fixed-interface modes in it.
+    """A reduced model with the number of fixed-interface modes in it and of the dofs of the full one.
 
     error: estimated largest relative error by the modes left out, where their number was chosen by it, else None.
     enriched: the model with what stands for the modes left out, by which `reduction_errors` measures it; None where
@@ -70,6 +71,7 @@ class Reduction:
 
     model: ReducedModel
     modes: int
+    dofs: int
     error: float | None = None
     enriched: ReducedModel | None = None
     reach_hz: float = 0.0
@@ -100,7 +102,7 @@ def reduce(
 
 @one_blas_thread()
 def reduction(
-    full: FullModel,
+    full: FullModel | Callable[[], FullModel],
     sector: SectorMesh,
     options: ReductionOptions,
     *,
@@ -110,7 +112,8 @@ def reduction(
 ) -> Reduction:
     """As `reduce` with the same arguments, and the number of modes that were kept beside the model.
 
-    full, sector, options, excitation_direction, excitation_at: see `reduce`; it raises the same. enrich: with the
+    full: the full model, or what makes one: then it does not stay in memory beside its factor. sector, options,
+    excitation_direction, excitation_at: see `reduce`; it raises the same. enrich: with the
     means to estimate its errors too (`reduction_errors`), which takes one more static solution for each kept dof;
     left out where there are more than 300 of those.
     """
@@ -120,15 +123,14 @@ def reduction(
         angular, modes = modes_up_to(parts.inner_mass, parts.factor, options.frequency_limit)
     else:
         angular, modes = lowest_modes(parts.inner_mass, parts.factor, int(options.modes or 0))
-    model = craig_bampton_model(full, sector, parts, angular, modes, direction, options.store_basis)
+    model = craig_bampton_model(sector, parts, angular, modes, direction, options.store_basis)
     if not enrich or parts.kept.size > MOST_ENRICHED:
-        return Reduction(model, len(angular))
+        return Reduction(model, len(angular), parts.n_dofs)
     enriched = enriched_model(sector, parts, residual_vectors(parts), angular, modes, direction)
-    return Reduction(model, len(angular), None, enriched, reach(angular))
+    return Reduction(model, len(angular), parts.n_dofs, None, enriched, reach(angular))
 
 
 def craig_bampton_model(
-    full: FullModel,
     sector: SectorMesh,
     parts: Substructure,
     angular: NDArray[np.float64],
@@ -145,18 +147,20 @@ def craig_bampton_model(
     mass[:b, b:] = parts.coupling.T @ modes
     mass[b:, :b] = mass[:b, b:].T
     shapes = np.hstack([parts.constraint, modes])
-    force = kept.forces(full.centrifugal)
+    force = parts.centrifugal
     centrifugal = shapes.T @ force[node_dofs(parts.interior).ravel()]
     centrifugal[:b] += kept.rotation @ force[kept.dofs]
     contact = "nodes" if kept.variables is None else "patches"
-    made_of = f"{full.element}, {full.n_dofs} dofs, {len(angular)} modes, contact {contact}, {full.speed_rpm:g} rpm"
+    made_of = (
+        f"{parts.element}, {parts.n_dofs} dofs, {len(angular)} modes, contact {contact}, {parts.speed_rpm:g} rpm"
+    )
     return ReducedModel(
         mass=mass,
         stiffness=stiffness,
         contact_position=sector.right.position,
         contact_area=sector.right.area,
         force_centrifugal=centrifugal,
-        basis=_basis(full, parts, shapes) if store_basis else None,
+        basis=_basis(parts, shapes) if store_basis else None,
         n_blades=sector.n_blades,
         producer=f"shroud: {made_of}, {parts.factor.backend}",
         **kept_motions(parts.kept, np.eye(b, n), direction),
@@ -168,10 +172,10 @@ def reach(angular: NDArray[np.float64]) -> float:
     return float(angular[-1]) / (2.0 * np.pi) if len(angular) else 0.0
 
 
-def _basis(full: FullModel, parts: Substructure, shapes: NDArray[np.float64]) -> NDArray[np.float64]:
+def _basis(parts: Substructure, shapes: NDArray[np.float64]) -> NDArray[np.float64]:
     """Mesh displacements (N, n) of the reduced coordinates; zero on the clamped root."""
     kept = parts.kept
-    basis = np.zeros((full.n_dofs, shapes.shape[1]))
+    basis = np.zeros((parts.n_dofs, shapes.shape[1]))
     basis[node_dofs(parts.interior).ravel()] = shapes
     basis[kept.dofs, : kept.size] = kept.rotation.T
     return kept.displacements(basis)

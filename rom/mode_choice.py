@@ -6,7 +6,7 @@ measured against it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -54,7 +54,7 @@ class _Ladder:
 
 @one_blas_thread()
 def reduce_within(
-    full: FullModel,
+    full: FullModel | Callable[[], FullModel],
     sector: SectorMesh,
     tolerance: float,
     operations: Sequence[LinearOperation],
@@ -69,7 +69,8 @@ def reduce_within(
 
     tolerance: largest relative error of the natural frequencies in the range and of the receptances of contact nodes
     and output over it, with free, sliding and stuck joints (`LinearError`), in each of the operations.
-    excitation_direction, excitation_at as in `reduce`; store_basis, backend, contact_dofs as in `ReductionOptions`.
+    full as in `reduction`; excitation_direction, excitation_at as in `reduce`; store_basis, backend, contact_dofs as
+    in `ReductionOptions`.
     Raises RomParameterError for a tolerance that is not between 0 and 1 or that 1000 modes do not reach.
     """
     require_between("rom", "tolerance", tolerance, 0.0, 1.0, "must be a number above 0 and below 1")
@@ -96,8 +97,8 @@ def reduce_within(
             allowed = f"a larger number: {len(angular)} modes leave an error of {error:.2g} in response.frequency"
             raise RomParameterError("rom", "tolerance", tolerance, allowed)
         count = min(_next_count(ladder, count, error / tolerance), _MOST_MODES)
-    model = craig_bampton_model(full, sector, parts, angular[:modes], shapes[:, :modes], direction, store_basis)
-    return Reduction(model, modes, error, enriched, reach(angular))
+    model = craig_bampton_model(sector, parts, angular[:modes], shapes[:, :modes], direction, store_basis)
+    return Reduction(model, modes, parts.n_dofs, error, enriched, reach(angular))
 
 
 def reduction_errors(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -32,6 +33,8 @@ class Substructure:
     constraint : (3i, b) constraint modes, Psi = -K_ii^-1 K_ib.
     coupling : (3i, b) inertia of the inside under the constraint modes, L = M_ib + M_ii Psi.
     stiffness, mass : (b, b) condensed to the kept dofs (Guyan).
+    centrifugal : (N,) nodal forces of the full model at 1 rad/s, on its variables.
+    element, speed_rpm : of the full model, as there.
     """
 
     kept: KeptDofs
@@ -42,10 +45,18 @@ class Substructure:
     coupling: NDArray[np.float64]
     stiffness: NDArray[np.float64]
     mass: NDArray[np.float64]
+    centrifugal: NDArray[np.float64]
+    element: str
+    speed_rpm: float
+
+    @property
+    def n_dofs(self) -> int:
+        """Number of dofs of the full model, the clamped ones included."""
+        return len(self.centrifugal)
 
 
 def split(
-    full: FullModel,
+    full: FullModel | Callable[[], FullModel],
     sector: SectorMesh,
     excitation_at: str | ArrayLike,
     backend: str = "auto",
@@ -53,16 +64,21 @@ def split(
 ) -> Substructure:
     """Split a sector at its contact, tip and loaded dofs; contact_dofs as in `ReductionOptions`.
 
+    full: the full model, or what makes one, which then does not stay in memory.
     Raises RomParameterError for a loaded point out of place or contact dofs that cannot be had, FactorisationError
     when the structure is not held or not stable.
     """
+    if not isinstance(full, FullModel):
+        full = full()
     kept = choose_kept_dofs(full, sector, excitation_at, contact_dofs)
     interior = _interior_nodes(full, kept)
+    centrifugal, element, speed_rpm = kept.forces(full.centrifugal), full.element, full.speed_rpm
     k_ii, k_ib, k_bb = _partition(kept.quadratic_form(full.stiffness), interior, kept)
     analysis = analyse(k_ii, backend)
     del k_ii  # before the factor comes, beside which there is little room on a large mesh
     factor = analysis.factor()
     m_ii, m_ib, m_bb = _partition(kept.quadratic_form(full.mass), interior, kept)
+    del full
     constraint = -factor.solve(k_ib.toarray())
     coupling = m_ib.toarray() + m_ii @ constraint
     return Substructure(
@@ -74,6 +90,9 @@ def split(
         coupling=coupling,
         stiffness=symmetric(k_bb + k_ib.T @ constraint),
         mass=symmetric(m_bb + m_ib.T @ constraint + constraint.T @ coupling),
+        centrifugal=centrifugal,
+        element=element,
+        speed_rpm=speed_rpm,
     )
 
 

@@ -5,7 +5,7 @@ import importlib.util
 import numpy as np
 import pytest
 from rom_meshes import box_sector
-from scipy.sparse import csr_matrix, diags, triu
+from scipy.sparse import csr_matrix, diags, tril
 
 import rom.cholmod
 import rom.factorisation
@@ -74,10 +74,10 @@ def test_entries_in_any_order_and_twice(held):
 def test_the_triangle_is_taken_slab_by_slab(held, monkeypatch, slab):
     matrix = held[0]
     monkeypatch.setattr(rom.cholmod, "_SLAB", slab)
-    _, (starts, indices, values) = rom.cholmod._lower_triangle(matrix)
+    _, (starts, indices, values) = rom.cholmod._upper_triangle(matrix)
     count = starts[-1]
     found = csr_matrix((values[:count], indices[:count], starts), shape=matrix.shape)
-    assert (found != triu(matrix)).nnz == 0
+    assert (found != tril(matrix)).nnz == 0  # by rows what the upper one is by columns
 
 
 @needs_cholmod
