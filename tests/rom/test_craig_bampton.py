@@ -1,5 +1,7 @@
 """The reduced model against the full one: frequencies, statics, convergence, and the order of its coordinates."""
 
+import weakref
+
 import numpy as np
 import pytest
 from rom_meshes import annulus, box_sector, ring_sector
@@ -7,6 +9,7 @@ from rom_reference import lowest_hz, spring_stiffness
 from scipy.linalg import eigh, null_space
 from scipy.sparse.linalg import spsolve
 
+import rom.craig_bampton
 from rom import (
     FactorisationError,
     Material,
@@ -18,6 +21,7 @@ from rom import (
     mode_shapes,
     natural_frequencies,
     reduce,
+    reduction,
 )
 from rom.full_model import node_dofs
 
@@ -285,3 +289,25 @@ def test_asking_for_more_modes_than_there_are_keeps_what_there_is():
     assert model.size <= full.n_dofs - len(full.fixed)
     assert model.size - 6 * model.n_contacts - 3 in (interior - 1, interior)
     assert len(node_dofs(np.arange(2))) == 2
+
+
+def test_a_full_model_that_is_made_on_the_way_does_not_stay(full, sector, model, monkeypatch):
+    """Beside the factor of a large mesh there is no room for it."""
+    seen, alive = [], []
+
+    def make():
+        made = assemble(sector, STEEL)
+        seen.append(weakref.ref(made))
+        return made
+
+    def watched(*arguments):
+        alive.append(seen[0]() is not None)
+        return modes(*arguments)
+
+    modes = rom.craig_bampton.lowest_modes
+    monkeypatch.setattr(rom.craig_bampton, "lowest_modes", watched)
+    made = reduction(make, sector, ReductionOptions(modes=20))
+    assert alive == [False]
+    assert made.dofs == full.n_dofs
+    for name in ("mass", "stiffness", "basis", "force_centrifugal"):
+        np.testing.assert_array_equal(getattr(made.model, name), getattr(model, name))
