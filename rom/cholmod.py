@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 COLUMNS = 16  # solved for at once: more are no quicker and take memory
 _SLAB = 200_000  # entries of a matrix
 _VERSION = 3  # of CHOLMOD, whose structures are described here
-_LONG, _REAL, _DOUBLE, _UPPER, _NATURAL, _SOLVE_A = 2, 1, 0, 1, 0, 0
+_LONG, _REAL, _DOUBLE, _UPPER, _NATURAL, _SOLVE_A, _ALWAYS = 2, 1, 0, 1, 0, 0, 2
 _FUNCTIONS = ("start", "finish", "analyze_p", "ptranspose", "factorize", "solve2")
 _RELEASES = ("free_sparse", "free_factor", "free_dense")
 
@@ -46,11 +46,6 @@ class _Common(ctypes.Structure):
         ("print", ctypes.c_int),
         ("rest", ctypes.c_char * (1 << 16)),  # it takes some 3000 bytes
     )
-
-    @property
-    def known(self) -> bool:
-        """Whether the defaults stand where they are expected: the structure is the one described here."""
-        return (self.supernodal_switch, self.supernodal, self.zrelax[0], self.print) == (40.0, 1, 0.8, 3)
 
 
 class _Sparse(ctypes.Structure):
@@ -85,6 +80,10 @@ class _Factor(ctypes.Structure):
         *((name, ctypes.c_void_p) for name in ("super", "pi", "px", "s")),
         *((name, ctypes.c_int) for name in ("ordering", "is_ll", "is_super", "is_monotonic", "itype", "xtype")),
     )
+
+
+_COMMON_DEFAULTS = {"supernodal_switch": 40.0, "supernodal": 1, "print": 3}
+_FACTOR_OF_TWO = {"n": 2, "minor": 2, "nsuper": 1, "xsize": 4, "is_ll": 1, "is_super": 1, "itype": _LONG, "xtype": 0}
 
 
 class CholmodFactor:
@@ -183,18 +182,36 @@ def _opened(module_file: str) -> Any:
     ]
     found.cholmod_l_factorize.argtypes = [ctypes.c_void_p] * 3
     found.cholmod_l_solve2.argtypes = [ctypes.c_int] + [ctypes.c_void_p] * 8
+    return found if _understood(found) else None
+
+
+def _understood(found: Any) -> bool:
+    """Whether the structures are the ones described here: known values stand where they are expected."""
     common = _Common()
     found.cholmod_l_start(ctypes.byref(common))
-    known = common.known
+    understood = _holds(common, _COMMON_DEFAULTS)
+    if understood:
+        common.supernodal, common.print = _ALWAYS, 0
+        arrays = np.array([0, 1, 3]), np.array([0, 0, 1]), np.array([2.0, 1.0, 2.0])
+        triangle = _sparse(2, *arrays)
+        address = ctypes.c_void_p(
+            found.cholmod_l_analyze_p(ctypes.byref(triangle), None, None, 0, ctypes.byref(common))
+        )
+        understood = bool(address) and _holds(ctypes.cast(address, ctypes.POINTER(_Factor)).contents, _FACTOR_OF_TWO)
+        found.cholmod_l_free_factor(ctypes.byref(address), ctypes.byref(common))
     found.cholmod_l_finish(ctypes.byref(common))
-    return found if known else None
+    return understood
+
+
+def _holds(structure: ctypes.Structure, expected: dict[str, float]) -> bool:
+    return all(getattr(structure, name) == value for name, value in expected.items())
 
 
 def _started(found: Any) -> _Common:
     """Settings and workspace of one factor: always supernodal, which needs positive pivots, and nothing printed."""
     common = _Common()
     found.cholmod_l_start(ctypes.byref(common))
-    common.supernodal, common.print = 2, 0
+    common.supernodal, common.print = _ALWAYS, 0
     return common
 
 
@@ -214,10 +231,14 @@ def _upper_triangle(matrix: csr_matrix) -> tuple[_Sparse, tuple[NDArray[Any], ..
         indices[count : count + found], values[count : count + found] = columns[lower], matrix.data[place][lower]
         starts[rows + 1] = np.bincount(row[lower] - rows[0], minlength=len(rows))
         count += found
-    starts = np.cumsum(starts)
+    arrays = np.cumsum(starts), indices, values
+    return _sparse(n, *arrays), arrays
+
+
+def _sparse(n: int, starts: NDArray[np.int64], indices: NDArray[np.int64], values: NDArray[np.float64]) -> _Sparse:
+    """CHOLMOD's view of an upper triangle by columns; the arrays must stay as long as it is used."""
     p, i, x = (array.ctypes.data for array in (starts, indices, values))
-    head = _Sparse(n, n, count, p, i, None, x, None, _UPPER, _LONG, _REAL, _DOUBLE, 1, 1)
-    return head, (starts, indices, values)
+    return _Sparse(n, n, starts[-1], p, i, None, x, None, _UPPER, _LONG, _REAL, _DOUBLE, 1, 1)
 
 
 def _slabs(starts: NDArray[np.integer[Any]]) -> Iterator[NDArray[np.int64]]:

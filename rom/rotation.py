@@ -13,7 +13,7 @@ from rom.assembly import geometric_stiffness, stress_at_quadrature
 from rom.checks import require_between
 from rom.discretisation import discretise
 from rom.errors import RomParameterError
-from rom.factorisation import factorise
+from rom.factorisation import analyse
 from rom.full_model import FullModel
 from rom.material import Material
 from rom.threads import one_blas_thread
@@ -53,7 +53,7 @@ def centrifugal_displacement(full: FullModel, backend: str = "auto") -> NDArray[
     backend: of the factorisation, see `factorise`. Raises FactorisationError when the structure is not held.
     """
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
-    factor = factorise(full.stiffness[free][:, free], backend)
+    factor = analyse(full.stiffness[free][:, free], backend).factor()
     displacement = np.zeros(full.n_dofs)
     displacement[free] = factor.solve(full.centrifugal[free])
     return displacement

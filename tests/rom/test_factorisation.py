@@ -90,8 +90,11 @@ def test_a_library_of_another_kind_is_left_alone(monkeypatch):
     monkeypatch.setattr(rom.cholmod, "_VERSION", 5)
     assert rom.cholmod._opened(cholmod.__file__) is None
     monkeypatch.setattr(rom.cholmod, "_VERSION", 3)
-    monkeypatch.setattr(rom.cholmod._Common, "known", False)
-    assert rom.cholmod._opened(cholmod.__file__) is None
+    for expected in (rom.cholmod._COMMON_DEFAULTS, rom.cholmod._FACTOR_OF_TWO):
+        for name in expected:
+            with monkeypatch.context() as other:
+                other.setitem(expected, name, -1)
+                assert rom.cholmod._opened(cholmod.__file__) is None
     monkeypatch.setattr(rom.factorisation, "library", lambda: None)
     assert factorise(diags([1.0, 2.0, 4.0]).tocsr()).backend == "superlu"
 
