@@ -1,9 +1,9 @@
 """Lowest modes of K phi = w^2 M phi by a block Lanczos process with K^-1 M.
 
 Blocks of solutions with a factor of K cost a fraction of as many single ones, which is what ARPACK asks for. The
-basis is kept M-orthonormal in full, so no eigenvalue appears twice: R. G. Grimes, J. G. Lewis, H. D. Simon, A shifted
-block Lanczos algorithm for solving sparse symmetric generalized eigenproblems, SIAM J. Matrix Anal. Appl. 15 (1994)
-228-272.
+basis is kept M-orthonormal in full, so no eigenvector appears twice; an eigenvalue is found as often as it is there,
+up to the width of the block. R. G. Grimes, J. G. Lewis, H. D. Simon, A shifted block Lanczos algorithm for solving
+sparse symmetric generalized eigenproblems, SIAM J. Matrix Anal. Appl. 15 (1994) 228-272.
 Vectors are rows here: a block (p, n) is contiguous for the solver and for the products with the basis.
 """
 

@@ -12,7 +12,7 @@ import ctypes
 import functools
 import importlib
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -203,7 +203,7 @@ def _understood(found: Any) -> bool:
     return understood
 
 
-def _holds(structure: ctypes.Structure, expected: dict[str, float]) -> bool:
+def _holds(structure: ctypes.Structure, expected: Mapping[str, float]) -> bool:
     return all(getattr(structure, name) == value for name, value in expected.items())
 
 
