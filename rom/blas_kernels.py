@@ -27,9 +27,8 @@ def best_kernels() -> Iterator[None]:
     What the user says by OPENBLAS_CORETYPE goes before. The variable is gone after the block, so that no process
     started from here takes other kernels than this one.
     """
-    features = _features()
-    best = next((name for name, needed in _KERNELS if needed <= features), None)
-    if _VARIABLE in os.environ or best is None:
+    best = None if _VARIABLE in os.environ else _best()
+    if best is None:
         yield
         return
     os.environ[_VARIABLE] = best
@@ -37,6 +36,12 @@ def best_kernels() -> Iterator[None]:
         yield
     finally:
         del os.environ[_VARIABLE]
+
+
+def _best() -> str | None:
+    """The first of the kernels that the processor has the instructions for."""
+    features = _features()
+    return next((name for name, needed in _KERNELS if needed <= features), None)
 
 
 def _features() -> frozenset[str]:

@@ -71,7 +71,7 @@ def lowest_eigenpairs(
     of each pair in K^-1 M, relative to its eigenvalue, is below the tolerance; the error of w^2 is its square.
     """
     size = mass.shape[0]
-    basis = _Basis(size, min(size, 16 * count + 8 * len(start)))
+    basis = _Basis(size, min(size, 4 * count + 8 * len(start)))
     rng = np.random.default_rng(len(start))
     before: Block = np.zeros((0, size))
     block, weighted, _ = _orthonormal(mass, solve(_times(mass, start)), basis, before)

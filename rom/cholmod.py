@@ -100,8 +100,9 @@ class CholmodFactor:
         self._library, self._common = found, _started(found)
         triangle, _arrays = _upper_triangle(matrix)
         common = ctypes.byref(self._common)
-        given = None if order is None else order.ctypes.data_as(ctypes.c_void_p)
-        self._address = ctypes.c_void_p(found.cholmod_l_analyze_p(ctypes.byref(triangle), given, None, 0, common))
+        given = None if order is None else np.ascontiguousarray(order, dtype=np.int64)
+        place = None if given is None else given.ctypes.data
+        self._address = ctypes.c_void_p(found.cholmod_l_analyze_p(ctypes.byref(triangle), place, None, 0, common))
         if not self._address:
             raise MemoryError(f"CHOLMOD has no memory to analyse a matrix of {matrix.shape[0]} unknowns")
         self._factor = ctypes.cast(self._address, ctypes.POINTER(_Factor)).contents

@@ -113,9 +113,9 @@ def reduction(
     """As `reduce` with the same arguments, and the number of modes that were kept beside the model.
 
     full: the full model, or what makes one: then it does not stay in memory beside its factor. sector, options,
-    excitation_direction, excitation_at: see `reduce`; it raises the same. enrich: with the
-    means to estimate its errors too (`reduction_errors`), which takes one more static solution for each kept dof;
-    left out where there are more than 300 of those.
+    excitation_direction, excitation_at: see `reduce`; it raises the same. enrich: with the means to estimate its
+    errors too (`reduction_errors`), which takes one more static solution for each kept dof; left out where there are
+    more than 300 of those.
     """
     direction = unit_vector(excitation_direction)
     parts = split(full, sector, excitation_at, options.backend, options.contact_dofs)

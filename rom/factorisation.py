@@ -6,7 +6,6 @@ CHOLMOD where its wheel is installed, tuned SuperLU otherwise. CHOLMOD comes ins
 
 from __future__ import annotations
 
-import importlib.util
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -63,7 +62,7 @@ def analyse(matrix: csr_matrix, backend: str = "auto") -> Analysis:
     """What `factorise` does before the work: order the unknowns, copy what is needed. Arguments as there."""
     if backend not in BACKENDS:
         raise ValueError(f"backend = {backend!r}: must be one of {', '.join(BACKENDS)}")
-    installed = importlib.util.find_spec("cvxopt") is not None and library() is not None
+    installed = library() is not None
     if backend == "cholmod" and not installed:
         raise ValueError("backend = 'cholmod': needs the package cvxopt (pip install 'shroud[cholmod]')")
     return _SuperluAnalysis(matrix) if backend == "superlu" or not installed else _CholmodAnalysis(matrix)

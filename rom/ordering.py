@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-# Below, minimum degree is as good and METIS takes longer than it saves (docs/performance.md).
+# Below, minimum degree is as good and METIS takes longer than it saves (docs/dependencies.md).
 DISSECT_FROM = 60_000
 _PER_NODE = 3  # unknowns, ordered node by node
 
@@ -29,7 +29,7 @@ def nested_dissection(matrix: csr_matrix) -> NDArray[np.int64] | None:
 
     starts, neighbours = _node_graph(matrix)
     order, _ = pymetis.nested_dissection(pymetis.CSRAdjacency(starts, neighbours))
-    return (_PER_NODE * np.array(order, dtype=np.int64)[:, None] + np.arange(_PER_NODE)).ravel().astype(np.int64)
+    return (_PER_NODE * np.asarray(order)[:, None] + np.arange(_PER_NODE)).ravel()
 
 
 def _node_graph(matrix: csr_matrix) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
@@ -39,7 +39,8 @@ def _node_graph(matrix: csr_matrix) -> tuple[NDArray[np.int32], NDArray[np.int32
     entries = np.ones(matrix.nnz, dtype=np.int8)
     pattern = csr_matrix((entries, matrix.indices, matrix.indptr), shape=matrix.shape)
     blocks = pattern.tobsr(blocksize=(_PER_NODE, _PER_NODE))
-    nodes = np.repeat(np.arange(len(blocks.indptr) - 1, dtype=np.int32), np.diff(blocks.indptr))
+    count = matrix.shape[0] // _PER_NODE
+    nodes = np.repeat(np.arange(count, dtype=np.int32), np.diff(blocks.indptr))
     others = blocks.indices != nodes
-    starts = np.concatenate([[0], np.cumsum(np.bincount(nodes[others], minlength=len(blocks.indptr) - 1))])
+    starts = np.concatenate([[0], np.cumsum(np.bincount(nodes[others], minlength=count))])
     return starts.astype(np.int32), blocks.indices[others].astype(np.int32)

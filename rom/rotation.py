@@ -53,6 +53,7 @@ def centrifugal_displacement(full: FullModel, backend: str = "auto") -> NDArray[
     backend: of the factorisation, see `factorise`. Raises FactorisationError when the structure is not held.
     """
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
+    # In two steps, between which the matrix goes: beside the factor of a large mesh there is little room.
     factor = analyse(full.stiffness[free][:, free], backend).factor()
     displacement = np.zeros(full.n_dofs)
     displacement[free] = factor.solve(full.centrifugal[free])
