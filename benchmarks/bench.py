@@ -91,7 +91,7 @@ def warm_up(case: CurveCase) -> None:
     from work_precision.curves import problem_on
     from work_precision.stages import built_mesh, with_values
 
-    from pipeline.scene_file import read_scene
+    from pipeline.scene.reading import read_scene
 
     coarse = {"mesh.size": 0.01, "mesh.element": "hex8", "rom.modes": 5, "contact.interference": case.interference}
     scene = with_values(read_scene(case.scene).first, coarse)

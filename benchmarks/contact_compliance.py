@@ -68,8 +68,8 @@ def measure(scene: Path, size: float, grid: list[int] | None) -> list[dict[str, 
     """One row for each kind of contact dofs on a mesh of a size in mm: m/N, Hz of the first three modes."""
     from geometry import build_sector
     from nonlinear import punch_stiffness
-    from pipeline.checks import geometry_parameters
-    from pipeline.scene_file import read_scene
+    from pipeline.scene.consistency import geometry_parameters
+    from pipeline.scene.reading import read_scene
     from rom import Material, ReductionOptions, assemble, reduce
 
     blade = read_scene(scene).first

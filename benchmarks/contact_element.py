@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear import ContactParameters, SolverOptions, contact_element
-from nonlinear.contact import ContactElement
+from nonlinear.contact.parameters import ContactElement
 
 NODES = 9
 SAMPLES = (64, 256, 1024)

@@ -47,7 +47,7 @@ def measure(scene_file: Path, interferences: list[float], repeats: int, store: P
     """A row for each variant; seconds are medians of the whole family, milliseconds of all its curves."""
     from work_precision.stages import kept_model, with_values
 
-    from pipeline.scene_file import read_scene
+    from pipeline.scene.reading import read_scene
 
     scenes = [with_values(read_scene(scene_file).first, {"contact.interference": value}) for value in interferences]
     file = kept_model(store, scenes[0])

@@ -16,14 +16,14 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["pipeline", "geometry", "rom"]):
-    from geometry import SectorFileError, load_sector
+    from geometry import SectorFileError
     from pipeline import info, reading
     from pipeline.errors import InputError
     from pipeline.export import source
     from pipeline.export.source import Kind, curves, kind_of
-    from pipeline.info import contents
-    from pipeline.reading import read_apart
-    from rom import FullModelFileError, ReducedModelError, load_full_model, read_reduced_model
+    from pipeline.process.isolated_reading import read_apart
+    from pipeline.results.file_info import contents
+    from rom import FullModelFileError, ReducedModelError, load_full_model, load_sector, read_reduced_model
 
 from fuzz_seeds import write_seeds
 

@@ -14,11 +14,11 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["pipeline", "geometry", "tomllib"]):
-    from pipeline.checks import check_scene, check_scene_for_model
     from pipeline.errors import InputError
-    from pipeline.scene import SECTIONS
-    from pipeline.scene_file import read_scene
-    from pipeline.slips import slips
+    from pipeline.scene.consistency import check_scene, check_scene_for_model
+    from pipeline.scene.plausibility import slips
+    from pipeline.scene.reading import read_scene
+    from pipeline.scene.schema import SECTIONS
 
 SCENES = Path(__file__).resolve().parents[1] / "scenes"
 TEMPLATE = Path(__file__).resolve().parents[1] / "pipeline" / "templates" / "scene.toml"

@@ -7,8 +7,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from geometry import ContactFace, SectorMesh, save_sector
-from rom import Material, ReducedModel, assemble, save_full_model, write_reduced_model
+from geometry import ContactFace, SectorMesh
+from rom import Material, ReducedModel, assemble, save_full_model, save_sector, write_reduced_model
 
 CURVE = {
     "peak_frequency_hz": 100.0,

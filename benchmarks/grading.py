@@ -66,11 +66,11 @@ def answers(scene: Path, size: float, grading: float) -> Answers:
     import numpy as np
 
     from geometry import build_sector
-    from pipeline.checks import geometry_parameters
-    from pipeline.scene_file import read_scene
+    from pipeline.scene.consistency import geometry_parameters
+    from pipeline.scene.reading import read_scene
     from rom import Material, assemble, factorise
-    from rom.fixed_interface import lowest_modes
-    from rom.threads import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
+    from rom.reduction.fixed_interface_modes import lowest_modes
 
     blade = read_scene(scene).first
     assert blade.mesh is not None

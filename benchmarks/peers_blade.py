@@ -25,8 +25,8 @@ def write_blade(file: Path, scene_file: Path, store: Path) -> None:
     """Write matrices, contacts and force as `peers_programs.Problem` reads them."""
     from work_precision.stages import kept_model, with_values
 
-    from pipeline.contact_values import stiffness_by_node
-    from pipeline.scene_file import read_scene
+    from pipeline.scene.reading import read_scene
+    from pipeline.stages.scene_to_solver import stiffness_by_node
     from rom import read_reduced_model
 
     scene = with_values(read_scene(scene_file).first, {"rom.modes": MODES})

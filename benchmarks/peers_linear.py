@@ -50,8 +50,8 @@ def main(arguments: list[str] | None = None) -> int:
 def measure(scene_file: Path, size: float) -> list[dict[str, Any]]:
     """A row for each program on the mesh of a size in mm."""
     from geometry import build_sector
-    from pipeline.checks import geometry_parameters
-    from pipeline.scene_file import read_scene
+    from pipeline.scene.consistency import geometry_parameters
+    from pipeline.scene.reading import read_scene
     from rom import Material
 
     blade = read_scene(scene_file).first
@@ -83,8 +83,8 @@ def own_frequencies(sector: SectorMesh, material: Material, backend: str) -> tup
     from threadpoolctl import threadpool_limits
 
     from rom import assemble
-    from rom.factorisation import factorise
-    from rom.fixed_interface import lowest_modes
+    from rom.linear_algebra.factorisation import factorise
+    from rom.reduction.fixed_interface_modes import lowest_modes
 
     with threadpool_limits(limits=1):
         start = time.perf_counter()

@@ -70,14 +70,14 @@ def _in_a_process(scene: Path, size: float, modes: int, backend: str) -> dict[st
 
 def measure(scene: Path, size: float, modes: float, backend: str = "auto") -> dict[str, Any]:
     """Seconds of each phase, dofs and largest memory of this process, for a mesh size in mm."""
-    import rom.substructure
+    import rom.reduction.substructure
     from geometry import build_sector
-    from pipeline.checks import geometry_parameters
-    from pipeline.scene_file import read_scene
+    from pipeline.scene.consistency import geometry_parameters
+    from pipeline.scene.reading import read_scene
     from rom import Material, assemble
-    from rom.craig_bampton import craig_bampton_model
-    from rom.fixed_interface import lowest_modes
-    from rom.threads import one_blas_thread
+    from rom.linear_algebra.threads import one_blas_thread
+    from rom.reduction.craig_bampton import craig_bampton_model
+    from rom.reduction.fixed_interface_modes import lowest_modes
 
     blade = read_scene(scene).first
     assert blade.mesh is not None

@@ -74,7 +74,7 @@ def measure(scene_file: Path, grid: int, harmonics: int) -> dict[str, Any]:
     from work_precision.curves import problem_on
     from work_precision.stages import built_mesh, with_values
 
-    from pipeline.scene_file import read_scene
+    from pipeline.scene.reading import read_scene
 
     scene = read_scene(scene_file).first
     values = {"contact.interference": INTERFERENCE, "mesh.contact_grid": (grid, grid)}

@@ -21,7 +21,7 @@ from stress_report import print_summary, summary_text
 from stress_running import each, positive, write_csv
 from stress_solving import StressResult, attempt, solve_case
 
-from pipeline.progress import Reporter
+from pipeline.process.progress import Reporter
 
 HOUSE = Path(__file__).resolve().parents[1]
 FULL = 1000

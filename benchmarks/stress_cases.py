@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 if TYPE_CHECKING:
-    from nonlinear.contact import Law
+    from nonlinear.contact.parameters import Law
 
 BLOCK = 200  # every block is a Latin hypercube of its own: case INDEX of a seed is the same however many are drawn
 SCALES = tuple(np.logspace(-8.0, -3.0, 10).tolist())  # m/N; the free peak moves 3e-4 m/N at zeta 1e-4

@@ -6,13 +6,13 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from pipeline.keys import Versions, model_keys
-from pipeline.models import ModelChain
-from pipeline.progress import Reporter
-from pipeline.scene import Scene
-from pipeline.scene_file import read_scene
-from pipeline.stage_log import StageLog
-from pipeline.store import Store
+from pipeline.process.progress import Reporter
+from pipeline.scene.reading import read_scene
+from pipeline.scene.schema import Scene
+from pipeline.stages.cache_keys import Versions, model_keys
+from pipeline.stages.model_chain import ModelChain
+from pipeline.stages.stage_log import StageLog
+from pipeline.store.content_store import Store
 
 
 def reduced_models(scene_file: Path, angles: Iterable[float], store: Path) -> dict[float, Path]:

@@ -28,7 +28,7 @@ from stress_solving import OutOfTimeError
 from truncation_report import Validation, draw, report_text, share_bounded
 from truncation_truth import problem_of, truth_of
 
-from pipeline.progress import Reporter
+from pipeline.process.progress import Reporter
 
 HOUSE = Path(__file__).resolve().parents[1]
 HARMONICS = (1, 3, 5, 7)
@@ -82,7 +82,7 @@ def validate(case: StressCase, model: Path, limit: float) -> Validation:
     """Solve a case, estimate its truncation error and find the truth; `limit`: seconds for each whole curve."""
     from threadpoolctl import threadpool_limits
 
-    from nonlinear.truncation import Truncation
+    from nonlinear.harmonic_selection.truncation_error import Truncation
 
     with threadpool_limits(1):
         try:

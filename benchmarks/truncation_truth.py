@@ -13,11 +13,11 @@ from stress_cases import StressCase
 from stress_solving import OutOfTimeError, frequency_range, posed
 
 if TYPE_CHECKING:
-    from nonlinear.contact import Array
-    from nonlinear.continuation import Continuation
-    from nonlinear.curve_point import CurvePoint
-    from nonlinear.family import BalanceFamily
-    from nonlinear.trace import Trace
+    from nonlinear.branches.branch import Trace
+    from nonlinear.contact.parameters import Array
+    from nonlinear.continuation.arclength_continuation import Continuation
+    from nonlinear.continuation.solution_point import CurvePoint
+    from nonlinear.harmonic_balance.balance_family import BalanceFamily
 
 STEPS_UP = (3, 5, 7, 9, 11, 15, 21, 31)
 REFERENCES = {1: (7, 11), 3: (7, 11), 5: (9, 13), 7: (11, 15)}  # harmonics of the wider curves, by those at hand
@@ -46,7 +46,7 @@ class Problem:
         ------
         OutOfTimeError : it takes longer than `seconds`.
         """
-        from nonlinear.tracing import trace_range
+        from nonlinear.branches.range_continuation import trace_range
 
         began = time.perf_counter()
 
@@ -62,7 +62,7 @@ class Problem:
 
     def height(self, point: CurvePoint) -> float:
         """Amplitude of the output at a point, m."""
-        from nonlinear.quantities import largest_amplitude, output_harmonics
+        from nonlinear.continuation.response_quantities import largest_amplitude, output_harmonics
 
         return largest_amplitude(output_harmonics(point, self.continuation.options.output)).value
 
@@ -70,10 +70,10 @@ class Problem:
 def problem_of(case: StressCase, model: Path) -> Problem:
     """The problem of a case under 1 N, as the stability matrix poses it."""
     from nonlinear import harmonic_balance
-    from nonlinear.continuation import Continuation
-    from nonlinear.family import BalanceFamily
-    from nonlinear.landmarks import find_landmarks
-    from nonlinear.start import static_displacement
+    from nonlinear.continuation.arclength_continuation import Continuation
+    from nonlinear.continuation.resonances import find_landmarks
+    from nonlinear.harmonic_balance.balance_family import BalanceFamily
+    from nonlinear.harmonic_balance.initial_solution import static_displacement
 
     modal, contact, excitation, options = posed(case, model, frequency_range(case, model))
     balance = harmonic_balance(modal, contact, excitation, options)
@@ -183,7 +183,7 @@ def _peak_near(
 
     The first that is about as high as before, else the first of all.
     """
-    from nonlinear.peaks import locate_peak
+    from nonlinear.branches.peaks import locate_peak
 
     here = problem.at(n_harmonics)
     others = []
@@ -204,7 +204,7 @@ def _peak_near(
 
 def _up_and_over(here: Continuation, start: CurvePoint) -> Iterator[CurvePoint]:
     """Points along the curve from `start` to the first one beyond a peak."""
-    from nonlinear.quantities import amplitude_slope
+    from nonlinear.continuation.response_quantities import amplitude_slope
 
     if amplitude_slope(start, here.options.output) < 0.0:
         tangent = -start.tangent[0], -start.tangent[1]

@@ -4,15 +4,12 @@ from geometry.build import build_sector
 from geometry.checks import check_parameters
 from geometry.errors import GeometryError, SectorFileError
 from geometry.exchange import export_sector, import_sector
-from geometry.hdf5 import UNREADABLE, opened, stored_array, why_unreadable
-from geometry.hdf5_writing import new_hdf5
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
 from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import ContactFace, SectorMesh
-from geometry.storage import load_sector, save_sector
+from geometry.sector_check import check_sector
 
 __all__ = [
-    "UNREADABLE",
     "BladeParameters",
     "ContactFace",
     "GeometryError",
@@ -22,13 +19,8 @@ __all__ = [
     "ShroudParameters",
     "build_sector",
     "check_parameters",
+    "check_sector",
     "export_sector",
     "hexahedron_scaled_jacobian",
     "import_sector",
-    "load_sector",
-    "new_hdf5",
-    "opened",
-    "save_sector",
-    "stored_array",
-    "why_unreadable",
 ]

@@ -13,7 +13,7 @@ import numpy as np
 
 from geometry.errors import SectorFileError
 from geometry.sector import ContactFace, IntArray, SectorMesh
-from geometry.storage import check_sector
+from geometry.sector_check import check_sector
 
 FORMATS = {".msh": "gmsh22", ".vtu": "vtu"}
 AXES = ("t1", "t2", "n")

@@ -1,8 +1,11 @@
 """Nonlinear forced response: contact element, harmonic balance and continuation on a modal model."""
 
-from nonlinear.balance import BalanceAt, HarmonicBalance
-from nonlinear.bifurcations import Bifurcation, BifurcationKind
-from nonlinear.contact import (
+from nonlinear.branches.bifurcations import Bifurcation, BifurcationKind
+from nonlinear.branches.peaks import Peak
+from nonlinear.branches.termination import Ending, Outcome
+from nonlinear.contact.contact_cycle import ContactCycle, contact_cycle
+from nonlinear.contact.element_choice import contact_element
+from nonlinear.contact.parameters import (
     LIFT_OFF,
     SLIP,
     STICK,
@@ -12,14 +15,11 @@ from nonlinear.contact import (
     ContactParameters,
     punch_stiffness,
 )
-from nonlinear.curve import ResponseCurve
-from nonlinear.cycle import ContactCycle, contact_cycle
-from nonlinear.elements import contact_element
+from nonlinear.forced_response import forced_response, harmonic_balance
+from nonlinear.harmonic_balance.residual import BalanceAt, HarmonicBalance
 from nonlinear.linear import linear_response
 from nonlinear.options import Excitation, OptionsError, SolverOptions
-from nonlinear.outcome import Ending, Outcome
-from nonlinear.peaks import Peak
-from nonlinear.solve import forced_response, harmonic_balance
+from nonlinear.response_curve import ResponseCurve
 
 __all__ = [
     "LIFT_OFF",

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import rom
-from nonlinear.contact import Array
-from nonlinear.fourier import ComplexArray
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array
 from nonlinear.options import Excitation
 
 

@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from pipeline.errors import InputError
     from pipeline.figures.curve_line import plot_curve
     from pipeline.figures.style import ordered_colours, styled
-    from pipeline.results import Curve, Results, read_results
-    from pipeline.scene_file import Member, SceneFile, read_scene
-    from pipeline.scene_run import run_scene
+    from pipeline.python_interface import run_scene
+    from pipeline.results.results import Curve, Results, read_results
+    from pipeline.scene.reading import Member, SceneFile, read_scene
 
 __all__ = [
     "Curve",
@@ -30,16 +30,16 @@ __all__ = [
 ]
 
 _PLACES = {
-    "Curve": "pipeline.results",
+    "Curve": "pipeline.results.results",
     "InputError": "pipeline.errors",
-    "Member": "pipeline.scene_file",
-    "Results": "pipeline.results",
-    "SceneFile": "pipeline.scene_file",
+    "Member": "pipeline.scene.reading",
+    "Results": "pipeline.results.results",
+    "SceneFile": "pipeline.scene.reading",
     "ordered_colours": "pipeline.figures.style",
     "plot_curve": "pipeline.figures.curve_line",
-    "read_results": "pipeline.results",
-    "read_scene": "pipeline.scene_file",
-    "run_scene": "pipeline.scene_run",
+    "read_results": "pipeline.results.results",
+    "read_scene": "pipeline.scene.reading",
+    "run_scene": "pipeline.python_interface",
     "styled": "pipeline.figures.style",
 }
 

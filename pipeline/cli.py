@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from pipeline.interruption import Interrupts
-    from pipeline.request import Outcome, Request
+    from pipeline.process.interrupts import Interrupts
+    from pipeline.stages.request import Outcome, Request
     from pipeline.verify.stage import Verification
 
 COMPUTED, NOT_REACHED, BAD_INPUT, BY_SIGNAL = 0, 1, 2, 128  # the last: and the number of the signal
@@ -65,8 +65,8 @@ def run(
     as_json: JsonOption = False,
 ) -> None:
     """Run a scene: whatever is missing or out of date, nothing else."""
-    from pipeline.request import Request
-    from pipeline.scene_file import read_scene
+    from pipeline.scene.reading import read_scene
+    from pipeline.stages.request import Request
 
     file = read_scene(scene)
     target = out or Path("out") / file.first.name
@@ -84,8 +84,8 @@ def respond(
     as_json: JsonOption = False,
 ) -> None:
     """Run the nonlinear stage alone, on any reduced model; the scene needs no blade."""
-    from pipeline.request import Request
-    from pipeline.scene_file import read_scene
+    from pipeline.scene.reading import read_scene
+    from pipeline.stages.request import Request
 
     file = read_scene(scene, given_model=True)
     _finish(Request(file, out or Path("out") / file.first.name, None, force, jobs, rom), quiet, as_json)
@@ -103,8 +103,8 @@ def verify(
     quiet: QuietOption = False,
 ) -> None:
     """Measure what modes left out and mesh do to the reduced models of a scene, and say which to refine."""
-    from pipeline.progress import Reporter
-    from pipeline.scene_file import read_scene
+    from pipeline.process.progress import Reporter
+    from pipeline.scene.reading import read_scene
     from pipeline.verify.stage import verify as measure
 
     file = read_scene(scene)
@@ -136,8 +136,8 @@ def info(
     as_json: JsonOption = False,
 ) -> None:
     """Say what a result or a reduced model holds."""
-    from pipeline.info import contents, described
-    from pipeline.outputs import as_json as json_text
+    from pipeline.results.file_info import contents, described
+    from pipeline.results.outputs import as_json as json_text
 
     found = contents(file)
     print(json_text(found) if as_json else "\n".join(described(found)))
@@ -163,11 +163,11 @@ def export(
 @app.command()
 def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
     """Check a scene and run nothing."""
-    from pipeline.checks import check_scene
     from pipeline.errors import InputError
-    from pipeline.outputs import as_json as json_text
-    from pipeline.scene_file import read_scene
-    from pipeline.slips import slips
+    from pipeline.results.outputs import as_json as json_text
+    from pipeline.scene.consistency import check_scene
+    from pipeline.scene.plausibility import slips
+    from pipeline.scene.reading import read_scene
 
     try:
         file = read_scene(scene)
@@ -199,7 +199,7 @@ def new(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to make; the scene takes its name.")],
 ) -> None:
     """Write a commented scene to start from, and its schema for editors."""
-    from pipeline.new_scene import write_new_scene
+    from pipeline.scene.templates import write_new_scene
 
     scene, schema = write_new_scene(folder)
     print(f"written: {scene}, {schema}")
@@ -211,7 +211,7 @@ def schema() -> None:
     """Print the JSON schema of a scene, for editors."""
     import json
 
-    from pipeline.scene_schema import scene_schema
+    from pipeline.scene.json_schema import scene_schema
 
     print(json.dumps(scene_schema(), indent=1))
 
@@ -234,8 +234,8 @@ def command(arguments: list[str]) -> int:
     from typer.exceptions import Abort, Exit, TyperException
 
     from pipeline.errors import InputError, one_line, reason_of
-    from pipeline.interruption import Stopped
-    from pipeline.storage_errors import StorageError
+    from pipeline.process.interrupts import Stopped
+    from pipeline.store.disk_errors import StorageError
 
     if not sys.warnoptions:  # what libraries remark is for those who ask for it by python -W
         warnings.simplefilter("ignore")
@@ -269,7 +269,7 @@ def command(arguments: list[str]) -> int:
 @contextmanager
 def _stoppable() -> Iterator[Interrupts]:
     """Work that a signal may end; the exit status says which it was."""
-    from pipeline.interruption import Stopped, handling_interrupts
+    from pipeline.process.interrupts import Stopped, handling_interrupts
 
     with handling_interrupts() as interrupts:
         try:
@@ -286,8 +286,8 @@ def _say(text: str) -> None:
 
 def _finish(request: Request, quiet: bool, as_json: bool) -> None:
     """Execute, tell people what came of it, and exit with the status that says so."""
-    from pipeline.outputs import as_json as json_text
-    from pipeline.progress import Reporter
+    from pipeline.process.progress import Reporter
+    from pipeline.results.outputs import as_json as json_text
     from pipeline.run import execute
 
     with _stoppable() as interrupts:
@@ -311,7 +311,7 @@ def _warn(lines: list[str]) -> None:
 
 
 def _print_errors(found: Verification, quiet: bool, as_json: bool) -> None:
-    from pipeline.outputs import as_json as json_text
+    from pipeline.results.outputs import as_json as json_text
     from pipeline.verify.stage import plain
 
     if as_json:
@@ -337,8 +337,8 @@ def _print_errors(found: Verification, quiet: bool, as_json: bool) -> None:
 def _tell(request: Request, outcome: Outcome) -> None:
     from rich.console import Console
 
-    from pipeline.slips import range_remark
-    from pipeline.tables import curve_table, harmonics_warning, mode_notes, motion_notes
+    from pipeline.results.tables import curve_table, harmonics_warning, mode_notes, motion_notes
+    from pipeline.scene.plausibility import range_remark
 
     if outcome.curves:
         width = None if sys.stdout.isatty() else NO_TERMINAL

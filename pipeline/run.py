@@ -5,22 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.checks import check_scene, check_scene_for_model
-from pipeline.clock import now, seconds_since
-from pipeline.curve import modal_of
 from pipeline.errors import InputError, reason_of
-from pipeline.keys import Versions, curve_key
-from pipeline.model_stage import Models, blade_models, given_models, summarise_models
-from pipeline.outputs import curve_summary, write_results, write_summary
-from pipeline.progress import Reporter
-from pipeline.published_page import PAGE, results_fingerprint, retire_page
-from pipeline.reading import read_given_model
-from pipeline.request import Outcome, Request, Run
-from pipeline.respond import CurveSolver, Solved, Wanted
-from pipeline.slips import slips
-from pipeline.stage_log import StageLog
-from pipeline.storage_errors import StorageError
-from pipeline.working_store import working_store
+from pipeline.process.clock import now, seconds_since
+from pipeline.process.isolated_reading import read_given_model
+from pipeline.process.progress import Reporter
+from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
+from pipeline.results.outputs import curve_summary, write_results, write_summary
+from pipeline.scene.consistency import check_scene, check_scene_for_model
+from pipeline.scene.plausibility import slips
+from pipeline.stages.cache_keys import Versions, curve_key
+from pipeline.stages.curve_file import modal_of
+from pipeline.stages.request import Outcome, Request, Run
+from pipeline.stages.respond import CurveSolver, Solved, Wanted
+from pipeline.stages.stage_log import StageLog
+from pipeline.stages.sweep_models import Models, blade_models, given_models, summarise_models
+from pipeline.store.disk_errors import StorageError
+from pipeline.store.output_folder import working_store
 
 if TYPE_CHECKING:
     from rom import ReducedModel

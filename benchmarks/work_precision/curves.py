@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.contact_values import contact_parameters, used_contact
-from pipeline.curve import face_area, modal_of
-from pipeline.scene import Scene
-from pipeline.scene_file import read_scene
+from pipeline.scene.reading import read_scene
+from pipeline.scene.schema import Scene
+from pipeline.stages.curve_file import face_area, modal_of
+from pipeline.stages.scene_to_solver import contact_parameters, used_contact
 from work_precision.stages import kept_model, with_values
 from work_precision.study import relative_error
 

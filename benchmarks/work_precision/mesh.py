@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.operation import linear_operation
-from pipeline.scene import Scene
-from pipeline.scene_file import read_scene
+from pipeline.scene.reading import read_scene
+from pipeline.scene.schema import Scene
+from pipeline.stages.linear_operation import linear_operation
 from work_precision.stages import built_mesh, extrapolated, kept_model, with_values
 from work_precision.study import Measured, Quantity, Study, relative_error, said
 from work_precision.timing import median_of
@@ -118,7 +118,7 @@ def linear_values(model: ReducedModel, scene: Scene, sector: SectorMesh) -> dict
 def _reference(scene: Scene, settings: MeshSettings, store: Path) -> dict[str, tuple[float, float]]:
     """Name -> value at size 0 and its relative uncertainty."""
     from geometry import build_sector
-    from pipeline.checks import geometry_parameters
+    from pipeline.scene.consistency import geometry_parameters
     from rom import read_reduced_model
 
     values: list[dict[str, float]] = []

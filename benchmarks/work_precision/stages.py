@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.keys import Versions, model_keys
-from pipeline.making import (
+from pipeline.scene.schema import Scene
+from pipeline.stages.build_model import (
     FACTS,
     FULL_MODEL,
     REDUCED_MODEL,
@@ -22,8 +22,8 @@ from pipeline.making import (
     make_mesh,
     make_reduced_model,
 )
-from pipeline.scene import Scene
-from pipeline.store import Store
+from pipeline.stages.cache_keys import Versions, model_keys
+from pipeline.store.content_store import Store
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -49,7 +49,7 @@ class BuiltMesh:
 
     def sector(self) -> SectorMesh:
         """The mesh."""
-        from geometry import load_sector
+        from rom import load_sector
 
         return load_sector(self.folder / SECTOR)
 

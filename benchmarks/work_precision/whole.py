@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline.accuracy import PRESETS, preset_values
-from pipeline.curve import CURVE, CurveFacts, CurveTask, read_facts, solve_curve
-from pipeline.scene import Scene
-from pipeline.scene_file import read_scene
+from pipeline.scene.presets import PRESETS, preset_values
+from pipeline.scene.reading import read_scene
+from pipeline.scene.schema import Scene
+from pipeline.stages.curve_file import CURVE, CurveFacts, CurveTask, read_facts, solve_curve
 from work_precision.curves import FREQUENCY, PEAK, problem_on
 from work_precision.figure import PRESET_LINE
 from work_precision.mesh import ORDER, REFERENCE, REFERENCE_MODES, reference_scene, reference_text

@@ -10,7 +10,7 @@ import numpy as np
 
 from pipeline.errors import input_error, shown
 from pipeline.export.source import Kind, curves, kind_of
-from pipeline.reading import read_given_model
+from pipeline.process.isolated_reading import read_given_model
 
 LONGEST_NAME = 63
 

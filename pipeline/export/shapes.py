@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.errors import InputError, input_error, reason_of
 from pipeline.export.source import Kind, kind_of
-from pipeline.reading import read_apart, read_given_model
+from pipeline.process.isolated_reading import read_apart, read_given_model
 
 COUNT = 10
 
@@ -21,8 +21,8 @@ def write_shapes(source: Path, sector_file: Path | None, target: Path, count: in
     Raises InputError for a source that is no reduced model with a basis or a mesh that is not its own, OSError where
     the target cannot be written.
     """
-    from geometry import SectorFileError, import_sector, load_sector
-    from rom import ReducedModelError, mode_shapes
+    from geometry import SectorFileError, import_sector
+    from rom import ReducedModelError, load_sector, mode_shapes
 
     if kind_of(source) is not Kind.model:
         raise input_error(source, "", "a response", "a reduced model (rom.h5)")

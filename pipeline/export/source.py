@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from geometry import UNREADABLE, opened, stored_array, why_unreadable
-from pipeline.curve import BRANCHES
 from pipeline.errors import input_error
-from pipeline.reading import read_apart
+from pipeline.process.isolated_reading import read_apart
+from pipeline.stages.curve_file import BRANCHES
+from rom import UNREADABLE, opened, stored_array, why_unreadable
 
 if TYPE_CHECKING:
     import h5py

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pipeline.errors import InputError, input_error, reason_of
-from pipeline.storage_errors import storage_error
+from pipeline.store.disk_errors import storage_error
 
 
 def export(source: Path, target: Path, sector_file: Path | None = None) -> str:

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.curve import BRANCHES, read_facts
-from pipeline.labels import member_label
-from pipeline.respond import Solved
-from pipeline.scene import Scene
+from pipeline.scene.labels import member_label
+from pipeline.scene.schema import Scene
+from pipeline.stages.curve_file import BRANCHES, read_facts
+from pipeline.stages.respond import Solved
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.contact_values import contact_parameters
 from pipeline.figures.data import Array, PlottedCurve
 from pipeline.figures.style import DISTINCT, ordered_colours, scale
+from pipeline.stages.scene_to_solver import contact_parameters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

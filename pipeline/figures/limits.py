@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.contact_values import contact_parameters
-from pipeline.curve import modal_of
 from pipeline.figures.data import Array, PlottedCurve
+from pipeline.stages.curve_file import modal_of
+from pipeline.stages.scene_to_solver import contact_parameters
 
 if TYPE_CHECKING:
     from rom import ModalModel, ReducedModel

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipeline.fingerprint import fingerprint
-from pipeline.publishing import publish, retire
-from pipeline.request import Run
-from pipeline.respond import Solved
+from pipeline.stages.request import Run
+from pipeline.stages.respond import Solved
+from pipeline.store.fingerprints import fingerprint
+from pipeline.store.publishing import publish, retire
 
 NAMES = ("response", "peaks", "hysteresis", "hysteresis_sweep", "nodal_diameters", "campbell")
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from pipeline.labels import prefixed
+from pipeline.scene.labels import prefixed
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis

@@ -10,7 +10,7 @@ import numpy as np
 from pipeline.figures.data import PlottedCurve
 from pipeline.figures.limits import Limit
 from pipeline.figures.style import DISTINCT, LIMIT_COLOUR, LOG_FROM, plain_log_labels, scale
-from pipeline.labels import quantity, value_label
+from pipeline.scene.labels import quantity, value_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

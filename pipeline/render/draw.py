@@ -37,8 +37,7 @@ TIP_VIEW_ASPECT = (1.0 - SPLIT) * WINDOW[0] / WINDOW[1]
 
 def draw(job: RenderJob) -> None:
     """One picture for every mode of the job, `<prefix>mode_<number>.png` in its folder."""
-    from geometry import load_sector
-    from rom import mode_shapes, read_reduced_model
+    from rom import load_sector, mode_shapes, read_reduced_model
 
     sector, model = load_sector(job.sector), read_reduced_model(job.rom)
     frequency, shapes = mode_shapes(

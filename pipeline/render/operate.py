@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.errors import one_line
-from pipeline.labels import prefixed
-from pipeline.operating import OperatingShape, operating_shape
 from pipeline.render.job import OperatingJob
 from pipeline.render.process import end_with_parent
 from pipeline.render.ring import (
@@ -25,6 +23,8 @@ from pipeline.render.ring import (
     scalar_bar,
     turned,
 )
+from pipeline.scene.labels import prefixed
+from pipeline.stages.operating_shape import OperatingShape, operating_shape
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -41,7 +41,7 @@ def draw(job: OperatingJob) -> None:
     ------
     ValueError : the curve has no peak.
     """
-    from geometry import load_sector
+    from rom import load_sector
 
     sector = load_sector(Path(job.sector))
     shape = operating_shape(Path(job.curve), Path(job.rom), len(sector.points))

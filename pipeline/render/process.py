@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.errors import one_line
-from pipeline.interruption import kept_from_children
+from pipeline.process.interrupts import kept_from_children
 
 _REMEDY = "apt-get install -y libegl1 libgl1 libxrender1"
 

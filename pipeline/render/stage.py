@@ -8,19 +8,19 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from pipeline.contact_values import stiffness_by_node, used_contact
-from pipeline.curve import face_area
-from pipeline.fingerprint import fingerprint
-from pipeline.labels import member_label
-from pipeline.making import SECTOR
-from pipeline.model_stage import Models
-from pipeline.models import BuiltModel
-from pipeline.publishing import publish, retire
 from pipeline.render.job import OperatingJob, RenderJob
 from pipeline.render.process import draw_apart
-from pipeline.request import Run
-from pipeline.respond import Solved
-from pipeline.scene import Render, Scene
+from pipeline.scene.labels import member_label
+from pipeline.scene.schema import Render, Scene
+from pipeline.stages.build_model import SECTOR
+from pipeline.stages.curve_file import face_area
+from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.request import Run
+from pipeline.stages.respond import Solved
+from pipeline.stages.scene_to_solver import stiffness_by_node, used_contact
+from pipeline.stages.sweep_models import Models
+from pipeline.store.fingerprints import fingerprint
+from pipeline.store.publishing import publish, retire
 
 FRAMES = 24  # of an animation
 

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.contact_values import contact_parameters
 from pipeline.figures.data import PlottedCurve
+from pipeline.stages.scene_to_solver import contact_parameters
 
 Array = NDArray[np.float64]
 SAMPLES = 720

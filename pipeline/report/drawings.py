@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from pipeline.figures.data import PlottedCurve
 from pipeline.figures.hysteresis import node_figure
 from pipeline.figures.style import styled
-from pipeline.making import SECTOR
-from pipeline.models import BuiltModel
 from pipeline.render.ring import LEFT_COLOUR, RIGHT_COLOUR, VIEW, blades_of, turned
 from pipeline.report.surface import Surface, outer_surface
+from pipeline.stages.build_model import SECTOR
+from pipeline.stages.model_chain import BuiltModel
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -41,7 +41,7 @@ def ring_drawing(model: BuiltModel, blades: int) -> bytes:
     from matplotlib import pyplot as plt
     from matplotlib.collections import PolyCollection
 
-    from geometry import load_sector
+    from rom import load_sector
 
     assert model.mesh is not None
     sector = load_sector(model.mesh.parent / SECTOR)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from pipeline.figures.data import PlottedCurve
 from pipeline.report.source import ReportSource
-from pipeline.tables import TOLERATED, share
+from pipeline.results.tables import TOLERATED, share
 
 SMALL, FAIR, LARGE, UNKNOWN = "small", "noticeable", "large", "not known"
 

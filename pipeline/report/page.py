@@ -9,12 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline.contact_values import stiffness_by_node, used_contact
-from pipeline.curve import face_area
 from pipeline.figures.data import PlottedCurve, plotted_curves
 from pipeline.figures.hysteresis import most_damped
-from pipeline.labels import member_label, prefixed
-from pipeline.models import BuiltModel
 from pipeline.report.contacts import FaceCycle, face_cycle
 from pipeline.report.drawings import loops_drawing, ring_drawing
 from pipeline.report.errors import error_rows
@@ -29,7 +25,11 @@ from pipeline.report.rows import (
 )
 from pipeline.report.source import ReportSource
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
-from pipeline.scene import Scene
+from pipeline.scene.labels import member_label, prefixed
+from pipeline.scene.schema import Scene
+from pipeline.stages.curve_file import face_area
+from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.scene_to_solver import stiffness_by_node, used_contact
 
 TEMPLATES = Path(__file__).parent / "templates"
 MOST_CONTACTS, MOST_OPERATING, MOST_STILLS = 10, 10, 9

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.labels import member_label, prefixed, quantity, value_label
-from pipeline.making import SECTOR
-from pipeline.models import BuiltModel
-from pipeline.outputs import relative_path
 from pipeline.report.source import ReportSource
-from pipeline.scene import Scene
-from pipeline.stage_log import STAGES
-from pipeline.tables import bare_value, share
+from pipeline.results.outputs import relative_path
+from pipeline.results.tables import bare_value, share
+from pipeline.scene.labels import member_label, prefixed, quantity, value_label
+from pipeline.scene.schema import Scene
+from pipeline.stages.build_model import SECTOR
+from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.stage_log import STAGES
 
 SHOWN_FREQUENCIES = 6
 _VERBS = {
@@ -173,7 +173,8 @@ def blade_rows(scene: Scene) -> list[tuple[str, str]]:
 
 def mesh_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
     """Size and quality of the mesh, and the size of the reduced model."""
-    from geometry import hexahedron_scaled_jacobian, load_sector
+    from geometry import hexahedron_scaled_jacobian
+    from rom import load_sector
 
     assert model.mesh is not None
     assert scene.mesh is not None
@@ -192,7 +193,7 @@ def mesh_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
 
 def contact_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
     """The contact face, its law and the excitation."""
-    from geometry import load_sector
+    from rom import load_sector
 
     assert model.mesh is not None
     assert scene.mesh is not None

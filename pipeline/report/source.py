@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pipeline.fingerprint import file_fingerprint, fingerprint, source_fingerprint
-from pipeline.model_stage import Models
-from pipeline.models import BuiltModel
-from pipeline.published_page import results_fingerprint
-from pipeline.request import Outcome, Run
-from pipeline.respond import Solved
-from pipeline.scene import Scene
+from pipeline.report.published_page import results_fingerprint
+from pipeline.scene.schema import Scene
+from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.request import Outcome, Run
+from pipeline.stages.respond import Solved
+from pipeline.stages.sweep_models import Models
+from pipeline.store.fingerprints import file_fingerprint, fingerprint, source_fingerprint
 from pipeline.verify.cases import Measuring, distinct_cases
 from pipeline.verify.stage import Measured
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.model_stage import Models
-from pipeline.published_page import PAGE
-from pipeline.publishing import publish
+from pipeline.report.published_page import PAGE
 from pipeline.report.source import ReportSource, report_source
-from pipeline.request import Outcome, Run
+from pipeline.stages.request import Outcome, Run
+from pipeline.stages.sweep_models import Models
+from pipeline.store.publishing import publish
 
 
 def report_stage(run: Run, models: Models, outcome: Outcome) -> Path:

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.labels import prefixed
-from pipeline.making import SECTOR
-from pipeline.operating import operating_shape
 from pipeline.report.surface import Surface, outer_surface
+from pipeline.scene.labels import prefixed
+from pipeline.stages.build_model import SECTOR
+from pipeline.stages.operating_shape import operating_shape
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
-    from pipeline.models import BuiltModel
-    from pipeline.respond import Solved
-    from pipeline.scene import Scene
+    from pipeline.scene.schema import Scene
+    from pipeline.stages.model_chain import BuiltModel
+    from pipeline.stages.respond import Solved
 
 ROOM = 2_400_000  # characters that all shapes may take
 MOST_MODELS = 3  # whose mode shapes are shown
@@ -73,7 +73,7 @@ class ViewerData:
     def _surface(self, model: BuiltModel) -> tuple[int, SectorMesh, Surface]:
         assert model.mesh is not None
         if model.key not in self._known:
-            from geometry import load_sector
+            from rom import load_sector
 
             sector = load_sector(model.mesh.parent / SECTOR)
             surface = outer_surface(sector)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from pipeline.labels import quantity
-from pipeline.scene import Rom
+from pipeline.scene.labels import quantity
+from pipeline.scene.schema import Rom
 from pipeline.verify.compare import ORDER
 from pipeline.verify.model_errors import ModelErrors
 

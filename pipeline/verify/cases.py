@@ -9,22 +9,28 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.errors import StageError
-from pipeline.fingerprint import fingerprint, source_fingerprint
-from pipeline.keys import model_keys
-from pipeline.labels import value_label
-from pipeline.making import FULL_MODEL, SECTOR
-from pipeline.model_stage import Models
-from pipeline.models import BuiltModel, ModelChain
-from pipeline.operation import operation_values
-from pipeline.request import Run
-from pipeline.scene import Scene
-from pipeline.scene_file import Member
-from pipeline.storage_errors import StorageError
+from pipeline.scene.labels import value_label
+from pipeline.scene.reading import Member
+from pipeline.scene.schema import Scene
+from pipeline.stages.build_model import FULL_MODEL, SECTOR
+from pipeline.stages.cache_keys import model_keys
+from pipeline.stages.linear_operation import operation_values
+from pipeline.stages.model_chain import BuiltModel, ModelChain
+from pipeline.stages.request import Run
+from pipeline.stages.sweep_models import Models
+from pipeline.store.disk_errors import StorageError
+from pipeline.store.fingerprints import fingerprint, source_fingerprint
 from pipeline.verify.compare import BladeFiles, BladeReference, blade_reference, model_errors, needed_modes
 from pipeline.verify.model_errors import ModelErrors
 
 KIND, FILE = "verify", "verify.json"
-_SOURCES = ["geometry", "rom", "pipeline/verify", "pipeline/operation.py", "pipeline/making.py"]
+_SOURCES = [
+    "geometry",
+    "rom",
+    "pipeline/verify",
+    "pipeline/stages/linear_operation.py",
+    "pipeline/stages/build_model.py",
+]
 # Keys that change a response but nothing linear.
 _WITHOUT_EFFECT = (
     *(f"contact.{key}" for key in ("friction", "interference", "preload", "law", "integration", "samples")),

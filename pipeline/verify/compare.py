@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.errors import reason_of
-from pipeline.making import at_speed
-from pipeline.operation import linear_operation
-from pipeline.scene import Scene
+from pipeline.scene.schema import Scene
+from pipeline.stages.build_model import at_speed
+from pipeline.stages.linear_operation import linear_operation
 from pipeline.verify.model_errors import JointErrors, ModelErrors, OtherMesh
 from pipeline.verify.other_mesh import other_sector
 
@@ -119,8 +119,7 @@ def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -
 
 def _loaded(scene: Scene, files: BladeFiles) -> tuple[SectorMesh, FullModel]:
     """Mesh and full model at the scene's speed."""
-    from geometry import load_sector
-    from rom import load_full_model
+    from rom import load_full_model, load_sector
 
     sector = load_sector(files.sector)
     return sector, at_speed(load_full_model(files.full), sector, scene)

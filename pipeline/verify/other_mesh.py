@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from pipeline.checks import geometry_parameters
-from pipeline.scene import Scene
+from pipeline.scene.consistency import geometry_parameters
+from pipeline.scene.schema import Scene
 
 if TYPE_CHECKING:
     from geometry import SectorMesh

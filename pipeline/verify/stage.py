@@ -7,18 +7,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pipeline.checks import check_scene, parameter_error
 from pipeline.errors import StageError, input_error
-from pipeline.keys import Versions
-from pipeline.model_stage import blade_models
-from pipeline.progress import Reporter
-from pipeline.request import Outcome, Request, Run
-from pipeline.scene_file import SceneFile
-from pipeline.stage_log import StageLog
+from pipeline.process.progress import Reporter
+from pipeline.scene.consistency import check_scene, parameter_error
+from pipeline.scene.reading import SceneFile
+from pipeline.stages.cache_keys import Versions
+from pipeline.stages.request import Outcome, Request, Run
+from pipeline.stages.stage_log import StageLog
+from pipeline.stages.sweep_models import blade_models
+from pipeline.store.output_folder import working_store
 from pipeline.verify.advice import advice, within
 from pipeline.verify.cases import Case, Measuring, distinct_cases
 from pipeline.verify.model_errors import ModelErrors
-from pipeline.working_store import working_store
 
 Measured = tuple[Case, ModelErrors]
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pipeline.labels import quantity
+from pipeline.scene.labels import quantity
 from pipeline.verify.advice import percent
 from pipeline.verify.model_errors import JointErrors, ModelErrors
 from pipeline.verify.stage import Measured

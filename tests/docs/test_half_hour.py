@@ -31,7 +31,7 @@ def copied_house(tmp_path: Path) -> Path:
     copy = Path(shutil.copytree(HOUSE, tmp_path / "shroud", ignore=ignored))
     (copy / ".venv").symlink_to(sys.prefix)
     os.utime(copy / "pyproject.toml", (0, 0))  # older than the environment: there is nothing to set up
-    for scene in (copy / "scenes" / "dummy.toml", copy / "pipeline" / "templates" / "scene.toml"):
+    for scene in (copy / "scenes" / "dummy.toml", copy / "pipeline" / "scene" / "template" / "scene.toml"):
         text = scene.read_text()
         for old, new in QUICK.items():
             text, count = re.subn(old, new, text, count=1, flags=re.MULTILINE)

@@ -97,7 +97,10 @@ def test_docstrings_become_markup() -> None:
     [
         ("(x: numpy.ndarray[tuple[Any, ...], numpy.dtype[numpy.float64]]) -> None", "(x: Array) -> None"),
         ("~numpy.ndarray[tuple[~typing.Any, ...], ~numpy.dtype[~numpy.complex128]]", "ComplexArray"),
-        ("(path: str | pathlib.Path, full: rom.full_model.FullModel)", "(path: str | Path, full: FullModel)"),
+        (
+            "(path: str | pathlib.Path, full: rom.finite_elements.full_model.FullModel)",
+            "(path: str | Path, full: FullModel)",
+        ),
         (None, None),
     ],
 )

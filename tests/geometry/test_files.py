@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from geometry_support import FIGURE, SLENDER, figure_shroud, sector, slender_shroud, volume
 
-from geometry import SectorFileError, export_sector, import_sector, load_sector, new_hdf5, save_sector
+from geometry import SectorFileError, export_sector, import_sector
+from rom import load_sector, new_hdf5, save_sector
 
 WRITE_READ = {
     ".h5": (save_sector, load_sector),

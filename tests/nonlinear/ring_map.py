@@ -13,7 +13,7 @@ from numba import njit
 from ring_integration import transition
 
 from nonlinear import ContactParameters, HarmonicBalance, contact_cycle
-from nonlinear.fourier import to_complex
+from nonlinear.contact.fourier import to_complex
 
 
 @njit(cache=True)

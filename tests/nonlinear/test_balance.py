@@ -7,11 +7,11 @@ import pytest
 from lumped import lumped_blade
 
 from nonlinear import SLIP, ContactParameters, Excitation, SolverOptions, harmonic_balance
-from nonlinear.bordered import BorderedSystem
-from nonlinear.continuation import Continuation
-from nonlinear.quantities import amplitude_slope, largest_amplitude, output_harmonics
-from nonlinear.start import periodic_start, static_displacement
-from nonlinear.tracing import trace_range
+from nonlinear.branches.range_continuation import trace_range
+from nonlinear.continuation.arclength_continuation import Continuation
+from nonlinear.continuation.bordered_system import BorderedSystem
+from nonlinear.continuation.response_quantities import amplitude_slope, largest_amplitude, output_harmonics
+from nonlinear.harmonic_balance.initial_solution import periodic_start, static_displacement
 from rom import modal_model
 
 

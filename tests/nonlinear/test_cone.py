@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nonlinear import LIFT_OFF, SLIP, STICK, ContactParameters, SolverOptions, contact_element
-from nonlinear.cone import FORCE_ERROR, ConeContact
+from nonlinear.contact.cone_event_driven import FORCE_ERROR, ConeContact
 
 NORMAL, TANGENTIAL, FRICTION = 1.0, 3.0, 0.5
 

@@ -99,7 +99,7 @@ def test_jenkins_coefficients(law):
 
 def test_jenkins_path():
     # kt 2, limit 3: u = 0, 5, 3.5, 2, -5, -3.5, -2, 0 gives T = 0, 3, 0, -3, -3, 0, 3, 3 from w = 0
-    from nonlinear.slider import march
+    from nonlinear.contact.return_map import march
 
     u = np.array([0.0, 5.0, 3.5, 2.0, -5.0, -3.5, -2.0, 0.0])
     state, source, sign = (np.empty(8, dtype=np.int64) for _ in range(3))
@@ -175,7 +175,7 @@ def test_cycle_agrees_with_the_element():
 
 @pytest.mark.parametrize("law", ["uncoupled", "coupled"])
 def test_static_element_is_the_sampled_one_without_vibration(law):
-    from nonlinear.sampled import SampledContact
+    from nonlinear.contact.aft import SampledContact
 
     rng = np.random.default_rng(8)
     contact = ContactParameters.shared(

@@ -18,7 +18,7 @@ from nonlinear import (
     harmonic_balance,
     linear_response,
 )
-from nonlinear.fourier import to_real
+from nonlinear.contact.fourier import to_real
 from rom import ReducedModel, modal_model
 
 

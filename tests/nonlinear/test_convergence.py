@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from lumped import oscillator
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, contact_element, harmonic_balance
-from nonlinear.fourier import to_complex
-from nonlinear.start import periodic_start, solve_at
-from nonlinear.trigonometric import cosine_sine, find_roots, value_and_slope
+from nonlinear.contact.fourier import to_complex
+from nonlinear.contact.trigonometric_roots import cosine_sine, find_roots, value_and_slope
+from nonlinear.harmonic_balance.initial_solution import periodic_start, solve_at
 from rom import modal_model
 
 

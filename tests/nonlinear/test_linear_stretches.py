@@ -16,12 +16,12 @@ from nonlinear import (
     harmonic_balance,
     linear_response,
 )
-from nonlinear.continuation import Continuation
-from nonlinear.fourier import to_complex
-from nonlinear.linear_stretch import LinearStretches
-from nonlinear.quantities import largest_amplitude, output_harmonics
-from nonlinear.start import static_displacement
-from nonlinear.tracing import trace_range
+from nonlinear.branches.range_continuation import trace_range
+from nonlinear.contact.fourier import to_complex
+from nonlinear.continuation.arclength_continuation import Continuation
+from nonlinear.continuation.linear_segments import LinearStretches
+from nonlinear.continuation.response_quantities import largest_amplitude, output_harmonics
+from nonlinear.harmonic_balance.initial_solution import static_displacement
 from rom import modal_model
 
 SPAN = (0.1, 0.8)

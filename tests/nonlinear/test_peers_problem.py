@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
-from nonlinear.fourier import to_complex
-from nonlinear.start import periodic_start
+from nonlinear.contact.fourier import to_complex
+from nonlinear.harmonic_balance.initial_solution import periodic_start
 from rom import ReducedModel, modal_model
 
 FREQUENCIES = (0.80, 1.00, 1.05, 1.10, 1.15, 1.20)

@@ -10,9 +10,10 @@ from scipy.optimize import brentq, minimize_scalar
 from scipy.special import mathieu_a, mathieu_b
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
-from nonlinear.cone import ConeContact
-from nonlinear.exact import ExactContact
-from nonlinear.floquet import (
+from nonlinear.contact.cone_event_driven import ConeContact
+from nonlinear.contact.event_driven import ExactContact
+from nonlinear.contact.fourier import basis_table, to_real
+from nonlinear.stability.floquet import (
     FloquetAnalysis,
     Instability,
     crossings,
@@ -21,9 +22,8 @@ from nonlinear.floquet import (
     ring_patterns,
     wave_patterns,
 )
-from nonlinear.fourier import basis_table, to_real
-from nonlinear.friction_memory import MemorySampler
-from nonlinear.hill import HillProblem
+from nonlinear.stability.hill import HillProblem
+from nonlinear.stability.slider_memory import MemorySampler
 from rom import modal_model
 
 STRIP = 0.5 - 1e-6

@@ -9,8 +9,8 @@ from lumped import lumped_blade
 from ring_map import RingMap
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
-from nonlinear.floquet import FloquetAnalysis, Instability, floquet_exponents, kind, ring_patterns
-from nonlinear.fourier import to_real
+from nonlinear.contact.fourier import to_real
+from nonlinear.stability.floquet import FloquetAnalysis, Instability, floquet_exponents, kind, ring_patterns
 from rom import modal_model
 
 RANGE, COARSE = (0.1, 0.8), 5

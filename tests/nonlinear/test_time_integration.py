@@ -6,8 +6,8 @@ from lumped import lumped_blade
 from ring_integration import integrate_ring
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
-from nonlinear.fourier import to_complex
-from nonlinear.start import periodic_start, solve_at
+from nonlinear.contact.fourier import to_complex
+from nonlinear.harmonic_balance.initial_solution import periodic_start, solve_at
 from rom import modal_model
 
 HARMONICS, PERIODS, STEPS = 21, 40, 2000

@@ -8,13 +8,13 @@ from lumped import lumped_blade, oscillator
 from scipy.optimize import minimize_scalar, root
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
-from nonlinear.continuation import Continuation
-from nonlinear.family import BalanceFamily
-from nonlinear.landmarks import find_landmarks
-from nonlinear.quantities import largest_amplitude, output_harmonics
-from nonlinear.start import static_displacement
-from nonlinear.tracing import trace_range
-from nonlinear.truncation import Truncation, wider_harmonics
+from nonlinear.branches.range_continuation import trace_range
+from nonlinear.continuation.arclength_continuation import Continuation
+from nonlinear.continuation.resonances import find_landmarks
+from nonlinear.continuation.response_quantities import largest_amplitude, output_harmonics
+from nonlinear.harmonic_balance.balance_family import BalanceFamily
+from nonlinear.harmonic_balance.initial_solution import static_displacement
+from nonlinear.harmonic_selection.truncation_error import Truncation, wider_harmonics
 from rom import modal_model
 
 DAMPING = 0.02

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from pipeline_support import shroud, small_scene, write_scene
 
-import pipeline.keys
+import pipeline.stages.cache_keys
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -18,7 +18,9 @@ def same_sources() -> Iterator[None]:
     once = functools.cache(real)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
-            pipeline.keys, "source_fingerprint", lambda parts, libraries=(): once(tuple(parts), tuple(libraries))
+            pipeline.stages.cache_keys,
+            "source_fingerprint",
+            lambda parts, libraries=(): once(tuple(parts), tuple(libraries)),
         )
         yield
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pipeline.store import MANIFEST, Store
+from pipeline.store.content_store import MANIFEST, Store
 
 PATIENCE = 60.0  # seconds after which something that is waited for is taken not to come
 

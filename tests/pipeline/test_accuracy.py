@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from pipeline_support import ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
-from pipeline.accuracy import PRESETS
-from pipeline.keys import Versions, model_keys
-from pipeline.scene_file import read_scene
+from pipeline.scene.presets import PRESETS
+from pipeline.scene.reading import read_scene
+from pipeline.stages.cache_keys import Versions, model_keys
 
 
 def bare(**changes: Any) -> dict[str, Any]:

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from pipeline_support import ground_scene, shroud, summary_of, write_ground_model, write_scene
 
-import pipeline.reading
+import pipeline.process.isolated_reading
 from pipeline.errors import InputError
-from pipeline.reading import read_apart
+from pipeline.process.isolated_reading import read_apart
 
 HOUSE = Path(__file__).parents[2]
 
@@ -227,7 +227,7 @@ def test_a_library_that_crashes_or_never_ends(tmp_path: Path, monkeypatch: pytes
     """In C, where no exception and no interrupt of Python's gets through."""
     path = tmp_path / "file.h5"
     path.write_bytes(b"x")
-    monkeypatch.setattr(pipeline.reading, "PATIENCE", 0.2)
+    monkeypatch.setattr(pipeline.process.isolated_reading, "PATIENCE", 0.2)
     home = os.getpid()
 
     def crash() -> None:

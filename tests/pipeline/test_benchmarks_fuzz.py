@@ -6,9 +6,8 @@ from typing import Any
 
 import pytest
 
-from geometry import load_sector
-from pipeline.info import contents
-from rom import load_full_model, read_reduced_model
+from pipeline.results.file_info import contents
+from rom import load_full_model, load_sector, read_reduced_model
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 FUZZER = """

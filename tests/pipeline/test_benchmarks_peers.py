@@ -11,7 +11,7 @@ import pytest
 from pipeline_support import small_scene, write_scene
 
 from nonlinear import Excitation, linear_response
-from pipeline.scene_file import read_scene
+from pipeline.scene.reading import read_scene
 from rom import modal_model, read_reduced_model
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from pipeline_support import ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
-import pipeline.respond
-from pipeline.curve import CurveTask
+import pipeline.stages.respond
+from pipeline.stages.curve_file import CurveTask
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_one_failing_curve_does_not_stop_the_others(tmp_path: Path, monkeypatch:
             raise ArithmeticError("made to fail")
         real(folder, task, progress)
 
-    monkeypatch.setattr(pipeline.respond, "solve_curve", solve)
+    monkeypatch.setattr(pipeline.stages.respond, "solve_curve", solve)
     scene = write_scene(tmp_path / "s.toml", ground_scene() | {"sweep": {"contact.friction": [0.1, 0.2, 0.3]}})
     arguments = ("respond", scene, "--rom", write_ground_model(tmp_path / "g.h5"), "--out", tmp_path / "out")
     status, said, error = shroud(*arguments)
@@ -95,13 +95,13 @@ def test_one_failing_curve_does_not_stop_the_others(tmp_path: Path, monkeypatch:
     assert curves[1]["peak_amplitude_m"] is None
     assert summary_of(tmp_path / "out")["complete"] is False
 
-    monkeypatch.setattr(pipeline.respond, "solve_curve", real)
+    monkeypatch.setattr(pipeline.stages.respond, "solve_curve", real)
     assert shroud(*arguments, "--quiet") == (0, "", "")
     assert summary_of(tmp_path / "out")["stages"]["respond"]["ran"] == 1
 
 
 def test_one_failing_mesh_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import pipeline.models
+    import pipeline.stages.model_chain
 
     real = pipeline.models.make_mesh
 
@@ -110,7 +110,7 @@ def test_one_failing_mesh_does_not_stop_the_others(tmp_path: Path, monkeypatch: 
             raise RuntimeError("made to fail")
         real(folder, scene)
 
-    monkeypatch.setattr(pipeline.models, "make_mesh", mesh)
+    monkeypatch.setattr(pipeline.stages.model_chain, "make_mesh", mesh)
     scene = write_scene(tmp_path / "s.toml", small_scene(sweep={"shroud.angle": [80.0, 70.0]}))
     status, _, error = shroud("run", scene, "--out", tmp_path / "out", "--quiet")
     assert status == 1

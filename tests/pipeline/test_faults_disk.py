@@ -15,8 +15,8 @@ from faults_support import broken_entries, entries, largest_file
 from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
 
 import pipeline.run
-from geometry import new_hdf5
-from pipeline.storage_errors import storage_error
+from pipeline.store.disk_errors import storage_error
+from rom import new_hdf5
 
 SWEEP = {"contact.interference": [1e-5, 1e-3]}  # of the finished run
 
@@ -121,7 +121,7 @@ def test_a_folder_that_may_only_be_read(small_disk: Path, tmp_path: Path, monkey
 def test_hdf5_on_a_full_disk_fails_once_and_cleanly(tmp_path: Path) -> None:
     """In a process: HDF5 by itself crashes at the end of it."""
     program = (
-        "import resource, sys, numpy as np; from geometry import new_hdf5\n"
+        "import resource, sys, numpy as np; from rom import new_hdf5\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (5000, -1))\n"
         "try:\n"
         "    with new_hdf5(sys.argv[1]) as file:\n"
@@ -148,7 +148,7 @@ def test_hdf5_files_are_read_as_they_were_written(tmp_path: Path) -> None:
 def test_kernels_that_cannot_be_kept_work_all_the_same(tmp_path: Path) -> None:
     (tmp_path / "kernel.py").write_text(
         "import resource\n"
-        "from nonlinear.compilation import compiled\n"
+        "from nonlinear.contact.numba_cache import compiled\n"
         "@compiled\n"
         "def twice(x): return 2.0 * x\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (10, -1))\n"

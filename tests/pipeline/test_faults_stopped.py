@@ -12,7 +12,7 @@ import pytest
 from faults_support import alive, broken_entries, entries, start, wait_until
 from pipeline_support import shroud, small_scene, summary_of, write_scene
 
-import pipeline.models
+import pipeline.stages.model_chain
 
 FRICTIONS = [0.1 + 0.01 * i for i in range(30)]
 
@@ -73,7 +73,7 @@ def test_sighup_stays_ignored_under_nohup(finished: Path, tmp_path: Path) -> Non
     program = (
         "import signal, sys\n"
         "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
-        "from pipeline.interruption import handling_interrupts\n"
+        "from pipeline.process.interrupts import handling_interrupts\n"
         "with handling_interrupts():\n"
         "    signal.raise_signal(signal.SIGHUP); print('goes on')\n"
     )
@@ -103,14 +103,14 @@ def test_a_drawing_process_ends_with_its_parent(tmp_path: Path) -> None:
 def test_a_large_reduction_is_the_same_in_a_process_of_its_own(
     finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pipeline.models, "LARGE", 0)
+    monkeypatch.setattr(pipeline.stages.model_chain, "LARGE", 0)
     scene, out = write_scene(tmp_path / "s.toml", small_scene()), tmp_path / "out"
     assert shroud("run", scene, "--out", out, "--until", "reduce", "--quiet") == (0, "", "")
     (made,), (expected,) = entries(out, "reduce"), entries(finished, "reduce")
     assert made.name == expected.name
     assert (made / "rom.h5").read_bytes() == (expected / "rom.h5").read_bytes()
 
-    monkeypatch.setattr(pipeline.models, "make_reduced_model", died)
+    monkeypatch.setattr(pipeline.stages.model_chain, "make_reduced_model", died)
     status, _, error = shroud("run", scene, "--out", tmp_path / "b", "--until", "reduce", "--quiet")
     assert (status, error) == (1, "reduce: its process died (out of memory?)\n")
 

@@ -12,7 +12,7 @@ import pytest
 from faults_support import PATIENCE, broken_entries, entries, start, wait_until
 from pipeline_support import ground_scene, shroud, summary_of, write_ground_model, write_scene
 
-from pipeline.lock import locked
+from pipeline.store.folder_lock import locked
 
 
 def belong_together(out: Path) -> bool:
@@ -103,7 +103,7 @@ def test_without_locks_work_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     def none(*_: object) -> None:
         raise OSError(errno.ENOLCK, "no locks available")
 
-    monkeypatch.setattr("pipeline.lock.fcntl.flock", none)
+    monkeypatch.setattr("pipeline.store.folder_lock.fcntl.flock", none)
     with locked(tmp_path / "lock", lambda _: None) as held:
         assert not held
     mine, dead = (tmp_path / "out" / "store" / "tmp" / f"{number}-x" for number in (os.getpid(), 99999999))

@@ -7,12 +7,12 @@ import pytest
 from pipeline_support import ground_model, ground_scene, shroud, small_scene, write_ground_model, write_scene
 
 import geometry
-import rom.fixed_interface
-from nonlinear.harmonic_choice import LADDER, MOST_UNKNOWNS, ladder
+import rom.reduction.fixed_interface_modes
+from nonlinear.harmonic_selection.adaptive_harmonics import LADDER, MOST_UNKNOWNS, ladder
 from pipeline import limits
 from rom import ReducedModelError
+from rom.cyclic.expansion import expand
 from rom.errors import RomParameterError
-from rom.expansion import expand
 
 
 def test_a_mesh_that_cannot_be_made_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -33,7 +33,7 @@ def test_a_mesh_that_cannot_be_made_leaves_no_folder(tmp_path: Path, monkeypatch
 def test_a_frequency_limit_above_all_modes_that_can_be_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     from scipy.sparse import diags_array, eye_array
 
-    monkeypatch.setattr(rom.fixed_interface, "_MOST_MODES", 40)
+    monkeypatch.setattr(rom.reduction.fixed_interface_modes, "_MOST_MODES", 40)
     stiffness = diags_array((2.0 * np.pi * np.arange(1.0, 101.0)) ** 2).tocsr()  # 1 to 100 Hz
     mass, factor = eye_array(100).tocsr(), rom.factorise(stiffness)
     angular, _ = rom.fixed_interface.modes_up_to(mass, factor, 30.5)

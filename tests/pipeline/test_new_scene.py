@@ -37,7 +37,7 @@ def test_a_new_scene_is_valid_and_has_the_name_of_its_folder(tmp_path: Path) -> 
 
 
 def test_it_is_the_default_scene() -> None:
-    template = (HOUSE / "pipeline" / "templates" / "scene.toml").read_text()
+    template = (HOUSE / "pipeline" / "scene" / "template" / "scene.toml").read_text()
     assert template == (HOUSE / "scenes" / "dummy.toml").read_text()
 
 

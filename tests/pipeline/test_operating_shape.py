@@ -9,8 +9,8 @@ from PIL import Image
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
 import pipeline.render.stage
-from geometry import load_sector
-from pipeline.operating import OperatingShape, operating_shape
+from pipeline.stages.operating_shape import OperatingShape, operating_shape
+from rom import load_sector
 
 
 def test_the_whole_blade_moves_as_the_solver_found_its_contacts_and_its_tip(copied: Path) -> None:

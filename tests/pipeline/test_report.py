@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
-import pipeline.respond
+import pipeline.stages.respond
 from geometry import ContactFace, SectorMesh
 from pipeline.report.surface import outer_surface
 
@@ -253,7 +253,7 @@ def test_a_run_that_failed_in_parts_says_so_on_its_page(copied: Path, monkeypatc
         raise ArithmeticError("nothing <came> of it")
 
     monkeypatch.setattr(sys, "executable", str(crashing))  # the drawing process
-    monkeypatch.setattr(pipeline.respond, "solve_curve", fail)
+    monkeypatch.setattr(pipeline.stages.respond, "solve_curve", fail)
     changes: dict[str, Any] = {"render": {"modes": [1]}, "sweep": {"contact.interference": [1e-5, 2e-3]}}
     scene = write_scene(copied.parent / "s.toml", small_scene(**changes))
     status, _, error = shroud("report", scene, "--out", copied, "--quiet")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
-from pipeline.store import Store
+from pipeline.store.content_store import Store
 
 FRICTIONS = [0.1 + 0.01 * i for i in range(30)]
 

@@ -8,9 +8,9 @@ import pytest
 from faults_support import wait_until
 from pipeline_support import ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
-import pipeline.clock
-import pipeline.progress
-from pipeline.progress import Pace, Reporter, duration
+import pipeline.process.clock
+import pipeline.process.progress
+from pipeline.process.progress import Pace, Reporter, duration
 
 
 class Terminal(io.StringIO):
@@ -31,7 +31,7 @@ class Closed(io.StringIO):
 def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """A clock that shows what the list holds."""
     shown = [0.0]
-    monkeypatch.setattr(pipeline.clock.time, "perf_counter", lambda: shown[0])
+    monkeypatch.setattr(pipeline.process.clock.time, "perf_counter", lambda: shown[0])
     return shown
 
 
@@ -63,7 +63,7 @@ def test_durations(seconds: float, text: str) -> None:
 
 
 def test_a_long_single_piece_says_that_it_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipeline.progress, "_FIRST_WORD", 0.001)
+    monkeypatch.setattr(pipeline.process.progress, "_FIRST_WORD", 0.001)
     stream = io.StringIO()
     with Reporter(stream=stream).working("reducing"):
         wait_until(lambda: "so far" in stream.getvalue(), "a word on the way")

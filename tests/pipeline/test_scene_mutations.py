@@ -15,9 +15,9 @@ from jsonschema import Draft202012Validator
 from pipeline_support import shroud, small_scene, to_toml, write_scene
 
 from pipeline.errors import InputError
-from pipeline.scene import SECTIONS
-from pipeline.scene_file import LARGEST_FILE, read_scene
-from pipeline.scene_schema import scene_schema
+from pipeline.scene.json_schema import scene_schema
+from pipeline.scene.reading import LARGEST_FILE, read_scene
+from pipeline.scene.schema import SECTIONS
 
 HOUSE = Path(__file__).parents[2]
 KEYS = [(section, key) for section, model in SECTIONS.items() for key in model.model_fields]

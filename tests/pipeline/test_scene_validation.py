@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from pipeline_support import SMALL, ground_scene, shroud, small_scene, to_toml, write_scene
 
 from pipeline.errors import InputError
-from pipeline.scene import SECTIONS
-from pipeline.scene_errors import allowed_values
-from pipeline.scene_file import read_scene
+from pipeline.scene.reading import read_scene
+from pipeline.scene.schema import SECTIONS
+from pipeline.scene.validation_errors import allowed_values
 
 
 def refused(tmp_path: Path, content: str | bytes) -> str:

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 from pipeline_support import shroud, write_scene
 
-from pipeline.scene_file import read_scene
-from pipeline.scene_schema import scene_schema
+from pipeline.scene.json_schema import scene_schema
+from pipeline.scene.reading import read_scene
 
 SCHEMA = scene_schema()
 VALIDATOR = Draft202012Validator(SCHEMA)

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
 
-from pipeline.scene_file import read_scene
-from pipeline.slips import slips
+from pipeline.scene.plausibility import slips
+from pipeline.scene.reading import read_scene
 
 MILLIMETRES = {
     "blade__length": 150.0,

@@ -11,10 +11,10 @@ from pipeline.figures.campbell import campbell_figure
 from pipeline.figures.data import PlottedCurve, plotted_curves
 from pipeline.figures.nodal_diameters import nodal_diameter_figure
 from pipeline.figures.spectra import aliased
-from pipeline.progress import Reporter
-from pipeline.request import Outcome, Request
+from pipeline.process.progress import Reporter
 from pipeline.run import execute
-from pipeline.scene_file import read_scene
+from pipeline.scene.reading import read_scene
+from pipeline.stages.request import Outcome, Request
 
 SPEEDS = [0.0, 4000.0, 8000.0]
 COLOURS = {"free": "0.0", "sliding": "#56B4E9", "stuck": "#D55E00"}

@@ -135,14 +135,14 @@ def test_members_of_a_sweep_share_what_they_have_in_common(copied: Path) -> None
 def test_a_changed_source_makes_its_stage_and_what_follows_again(
     copied: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import pipeline.keys
+    import pipeline.stages.cache_keys
 
     real = pipeline.keys.source_fingerprint
 
     def edited(parts: list[str], libraries: list[str] | tuple[str, ...] = ()) -> str:
         return real(parts, libraries) + ("edited" if parts[0] == "rom" and "nonlinear" in parts else "")
 
-    monkeypatch.setattr(pipeline.keys, "source_fingerprint", edited)
+    monkeypatch.setattr(pipeline.stages.cache_keys, "source_fingerprint", edited)
     assert rerun(copied) == expected(respond="ran", figures="ran")
 
 

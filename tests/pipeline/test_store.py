@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.fingerprint import file_fingerprint, fingerprint, source_fingerprint
-from pipeline.store import Store
+from pipeline.store.content_store import Store
+from pipeline.store.fingerprints import file_fingerprint, fingerprint, source_fingerprint
 
 
 def writer(text: str):

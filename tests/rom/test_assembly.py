@@ -6,8 +6,8 @@ from rom_meshes import annulus, box, box_sector, distorted_box
 from scipy.sparse.linalg import spsolve
 
 from rom import Material, RomParameterError, assemble
-from rom.assembly import elastic_matrices, stress_at_quadrature
-from rom.discretisation import ELEMENTS, discretise
+from rom.finite_elements.assembly import elastic_matrices, stress_at_quadrature
+from rom.finite_elements.discretisation import ELEMENTS, discretise
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 

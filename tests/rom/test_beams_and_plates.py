@@ -6,10 +6,10 @@ from rom_meshes import annulus, box
 from rom_reference import lowest_hz, timoshenko_cantilever_hz
 
 from rom import Material, factorise
-from rom.assembly import elastic_matrices
-from rom.discretisation import discretise
-from rom.fixed_interface import lowest_modes
-from rom.full_model import node_dofs
+from rom.finite_elements.assembly import elastic_matrices
+from rom.finite_elements.discretisation import discretise
+from rom.finite_elements.full_model import node_dofs
+from rom.reduction.fixed_interface_modes import lowest_modes
 
 NAFEMS_STEEL = Material(young_modulus=200e9, poisson_ratio=0.3, density=8000.0)
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-import rom.blas_kernels
-from rom.blas_kernels import best_kernels
+import rom.linear_algebra.blas_kernels
+from rom.linear_algebra.blas_kernels import best_kernels
 
 VARIABLE = "OPENBLAS_CORETYPE"
 AVX512 = "avx2 fma avx512f avx512cd avx512bw avx512dq avx512vl"
@@ -20,7 +20,7 @@ def processor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     def of(features: str) -> None:
         file = tmp_path / "cpuinfo"
         file.write_text(f"processor\t: 0\nmodel name\t: any\nflags\t\t: fpu {features} sse\nbugs\t: none\n")
-        monkeypatch.setattr(rom.blas_kernels, "_PROCESSOR", file)
+        monkeypatch.setattr(rom.linear_algebra.blas_kernels, "_PROCESSOR", file)
 
     return of
 
@@ -53,6 +53,6 @@ def test_gone_after_an_error_too(processor):
 
 def test_a_system_that_does_not_tell(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     monkeypatch.delenv(VARIABLE, raising=False)
-    monkeypatch.setattr(rom.blas_kernels, "_PROCESSOR", tmp_path / "missing")
+    monkeypatch.setattr(rom.linear_algebra.blas_kernels, "_PROCESSOR", tmp_path / "missing")
     with best_kernels():
         assert VARIABLE not in os.environ

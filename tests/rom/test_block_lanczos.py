@@ -6,8 +6,8 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_matrix, diags, identity, kron
 
 from rom import factorise
-from rom.block_lanczos import lowest_eigenpairs
-from rom.fixed_interface import lowest_modes
+from rom.linear_algebra.block_lanczos import lowest_eigenpairs
+from rom.reduction.fixed_interface_modes import lowest_modes
 
 
 def string(n: int) -> csr_matrix:

@@ -25,8 +25,8 @@ from rom import (
     reduce_within,
     static_error,
 )
-from rom.contact_patches import patch_averages
-from rom.discretisation import discretise
+from rom.finite_elements.discretisation import discretise
+from rom.reduction.patch_dofs import patch_averages
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 PATCH = ReductionOptions(modes=12, contact_dofs="patch")

@@ -9,7 +9,7 @@ from rom_reference import lowest_hz, spring_stiffness
 from scipy.linalg import eigh, null_space
 from scipy.sparse.linalg import spsolve
 
-import rom.craig_bampton
+import rom.reduction.craig_bampton
 from rom import (
     FactorisationError,
     Material,
@@ -23,7 +23,7 @@ from rom import (
     reduce,
     reduction,
 )
-from rom.full_model import node_dofs
+from rom.finite_elements.full_model import node_dofs
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 SPRINGS = {"free": (0.0, 0.0), "sliding": (2e7, 0.0), "stuck": (2e7, 1.5e7)}
@@ -305,7 +305,7 @@ def test_a_full_model_that_is_made_on_the_way_does_not_stay(full, sector, model,
         return modes(*arguments)
 
     modes = rom.craig_bampton.lowest_modes
-    monkeypatch.setattr(rom.craig_bampton, "lowest_modes", watched)
+    monkeypatch.setattr(rom.reduction.craig_bampton, "lowest_modes", watched)
     made = reduction(make, sector, ReductionOptions(modes=20))
     assert alive == [False]
     assert made.dofs == full.n_dofs

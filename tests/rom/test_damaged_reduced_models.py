@@ -11,20 +11,22 @@ import numpy as np
 import pytest
 from test_receptance import random_model
 
-import pipeline.reading
-from geometry import SectorFileError, load_sector, save_sector
+import pipeline.process.isolated_reading
+from geometry import SectorFileError
 from pipeline.errors import InputError
-from pipeline.reading import read_apart
+from pipeline.process.isolated_reading import read_apart
 from rom import (
     FullModelFileError,
     Material,
     ReducedModelError,
     assemble,
     load_full_model,
+    load_sector,
     modal_model,
     natural_frequencies,
     read_reduced_model,
     save_full_model,
+    save_sector,
     write_reduced_model,
 )
 
@@ -245,7 +247,7 @@ def test_matrices_of_no_structure_are_named(whole: Path, tmp_path: Path) -> None
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipeline.reading, "PATIENCE", 3.0)
+    monkeypatch.setattr(pipeline.process.isolated_reading, "PATIENCE", 3.0)
 
 
 def copies(content: bytes, seed: int, number: int) -> list[bytes]:

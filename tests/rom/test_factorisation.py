@@ -8,10 +8,10 @@ import pytest
 from rom_meshes import box_sector
 from scipy.sparse import csr_matrix, diags, tril
 
-import rom.cholmod
-import rom.factorisation
+import rom.linear_algebra.cholmod
+import rom.linear_algebra.factorisation
 from rom import FactorisationError, Material, assemble, factorise
-from rom.factorisation import analyse
+from rom.linear_algebra.factorisation import analyse
 
 needs_cholmod = pytest.mark.skipif(importlib.util.find_spec("cvxopt") is None, reason="the extra cholmod is absent")
 BACKENDS = [pytest.param("cholmod", marks=needs_cholmod), "superlu"]
@@ -74,7 +74,7 @@ def test_entries_in_any_order_and_twice(held):
 @pytest.mark.parametrize("slab", [1, 7, 1000])
 def test_the_triangle_is_taken_slab_by_slab(held, monkeypatch, slab):
     matrix = held[0]
-    monkeypatch.setattr(rom.cholmod, "_SLAB", slab)
+    monkeypatch.setattr(rom.linear_algebra.cholmod, "_SLAB", slab)
     _, (starts, indices, values) = rom.cholmod._upper_triangle(matrix)
     count = starts[-1]
     found = csr_matrix((values[:count], indices[:count], starts), shape=matrix.shape)
@@ -88,15 +88,15 @@ def test_a_library_of_another_kind_is_left_alone(monkeypatch):
     assert rom.cholmod._opened(__file__) is None  # no library
     assert rom.cholmod._opened(np._core._multiarray_umath.__file__) is None  # one without CHOLMOD
     assert rom.cholmod._opened(cholmod.__file__) is not None
-    monkeypatch.setattr(rom.cholmod, "_VERSION", 5)
+    monkeypatch.setattr(rom.linear_algebra.cholmod, "_VERSION", 5)
     assert rom.cholmod._opened(cholmod.__file__) is None
-    monkeypatch.setattr(rom.cholmod, "_VERSION", 3)
+    monkeypatch.setattr(rom.linear_algebra.cholmod, "_VERSION", 3)
     for expected in (rom.cholmod._COMMON_DEFAULTS, rom.cholmod._FACTOR_OF_TWO):
         for name in expected:
             with monkeypatch.context() as other:
                 other.setitem(expected, name, -1)
                 assert rom.cholmod._opened(cholmod.__file__) is None
-    monkeypatch.setattr(rom.factorisation, "library", lambda: None)
+    monkeypatch.setattr(rom.linear_algebra.factorisation, "library", lambda: None)
     assert factorise(diags([1.0, 2.0, 4.0]).tocsr()).backend == "superlu"
 
 
@@ -107,7 +107,7 @@ def test_cholmod_is_taken_where_it_is_installed():
 
 def test_superlu_is_taken_where_cholmod_is_not_installed(monkeypatch):
     monkeypatch.setitem(sys.modules, "cvxopt.cholmod", None)  # as if it could not be imported
-    monkeypatch.setattr(rom.factorisation, "library", rom.cholmod.library.__wrapped__)
+    monkeypatch.setattr(rom.linear_algebra.factorisation, "library", rom.linear_algebra.cholmod.library.__wrapped__)
     factor = factorise(diags([1.0, 2.0, 4.0]).tocsr())
     assert factor.backend == "superlu"
     np.testing.assert_allclose(factor.solve(np.ones(3)), [1.0, 0.5, 0.25])

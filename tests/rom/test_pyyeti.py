@@ -15,7 +15,7 @@ from rom_reference import lowest_hz
 
 from geometry import BladeParameters, MeshParameters, SectorMesh, ShroudParameters, build_sector
 from rom import FullModel, Material, ReductionOptions, assemble, read_reduced_model, reduce, write_reduced_model
-from rom.full_model import node_dofs
+from rom.finite_elements.full_model import node_dofs
 
 cb = pytest.importorskip("pyyeti.cb", reason="pyYeti is not installed (package pyyeti)")
 nastran = pytest.importorskip("pyyeti.nastran.n2p", reason="pyYeti is not installed (package pyyeti)")

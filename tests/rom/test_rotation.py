@@ -16,9 +16,9 @@ from rom import (
     reduce,
     spin,
 )
-from rom.assembly import elastic_matrices, geometric_stiffness, stress_at_quadrature
-from rom.discretisation import discretise
-from rom.full_model import centrifugal_force
+from rom.finite_elements.assembly import elastic_matrices, geometric_stiffness, stress_at_quadrature
+from rom.finite_elements.discretisation import discretise
+from rom.finite_elements.full_model import centrifugal_force
 
 RPM = 30.0 / np.pi
 NO_POISSON = Material(young_modulus=2.1e11, poisson_ratio=0.0, density=7800.0)

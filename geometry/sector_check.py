@@ -1,0 +1,27 @@
+"""Whether the arrays of a sector belong together."""
+
+from pathlib import Path
+
+import numpy as np
+
+from geometry.errors import SectorFileError
+from geometry.sector import SectorMesh
+
+
+def check_sector(path: str | Path, sector: SectorMesh) -> None:
+    """Raise ``SectorFileError`` where the arrays of a sector read from ``path`` do not belong together."""
+    points, count = sector.points, len(sector.points)
+    shapes = (
+        points.ndim == 2 and points.shape[1] == 3 and sector.hexahedra.ndim == 2 and sector.hexahedra.shape[1] == 8
+    )
+    tables = [sector.hexahedra, *sector.node_sets.values()]
+    for face in (sector.right, sector.left):
+        n = len(face.nodes)
+        shapes &= face.position.shape == (n, 3) and face.frame.shape == (n, 3, 3) and face.area.shape == (n,)
+        tables.append(face.nodes)
+    if not shapes or len(sector.right.nodes) != len(sector.left.nodes):
+        raise SectorFileError(f"{path}: not a sector: arrays of the wrong shape")
+    if not np.isfinite(points).all():
+        raise SectorFileError(f"{path}: not a sector: a point is not finite")
+    if any(table.size and (table.min() < 0 or table.max() >= count) for table in tables):
+        raise SectorFileError(f"{path}: not a sector: a node number beyond the {count} points")

@@ -1,0 +1,1 @@
+"""Branches of a response curve: continued over a range, with their special points; detached branches."""

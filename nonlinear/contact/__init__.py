@@ -1,0 +1,1 @@
+"""Contact elements: periodic relative displacement in, contact forces and their Jacobian out."""

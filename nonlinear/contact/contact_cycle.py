@@ -1,0 +1,61 @@
+"""One contact cycle in the time domain: hysteresis loops and states, for pictures and checks."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.fourier import ComplexArray, basis_table, to_real
+from nonlinear.contact.parameters import LIFT_OFF, Array, ContactParameters
+
+
+class ContactCycle(NamedTuple):
+    """Samples over one period.
+
+    Attributes
+    ----------
+    angle : (S,) theta = w t, rad. displacement : (S, n_c, 3) relative. force : (S, n_c, 3), (T1, T2, N)
+    with the whole N, preload included. state : (S, n_c) STICK, SLIP or LIFT_OFF.
+    """
+
+    angle: Array
+    displacement: Array
+    force: Array
+    state: NDArray[np.int64]
+
+
+def contact_cycle(displacement: ComplexArray, contact: ContactParameters, samples: int = 256) -> ContactCycle:
+    """Steady contact cycle at so many `samples`, equidistant instants, of a period.
+
+    displacement: the relative one, coefficients d^(h), (H+1, n_c, 3) complex, m:
+    `ResponseCurve.relative_displacement` at a point; contact: the parameters of its nodes.
+    """
+    from nonlinear.contact.return_map import march, march_plane
+
+    real = to_real(displacement)
+    size, n_contacts, _ = real.shape
+    table = basis_table((size - 1) // 2, samples)
+    motion = (table @ real.reshape(size, -1)).reshape(samples, n_contacts, 3)
+    load = contact.preload + contact.normal_stiffness * (contact.interference + motion[:, :, 2])
+    force = np.zeros_like(motion)
+    force[:, :, 2] = np.maximum(load, 0.0)
+    state = np.zeros((samples, n_contacts), dtype=np.int64)
+    source, sign, single = (np.empty(samples, dtype=np.int64) for _ in range(3))
+    for node, (kt, mu) in enumerate(zip(contact.tangential_stiffness, contact.friction, strict=True)):
+        limit = mu * force[:, node, 2]
+        if kt == 0.0:
+            continue
+        if contact.law == "coupled":
+            plane, traction = np.ascontiguousarray(motion[:, node, :2]), np.empty((samples, 2))
+            march_plane(plane, limit, kt, 200, 1e-13 * float(np.abs(plane).max()), state[:, node], traction)
+            force[:, node, :2] = traction
+            continue
+        for direction in range(2):
+            u = np.ascontiguousarray(motion[:, node, direction])
+            march(u, limit, kt, single, source, sign)
+            moved = source >= 0
+            position = np.where(moved, u[source] - sign * limit[source] / kt, 0.0)
+            force[:, node, direction] = kt * (u - position)
+            state[:, node] = np.maximum(state[:, node], single)
+    state[load <= 0.0] = LIFT_OFF
+    return ContactCycle(2.0 * np.pi * np.arange(samples) / samples, motion, force, state)

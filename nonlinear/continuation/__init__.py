@@ -1,0 +1,1 @@
+"""Pseudo-arc-length continuation of the harmonic balance in the frequency."""

@@ -1,0 +1,176 @@
+"""The balance while no contact changes its state: linear springs, one linear system a frequency."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import zgetrf, zgetrs
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
+from nonlinear.continuation.solution_point import LinearState
+from nonlinear.harmonic_balance.residual import HarmonicBalance
+from rom import RelativeReceptance
+
+
+@dataclass(frozen=True)
+class LinearMotion:
+    """A vibration and its derivative in w: relative displacement (2H+1, n_c, 3) and modal coordinates (m,)."""
+
+    displacement: Array
+    slope: Array
+    coordinates: ComplexArray
+    coordinates_slope: ComplexArray
+
+    def growth(self, output: Array) -> float:
+        """Derivative in w of the amplitude |x^(1)| of an output, (m,) in modal coordinates."""
+        first = output @ self.coordinates
+        size = abs(first)
+        return float((first.conjugate() * (output @ self.coordinates_slope)).real / size) if size > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class LinearSystem:
+    """The equations of a `balance` in one state of its contacts: every node open, or pressed and held or sliding.
+
+    What is the same at all frequencies is kept, so that a frequency costs one small complex system (none if all is
+    open) and the end of the state one product.
+    """
+
+    balance: HarmonicBalance
+    contact: ContactParameters
+    state: LinearState
+
+    @cached_property
+    def held(self) -> NDArray[np.bool_]:
+        """Pressed nodes that friction can hold, (n_c,)."""
+        return self.state.pressed & (self.contact.tangential_stiffness > 0.0) & (self.contact.friction > 0.0)
+
+    @cached_property
+    def springs(self) -> Array:
+        """Contact springs, (n_c, 3), N/m."""
+        tangential = np.where(self.held, self.contact.tangential_stiffness, 0.0)
+        normal = np.where(self.state.pressed, self.contact.normal_stiffness, 0.0)
+        return np.column_stack([tangential, tangential, normal])
+
+    @cached_property
+    def static(self) -> Array:
+        """Harmonic 0, (n_c, 3)."""
+        if self.balance.frozen_static is not None:
+            return self.balance.frozen_static
+        force = np.zeros_like(self.springs)
+        force[:, 2] = self._rest_force
+        at_rest = replace(self.balance.receptance, harmonics=(0,))
+        free, _ = at_rest.response(0.0, force.reshape(1, -1).astype(complex))
+        system = np.eye(force.size) + at_rest.matrix(0.0)[0].real * self.springs.reshape(-1)
+        return np.linalg.solve(system, free[0].real).reshape(-1, 3)
+
+    @cached_property
+    def _rest_force(self) -> Array:
+        """The normal force without displacement, N0 - N, (n_c,)."""
+        return np.where(
+            self.state.pressed, -self.contact.normal_stiffness * self.contact.interference, self.contact.preload
+        )
+
+    @cached_property
+    def _first(self) -> RelativeReceptance:
+        """The receptance of harmonic 1."""
+        return replace(self.balance.receptance, harmonics=(1,))
+
+    @cached_property
+    def _sprung(self) -> ComplexArray:
+        """Modal forces of unit displacements through the springs, (m, 3 n_c)."""
+        return self._first.adjoint[0] * self.springs.reshape(-1)
+
+    def motion(self, frequency: float) -> LinearMotion:
+        """The motion at w = `frequency` (rad/s): (I + G k) d = d_lin in harmonic 1."""
+        relative, force = self._first.relative[0], self._first.modal_force[0]
+        value, value_slope = (row[0] for row in self._first.denominators(frequency))
+        modal = force / value
+        motion = relative @ modal
+        if not self.springs.any():
+            modal_slope = -value_slope * modal / value
+            return LinearMotion(*self._rows(motion, relative @ modal_slope), modal, modal_slope)
+        system = (relative / value) @ self._sprung
+        system.flat[:: motion.size + 1] += 1.0
+        factors, pivots, _ = zgetrf(system.T, overwrite_a=1)
+        motion, _ = zgetrs(factors, pivots, motion, trans=1)
+        modal = (force - self._sprung @ motion) / value
+        modal_slope = -value_slope * modal / value
+        change, _ = zgetrs(factors, pivots, relative @ modal_slope, trans=1)
+        return LinearMotion(*self._rows(motion, change), modal, modal_slope - self._sprung @ change / value)
+
+    def _rows(self, harmonic: ComplexArray, slope: ComplexArray) -> tuple[Array, Array]:
+        rows = np.zeros((2, 2 * self.balance.n_harmonics + 1, *self.static.shape))
+        rows[0, 0] = self.static
+        for row, values in zip(rows, (harmonic, slope), strict=True):
+            row[1], row[2] = values.real.reshape(self.static.shape), values.imag.reshape(self.static.shape)
+        return rows[0], rows[1]
+
+    def margin(self, displacement: Array) -> float:
+        """Distance (m) of a displacement of one harmonic from the nearest change of state; negative beyond it.
+
+        Closed form: c_0 + |c_1| is the largest value of c_0 + Re c_1 exp(i theta).
+        """
+        offset, of_static, swings = self._conditions
+        static, harmonic = displacement[0].reshape(-1), (displacement[1] + 1j * displacement[2]).reshape(-1)
+        least = float((offset + of_static @ static - np.abs(swings @ harmonic)).min())
+        if self.contact.law == "coupled" and self.held.any():
+            least = min(least, self._margin_in_cone(displacement))
+        return least
+
+    @cached_property
+    def _conditions(self) -> tuple[Array, Array, Array]:
+        """What a state asks of the motion, a row each: offset + of_static d_0 - |swings d_1| >= 0."""
+        sign, stiffness = np.where(self.state.pressed, 1.0, -1.0), self.contact.normal_stiffness
+        per_metre = 1.0 / np.where(stiffness > 0.0, stiffness, 1.0)
+        at_rest = self.contact.preload + stiffness * self.contact.interference
+        nodes, normal = np.arange(sign.size), 3 * np.arange(sign.size) + 2
+        of_static, swings = np.zeros((2, sign.size, 3 * sign.size))
+        of_static[nodes, normal], swings[nodes, normal] = sign * stiffness * per_metre, stiffness * per_metre
+        offsets, rows, moving = [sign * at_rest * per_metre], [of_static], [swings]
+        if self.contact.law == "uncoupled":
+            held = np.flatnonzero(self.held)
+            reach = self.contact.friction[held] / self.contact.tangential_stiffness[held]
+            which = np.arange(held.size)
+            for axis, way in ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)):
+                of_static, swings = np.zeros((2, held.size, 3 * sign.size))
+                of_static[which, 3 * held + 2], of_static[which, 3 * held + axis] = reach * stiffness[held], -way
+                swings[which, 3 * held + 2], swings[which, 3 * held + axis] = -way * reach * stiffness[held], 1.0
+                offsets, rows, moving = [*offsets, reach * at_rest[held]], [*rows, of_static], [*moving, swings]
+        return np.concatenate(offsets), np.concatenate(rows), np.concatenate(moving)
+
+    def _margin_in_cone(self, displacement: Array) -> float:
+        """Distance of the held nodes from slip under the coupled law, from bounds of the motion and of the load."""
+        held, contact = self.held, self.contact
+        harmonic = np.abs(displacement[1, held] + 1j * displacement[2, held])
+        stiffness = contact.normal_stiffness[held]
+        mean = contact.preload[held] + stiffness * (contact.interference[held] + displacement[0, held, 2])
+        farthest = np.linalg.norm(np.abs(displacement[0, held, :2]) + harmonic[:, :2], axis=1)
+        reach = contact.friction[held] / contact.tangential_stiffness[held]
+        return float((reach * (mean - stiffness * harmonic[:, 2]) - farthest).min())
+
+    def forces(self, displacement: Array) -> ContactForces:
+        """Contact forces of a motion of the system, as the contact element would give them."""
+        force = -self.springs * displacement
+        force[0, :, 2] += self._rest_force
+        still = not displacement[1:, :, :2].any()
+        return ContactForces(force, self._jacobian, self._worst_at_rest if still else self._worst)
+
+    @cached_property
+    def _jacobian(self) -> Array:
+        rows = np.arange(2 * self.balance.n_harmonics + 1)
+        jacobian = np.zeros((self.springs.shape[0], 3, 3, rows.size, rows.size))
+        for axis in range(3):
+            jacobian[:, axis, axis, rows, rows] = -self.springs[:, axis, None]
+        return jacobian
+
+    @cached_property
+    def _worst_at_rest(self) -> NDArray[np.int64]:
+        return np.where(self.state.pressed, STICK, LIFT_OFF).astype(np.int64)
+
+    @cached_property
+    def _worst(self) -> NDArray[np.int64]:
+        sliding = (self.contact.tangential_stiffness > 0.0) & (self.contact.friction == 0.0)
+        return np.where(self.state.pressed & sliding, SLIP, self._worst_at_rest)

@@ -1,0 +1,51 @@
+"""Stretches of a curve on which no contact changes its state: which ones there are, and their equations."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.continuation.linear_segment_system import LinearSystem
+from nonlinear.continuation.solution_point import LinearState
+from nonlinear.harmonic_balance.residual import HarmonicBalance
+
+NO_VIBRATION = 1e-12  # higher harmonics below this part of the displacement are round-off
+
+
+@dataclass(frozen=True)
+class LinearStretches:
+    """The linear solutions of a `balance`: every node open, or pressed and stuck with its slider at rest.
+
+    A node without friction slides; a node of the coupled law counts as stuck where that follows from bounds of its
+    tangential motion and of its load, which is a little sooner left than its stick.
+    """
+
+    balance: HarmonicBalance
+    contact: ContactParameters
+    met: dict[bytes, LinearSystem] = field(default_factory=dict)  # by state
+
+    def system(self, state: LinearState) -> LinearSystem:
+        """The equations of a state."""
+        key = state.pressed.tobytes()
+        if key not in self.met:
+            self.met[key] = LinearSystem(self.balance, self.contact, state)
+        return self.met[key]
+
+    def uniform(self) -> tuple[LinearSystem, LinearSystem]:
+        """All contacts open, and all pressed together."""
+        every = np.ones(self.balance.n_contacts, dtype=bool)
+        return self.system(LinearState(~every)), self.system(LinearState(every))
+
+    def state(self, displacement: Array) -> LinearState | None:
+        """The linear state of a motion (2H+1, n_c, 3); None if a contact opens, closes or slips in it."""
+        if displacement.shape[0] > 3:
+            scale = float(np.abs(displacement).max())
+            if np.abs(displacement[3:]).max() > NO_VIBRATION * scale:
+                return None
+        stiffness = self.contact.normal_stiffness
+        mean = self.contact.preload + stiffness * (self.contact.interference + displacement[0, :, 2])
+        swing = stiffness * np.hypot(displacement[1, :, 2], displacement[2, :, 2])
+        if (np.abs(mean) < swing).any():
+            return None
+        state = LinearState(mean > 0.0)
+        return state if self.system(state).margin(displacement) >= 0.0 else None

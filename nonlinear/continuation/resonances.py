@@ -1,0 +1,42 @@
+"""Frequencies that a curve must not step over: resonances, which can be narrower than a step."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.options import SolverOptions
+from rom import RelativeReceptance, coupled_frequencies
+
+HIGHEST_ORDER = 7  # of the superharmonic resonances that count; higher ones are too weak
+
+
+@dataclass(frozen=True)
+class Landmarks:
+    """Frequencies in the range, rad/s, ascending.
+
+    natural : natural frequencies with the contacts open, sliding and stuck.
+    all : these and their parts 1/2 .. 1/H, at which the harmonics that the contacts cause meet a resonance.
+    """
+
+    natural: tuple[float, ...] = ()
+    all: tuple[float, ...] = ()
+
+
+def find_landmarks(receptance: RelativeReceptance, contact: ContactParameters, options: SolverOptions) -> Landmarks:
+    """The landmarks of a problem."""
+    springs = np.zeros((3, contact.n_contacts, 3))
+    springs[1:, :, 2] = contact.normal_stiffness
+    springs[2, :, :2] = contact.tangential_stiffness[:, None]
+    found = np.concatenate(
+        [coupled_frequencies(receptance.modal, receptance.phase, row.reshape(-1)) for row in springs]
+    )
+    highest = HIGHEST_ORDER if isinstance(options.harmonics, str) else min(options.harmonics, HIGHEST_ORDER)
+    parts = np.concatenate([found / order for order in range(1, highest + 1)])
+    return Landmarks(_inside(found, options), _inside(parts, options))
+
+
+def _inside(frequencies: Array, options: SolverOptions) -> tuple[float, ...]:
+    low, high = (2.0 * np.pi * limit for limit in options.frequency)
+    frequencies = np.unique(frequencies)
+    return tuple(frequencies[(frequencies > low) & (frequencies < high)].tolist())

@@ -1,0 +1,1 @@
+"""Truncation error, and the number of harmonics that a tolerance asks for."""

@@ -1,0 +1,151 @@
+"""Memory of sticking sliders under a growing perturbation: what e^(lambda t) adds to the contact Jacobian."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.fourier import basis_table
+from nonlinear.contact.parameters import LIFT_OFF, STICK, Array, ContactParameters
+from nonlinear.stability.block_matrices import Matrix
+from nonlinear.stability.cone_slider_memory import ConeMemory, cone_memory
+
+Integers = NDArray[np.int64]
+SAMPLES = 512
+SMALL = 1e-3  # exponents below this: series in place of quotients
+
+
+@dataclass(frozen=True)
+class FrictionMemory:
+    """The M stretches of a cycle in which a slider sticks where an earlier instant, theta_s, has set it.
+
+    There T = kt (u(theta) - w(theta_s)), and a perturbation of it
+
+        dT(theta) = kt (du(theta) - dw(theta_s)),    dw = du + r dd_n,
+
+    r = -+ mu kn / kt where slip ended, r = -u' / d_n' at re-contact. The Jacobian of the contact element is that of a
+    perturbation which repeats itself. One that grows as e^(lambda t) was smaller at theta_s, by
+    e^(-lambda (theta - theta_s) / w). For the uncoupled law.
+
+    node, direction : (M,) the slider. start, length : (M,) theta_s and the length of the stretch, rad.
+    ratio, stiffness : (M,) r and kt. n_harmonics : H.
+    """
+
+    node: Integers
+    direction: Integers
+    start: Array
+    length: Array
+    ratio: Array
+    stiffness: Array
+    n_harmonics: int
+
+    @cached_property
+    def _turn(self) -> Matrix:
+        """e^(i h theta_s), h = -H .. H: (M, 2H+1)."""
+        return np.exp(1j * self.start[:, None] * np.arange(-self.n_harmonics, self.n_harmonics + 1))
+
+    @cached_property
+    def origin(self) -> Array:
+        """The real Fourier coefficients of a motion times this are its value at theta_s, (M, 2H+1)."""
+        return np.asarray(_basis(self._turn).real)
+
+    def force(self, exponent: complex) -> tuple[Matrix, Matrix]:
+        """Real Fourier coefficients of the contact force -dT that a dw(theta_s) of 1 makes, (M, 2H+1).
+
+        That at lambda = `exponent` w beyond that at 0, and its derivative in lambda / w; real for a real exponent.
+        """
+        rate, length = 1j * np.arange(-self.n_harmonics, self.n_harmonics + 1), self.length[:, None]
+        value, slope = _integral(rate - exponent, length)
+        weight = self.stiffness[:, None] * np.append(0.5, np.ones(2 * self.n_harmonics)) / np.pi
+        beyond = weight * _basis(self._turn * (value - _integral(rate, length)[0]))
+        change = weight * _basis(self._turn * -slope)
+        return (beyond, change) if isinstance(exponent, complex) else (beyond.real, change.real)
+
+
+def _integral(rate: Matrix, length: Array) -> tuple[Matrix, Matrix]:
+    """Integral of e^(rate t) over t = 0 .. `length`, (M, 1), and its derivative in the rate, (2H+1,): (M, 2H+1)."""
+    z = rate * length
+    small = np.abs(z) < SMALL
+    safe = np.where(small, 1.0, rate)
+    value = np.where(small, length * (1.0 + z / 2.0 + z**2 / 6.0 + z**3 / 24.0), np.expm1(z) / safe)
+    series = length**2 * (0.5 + z / 3.0 + z**2 / 8.0 + z**3 / 30.0)
+    return value, np.where(small, series, (length * np.exp(z) - value) / safe)
+
+
+def _basis(powers: Matrix) -> Matrix:
+    """Values of 1, cos, -sin, cos 2, ... from those of e^(i h theta), h = -H .. H, linear in these: (M, 2H+1)."""
+    middle = powers.shape[1] // 2
+    result = np.empty_like(powers)
+    positive, negative = powers[:, middle + 1 :], powers[:, :middle][:, ::-1]
+    result[:, 0] = powers[:, middle]
+    result[:, 1::2] = 0.5 * (positive + negative)
+    result[:, 2::2] = 0.5j * (positive - negative)
+    return result
+
+
+@dataclass(frozen=True)
+class MemorySampler:
+    """Follows the sliders over a cycle at equidistant instants (see `FrictionMemory` and `ConeMemory`)."""
+
+    parameters: ContactParameters
+    n_harmonics: int
+    samples: int = SAMPLES
+
+    @cached_property
+    def _tables(self) -> tuple[Array, Array]:
+        """Basis functions and their derivatives at the instants, (samples, 2H+1)."""
+        table = basis_table(self.n_harmonics, self.samples)
+        slope = np.zeros_like(table)
+        order = np.arange(1, self.n_harmonics + 1)
+        slope[:, 1::2] = order * table[:, 2::2]
+        slope[:, 2::2] = -order * table[:, 1::2]
+        return table, slope
+
+    def memory(self, displacement: Array) -> FrictionMemory | ConeMemory | None:
+        """Memory of the sliders under the periodic `displacement` (2H+1, n_c, 3); None if no event has set one."""
+        p, n = self.parameters, self.samples
+        motion, speed = (
+            np.ascontiguousarray((table @ displacement.reshape(table.shape[1], -1)).T).reshape(-1, 3, n)
+            for table in self._tables
+        )
+        if p.law == "coupled":
+            return cone_memory(p, self._tables[0], motion, speed)
+        state, source, sign = self._march(motion)
+        row, sample, length = _stretches(state, source)
+        if row.size == 0:
+            return None
+        node, direction = row // 2, row % 2
+        after = sign[node, direction, (sample + 1) % n]
+        kt, kn = p.tangential_stiffness[node], p.normal_stiffness[node]
+        closing = speed[node, 2, sample]
+        restart = -speed[node, direction, sample] / np.where(closing == 0.0, np.inf, closing)
+        slipped = -after * p.friction[node] * kn / kt
+        # one instant of slip after re-contact is one of the sampling if the contact can stick at once
+        at_once = (state[node, direction, sample - 1] == LIFT_OFF) & (np.abs(restart) <= np.abs(slipped))
+        ratio = np.where((after == 0) | at_once, restart, slipped)
+        # a stretch begins and ends between two instants: half a step later than the last one before
+        start, extent = (np.asarray(2.0 * np.pi / n * count, dtype=np.float64) for count in (sample + 0.5, length))
+        return FrictionMemory(node, direction, start, extent, ratio, kt, self.n_harmonics)
+
+    def _march(self, motion: Array) -> tuple[Integers, Integers, Integers]:
+        """State, source and sign of all sliders (see `march`), (n_c, 2, samples); -1 where there is none."""
+        from nonlinear.contact.return_map import march
+
+        p = self.parameters
+        load = np.maximum((p.preload + p.normal_stiffness * (p.interference + motion[:, 2].T)).T, 0.0)
+        state, source, sign = (np.full((len(motion), 2, self.samples), -1, dtype=np.int64) for _ in range(3))
+        for k in np.flatnonzero((p.tangential_stiffness > 0.0) & np.any(load > 0.0, axis=1)):
+            limit, kt = p.friction[k] * load[k], float(p.tangential_stiffness[k])
+            for a in range(2):
+                march(motion[k, a], limit, kt, state[k, a], source[k, a], sign[k, a])
+        return state, source, sign
+
+
+def _stretches(state: Integers, source: Integers) -> tuple[Integers, ...]:
+    """Rows, sources and numbers of samples of the stretches of stick that an earlier sample has set."""
+    n = state.shape[-1]
+    rows, samples = np.nonzero((state.reshape(-1, n) == STICK) & (source.reshape(-1, n) >= 0))
+    count = np.bincount(rows * n + source.reshape(-1, n)[rows, samples], minlength=1)
+    found = np.flatnonzero(count)
+    return found // n, found % n, count[found]

@@ -1,0 +1,94 @@
+"""Worker processes that end with their parent: when it is done, when it is stopped, and when it is killed."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import resource_tracker
+from typing import ParamSpec, TypeVar
+
+from pipeline.process.interrupts import kept_from_children
+
+_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Workers:
+    """A pool of processes."""
+
+    pool: ProcessPoolExecutor
+
+    def submit(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Have `function` called by one of them; starts one where all are busy and there may be more."""
+        with kept_from_children():
+            return self.pool.submit(function, *args, **kwargs)
+
+
+@contextmanager
+def workers(count: int) -> Iterator[Workers]:
+    """Up to `count` worker processes with one BLAS thread each; an exception in the block ends them at once."""
+    others = set(multiprocessing.active_children())
+    with _one_thread_each():
+        context = multiprocessing.get_context("spawn")
+        with kept_from_children():
+            resource_tracker.ensure_running()  # a process, too; it knows the semaphores of the pool
+        pool = ProcessPoolExecutor(count, mp_context=context, initializer=_begin, initargs=(not sys.warnoptions,))
+        try:
+            yield Workers(pool)
+        except BaseException:
+            for process in set(multiprocessing.active_children()) - others:
+                process.kill()
+            raise
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def call_apart(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+    """What the function returns or raises in a process of its own, which can be stopped at any time.
+
+    Raises RuntimeError where that process dies.
+    """
+    with workers(1) as pool:
+        try:
+            return pool.submit(function, *args, **kwargs).result()
+        except BrokenProcessPool:
+            raise RuntimeError("its process died (out of memory?)") from None
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """They inherit the limit before they load any library."""
+    before = {name: os.environ.get(name) for name in _THREAD_VARIABLES}
+    os.environ.update(dict.fromkeys(_THREAD_VARIABLES, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def _begin(quiet: bool) -> None:
+    """Have this process end when its parent is gone: it would wait for work for ever. `quiet`: as its parent is."""
+    if quiet:
+        warnings.simplefilter("ignore")
+    threading.Thread(target=_end_with_parent, name="watch parent", daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -1,0 +1,45 @@
+"""The page in the output folder and the results that it is about: one that is about others must not stay."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from pipeline.stages.request import Outcome
+from pipeline.stages.sweep_models import Models
+from pipeline.store.fingerprints import fingerprint
+
+PAGE = "report.html"
+_MARK = re.compile(rb'<meta name="shroud-results" content="([0-9a-f]+)">')
+_HEAD = 4096  # bytes within which the mark stands
+
+
+def results_fingerprint(models: Models, outcome: Outcome) -> str:
+    """Hash of what the results are: each curve's key and parameters, and its model's key."""
+    keys = {index: model.key for index, model in models.items() if model is not None}
+    return fingerprint(
+        {
+            "curves": [
+                [
+                    curve.file.parent.name if curve.file else curve.reason,
+                    dict(curve.member.parameters),
+                    keys.get(curve.member.index),
+                ]
+                for curve in outcome.curves
+            ]
+        }
+    )
+
+
+def retire_page(out: Path, results: str) -> bool:
+    """Remove the page in `out` where it is about other results; whether it was."""
+    page = out / PAGE
+    try:
+        with page.open("rb") as file:
+            mark = _MARK.search(file.read(_HEAD))
+    except OSError:
+        return False
+    if mark is not None and mark.group(1).decode() == results:
+        return False
+    page.unlink(missing_ok=True)
+    return True

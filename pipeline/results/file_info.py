@@ -1,0 +1,126 @@
+"""What an HDF5 file of this program holds, as plain values and in a few lines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.errors import InputError, input_error, one_line, reason_of
+from pipeline.process.isolated_reading import read_apart, read_model
+from pipeline.results.outputs import number_or_null
+from pipeline.stages.curve_file import CurveFacts, read_facts
+
+if TYPE_CHECKING:
+    import h5py
+
+    from rom import ReducedModel
+
+_ALLOWED = "an HDF5 file with a response (response.h5) or a reduced model (rom.h5)"
+
+
+def contents(path: Path) -> dict[str, Any]:
+    """What a response or a reduced model holds, as plain values: `kind` says which it is; null: not known.
+
+    Raises
+    ------
+    InputError : the file cannot be read or is neither.
+    """
+    found = read_apart(path, _ALLOWED, lambda: _read(path))
+    return found if isinstance(found, dict) else _reduced_model(path, found)
+
+
+def _read(path: Path) -> dict[str, Any] | ReducedModel:
+    """What is to be said of a response, or the reduced model."""
+    from rom import UNREADABLE, opened, why_unreadable
+
+    if not path.is_file():
+        raise input_error(path, "", "no such file", _ALLOWED)
+    try:
+        with opened(path) as file:
+            if "curve" in file:
+                return {"file": str(path), "kind": "response", "curves": list(_curves(file["curve"]))}
+            if "mass" not in file:
+                raise input_error(path, "", f"holds {', '.join(list(file)[:8]) or 'nothing'}", _ALLOWED)
+    except UNREADABLE as error:
+        raise input_error(path, "", f"cannot be read: {why_unreadable(error)}", _ALLOWED) from None
+    return read_model(path)
+
+
+def described(found: dict[str, Any]) -> list[str]:
+    """What `contents` returned, in lines for people."""
+    if found["kind"] == "response":
+        lines = [line for curve in found["curves"] for line in _curve_lines(curve)]
+        return [f"{found['file']}: response, {len(found['curves'])} curves", *lines]
+    blades = found["n_blades"]
+    lines = [
+        f"{found['file']}: reduced model by {found['producer']}, {found['coordinates']} coordinates",
+        f"ring: {'single structure' if blades is None else f'{blades} blades'}",
+        f"contact: {found['contact_nodes']} nodes {'against ground' if found['against'] == 'ground' else 'a face'}",
+        f"outputs: {', '.join(found['outputs'])}",
+        f"optional: {', '.join(found['optional']) or 'none'}",
+        f"free natural frequencies [Hz]: {', '.join(f'{hz:.6g}' for hz in found['free_hz'])}",
+    ]
+    return [one_line(line) for line in lines]
+
+
+def _curves(group: h5py.Group) -> Iterator[dict[str, Any]]:
+    names = set(CurveFacts.__dataclass_fields__)
+    for name in sorted(group, key=lambda n: (len(n), n)):
+        attributes, facts = group[name].attrs, asdict(read_facts(group[name]))
+        values = {key: _plain(attributes[key]) for key in sorted(attributes) if key not in names}
+        outcome = {key: number_or_null(value) if isinstance(value, float) else value for key, value in facts.items()}
+        yield {"curve": name, "parameters": values, **outcome}
+
+
+def _curve_lines(curve: dict[str, Any]) -> Iterator[str]:
+    end = "complete" if curve["complete"] else f"incomplete ({curve['reason']})"
+    height, frequency = (
+        math.nan if curve[name] is None else curve[name] for name in ("peak_amplitude_m", "peak_frequency_hz")
+    )
+    yield one_line(
+        f"curve/{curve['curve']}: {end}, {curve['points']} points, {curve['harmonics']} harmonics, "
+        f"peak {height:.6g} m at {frequency:.6g} Hz"
+    )
+    yield one_line("  " + ", ".join(f"{key} = {value}" for key, value in curve["parameters"].items()))
+
+
+def _plain(value: Any) -> Any:
+    """An attribute as JSON has it."""
+    plain = value.tolist() if hasattr(value, "tolist") else value
+    if isinstance(plain, bytes):
+        return plain.decode("utf-8", errors="replace")
+    return number_or_null(plain) if isinstance(plain, float) else plain
+
+
+def _reduced_model(path: Path, model: ReducedModel) -> dict[str, Any]:
+    from rom import ReducedModelError, natural_frequencies
+
+    try:
+        free = natural_frequencies(model, 0.0, count=min(10, model.size))
+    except ReducedModelError as error:
+        raise InputError(f"{path}: {reason_of(error)}") from None
+    return {
+        "file": str(path),
+        "kind": "reduced model",
+        "producer": model.producer,
+        "coordinates": model.size,
+        "n_blades": model.n_blades,
+        "contact_nodes": model.n_contacts,
+        "against": "ground" if model.contact_left is None else "neighbour",
+        "outputs": list(model.outputs),
+        "optional": _optional(model),
+        "free_hz": [float(hz) for hz in free],
+    }
+
+
+def _optional(model: ReducedModel) -> list[str]:
+    arrays = {
+        "basis": model.basis,
+        "contact/area": model.contact_area,
+        "force/centrifugal": model.force_centrifugal,
+        "force/static": model.force_static,
+    }
+    return [name for name, array in arrays.items() if array is not None]

@@ -1,0 +1,164 @@
+"""The files a run leaves for its user: response.h5, response.csv and summary.json, each replaced in one step."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import math
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.stages.curve_file import BRANCHES, COLUMNS, plain
+from pipeline.stages.respond import Solved
+from pipeline.store.content_store import Store
+
+if TYPE_CHECKING:
+    import h5py
+
+WHOLE_COLUMNS = ("stable", "sticking", "slipping", "separating", "iterations", "kept_harmonics")
+
+
+def relative_path(path: Path, out: Path) -> str:
+    """A path as the output files name it: relative to the output folder."""
+    return Path(os.path.relpath(path, out)).as_posix()
+
+
+def write_results(
+    store: Store, out: Path, curves: Sequence[Solved], swept: Sequence[str], summary: dict[str, Any]
+) -> dict[str, str]:
+    """response.h5, response.csv and summary.json, replaced together; returns the first two's hashes by name.
+
+    The summary gets them as `response`: by them its reader knows whether the three belong together.
+    """
+    targets = [out / name for name in ("response.h5", "response.csv", "summary.json")]
+    with store.replacing(*targets) as (binary, table, text):
+        _write_binary(binary, curves)
+        _write_table(table, curves, swept)
+        response = {path.name: _hash(path) for path in (binary, table)}
+        _write_summary(text, summary | {"response": response})
+    return response
+
+
+def _write_binary(path: Path, curves: Sequence[Solved]) -> None:
+    """response.h5: a group for every curve that has an outcome."""
+    import h5py
+
+    from rom import new_hdf5
+
+    with new_hdf5(path) as target:
+        target.attrs["format"] = "1"
+        groups = target.create_group("curve")
+        for index, curve in enumerate(curves):
+            if curve.file is not None:
+                with h5py.File(curve.file, "r") as source:
+                    _copy(source, groups.create_group(str(index)), curve)
+
+
+def _write_table(path: Path, curves: Sequence[Solved], swept: Sequence[str]) -> None:
+    """response.csv: a row for every point."""
+    import h5py
+
+    highest = max((curve.facts.harmonics for curve in curves if curve.facts), default=1)
+    with path.open("w", newline="", encoding="utf-8") as text:
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(csv_header(swept, highest))
+        for index, curve in enumerate(curves):
+            if curve.file is not None:
+                with h5py.File(curve.file, "r") as source:
+                    head = [index, *(plain(curve.member.parameters[key]) for key in swept)]
+                    writer.writerows(_rows(head, 0, source, highest))
+                    for number in sorted(source.get(BRANCHES, ()), key=int):
+                        writer.writerows(_rows(head, int(number), source[f"{BRANCHES}/{number}"], highest))
+
+
+def csv_header(swept: Iterable[str], harmonics: int) -> list[str]:
+    """Names of the columns: curve, the swept parameters, the quantities of a point, and the branch it is on."""
+    first, *rest = (name for name in COLUMNS if name != "amplitude_m")
+    return [
+        "curve",
+        *swept,
+        first,
+        "amplitude_m",
+        *(f"harmonic_{h + 1}_m" for h in range(harmonics)),
+        *rest,
+        "branch",
+    ]
+
+
+def _copy(source: h5py.File, group: h5py.Group, curve: Solved) -> None:
+    for name in source:
+        source.copy(name, group)
+    for key, value in source.attrs.items():
+        group.attrs[key] = value
+    # a curve in the store may be shared with a scene that swept other keys
+    for key, value in curve.member.parameters.items():
+        if key not in group.attrs:
+            group.attrs[key] = value
+
+
+def _rows(head: list[Any], branch: int, source: h5py.Group, harmonics: int) -> Iterator[list[Any]]:
+    """The points of a curve (branch 0) or of one of its detached branches."""
+    points = len(source["frequency_hz"])
+    columns: list[list[Any]] = []
+    for name in csv_header((), harmonics)[1:-1]:
+        if name not in source:  # a curve with fewer harmonics than the others of its sweep
+            columns.append([""] * points)
+            continue
+        values = source[name][()]
+        columns.append([int(v) for v in values] if name in WHOLE_COLUMNS else [repr(float(v)) for v in values])
+    for row in zip(*columns, strict=True):
+        yield [*head, *row, branch]
+
+
+def curve_summary(curve: Solved, out: Path) -> dict[str, Any]:
+    """One entry of `curves` in summary.json; what is not known is null."""
+    facts = curve.facts
+    numbers: dict[str, Any] = dict.fromkeys(("peak_frequency_hz", "peak_amplitude_m", "energy_error"))
+    numbers |= dict.fromkeys(("truncation_error",)) | {"points": 0, "iterations": 0, "seconds": 0.0}
+    numbers["harmonics"] = curve.member.scene.response.harmonics
+    numbers |= {"bifurcations": [], "detached": []}
+    if facts is not None:
+        for name in ("peak_frequency_hz", "peak_amplitude_m", "energy_error", "truncation_error"):
+            numbers[name] = number_or_null(getattr(facts, name))
+        numbers["points"], numbers["iterations"] = facts.points, facts.total_iterations
+        numbers["seconds"], numbers["harmonics"] = facts.seconds, facts.harmonics
+        numbers["bifurcations"], numbers["detached"] = list(facts.bifurcations), list(facts.detached)
+    return {
+        "parameters": {key: _plain_list(value) for key, value in curve.member.parameters.items()},
+        "rom": None if curve.rom is None else relative_path(curve.rom, out),
+        **numbers,
+        "complete": curve.complete,
+        "reason": curve.reason,
+    }
+
+
+def write_summary(store: Store, out: Path, summary: dict[str, Any]) -> None:
+    """summary.json, replaced in one step."""
+    with store.replacing(out / "summary.json") as (path,):
+        _write_summary(path, summary)
+
+
+def as_json(summary: Any) -> str:
+    """Plain values as the files and `--json` have them; without NaN, which JSON has not."""
+    return json.dumps(summary, indent=1, allow_nan=False)
+
+
+def _write_summary(path: Path, summary: dict[str, Any]) -> None:
+    path.write_text(as_json(summary) + "\n", encoding="utf-8")
+
+
+def _hash(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def number_or_null(value: float) -> float | None:
+    """JSON has neither NaN nor infinity."""
+    return value if math.isfinite(value) else None
+
+
+def _plain_list(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value

@@ -1,0 +1,1 @@
+"""The scene file: schema, reading, checks and what is said of unusual values."""

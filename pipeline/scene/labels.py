@@ -1,0 +1,87 @@
+"""How quantities of a scene are written for people: symbol, unit and a scale that keeps numbers short."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from pipeline.scene.reading import Member
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Symbol, unit and the factor from SI to that unit."""
+
+    symbol: str
+    unit: str = ""
+    factor: float = 1.0
+
+    def value(self, number: Any) -> str:
+        """A number with its unit; lists by their first and last element."""
+        if isinstance(number, tuple | list):
+            if len(number) > 3:
+                return f"[{self.value(number[0])} ... {self.value(number[-1])}]"
+            return "[" + ", ".join(self.value(n) for n in number) + "]"
+        if isinstance(number, str | bool):
+            return str(number)
+        text = f"{number * self.factor:.6g}"
+        return f"{text} {self.unit}" if self.unit else text
+
+    def axis(self) -> str:
+        """Label of an axis."""
+        return f"{self.symbol} [{self.unit}]" if self.unit else self.symbol
+
+
+_PREFIXES = ((1e-9, "n"), (1e-6, "µ"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
+_QUANTITIES = {
+    "contact.interference": Quantity("v0", "µm", 1e6),
+    "contact.normal_stiffness": Quantity("kn", "N/µm", 1e-6),
+    "contact.tangential_stiffness": Quantity("kt", "N/µm", 1e-6),
+    "contact.friction": Quantity("friction coefficient"),
+    "contact.preload": Quantity("preload", "N"),
+    "excitation.engine_order": Quantity("engine order"),
+    "excitation.force": Quantity("force", "N"),
+    "shroud.angle": Quantity("shroud angle", "°"),
+    "shroud.contact_length": Quantity("contact length", "mm", 1e3),
+    "blade.length": Quantity("blade length", "mm", 1e3),
+    "blade.thickness": Quantity("blade thickness", "mm", 1e3),
+    "blade.chord": Quantity("chord", "mm", 1e3),
+    "blade.twist": Quantity("twist", "°"),
+    "mesh.size": Quantity("mesh size", "mm", 1e3),
+    "mesh.grading": Quantity("mesh grading"),
+    "load.speed_rpm": Quantity("speed", "rev/min"),
+    "material.young_modulus": Quantity("Young's modulus", "GPa", 1e-9),
+    "material.density": Quantity("density", "kg/m³"),
+    "response.damping_ratio": Quantity("damping ratio"),
+    "response.harmonics": Quantity("harmonics"),
+    "rom.modes": Quantity("modes kept"),
+    "rom.contact_dofs": Quantity("contact dofs"),
+}
+
+
+def quantity(key: str) -> Quantity:
+    """The quantity of a dotted key; its last word where there is no better name."""
+    known = _QUANTITIES.get(key)
+    return known if known is not None else Quantity(key.rpartition(".")[2].replace("_", " "))
+
+
+def value_label(key: str, value: Any) -> str:
+    """`v0 = 3 µm`, `engine order 30`."""
+    named = quantity(key)
+    joint = " = " if len(named.symbol) <= 2 else " "
+    return f"{named.symbol}{joint}{named.value(value)}"
+
+
+def member_label(member: Member) -> str:
+    """The swept parameters of a member, or its scene's name where nothing is swept."""
+    parts = [value_label(key, value) for key, value in member.parameters.items()]
+    return ", ".join(parts) if parts else member.scene.name
+
+
+def prefixed(largest: float, unit: str) -> tuple[float, str]:
+    """Factor and prefixed unit that bring a number between 1 and 1000."""
+    size, prefix = _PREFIXES[0] if largest > 0.0 else (1.0, "")
+    for candidate, name in _PREFIXES:
+        if largest >= candidate:
+            size, prefix = candidate, name
+    return 1.0 / size, prefix + unit

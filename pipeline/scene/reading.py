@@ -1,0 +1,160 @@
+"""Reading a scene file: TOML, schema, sweep. Nothing is run and nothing written here."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from pipeline.errors import input_error, one_line, reason_of, shown
+from pipeline.scene.presets import Accuracy, with_preset
+from pipeline.scene.schema import SECTIONS, Scene
+from pipeline.scene.validation_errors import scene_error, shown_key, unknown_key
+
+LARGEST_SWEEP = 10_000
+LARGEST_FILE = 1_000_000
+IGNORED_WITH_MODEL = ("blade", "shroud", "mesh", "rom", "render")
+
+
+@dataclass(frozen=True)
+class Member:
+    """Combination `index` of a sweep: its `scene`, and in `parameters` the swept dotted keys with their values."""
+
+    index: int
+    scene: Scene
+    parameters: Mapping[str, Any]
+
+
+def where(member: Member, key: str) -> str:
+    """How the file spells this dotted key: in its section or in the sweep."""
+    return f'sweep."{key}"' if key in member.parameters else key
+
+
+@dataclass(frozen=True)
+class SceneFile:
+    """A scene file at `path` that obeys the schema, as the `members` of its sweep (one where there is no sweep).
+
+    `swept`: the dotted keys of the sweep. `accuracy`: what the preset gave to the first member, None where the scene
+    names none.
+    """
+
+    path: Path
+    members: tuple[Member, ...]
+    swept: tuple[str, ...]
+    accuracy: Accuracy | None = None
+
+    @property
+    def first(self) -> Scene:
+        """The scene of the first member; it names the whole."""
+        return self.members[0].scene
+
+
+def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> SceneFile:
+    """Read and validate the scene file `path` against the schema.
+
+    With `given_model` the scene is for a reduced model from elsewhere: what describes a blade is ignored.
+
+    Raises
+    ------
+    InputError : the file cannot be read, is not TOML, or a value is missing, unknown or not allowed.
+    """
+    path = Path(path)
+    raw = _load(path)
+    sweep = _sweep_lists(path, raw.pop("sweep", {}))
+    if given_model:
+        _refuse_without_effect(path, sweep)
+        raw = {key: value for key, value in raw.items() if key not in IGNORED_WITH_MODEL}
+    members: list[Member] = []
+    presets = []
+    for index, chosen in enumerate(_combinations(path, sweep)):
+        merged, preset = with_preset(_merged(path, raw, {k: value for k, (_, value) in chosen.items()}), given_model)
+        presets.append(preset)
+        try:
+            scene = Scene.model_validate(merged)
+        except ValidationError as error:
+            places = {key: position for key, (position, _) in chosen.items()}
+            raise scene_error(path, merged, error.errors(include_url=False), places) from None
+        members.append(Member(index, scene, {key: value for key, (_, value) in chosen.items()}))
+    return SceneFile(path, tuple(members), tuple(sweep), presets[0])
+
+
+def _load(path: Path) -> dict[str, Any]:
+    allowed = "a readable scene file in TOML"
+    try:
+        if path.exists() and not path.is_file():
+            raise input_error(path, "", "not a file", allowed)
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)  # some files say nothing of their size
+        if len(content) > LARGEST_FILE:
+            raise input_error(path, "", f"larger than {LARGEST_FILE} bytes", allowed)
+        text = content.decode("utf-8-sig")  # editors on Windows put a mark in front
+    except FileNotFoundError:
+        raise input_error(path, "", "no such file", allowed) from None
+    except UnicodeDecodeError as error:
+        raise input_error(path, "", f"not UTF-8 text (byte {error.start})", "TOML in UTF-8") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or reason_of(error)
+        raise input_error(path, "", f"cannot be read: {reason}", allowed) from None
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise input_error(path, "", f"not valid TOML: {one_line(str(error))}", "TOML 1.0") from None
+
+
+def _sweep_lists(path: Path, sweep: Any) -> dict[str, list[Any]]:
+    """The swept keys with their lists; only keys of sections can be swept, pictures cannot."""
+    if not isinstance(sweep, Mapping):
+        raise input_error(path, "sweep", shown(sweep), "a table [sweep] of dotted keys with lists")
+    known = [f"{s}.{k}" for s, model in SECTIONS.items() if s != "render" for k in model.model_fields]
+    lists = {}
+    for key, values in _flattened(sweep):
+        if key not in known:
+            raise unknown_key(path, key, known, "sweep")
+        if not isinstance(values, list) or not values:
+            raise input_error(path, f"sweep.{shown_key(key)}", shown(values), "a list of one or more values")
+        lists[key] = values
+    return lists
+
+
+def _refuse_without_effect(path: Path, sweep: Mapping[str, list[Any]]) -> None:
+    for key in sweep:
+        if key.partition(".")[0] in IGNORED_WITH_MODEL or key in ("excitation.direction", "excitation.at"):
+            allowed = "keys of load, contact, excitation and response"
+            raise input_error(path, f'sweep."{key}"', "has no effect on a given reduced model", allowed)
+
+
+def _flattened(sweep: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Dotted keys, whether written "contact.friction" = [...] or contact.friction = [...]."""
+    for key, value in sweep.items():
+        if isinstance(value, Mapping) and key in SECTIONS:
+            yield from ((f"{key}.{name}", inner) for name, inner in value.items())
+        else:
+            yield key, value
+
+
+def _combinations(path: Path, sweep: Mapping[str, list[Any]]) -> Iterator[dict[str, tuple[int, Any]]]:
+    """Every combination, the last key changing fastest; each value with its place in the list."""
+    count = 1
+    for values in sweep.values():
+        count *= len(values)
+    if count > LARGEST_SWEEP:
+        raise input_error(path, "sweep", f"{count} combinations", f"{LARGEST_SWEEP} at most")
+    for combination in itertools.product(*(enumerate(values) for values in sweep.values())):
+        yield dict(zip(sweep, combination, strict=True))
+
+
+def _merged(path: Path, raw: Mapping[str, Any], chosen: Mapping[str, Any]) -> dict[str, Any]:
+    merged = dict(raw)
+    for key, value in chosen.items():
+        section, _, name = key.partition(".")
+        table = merged.get(section, {})
+        if not isinstance(table, Mapping):
+            raise input_error(path, section, shown(table), f"a table [{section}]")
+        merged[section] = {**table, name: value}
+    return merged

@@ -1,0 +1,140 @@
+"""What would never end: sizes that every key allows and that are too much together. Refused before any work."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from pipeline.errors import input_error, shown
+from pipeline.scene.reading import Member, SceneFile, where
+from pipeline.scene.schema import DEFAULT_MODES, Scene
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+LARGEST_MODEL = 400_000  # elements; ten times what this is comfortable with
+LARGEST_SWEEP = 100 * LARGEST_MODEL  # elements of all models of a sweep
+MOST_UNKNOWNS = 10_000  # of a balance: its Jacobian is full, 0.8 GB, and is factorised at every step
+AUTO_HARMONICS = 5  # that "auto" must be able to use; it stops before the balance gets too large
+MARGIN = 0.1  # of the blade's length: how far from the blade a point may lie that is meant to be on it
+
+
+def check_size(path: Path, member: Member) -> None:
+    """Refuse a mesh of too many elements and a loaded point off the blade.
+
+    Raises
+    ------
+    InputError : the key that is too small, too large or somewhere else.
+    """
+    scene = member.scene
+    assert scene.mesh is not None  # a scene that describes a blade has one
+    elements = estimated_elements(scene)
+    if elements > LARGEST_MODEL:
+        allowed = f"larger elements (this makes about {elements:.2g}, {LARGEST_MODEL} at most)"
+        raise input_error(path, where(member, "mesh.size"), shown(scene.mesh.size), allowed)
+    at = scene.excitation.at
+    if not isinstance(at, str) and not _near_the_blade(scene, at):
+        raise input_error(path, where(member, "excitation.at"), shown(list(at)), f"a point of {_extent(scene)}, m")
+
+
+def check_balance(path: Path, member: Member, n_contacts: int) -> None:
+    """Refuse more unknowns than a balance can be solved for: three directions, contact nodes, harmonics.
+
+    Raises
+    ------
+    InputError : response.harmonics with the number that would do.
+    """
+    harmonics = member.scene.response.harmonics
+    kept = AUTO_HARMONICS if harmonics == "auto" else harmonics
+    unknowns = 3 * n_contacts * (2 * kept + 1)
+    if unknowns > MOST_UNKNOWNS:
+        most = (MOST_UNKNOWNS // (3 * n_contacts) - 1) // 2
+        fewer = f"{most} at most" if most >= 1 else "fewer contact nodes"
+        allowed = f"{fewer} with {n_contacts} contact nodes a face (this makes {unknowns} unknowns)"
+        raise input_error(path, where(member, "response.harmonics"), shown(harmonics), allowed)
+
+
+def check_modes(path: Path, member: Member, n_contacts: int) -> None:
+    """Refuse more damping ratios or mode shapes than the reduced model has modes, as far as that is known.
+
+    Raises
+    ------
+    InputError : response.damping_ratio or render.modes.
+    """
+    scene = member.scene
+    if scene.rom.frequency_limit is not None:
+        return
+    points = 1 if scene.excitation.at == "tip" else 2
+    chosen = scene.rom.modes == "auto"  # then a list may have no more ratios than there are modes whatever is chosen
+    inside = 0 if scene.rom.modes == "auto" else DEFAULT_MODES if scene.rom.modes is None else scene.rom.modes
+    most = 6 * n_contacts + 3 * points + inside
+    ratios = scene.response.damping_ratio
+    if isinstance(ratios, tuple) and len(ratios) > most:
+        raise input_error(
+            path, where(member, "response.damping_ratio"), f"a list of {len(ratios)}", f"{most} at most"
+        )
+    if scene.render is not None and not chosen and max(scene.render.modes) > most:
+        allowed = f"1 to {most}: the reduced model has no more"
+        raise input_error(path, "render.modes", shown(list(scene.render.modes)), allowed)
+
+
+def check_sweep(file: SceneFile) -> None:
+    """Refuse a sweep that asks for more models than anybody waits for.
+
+    Raises
+    ------
+    InputError : the sweep, with its models and their elements.
+    """
+    models = {_behind_the_model(member.scene): member.scene for member in file.members}
+    # one that is too large by itself is a matter of its own
+    elements = sum(min(estimated_elements(scene), LARGEST_MODEL) for scene in models.values())
+    if elements > LARGEST_SWEEP:
+        found = f"{len(models)} different models of some {elements:.2g} elements in all"
+        raise input_error(file.path, "sweep", found, f"{LARGEST_SWEEP:.2g} elements at most")
+
+
+def estimated_elements(scene: Scene) -> float:
+    """Elements of airfoil and platform, one in each direction at least: a guard against a mistyped size."""
+    assert scene.blade is not None
+    assert scene.shroud is not None
+    assert scene.mesh is not None
+    blade, shroud, size = scene.blade, scene.shroud, scene.mesh.size
+    airfoil = [max(side / size, 1.0) for side in (blade.chord, blade.thickness, blade.length)]
+    platform = [max(side / size, 1.0) for side in (_pitch(scene), shroud.axial_width, shroud.thickness)]
+    return math.prod(airfoil) + math.prod(platform)
+
+
+def _behind_the_model(scene: Scene) -> tuple[object, ...]:
+    excitation = scene.excitation.direction, scene.excitation.at
+    return scene.blade, scene.shroud, scene.material, scene.mesh, scene.rom, scene.load, excitation
+
+
+def _pitch(scene: Scene) -> float:
+    assert scene.blade is not None
+    return 2.0 * math.pi * (scene.blade.hub_radius + scene.blade.length) / scene.blade.n_blades
+
+
+def _reach(scene: Scene) -> tuple[float, float]:
+    """How far the blade goes along the axis to both sides, and around it, m, with room for twist and Z."""
+    assert scene.blade is not None
+    assert scene.shroud is not None
+    wide = max(scene.shroud.axial_width, scene.blade.chord)
+    return wide / 2.0, _pitch(scene) + wide
+
+
+def _near_the_blade(scene: Scene, at: tuple[float, float, float]) -> bool:
+    assert scene.blade is not None
+    blade, margin, (along, around) = scene.blade, MARGIN * scene.blade.length, _reach(scene)
+    radius = math.hypot(at[1], at[2])
+    return (
+        blade.hub_radius - margin <= radius <= blade.hub_radius + blade.length + margin
+        and abs(at[0]) <= along + margin
+        and abs(at[1]) <= around + margin
+        and at[2] > 0.0
+    )
+
+
+def _extent(scene: Scene) -> str:
+    assert scene.blade is not None
+    low, high, (along, around) = scene.blade.hub_radius, scene.blade.hub_radius + scene.blade.length, _reach(scene)
+    return f"the blade: radius {low:g} to {high:g}, x within {along:g} and y within {around:g} of the stacking axis"

@@ -1,0 +1,63 @@
+"""A folder to start from: a commented scene of one's own, and the schema that editors complete and check it with."""
+
+from __future__ import annotations
+
+import json
+import re
+from importlib.resources import files
+from pathlib import Path
+
+from pipeline.errors import InputError, input_error
+from pipeline.scene.json_schema import scene_schema
+
+SCENE, SCHEMA = "scene.toml", "scene.schema.json"
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+
+
+def write_new_scene(folder: Path) -> list[Path]:
+    """Write a scene and its schema into `folder`, which is made if it is not there; the files written.
+
+    The scene has the name of the folder. Nothing that is there is overwritten.
+    Raises InputError where a file is in the way, the folder cannot be made, or its name cannot name a scene.
+    """
+    name = folder.resolve().name
+    if not _NAME.fullmatch(name):
+        allowed = "letters, digits, '.', '_' and '-', beginning with a letter or a digit, 64 at most"
+        raise input_error(folder, "", f'"{name}" is to name the scene', allowed)
+    targets = [folder / SCENE, folder / SCHEMA]
+    for target in targets:
+        if target.exists() or target.is_symlink():
+            raise input_error(target, "", "is there already", f"a folder without {SCENE} and {SCHEMA}")
+    texts = scene_text(name), json.dumps(scene_schema(), indent=1) + "\n"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for target, text in zip(targets, texts, strict=True):
+            _write(target, text)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from None
+    return targets
+
+
+def _write(target: Path, text: str) -> None:
+    """Write a file that is not there yet, or nothing."""
+    with target.open("x", encoding="utf-8") as file:
+        try:
+            file.write(text)
+            file.flush()
+        except OSError:
+            target.unlink()
+            raise
+
+
+def scene_text(name: str) -> str:
+    """The default scene as a user's own: with its name, and a line that tells editors of the schema."""
+    template = files("pipeline").joinpath("scene", "template", SCENE).read_text(encoding="utf-8")
+    rest = template.partition("\n#\n")[2]
+    body = re.sub(
+        r'^name = "[^"]*" *#.*$',
+        f'name = "{name}"'.ljust(30) + f"# also the output folder: out/{name}",
+        rest,
+        count=1,
+        flags=re.MULTILINE,
+    )
+    return f"#:schema ./{SCHEMA}\n#\n# A scene to change; run it with `shroud run {SCENE}`.\n#\n{body}"

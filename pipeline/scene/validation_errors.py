@@ -1,0 +1,96 @@
+"""pydantic's complaints turned into the one line that a user of a scene file needs."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+from pipeline.errors import InputError, input_error, shown
+from pipeline.scene.schema import SECTIONS, Scene
+
+MISSING = object()
+LONGEST_KEY = 60
+
+
+def allowed_values(key: str) -> str:
+    """What a dotted key may be, as its field in `pipeline.scene.schema` says."""
+    owner, name = _owner(key)
+    extra = owner.model_fields[name].json_schema_extra
+    return str(extra["allowed"]) if isinstance(extra, dict) else ""
+
+
+def unknown_key(path: Path, key: str, known: Sequence[str], place: str = "") -> InputError:
+    """Complaint about a key that does not exist, with the nearest one that does."""
+    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    hint = f"unknown key, did you mean {near[0]}?" if near else "unknown key"
+    dotted = f"{place}.{shown_key(key)}" if place else shown_key(key)
+    return input_error(path, dotted, hint, ", ".join(known))
+
+
+def shown_key(key: str) -> str:
+    """A key as TOML would write it: bare where it can be, quoted where it must."""
+    bare = key != "" and all(c.isascii() and (c.isalnum() or c in "_-") for c in key)
+    return key if bare and len(key) <= LONGEST_KEY else shown(key)
+
+
+def scene_error(path: Path, raw: Mapping[str, Any], errors: Sequence[Any], swept: Mapping[str, int]) -> InputError:
+    """The first of pydantic's `errors` about the raw scene, in the words of the scene file.
+
+    `swept` gives, for each swept dotted key, the index of the value in its list, so that the line names the list.
+    """
+    # a misspelt key explains a missing one, so it is the more helpful of the two
+    error = min(errors, key=lambda e: e["type"] != "extra_forbidden")
+    location = tuple(part for part in error["loc"])
+    section = str(location[0])
+    if error["type"] == "extra_forbidden":
+        return _unknown(path, location)
+    if section not in SECTIONS:
+        return input_error(
+            path, section, _found(raw.get(section, MISSING)) + _nearest(error), allowed_values(section)
+        )
+    if len(location) == 1 or not isinstance(raw.get(section), Mapping):
+        return input_error(path, section, _found(raw.get(section, MISSING)), f"a table [{section}]")
+    name = str(location[1])
+    key = f"{section}.{name}"
+    value, index = _pick(raw[section].get(name, MISSING), errors, location[:2])
+    where = f'sweep."{key}"[{swept[key]}]' if key in swept else key
+    return input_error(path, where + index, _found(value), allowed_values(key))
+
+
+def _owner(key: str) -> tuple[type[BaseModel], str]:
+    section, _, name = key.rpartition(".")
+    return (SECTIONS[section], name) if section else (Scene, name)
+
+
+def _unknown(path: Path, location: tuple[Any, ...]) -> InputError:
+    if len(location) == 1:
+        return unknown_key(path, str(location[0]), [*Scene.model_fields, "sweep"])
+    section = str(location[0])
+    return unknown_key(path, str(location[1]), list(SECTIONS[section].model_fields), section)
+
+
+def _found(value: Any) -> str:
+    return "missing" if value is MISSING else shown(value)
+
+
+def _nearest(error: Any) -> str:
+    """A suggestion where one of a few words was expected and something like it found."""
+    if error["type"] != "literal_error" or not isinstance(error["input"], str):
+        return ""
+    words = [word for word in str(error["ctx"]["expected"]).split("'") if word.isalpha()]
+    near = difflib.get_close_matches(error["input"], words, n=1, cutoff=0.5)
+    return f", did you mean {near[0]}?" if near else ""
+
+
+def _pick(value: Any, errors: Sequence[Any], place: tuple[Any, ...]) -> tuple[Any, str]:
+    """The element of a list that is wrong, where one element is; otherwise the whole value."""
+    if isinstance(value, list):
+        for error in errors:
+            inner = [part for part in error["loc"][2:] if isinstance(part, int)]
+            if error["loc"][:2] == place and inner and inner[0] < len(value):
+                return value[inner[0]], f"[{inner[0]}]"
+    return value, ""

@@ -1,0 +1,56 @@
+"""What the modes left out of a reduced model do to its linear answers, estimated and kept in the store as JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from pipeline.scene.schema import Scene
+from pipeline.stages.build_model import ENRICHED_MODEL
+from pipeline.stages.linear_operation import operation_of_model, operation_values
+from pipeline.stages.model_chain import BuiltModel
+from pipeline.store.content_store import Store
+from pipeline.store.fingerprints import fingerprint
+
+FILE = "modes_error.json"
+UNKNOWN: dict[str, float | None] = {"modes_error": None, "modes_frequency_error": None, "receptance_error": None}
+
+
+def modes_error(store: Store, model: BuiltModel, scene: Scene, version: str) -> dict[str, float | None]:
+    """Largest relative errors: of the natural frequencies in the range, of the receptances over it, of both.
+
+    All None where they are not known: for a model from elsewhere, with many contact nodes, and where the modes kept
+    do not reach beyond the range.
+    """
+    enriched = model.rom.parent / ENRICHED_MODEL
+    if not enriched.exists():
+        return UNKNOWN
+    key = fingerprint({"reduce": model.key, **operation_values(scene), "code": version})
+    entry = store.get("modes-error", key, lambda folder: _write(folder / FILE, model, enriched, scene))
+    values: dict[str, float | None] = json.loads(entry.file(FILE).read_text())
+    return values
+
+
+def larger(one: dict[str, Any], other: dict[str, float | None]) -> dict[str, float | None]:
+    """The larger of the errors of two operations, None where one of them is not known."""
+    pairs = {name: (one[name], other[name]) for name in UNKNOWN}
+    return {name: None if None in pair else max(pair) for name, pair in pairs.items()}
+
+
+def _write(path: Path, model: BuiltModel, enriched: Path, scene: Scene) -> None:
+    from rom import read_reduced_model, reduction_errors
+
+    reduced = read_reduced_model(model.rom, with_basis=False)
+    operation = operation_of_model(scene, reduced)
+    found = reduction_errors(reduced, read_reduced_model(enriched), model.facts["reach_hz"], operation)
+    values = UNKNOWN
+    if found is not None:
+        frequency = max(error.frequency for error in found)
+        receptance = max(max(error.contact, error.output) for error in found)
+        values = {
+            "modes_error": max(frequency, receptance),
+            "modes_frequency_error": frequency,
+            "receptance_error": receptance,
+        }
+    path.write_text(json.dumps(values))

@@ -1,0 +1,118 @@
+"""The chain from blade to reduced model: a stage runs only when its result is asked for and not in the store."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pipeline.errors import StageError
+from pipeline.process.progress import Reporter
+from pipeline.process.workers import call_apart
+from pipeline.scene.schema import Scene
+from pipeline.stages.build_model import (
+    FACTS,
+    FULL_MODEL,
+    MESH_FILES,
+    REDUCED_MODEL,
+    SECTOR,
+    make_full_model,
+    make_mesh,
+    make_reduced_model,
+)
+from pipeline.stages.cache_keys import ModelKeys
+from pipeline.stages.stage_log import StageLog
+from pipeline.store.content_store import Entry, Store
+from pipeline.store.disk_errors import StorageError
+
+LARGE = 60_000_000  # bytes of a full model, some 60 000 dofs
+WITH_BASIS = "reduce-with-basis"  # kind of the reduced models that can be expanded to the mesh
+
+
+@dataclass(frozen=True)
+class BuiltModel:
+    """A reduced model in the store: its file, the mesh behind it (None for a given model), and its sizes."""
+
+    key: str
+    rom: Path
+    mesh: Path | None
+    facts: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class ModelChain:
+    """Makes or finds mesh, full model and reduced model of scenes, and notes which of the two it was.
+
+    expands: whether something is to be expanded to the mesh, for which a reduced model needs its basis.
+    """
+
+    store: Store
+    log: StageLog
+    reporter: Reporter
+    expands: bool = False
+
+    def mesh(self, scene: Scene, keys: ModelKeys) -> Entry:
+        """The sector's mesh."""
+        return self._get("mesh", keys.mesh, "meshing", lambda folder: make_mesh(folder, scene))
+
+    def full_model(self, scene: Scene, keys: ModelKeys, mesh: Entry) -> Entry:
+        """The assembled matrices of a mesh."""
+        sector = mesh.file(SECTOR)
+        return self._get(
+            "assemble", keys.assemble, "assembling", lambda folder: make_full_model(folder, sector, scene)
+        )
+
+    def reduced_model(self, scene: Scene, keys: ModelKeys) -> BuiltModel:
+        """The reduced model. The full model is only made, or even looked at in depth, when this one is missing.
+
+        With its basis or without it is the same model: what is solved on one is there for the other.
+        """
+        mesh = self.mesh(scene, keys)
+        entry = self._find("reduce", keys.reduce, WITH_BASIS)
+        if entry is None and not self.expands:
+            entry = self._find("reduce", keys.reduce)
+        if entry is None:
+            full = self.full_model(scene, keys, mesh).file(FULL_MODEL)
+            kind = WITH_BASIS if self.expands else "reduce"
+            entry = self._make("reduce", kind, keys.reduce, "reducing", self._reducer(mesh.file(SECTOR), full, scene))
+        elif full_model := self.store.find("assemble", keys.assemble, thorough=False):
+            self.log.note("assemble", ran=False, seconds=full_model.seconds)
+        facts = json.loads(entry.file(FACTS).read_text())
+        return BuiltModel(keys.reduce, entry.file(REDUCED_MODEL), mesh.file(MESH_FILES[0]), facts)
+
+    def _reducer(self, sector: Path, full: Path, scene: Scene) -> Callable[[Path], None]:
+        """What writes the reduced model into a folder.
+
+        A large one is factorised for many seconds by C code that hears no Ctrl-C: in a process that can be ended.
+        """
+
+        def reduce(folder: Path) -> None:
+            if full.stat().st_size > LARGE:
+                call_apart(make_reduced_model, folder, sector, full, scene, store_basis=self.expands)
+            else:
+                make_reduced_model(folder, sector, full, scene, store_basis=self.expands)
+
+        return reduce
+
+    def _find(self, stage: str, key: str, kind: str | None = None) -> Entry | None:
+        with self.log.timed(stage):
+            entry = self.store.find(kind or stage, key)
+        if entry is not None:
+            self.log.note(stage, ran=False, seconds=entry.seconds)
+        return entry
+
+    def _get(self, stage: str, key: str, verb: str, build: Callable[[Path], None]) -> Entry:
+        return self._find(stage, key) or self._make(stage, stage, key, verb, build)
+
+    def _make(self, stage: str, kind: str, key: str, verb: str, build: Callable[[Path], None]) -> Entry:
+        with self.log.timed(stage), self.reporter.working(verb):
+            try:
+                entry = self.store.get(kind, key, build)
+            except StorageError:
+                raise
+            except Exception as error:  # one member of a sweep may fail while the others go on
+                raise StageError(stage, error) from error
+        self.log.note(stage, ran=True, seconds=entry.seconds)
+        return entry

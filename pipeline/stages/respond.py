@@ -1,0 +1,149 @@
+"""Solving the curves of a sweep, here or in worker processes; each goes into the store as soon as it is done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.errors import reason_of
+from pipeline.process.progress import Reporter
+from pipeline.process.worker_count import worker_count
+from pipeline.process.workers import workers
+from pipeline.scene.labels import member_label
+from pipeline.scene.reading import Member
+from pipeline.stages.curve_file import CURVE, CurveFacts, CurveTask, Progress, read_facts, solve_curve
+from pipeline.stages.stage_log import StageLog
+from pipeline.store.content_store import Store
+from pipeline.store.disk_errors import StorageError
+
+KIND = "curve"
+
+
+@dataclass(frozen=True)
+class Solved:
+    """One member's curve: its file in the store and its facts, or the reason why there is none.
+
+    `rom`: the reduced model it was solved on, None where that could not be made.
+    """
+
+    member: Member
+    rom: Path | None
+    file: Path | None
+    facts: CurveFacts | None
+    reason: str
+
+    @property
+    def complete(self) -> bool:
+        """Whether the whole frequency range was covered."""
+        return self.facts is not None and self.facts.complete
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A curve to have: the member that asks for it, its key in the store, the reduced model to solve it on."""
+
+    member: Member
+    key: str
+    rom: Path
+
+
+@dataclass(frozen=True)
+class CurveSolver:
+    """Has the curves of a sweep: finds them in the store or solves them, `jobs` at a time (see `worker_count`)."""
+
+    store: Store
+    log: StageLog
+    reporter: Reporter
+    jobs: int | None = None
+
+    def solve(self, wanted: Sequence[Wanted]) -> dict[str, Solved]:
+        """The curve of every key; a curve that fails carries its reason and does not stop the others."""
+        with self.log.timed("respond"):
+            solved = {}
+            for item in wanted:
+                if item.key not in solved and (found := self._stored(item)) is not None:
+                    solved[item.key] = found
+                    self.log.note("respond", ran=False)
+            missing = {item.key: item for item in wanted if item.key not in solved}
+            reasons = self._run(list(missing.values()))
+            for key, item in missing.items():
+                made = self._stored(item)
+                solved[key] = made or Solved(item.member, item.rom, None, None, reasons.get(key, "no result"))
+                self.log.note("respond", ran=True)
+        return solved
+
+    def _stored(self, item: Wanted) -> Solved | None:
+        import h5py
+
+        entry = self.store.find(KIND, item.key)
+        if entry is None:
+            return None
+        with h5py.File(entry.file(CURVE), "r") as file:
+            facts = read_facts(file)
+        return Solved(item.member, item.rom, entry.file(CURVE), facts, facts.reason)
+
+    def _run(self, missing: list[Wanted]) -> Mapping[str, str]:
+        """Solve what is missing; returns the reason of every curve that raised an exception."""
+        if not missing:
+            return {}
+        jobs = worker_count(self.jobs, [item.member.scene for item in missing])
+        return self._one_by_one(missing) if jobs == 1 else self._in_workers(missing, jobs)
+
+    def _one_by_one(self, missing: list[Wanted]) -> Mapping[str, str]:
+        reasons = {}
+        with self.reporter.counting("curves", len(missing)) as counter, self.reporter.interrupts.looking():
+            for item in missing:
+                label = member_label(item.member)
+
+                def within(frequency_hz: float, points: int, label: str = label) -> None:
+                    self.reporter.interrupts.check()
+                    counter.within(f"{label} at {frequency_hz:.5g} Hz, {points} points")
+
+                reason = _solve_into(self.store, item, within)
+                if reason:
+                    reasons[item.key] = reason
+                counter.done(self._said(item, reason))
+        return reasons
+
+    def _in_workers(self, missing: list[Wanted], jobs: int) -> Mapping[str, str]:
+        reasons = {}
+        with self.reporter.counting("curves", len(missing), jobs) as counter, workers(jobs) as pool:
+            futures = {pool.submit(_solve_into, self.store, item): item for item in missing}
+            for future in as_completed(futures):
+                item = futures[future]
+                try:
+                    reason = future.result()
+                except BrokenProcessPool:
+                    reason = "its worker process died (out of memory?)"
+                if reason:
+                    reasons[item.key] = reason
+                counter.done(self._said(item, reason))
+        return reasons
+
+    def _said(self, item: Wanted, reason: str) -> str:
+        label = member_label(item.member)
+        if reason:
+            return f"{label}: {reason}"
+        found = self._stored(item)
+        if found is None or found.facts is None:
+            return f"{label}: lost"
+        facts = found.facts
+        peak = f"peak {facts.peak_frequency_hz:.6g} Hz {facts.peak_amplitude_m:.4g} m"
+        return f"{label}: {peak}, {facts.points} points, {facts.seconds:.2f} s" + (
+            "" if facts.complete else f" (incomplete: {facts.reason})"
+        )
+
+
+def _solve_into(store: Store, item: Wanted, progress: Progress | None = None) -> str:
+    """Solve one curve into the store; the reason if that was not possible, otherwise an empty text."""
+    task = CurveTask(item.rom, item.member.scene, item.member.parameters)
+    try:
+        store.get(KIND, item.key, lambda folder: solve_curve(folder, task, progress))
+    except StorageError:
+        raise
+    except Exception as error:  # whatever happens to one curve, the rest of the sweep goes on
+        return reason_of(error)
+    return ""

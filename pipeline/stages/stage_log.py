@@ -1,0 +1,53 @@
+"""What became of each stage in a run: made, reused or not needed, and how long it took."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from pipeline.process.clock import now, seconds_since
+
+STAGES = ("mesh", "assemble", "reduce", "respond", "render", "figures", "report")
+
+
+@dataclass
+class StageLog:
+    """Counts of results made and reused, by stage, seconds spent in this run, and what making the results took."""
+
+    ran: dict[str, int] = field(default_factory=lambda: dict.fromkeys(STAGES, 0))
+    reused: dict[str, int] = field(default_factory=lambda: dict.fromkeys(STAGES, 0))
+    seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
+
+    cost: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
+
+    def note(self, stage: str, ran: bool, seconds: float = 0.0) -> None:
+        """Count one result of a stage; `seconds`: what making it took, in this run or an earlier one."""
+        (self.ran if ran else self.reused)[stage] += 1
+        self.cost[stage] += seconds
+
+    @contextmanager
+    def timed(self, stage: str) -> Iterator[None]:
+        """Add the time spent in the block to a stage."""
+        start = now()
+        try:
+            yield
+        finally:
+            self.seconds[stage] += seconds_since(start)
+
+    def summary(self) -> dict[str, dict[str, Any]]:
+        """As in summary.json: a stage that made anything ran, one that only found its results was reused."""
+        return {
+            stage: {
+                "status": self.status(stage),
+                "seconds": round(self.seconds[stage], 4),
+                "ran": self.ran[stage],
+                "reused": self.reused[stage],
+            }
+            for stage in STAGES
+        }
+
+    def status(self, stage: str) -> str:
+        """ran, reused or skipped."""
+        return "ran" if self.ran[stage] else "reused" if self.reused[stage] else "skipped"

@@ -1,0 +1,116 @@
+"""The reduced model of every member of a sweep: built, found, or given; and what the summary says of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.errors import StageError, reason_of
+from pipeline.results.outputs import relative_path
+from pipeline.scene.consistency import parameter_error
+from pipeline.scene.reading import Member
+from pipeline.stages.build_model import REDUCED_MODEL
+from pipeline.stages.cache_keys import model_keys
+from pipeline.stages.modal_truncation import larger, modes_error
+from pipeline.stages.model_chain import BuiltModel, ModelChain
+from pipeline.stages.natural_frequencies import frequencies
+from pipeline.stages.request import Outcome, Run
+from pipeline.store.disk_errors import StorageError
+from pipeline.store.fingerprints import file_fingerprint
+
+if TYPE_CHECKING:
+    from rom import ReducedModel
+
+Models = dict[int, BuiltModel | None]  # by index of the member; None: it could not be made, or was not asked for
+
+
+def given_models(run: Run, model: ReducedModel) -> Models:
+    """A reduced model from elsewhere, written into the output folder so that the results stay with their model.
+
+    Written anew and not copied: what else its file may hold stays outside.
+    """
+    from rom import write_reduced_model
+
+    path = run.request.rom
+    assert path is not None
+    key = file_fingerprint(path)
+    entry = run.store.get("rom", key, lambda folder: write_reduced_model(folder / REDUCED_MODEL, model))
+    dofs = model.size if model.basis is None else model.basis.shape[0]
+    facts: dict[str, Any] = {"dofs": dofs, "reduced_dofs": model.size, "n_contacts": model.n_contacts}
+    facts |= {"modes": None}
+    built = BuiltModel(key, entry.file(REDUCED_MODEL), None, facts)
+    return {member.index: built for member in run.request.scene.members}
+
+
+def blade_models(run: Run, outcome: Outcome) -> Models:
+    """Mesh, full and reduced model of every member, as far as they are wanted; failures go to the outcome's problems.
+
+    Raises
+    ------
+    InputError : no member's model could be made and the reason is a value of the scene.
+    """
+    chain = ModelChain(run.store, run.log, run.reporter, run.request.expands)
+    made: dict[str, BuiltModel | None] = {}
+    failures: list[tuple[Member, StageError]] = []
+    result: Models = {}
+    for member in run.request.scene.members:
+        key = model_keys(member.scene, run.versions).reduce
+        if key not in made:
+            try:
+                made[key] = _build(run, chain, member)
+            except StageError as error:
+                made[key] = None
+                failures.append((member, error))
+                outcome.problems.append(str(error))
+        result[member.index] = made[key]
+    if failures and len(failures) == len(made) and failures[0][1].is_input:
+        first, failure = failures[0]
+        raise parameter_error(run.request.scene.path, first, failure.cause)
+    return result
+
+
+def summarise_models(run: Run, models: Models, outcome: Outcome) -> list[dict[str, Any]]:
+    """Entries of `models` in summary.json: one for every reduced model and contact stiffness in the sweep."""
+    entries: dict[tuple[str, float, float], dict[str, Any]] = {}
+    for member in run.request.scene.members:
+        model = models[member.index]
+        if model is None:
+            continue
+        try:
+            values = frequencies(run.store, model, member.scene, run.versions.rom)
+            errors = modes_error(run.store, model, member.scene, run.versions.rom)
+        except StorageError:
+            raise
+        except Exception as error:  # the curves stand without them
+            outcome.problems.append(f"natural frequencies: {reason_of(error)}")
+            continue
+        order = str(member.scene.excitation.engine_order)
+        case = model.key, values["normal_stiffness"], values["tangential_stiffness"]
+        entry = entries.setdefault(case, {**_entry(run.request.out, model, values), **errors})
+        entry |= larger(entry, errors)
+        entry["sliding_hz"][order] = values["sliding_hz"]
+        entry["stuck_hz"][order] = values["stuck_hz"]
+    return list(entries.values())
+
+
+def _build(run: Run, chain: ModelChain, member: Member) -> BuiltModel | None:
+    keys = model_keys(member.scene, run.versions)
+    if "reduce" in run.request.wanted:
+        return chain.reduced_model(member.scene, keys)
+    mesh = chain.mesh(member.scene, keys)
+    if "assemble" in run.request.wanted:
+        chain.full_model(member.scene, keys, mesh)
+    return None
+
+
+def _entry(out: Path, model: BuiltModel, values: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "rom": relative_path(model.rom, out),
+        "mesh": None if model.mesh is None else relative_path(model.mesh, out),
+        **{name: value for name, value in model.facts.items() if name != "reach_hz"},
+        "normal_stiffness": values["normal_stiffness"],
+        "tangential_stiffness": values["tangential_stiffness"],
+        "free_hz": values["free_hz"],
+        "sliding_hz": {},
+        "stuck_hz": {},
+    }

@@ -1,0 +1,1 @@
+"""The content store and the output folder that it lives in."""

@@ -1,0 +1,1 @@
+"""The reduced model under cyclic symmetry: modes, receptance, natural frequencies by nodal diameter."""

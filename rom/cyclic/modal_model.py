@@ -1,0 +1,136 @@
+"""Modes of the reduced system: its displacements, forces and contact motions in modal coordinates."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rom.cyclic.reduced_model import Array, ComplexArray, ReducedModel, ReducedModelError, inter_blade_phase
+
+HIGHEST_SQUARED = 1e60  # (rad/s)^2: what depends on it is squared again
+
+
+@dataclass(frozen=True)
+class ModalModel:
+    """All modes of a reduced system, mass-normalised, with everything the forced response needs of them.
+
+    Attributes
+    ----------
+    angular_frequency : (m,) rad/s, ascending.
+    damping : (m,) 1/s, modal damping coefficients 2 zeta_i w_i.
+    right, left : (3 n_c, m) contact motions of the modes; left None: contact against ground.
+    force : (m,) modal force of 1 N of excitation, real or complex.
+    static_force : (m,) modal static force at the speed asked for, N / sqrt(kg).
+    outputs : name -> (m,).
+    shapes : (n, m) modes in the reduced coordinates.
+    position, area : of the contact nodes, as in `ReducedModel`.
+    n_blades : blades of the ring or None.
+    """
+
+    angular_frequency: Array
+    damping: Array
+    right: Array
+    left: Array | None
+    force: Array | ComplexArray
+    static_force: Array
+    outputs: Mapping[str, Array]
+    shapes: Array
+    position: Array
+    area: Array | None
+    n_blades: int | None
+
+    @property
+    def n_contacts(self) -> int:
+        """Number of contact nodes on a face."""
+        return self.right.shape[0] // 3
+
+    def phase(self, engine_order: int) -> float:
+        """Inter-blade phase angle psi = 2 pi EO / N_b, rad, in one turn, of `engine_order` EO; 0 without a ring."""
+        return inter_blade_phase(engine_order, self.n_blades)
+
+
+def modal_model(
+    model: ReducedModel,
+    *,
+    damping_ratio: ArrayLike | None = None,
+    rayleigh: tuple[float, float] | None = None,
+    speed_rpm: float = 0.0,
+) -> ModalModel:
+    """Solve K phi = w^2 M phi of the reduced system for all its modes.
+
+    Parameters
+    ----------
+    model : the reduced model, n coordinates.
+    damping_ratio : zeta, one number for all modes or one for each of the first modes (the last one holds
+        for the modes above).
+    rayleigh : (a, b) of C = a M + b K, 2 zeta_i w_i = a + b w_i^2. Give this or `damping_ratio`.
+    speed_rpm : rotational speed, rev/min, for the centrifugal force.
+
+    Raises
+    ------
+    ReducedModelError : the mass or the stiffness is not positive definite (a rigid-body mode has no static
+        response), or damping is given twice, not at all, or negative.
+    """
+    from scipy.linalg import LinAlgError, eigh
+
+    # Halved sums: matrices from elsewhere are symmetric only to their own round-off.
+    mass = (model.mass + model.mass.T) / 2
+    stiffness = (model.stiffness + model.stiffness.T) / 2
+    try:
+        squared, shapes = eigh(stiffness, mass)
+    except LinAlgError:
+        raise ReducedModelError("mass: not positive definite, allowed: positive definite") from None
+    if squared[0] <= 1e-14 * squared[-1]:
+        raise ReducedModelError(
+            f"stiffness: smallest w^2 is {squared[0]:.3g} (largest {squared[-1]:.3g}), allowed: positive definite; "
+            "a structure that floats freely has no static response"
+        )
+    if squared[-1] > HIGHEST_SQUARED:
+        raise ReducedModelError(
+            f"mass: too small for its stiffness: the largest w^2 is {squared[-1]:.3g} (rad/s)^2, "
+            f"allowed: {HIGHEST_SQUARED:g} at most"
+        )
+    frequency = np.sqrt(squared)
+    static = np.zeros(model.size)
+    if model.force_static is not None:
+        static = static + model.force_static
+    if speed_rpm != 0.0:
+        if model.force_centrifugal is None:
+            raise ReducedModelError("force/centrifugal: missing, but load.speed_rpm is not 0")
+        static = static + model.force_centrifugal * (2.0 * np.pi * speed_rpm / 60.0) ** 2
+    return ModalModel(
+        angular_frequency=frequency,
+        damping=_modal_damping(frequency, damping_ratio, rayleigh),
+        right=model.contact_right @ shapes,
+        left=None if model.contact_left is None else model.contact_left @ shapes,
+        force=shapes.T @ model.force_excitation,
+        static_force=shapes.T @ static,
+        outputs={name: vector @ shapes for name, vector in model.outputs.items()},
+        shapes=shapes,
+        position=model.contact_position,
+        area=model.contact_area,
+        n_blades=model.n_blades,
+    )
+
+
+def _modal_damping(frequency: Array, damping_ratio: ArrayLike | None, rayleigh: tuple[float, float] | None) -> Array:
+    """2 zeta_i w_i from ratios or from Rayleigh's two coefficients."""
+    if (damping_ratio is None) == (rayleigh is None):
+        raise ReducedModelError("damping: give either a damping ratio or Rayleigh coefficients, not both or none")
+    if rayleigh is not None:
+        damping = rayleigh[0] + rayleigh[1] * frequency**2
+    else:
+        ratios = np.atleast_1d(np.asarray(damping_ratio, dtype=float))
+        if ratios.ndim != 1 or ratios.size == 0:
+            raise ReducedModelError("damping_ratio: allowed: a number or a list of numbers, one a mode")
+        if ratios.size > frequency.size:
+            raise ReducedModelError(
+                f"damping_ratio: {ratios.size} values, allowed: at most one for each of the {frequency.size} modes"
+            )
+        zeta = np.full(frequency.size, ratios[-1])
+        zeta[: ratios.size] = ratios
+        damping = 2.0 * zeta * frequency
+    if not np.all(np.isfinite(damping)) or np.any(damping < 0.0):
+        raise ReducedModelError("damping: negative or not finite in some mode, allowed: 0 or more in every mode")
+    return damping

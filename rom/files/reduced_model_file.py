@@ -1,0 +1,126 @@
+"""Reduced models as HDF5 files: the door for models that come from elsewhere."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rom.cyclic.reduced_model import ReducedModel, ReducedModelError
+from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
+from rom.files.hdf5_writing import new_hdf5
+
+if TYPE_CHECKING:
+    import h5py
+
+FORMAT = "1"
+LARGEST_MODEL = 20_000  # coordinates: matrices of 3 GB, of which all modes are wanted
+_OPTIONAL = {
+    "contact_left": "contact/left",
+    "contact_area": "contact/area",
+    "force_centrifugal": "force/centrifugal",
+    "force_static": "force/static",
+    "basis": "basis",
+}
+_REQUIRED = {
+    "mass": "mass",
+    "stiffness": "stiffness",
+    "contact_right": "contact/right",
+    "contact_position": "contact/position",
+    "force_excitation": "force/excitation",
+}
+
+
+def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> None:
+    """Write `model` to the HDF5 file `path`, one dataset for each array that the model has."""
+    with new_hdf5(path) as file:
+        for attribute, name in (_REQUIRED | _OPTIONAL).items():
+            array = getattr(model, attribute)
+            if array is not None:
+                file.create_dataset(name, data=array, track_times=False)
+        for name, vector in model.outputs.items():
+            file.create_dataset(f"output/{name}", data=vector, track_times=False)
+        file.attrs["format"] = FORMAT
+        file.attrs["producer"] = model.producer
+        if model.n_blades is not None:
+            file.attrs["n_blades"] = model.n_blades
+
+
+def read_reduced_model(path: str | os.PathLike[str], *, with_basis: bool = True) -> ReducedModel:
+    """Read the reduced model in the HDF5 file `path`.
+
+    with_basis: False leaves out the basis, which is large, where nothing is to be expanded to the mesh.
+
+    Raises
+    ------
+    ReducedModelError : the file cannot be read, a dataset is missing, or the model is inconsistent; the message
+        names the file and the dataset.
+    """
+    if not Path(path).is_file():
+        raise ReducedModelError(f"{path}: no such file, allowed: an HDF5 file with a reduced model")
+    try:
+        with opened(path) as file:
+            arguments = _read_arguments(file, with_basis)
+        return ReducedModel(**arguments)
+    except ReducedModelError as error:
+        raise ReducedModelError(f"{path}: {error}") from None
+    except UNREADABLE as error:
+        raise ReducedModelError(f"{path}: not readable as a reduced model: {why_unreadable(error)}") from None
+
+
+def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
+    version = _text(file.attrs.get("format", "absent"))
+    if version != FORMAT:
+        raise ReducedModelError(f"attribute format: {version!r}, allowed: {FORMAT!r}")
+    arguments: dict[str, Any] = {
+        attribute: _read_array(file, name, complex_allowed=attribute == "force_excitation")
+        for attribute, name in _REQUIRED.items()
+    }
+    for attribute, name in _OPTIONAL.items():
+        if file.get(name, getlink=True) is not None and (with_basis or attribute != "basis"):
+            arguments[attribute] = _read_array(file, name)
+    if "output" not in file or not hasattr(file["output"], "keys"):
+        raise ReducedModelError("output: missing; group output must hold the dataset tip")
+    arguments["outputs"] = {name: _read_array(file, f"output/{name}") for name in file["output"]}
+    if "n_blades" in file.attrs:
+        arguments["n_blades"] = _whole_number("n_blades", file.attrs["n_blades"])
+    arguments["producer"] = _text(file.attrs.get("producer", "unknown"))
+    return arguments
+
+
+def _read_array(file: "h5py.File", name: str, complex_allowed: bool = False) -> np.ndarray:
+    try:
+        return _array(file, name, complex_allowed)
+    except ReducedModelError:
+        raise
+    except UNREADABLE as error:
+        raise ReducedModelError(f"{name}: not readable: {why_unreadable(error)}") from None
+
+
+def _array(file: "h5py.File", name: str, complex_allowed: bool) -> np.ndarray:
+    dataset = file.get(name)  # None for a link that leads nowhere
+    if dataset is None or not hasattr(dataset, "dtype"):
+        raise ReducedModelError(f"{name}: missing dataset")
+    kinds = "iufc" if complex_allowed else "iuf"
+    if dataset.dtype.kind not in kinds:
+        raise ReducedModelError(
+            f"{name}: type {dataset.dtype}, allowed: real{' or complex' * complex_allowed} numbers"
+        )
+    # a scalar or a row of the wrong dimension would trip the model's own shape checks with an IndexError
+    wanted = 2 if name in ("mass", "stiffness", "contact/position", "contact/right", "contact/left", "basis") else 1
+    if len(dataset.shape or ()) != wanted:
+        raise ReducedModelError(f"{name}: shape {dataset.shape}, allowed: an array of {wanted} dimension(s)")
+    if max(dataset.shape[-1:] if name == "basis" else dataset.shape) > LARGEST_MODEL:
+        raise ReducedModelError(f"{name}: shape {dataset.shape}, allowed: {LARGEST_MODEL} coordinates at most")
+    return stored_array(dataset).astype(np.complex128 if dataset.dtype.kind == "c" else np.float64)
+
+
+def _whole_number(name: str, value: Any) -> int:
+    number = np.asarray(value)
+    if number.size != 1 or number.dtype.kind not in "iuf" or float(number.reshape(-1)[0]) % 1 != 0:
+        raise ReducedModelError(f"attribute {name}: {_text(value)[:80]!r}, allowed: a whole number")
+    return int(number.reshape(-1)[0])
+
+
+def _text(value: Any) -> str:
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)

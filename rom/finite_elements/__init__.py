@@ -1,0 +1,1 @@
+"""The finite element model of a sector: assembly, material, rotation."""

@@ -1,0 +1,85 @@
+"""The finite element model of one sector before any reduction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom.finite_elements.assembly import elastic_matrices
+from rom.finite_elements.discretisation import Discretisation, discretise
+from rom.finite_elements.material import Material
+from rom.linear_algebra.threads import one_blas_thread
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+    from geometry import SectorMesh
+
+
+@dataclass(frozen=True)
+class FullModel:
+    """Matrices of one free sector with n nodes (mid-side nodes included), N = 3n dofs ordered node-major x, y, z.
+
+    Attributes
+    ----------
+    stiffness, mass : (N, N) CSR, symmetric, N/m and kg; nothing is clamped in them.
+    positions : (n, 3) nodes, metres.
+    vertex_node : (V,) node index of each mesh vertex.
+    fixed : (f,) sorted indices of the dofs on the clamped root.
+    centrifugal : (N,) nodal forces at 1 rad/s about the x axis, N; they grow with the speed squared.
+    element : name of the element.
+    speed_rpm : speed whose stress stiffening and spin softening `stiffness` holds, 0 for none.
+    """
+
+    stiffness: csr_matrix
+    mass: csr_matrix
+    positions: NDArray[np.float64]
+    vertex_node: NDArray[np.int64]
+    fixed: NDArray[np.int64]
+    centrifugal: NDArray[np.float64]
+    element: str
+    speed_rpm: float = 0.0
+
+    @property
+    def n_dofs(self) -> int:
+        """Number of dofs, the clamped ones included."""
+        return 3 * len(self.positions)
+
+
+@one_blas_thread()
+def assemble(sector: SectorMesh, material: Material, element: str = "hex20") -> FullModel:
+    """Stiffness, mass and centrifugal force of a sector of one material; all of its node set `root` is clamped.
+
+    element: "hex20", "hex27" or "hex8", whose mid-side nodes lie half-way between the vertices of the mesh.
+    Raises RomParameterError for an unknown element or a mesh with an element turned inside out.
+    """
+    discretisation = discretise(sector.points, sector.hexahedra, element)
+    stiffness, mass = elastic_matrices(discretisation, material)
+    root = discretisation.nodes_on(np.asarray(sector.node_sets["root"]))
+    return FullModel(
+        stiffness=stiffness,
+        mass=mass,
+        positions=discretisation.positions,
+        vertex_node=discretisation.vertex_node,
+        fixed=node_dofs(root).ravel(),
+        centrifugal=centrifugal_force(discretisation, mass),
+        element=element,
+    )
+
+
+def centrifugal_force(discretisation: Discretisation, mass: csr_matrix) -> NDArray[np.float64]:
+    """Nodal forces (3n,) of rho (0, y, z) per volume: 1 rad/s about x.
+
+    The positions are in the span of the shape functions, so the mass matrix integrates the load exactly.
+    """
+    arm = discretisation.positions.copy()
+    arm[:, 0] = 0.0
+    return mass @ arm.ravel()
+
+
+def node_dofs(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Dof indices (k, 3) of the nodes (k,)."""
+    return 3 * np.asarray(nodes)[:, None] + np.arange(3)

@@ -1,0 +1,1 @@
+"""Sparse factorisation, eigenvalue solver and orthonormalisation."""

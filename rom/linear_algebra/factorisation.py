@@ -1,0 +1,135 @@
+"""Sparse factorisation of symmetric positive definite matrices.
+
+CHOLMOD where its wheel is installed, tuned SuperLU otherwise. CHOLMOD comes inside the cvxopt wheel
+(docs/dependencies.md says why). Both give the same solutions to round-off.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom.errors import FactorisationError
+from rom.linear_algebra.cholmod import CholmodFactor, library
+from rom.linear_algebra.ordering import nested_dissection
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix, csr_matrix
+
+BACKENDS = ("auto", "cholmod", "superlu")
+
+_NOT_DEFINITE = (
+    "the stiffness matrix is not positive definite: the body is not held, an element is degenerate or, "
+    "with rotation, the speed is beyond its stability limit"
+)
+
+
+class Factor(Protocol):
+    """A factorised matrix A; `backend` names what did it."""
+
+    @property
+    def backend(self) -> str:
+        """Name of the library that holds the factor."""
+
+    @property
+    def block(self) -> int:
+        """Right-hand sides that a process which may choose does best to bring at once."""
+
+    def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A^-1 rhs for one (n,) or many (n, k) right-hand sides; rhs is left as it is."""
+
+
+class Analysis(Protocol):
+    """A matrix made ready to be factorised: the matrix itself may go, which for a large mesh is worth its memory."""
+
+    def factor(self) -> Factor:
+        """The factor, once: the work. Raises FactorisationError for a singular or indefinite matrix."""
+
+
+def factorise(matrix: csr_matrix, backend: str = "auto") -> Factor:
+    """Factorise a symmetric positive definite sparse matrix (n, n).
+
+    backend: "cholmod", "superlu", or "auto" for the first that is installed. Raises FactorisationError when
+    the matrix is singular or indefinite (SuperLU notices only exact singularity), ValueError for an unknown or
+    missing backend.
+    """
+    return analyse(matrix, backend).factor()
+
+
+def analyse(matrix: csr_matrix, backend: str = "auto") -> Analysis:
+    """What `factorise` does before the work: order the unknowns, copy what is needed. Arguments as there."""
+    if backend not in BACKENDS:
+        raise ValueError(f"backend = {backend!r}: must be one of {', '.join(BACKENDS)}")
+    installed = library() is not None
+    if backend == "cholmod" and not installed:
+        raise ValueError("backend = 'cholmod': needs the package cvxopt (pip install 'shroud[cholmod]')")
+    return _SuperluAnalysis(matrix) if backend == "superlu" or not installed else _CholmodAnalysis(matrix)
+
+
+class _CholmodAnalysis:
+    """Ordered by nested dissection or minimum degree, whichever makes less of the factor."""
+
+    def __init__(self, matrix: csr_matrix) -> None:
+        self._analysed = CholmodFactor(matrix, nested_dissection(matrix))
+
+    def factor(self) -> Factor:
+        """See Analysis."""
+        if not self._analysed.factorise():
+            raise FactorisationError(_NOT_DEFINITE)
+        return _Cholmod(self._analysed)
+
+
+class _Cholmod:
+    """Supernodal Cholesky factor."""
+
+    backend = "cholmod"
+    block = 8
+
+    def __init__(self, factor: CholmodFactor) -> None:
+        self._factor = factor
+
+    def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
+        """See Factor."""
+        columns = np.asarray(rhs, dtype=float).T
+        return self._factor.solve(np.atleast_2d(columns)).reshape(columns.shape).T
+
+
+class _SuperluAnalysis:
+    """The matrix by columns, as SuperLU reads it."""
+
+    def __init__(self, matrix: csr_matrix) -> None:
+        self._matrix = matrix.tocsc()
+
+    def factor(self) -> Factor:
+        """See Analysis."""
+        return _Superlu(self._matrix)
+
+
+class _Superlu:
+    """LU factors of SciPy with a symmetric ordering and pivots kept on the diagonal."""
+
+    backend = "superlu"
+    block = 2
+
+    def __init__(self, matrix: csc_matrix) -> None:
+        from scipy.sparse.linalg import splu
+
+        try:
+            self._factor = splu(
+                matrix,
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )
+        except RuntimeError:
+            raise FactorisationError(_NOT_DEFINITE) from None
+
+    def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
+        """See Factor."""
+        rhs = np.asarray(rhs, dtype=float)
+        if rhs.ndim == 1:
+            return self._factor.solve(rhs)
+        # One at a time: SuperLU slows down several-fold with many columns at once.
+        return np.column_stack([self._factor.solve(column) for column in rhs.T])
