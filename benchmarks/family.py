@@ -61,7 +61,7 @@ def measure(scene_file: Path, interferences: list[float], repeats: int, store: P
             {
                 "what": name,
                 "curves": len(scenes),
-                "complete": sum(curve.outcome.complete for curve, _ in runs[0]),
+                "complete": sum(curve.termination.complete for curve, _ in runs[0]),
                 "points": points,
                 "seconds": round(statistics.median(whole), 3),
                 "least": round(min(whole), 3),

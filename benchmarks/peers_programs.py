@@ -215,7 +215,7 @@ def shroud(request: Request) -> Program:
         return Curve(
             points=curve.points,
             iterations=int(curve.iterations.sum()),
-            complete=curve.outcome.complete,
+            complete=curve.termination.complete,
             peak_frequency=float(2.0 * np.pi * curve.frequency_hz[top]),
             peak=float(curve.harmonic_m[top, 0]),
         )

@@ -90,8 +90,8 @@ def validate(case: StressCase, model: Path, limit: float) -> Validation:
             began = time.perf_counter()
             trace = problem.trace(case.harmonics, limit)
             traced = time.perf_counter()
-            if not trace.outcome.complete or not trace.peak_indices:
-                return Validation(case, f"no peak: {trace.outcome.message}")
+            if not trace.termination.complete or not trace.peak_indices:
+                return Validation(case, f"no peak: {trace.termination.message}")
             peak = max((trace.points[place] for place in trace.peak_indices), key=problem.height)
             if max(problem.height(end) for end in (trace.points[0], trace.points[-1])) > problem.height(peak):
                 return Validation(case, "no peak: the amplitude is higher at an end of the range")
@@ -103,7 +103,7 @@ def validate(case: StressCase, model: Path, limit: float) -> Validation:
     return Validation(
         case=case,
         left_out="",
-        frequency_hz=peak.frequency / (2.0 * np.pi),
+        frequency_hz=peak.omega / (2.0 * np.pi),
         height=problem.height(peak),
         estimate=estimate,
         truth=truth.height,

@@ -13,10 +13,10 @@ from stress_cases import StressCase
 from stress_solving import OutOfTimeError, frequency_range, posed
 
 if TYPE_CHECKING:
-    from nonlinear.branches.branch import Trace
+    from nonlinear.branches.branch import Branch
     from nonlinear.contact.parameters import Array
     from nonlinear.continuation.arclength_continuation import Continuation
-    from nonlinear.continuation.solution_point import CurvePoint
+    from nonlinear.continuation.solution_point import SolutionPoint
     from nonlinear.harmonic_balance.balance_family import BalanceFamily
 
 STEPS_UP = (3, 5, 7, 9, 11, 15, 21, 31)
@@ -39,14 +39,14 @@ class Problem:
     family: BalanceFamily
     static: Array
 
-    def trace(self, n_harmonics: int, seconds: float) -> Trace:
+    def trace(self, n_harmonics: int, seconds: float) -> Branch:
         """The main curve with so many harmonics.
 
         Raises
         ------
         OutOfTimeError : it takes longer than `seconds`.
         """
-        from nonlinear.branches.range_continuation import trace_range
+        from nonlinear.branches.range_continuation import continue_over_range
 
         began = time.perf_counter()
 
@@ -54,13 +54,13 @@ class Problem:
             if time.perf_counter() - began > seconds:
                 raise OutOfTimeError(f"H = {n_harmonics} given up at {frequency_hz:.6g} Hz after {seconds:g} s")
 
-        return trace_range(self.at(n_harmonics), self.static, watch)[0]
+        return continue_over_range(self.at(n_harmonics), self.static, watch)[0]
 
     def at(self, n_harmonics: int) -> Continuation:
         """The continuation with so many harmonics."""
         return self.continuation.of(self.family.balance(n_harmonics))
 
-    def height(self, point: CurvePoint) -> float:
+    def height(self, point: SolutionPoint) -> float:
         """Amplitude of the output at a point, m."""
         from nonlinear.continuation.response_quantities import largest_amplitude, output_harmonics
 
@@ -71,13 +71,13 @@ def problem_of(case: StressCase, model: Path) -> Problem:
     """The problem of a case under 1 N, as the stability matrix poses it."""
     from nonlinear import harmonic_balance
     from nonlinear.continuation.arclength_continuation import Continuation
-    from nonlinear.continuation.resonances import find_landmarks
+    from nonlinear.continuation.resonances import find_resonances
     from nonlinear.harmonic_balance.balance_family import BalanceFamily
     from nonlinear.harmonic_balance.initial_solution import static_displacement
 
     modal, contact, excitation, options = posed(case, model, frequency_range(case, model))
     balance = harmonic_balance(modal, contact, excitation, options)
-    continuation = Continuation(balance, options, find_landmarks(balance.receptance, contact, options), contact)
+    continuation = Continuation(balance, options, find_resonances(balance.receptance, contact, options), contact)
     static = static_displacement(balance.receptance, contact, options)
     return Problem(continuation, BalanceFamily(balance, contact, options), static)
 
@@ -98,7 +98,7 @@ class Truth:
     reference: int
 
 
-def truth_of(problem: Problem, trace: Trace, seconds: float) -> Truth:
+def truth_of(problem: Problem, trace: Branch, seconds: float) -> Truth:
     """The truth about a traced curve.
 
     Raises
@@ -130,8 +130,8 @@ def _top_of_wider_curve(problem: Problem, seconds: float) -> tuple[int, dict[int
         except OutOfTimeError as error:
             reasons.append(str(error))
             continue
-        if not wider.outcome.complete or not wider.peak_indices:
-            reasons.append(f"H = {n_harmonics}: {wider.outcome.message}")
+        if not wider.termination.complete or not wider.peak_indices:
+            reasons.append(f"H = {n_harmonics}: {wider.termination.message}")
             continue
         heights = {place: problem.height(wider.points[place]) for place in wider.peak_indices}
         tops = sorted(heights, key=lambda place: -heights[place])[:MOST_PEAKS]
@@ -149,7 +149,9 @@ def _last(heights: dict[int, float]) -> float:
     return heights[max(heights)]
 
 
-def carried(problem: Problem, points: Sequence[CurvePoint], place: int, gradually: bool = False) -> dict[int, float]:
+def carried(
+    problem: Problem, points: Sequence[SolutionPoint], place: int, gradually: bool = False
+) -> dict[int, float]:
     """Number of harmonics -> height of a located peak, as far up to 31 as it can be followed.
 
     In steps of two harmonics where the longer ones lose it. `gradually`: only as long as no step is a jump.
@@ -177,8 +179,8 @@ def _alike(height: float, other: float, jump: float = JUMP) -> bool:
 
 
 def _peak_near(
-    problem: Problem, n_harmonics: int, stretch: Sequence[CurvePoint], height: float
-) -> list[CurvePoint] | None:
+    problem: Problem, n_harmonics: int, stretch: Sequence[SolutionPoint], height: float
+) -> list[SolutionPoint] | None:
     """A located peak with more harmonics, reached from one of the points, and the points around it.
 
     The first that is about as high as before, else the first of all.
@@ -202,7 +204,7 @@ def _peak_near(
     return others[0] if others else None
 
 
-def _up_and_over(here: Continuation, start: CurvePoint) -> Iterator[CurvePoint]:
+def _up_and_over(here: Continuation, start: SolutionPoint) -> Iterator[SolutionPoint]:
     """Points along the curve from `start` to the first one beyond a peak."""
     from nonlinear.continuation.response_quantities import amplitude_slope
 

@@ -2,7 +2,7 @@
 
 from nonlinear.branches.bifurcations import Bifurcation, BifurcationKind
 from nonlinear.branches.peaks import Peak
-from nonlinear.branches.termination import Ending, Outcome
+from nonlinear.branches.termination import TerminationReason
 from nonlinear.contact.contact_cycle import ContactCycle, contact_cycle
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import (
@@ -33,14 +33,13 @@ __all__ = [
     "ContactError",
     "ContactForces",
     "ContactParameters",
-    "Ending",
     "Excitation",
     "HarmonicBalance",
     "OptionsError",
-    "Outcome",
     "Peak",
     "ResponseCurve",
     "SolverOptions",
+    "TerminationReason",
     "contact_cycle",
     "contact_element",
     "forced_response",

@@ -6,19 +6,19 @@ from functools import lru_cache
 
 from threadpoolctl import ThreadpoolController
 
-from nonlinear.branches.branch import Trace, with_stability
+from nonlinear.branches.branch import Branch, with_stability
 from nonlinear.branches.detached_branches import detached_branches
-from nonlinear.branches.range_continuation import Progress, trace_range
-from nonlinear.branches.termination import Ending, Outcome
+from nonlinear.branches.range_continuation import Progress, continue_over_range
+from nonlinear.branches.termination import TerminationReason
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactElement, ContactError, ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.point_stability import Stability
-from nonlinear.continuation.resonances import find_landmarks
+from nonlinear.continuation.point_stability import PointStability
+from nonlinear.continuation.resonances import find_resonances
 from nonlinear.harmonic_balance.balance_family import BalanceFamily
 from nonlinear.harmonic_balance.initial_solution import static_displacement
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from nonlinear.harmonic_selection.adaptive_harmonics import LADDER, HarmonicChoice, ladder
+from nonlinear.harmonic_selection.adaptive_harmonics import LADDER, HarmonicSelection, ladder
 from nonlinear.harmonic_selection.truncation_error import Truncation
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.response_curve import ResponseCurve, assemble_curve
@@ -34,7 +34,7 @@ def forced_response(
     options: SolverOptions,
     progress: Progress | None = None,
 ) -> ResponseCurve:
-    """Trace the steady forced response over `options.frequency` through its turning points.
+    """Trace the steady forced response over `options.frequency_hz` through its turning points.
 
     modal: the modes of the blade, with damping; contact: parameters of its contact nodes; excitation: engine order
     and force; options: frequency range, harmonics and the rest. `progress(frequency_hz, points)` is called at each
@@ -74,15 +74,15 @@ def _solve(
     try:
         static = static_displacement(receptance, contact, options)
     except ArithmeticError as error:
-        message = f"no start at {options.frequency[0]:.6g} Hz: {error}"
-        nothing = Trace([], [], [], Outcome(Ending.START_FAILED, options.frequency[0], message))
+        message = f"no start at {options.frequency_hz[0]:.6g} Hz: {error}"
+        nothing = Branch([], [], [], TerminationReason("start failed", options.frequency_hz[0], message))
         return assemble_curve(HarmonicBalance(receptance, element), nothing, options.output)
     frozen = static if options.method == "static-first" else None
     balance = HarmonicBalance(receptance, element, frozen, odd=contact.odd)
     continuation = Continuation(
         balance,
         options,
-        find_landmarks(receptance, contact, options),
+        find_resonances(receptance, contact, options),
         contact,
         stability=_stability(contact, options),
     )
@@ -90,7 +90,7 @@ def _solve(
     if options.harmonics == "auto":
         traces, left_out = _with_enough_harmonics(continuation, truncation, static, progress)
     else:
-        traces, left_out = trace_range(continuation, static, progress), float("nan")
+        traces, left_out = continue_over_range(continuation, static, progress), float("nan")
         if options.truncation:
             left_out = truncation.at_peak(traces[0].points, traces[0].peak_indices)
     curve = assemble_curve(balance, traces[0], options.output, left_out)
@@ -100,16 +100,16 @@ def _solve(
     return replace(curve, detached=tuple(assemble_curve(balance, piece, options.output) for piece in pieces))
 
 
-def _stability(contact: ContactParameters, options: SolverOptions) -> Stability | None:
+def _stability(contact: ContactParameters, options: SolverOptions) -> PointStability | None:
     """The analysis that the options ask for."""
     if options.stability == "folds":
         return None
-    return Stability(contact)
+    return PointStability(contact)
 
 
 def _with_enough_harmonics(
     continuation: Continuation, truncation: Truncation, static: Array, progress: Progress | None
-) -> tuple[list[Trace], float]:
+) -> tuple[list[Branch], float]:
     """Traces with as many harmonics at each point as the estimated error of those left out asks for, and that error.
 
     The choice along the curve rests on an estimate of one sweep. The peaks and places along the curve are then solved
@@ -118,21 +118,21 @@ def _with_enough_harmonics(
     """
     tolerance = continuation.options.harmonic_tolerance
     stability, continuation = continuation.stability, replace(continuation, stability=None)
-    choice = HarmonicChoice(truncation.family, tolerance / STRICTER)
+    choice = HarmonicSelection(truncation.family, tolerance / STRICTER)
     tried = ladder(truncation.family.base.n_contacts)
     for least in tried:
         choice.least = least
         start = continuation.of(truncation.family.balance(least))
-        traces = trace_range(replace(start, adapt=choice), static, progress)
+        traces = continue_over_range(replace(start, adapt=choice), static, progress)
         main = traces[0]
         left_out = truncation.at_peak(main.points, main.peak_indices)
-        complete = main.outcome.complete or least == tried[-1]
+        complete = main.termination.complete or least == tried[-1]
         if complete and left_out <= tolerance and truncation.along(main.points, main.peak_indices) <= tolerance:
             break
         choice.tolerance /= STRICTER
     else:
-        message = f"{main.outcome.message}; {tried[-1]} harmonics, the most there are, do not reach {tolerance:g}"
-        traces = [main._replace(outcome=replace(main.outcome, message=message)), *traces[1:]]
+        message = f"{main.termination.message}; {tried[-1]} harmonics, the most there are, do not reach {tolerance:g}"
+        traces = [main._replace(termination=replace(main.termination, message=message)), *traces[1:]]
     if stability is not None:  # only now: the exponents of a curve that is traced again would be lost
         asked = replace(continuation, stability=stability)
         traces = [with_stability(asked, trace) for trace in traces]

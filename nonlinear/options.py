@@ -26,7 +26,7 @@ class SolverOptions:
 
     Attributes
     ----------
-    frequency : (low, high) in Hz.
+    frequency_hz : (low, high), Hz.
     harmonics : H, harmonics 0 .. H are balanced; "auto": as many as `harmonic_tolerance` asks for.
     harmonic_tolerance : largest estimated truncation error, relative to the peak amplitude, that "auto" accepts.
     integration : how the contact force is integrated over the cycle; "exact": from event to event (in closed form for
@@ -45,7 +45,7 @@ class SolverOptions:
     peak_tolerance : relative error of a peak's frequency.
     """
 
-    frequency: tuple[float, float]
+    frequency_hz: tuple[float, float]
     harmonics: int | Literal["auto"] = 1
     harmonic_tolerance: float = 1e-3
     integration: Integration = "exact"
@@ -65,7 +65,7 @@ class SolverOptions:
 
     def __post_init__(self) -> None:
         """Check ranges."""
-        low, high = self.frequency
+        low, high = self.frequency_hz
         if not 0.0 < low < high < float("inf"):
             raise OptionsError(f"frequency: [{low}, {high}], allowed: 0 < low < high (Hz)")
         if self.harmonics != "auto" and (isinstance(self.harmonics, str) or self.harmonics < 1):

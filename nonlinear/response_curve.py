@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.branches.bifurcations import Bifurcation
-from nonlinear.branches.branch import Trace
+from nonlinear.branches.branch import Branch
 from nonlinear.branches.peaks import Peak
-from nonlinear.branches.termination import Outcome
+from nonlinear.branches.termination import TerminationReason
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.continuation.response_quantities import largest_amplitude, responses
-from nonlinear.continuation.solution_point import CurvePoint
+from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 
 LONGEST_PIECE = 500
@@ -26,7 +26,7 @@ class ResponseCurve:
 
     Attributes
     ----------
-    outcome : how the curve ended.
+    termination : how the curve ended.
     frequency_hz, amplitude_m, static_m, phase_rad, arc : (P,); amplitude is the largest |x(t)| of the output over a
         period, static harmonic 0, phase that of harmonic 1, arc the length along the curve (relative measure).
     harmonic_m : (P, H), |x^(h)|. output : (P, H+1) complex, x^(h).
@@ -45,7 +45,7 @@ class ResponseCurve:
     detached : curves of the branches that were found beside this one, and of the far side of an incomplete curve.
     """
 
-    outcome: Outcome
+    termination: TerminationReason
     frequency_hz: Array
     amplitude_m: Array
     harmonic_m: Array
@@ -85,7 +85,7 @@ class ResponseCurve:
 
 
 def assemble_curve(
-    balance: HarmonicBalance, trace: Trace, output: str, truncation_error: float = float("nan")
+    balance: HarmonicBalance, trace: Branch, output: str, truncation_error: float = float("nan")
 ) -> ResponseCurve:
     """Evaluate the quantities of every point and arrange them as arrays; `balance` counts where there is no point."""
     points = trace.points
@@ -107,12 +107,12 @@ def assemble_curve(
         friction[some], mismatch[some] = found.friction, found.mismatch
     kept = {point.balance.n_harmonics for point in points}
     state = np.array([point.contact.state for point in points], dtype=int).reshape(len(points), n_contacts)
-    frequency = np.array([point.frequency for point in points]) / (2.0 * np.pi)
+    omega = np.array([point.omega for point in points]) / (2.0 * np.pi)
     amplitude = np.array([largest_amplitude(row).value for row in response])
-    peaks = tuple(Peak(float(frequency[i]), float(amplitude[i]), i) for i in trace.peak_indices)
+    peaks = tuple(Peak(float(omega[i]), float(amplitude[i]), i) for i in trace.peak_indices)
     return ResponseCurve(
-        outcome=trace.outcome,
-        frequency_hz=frequency,
+        termination=trace.termination,
+        frequency_hz=omega,
         amplitude_m=amplitude,
         harmonic_m=np.abs(response[:, 1:]),
         static_m=response[:, 0].real,
@@ -130,10 +130,10 @@ def assemble_curve(
         output=response,
         relative_displacement=stacked((to_complex(point.displacement) for point in points), n_contacts, 3),
         contact_force=stacked((to_complex(point.contact.force) for point in points), n_contacts, 3),
-        peak=_highest(peaks, frequency, amplitude, 1e-9 if len(kept) < 2 else JUMP),
+        peak=_highest(peaks, omega, amplitude, 1e-9 if len(kept) < 2 else JUMP),
         peaks=peaks,
         bifurcations=tuple(
-            Bifurcation(kind, float(frequency[i]), float(amplitude[i]), i) for kind, i in trace.bifurcations
+            Bifurcation(kind, float(omega[i]), float(amplitude[i]), i) for kind, i in trace.bifurcations
         ),
         seconds=0.0,
         harmonics=n_harmonics,
@@ -141,7 +141,7 @@ def assemble_curve(
     )
 
 
-def _pieces(points: list[CurvePoint]) -> Iterator[slice]:
+def _pieces(points: list[SolutionPoint]) -> Iterator[slice]:
     """Runs of neighbours that have the same balance, not too long for their modal coordinates to be kept."""
     start = 0
     for index in range(1, len(points) + 1):
@@ -151,7 +151,7 @@ def _pieces(points: list[CurvePoint]) -> Iterator[slice]:
             start = index
 
 
-def _highest(peaks: tuple[Peak, ...], frequency: Array, amplitude: Array, slack: float) -> Peak | None:
+def _highest(peaks: tuple[Peak, ...], omega: Array, amplitude: Array, slack: float) -> Peak | None:
     """The highest located peak; the largest amplitude, if that is higher by more than the relative `slack`."""
     if amplitude.size == 0:
         return None
@@ -159,4 +159,4 @@ def _highest(peaks: tuple[Peak, ...], frequency: Array, amplitude: Array, slack:
     inside = max(peaks, key=lambda peak: peak.amplitude_m, default=None)
     if inside is not None and inside.amplitude_m >= (1.0 - slack) * amplitude[largest]:
         return inside
-    return Peak(float(frequency[largest]), float(amplitude[largest]), largest, located=False)
+    return Peak(float(omega[largest]), float(amplitude[largest]), largest, located=False)

@@ -16,7 +16,7 @@ import typer
 
 if TYPE_CHECKING:
     from pipeline.process.interrupts import Interrupts
-    from pipeline.stages.request import Outcome, Request
+    from pipeline.stages.request import Request, RunOutcome
     from pipeline.verify.stage import Verification
 
 COMPUTED, NOT_REACHED, BAD_INPUT, BY_SIGNAL = 0, 1, 2, 128  # the last: and the number of the signal
@@ -334,7 +334,7 @@ def _print_errors(found: Verification, quiet: bool, as_json: bool) -> None:
         print(each.text)
 
 
-def _tell(request: Request, outcome: Outcome) -> None:
+def _tell(request: Request, outcome: RunOutcome) -> None:
     from rich.console import Console
 
     from pipeline.results.tables import curve_table, harmonics_warning, mode_notes, motion_notes

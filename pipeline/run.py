@@ -15,8 +15,8 @@ from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.plausibility import slips
 from pipeline.stages.cache_keys import Versions, curve_key
 from pipeline.stages.curve_file import modal_of
-from pipeline.stages.request import Outcome, Request, Run
-from pipeline.stages.respond import CurveSolver, Solved, Wanted
+from pipeline.stages.request import Request, Run, RunOutcome
+from pipeline.stages.respond import CurveJob, CurveResult, CurveSolver
 from pipeline.stages.stage_log import StageLog
 from pipeline.stages.sweep_models import Models, blade_models, given_models, summarise_models
 from pipeline.store.disk_errors import StorageError
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 UNFINISHED = "the run has not come to its end; the same command goes on from there"
 
 
-def execute(request: Request, reporter: Reporter) -> Outcome:
+def execute(request: Request, reporter: Reporter) -> RunOutcome:
     """Run what is asked for and write it into the output folder.
 
     Raises
@@ -44,8 +44,8 @@ def execute(request: Request, reporter: Reporter) -> Outcome:
         return _execute(Run(request, store, StageLog(), reporter, Versions.current()), given, start)
 
 
-def _execute(run: Run, given: ReducedModel | None, start: float) -> Outcome:
-    request, outcome = run.request, Outcome()
+def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
+    request, outcome = run.request, RunOutcome()
     models = blade_models(run, outcome) if given is None else given_models(run, given)
     if "respond" in request.wanted:
         _respond(run, models, outcome)
@@ -82,34 +82,34 @@ def _check(request: Request) -> ReducedModel | None:
     return model
 
 
-def _respond(run: Run, models: Models, outcome: Outcome) -> None:
+def _respond(run: Run, models: Models, outcome: RunOutcome) -> None:
     """The response of every member."""
     wanted = {}
     for member in run.request.scene.members:
         model = models[member.index]
         if model is not None:
-            wanted[member.index] = Wanted(member, curve_key(member.scene, model.key, run.versions), model.rom)
+            wanted[member.index] = CurveJob(member, curve_key(member.scene, model.key, run.versions), model.rom)
     solver = CurveSolver(run.store, run.log, run.reporter, run.request.jobs)
     solved = solver.solve(list(wanted.values()))
     for member in run.request.scene.members:
         if member.index in wanted:
             curve = solved[wanted[member.index].key]
-            outcome.curves.append(Solved(member, curve.rom, curve.file, curve.facts, curve.reason))
+            outcome.curves.append(CurveResult(member, curve.rom, curve.file, curve.facts, curve.reason))
         else:
-            outcome.curves.append(Solved(member, None, None, None, "its reduced model could not be made"))
+            outcome.curves.append(CurveResult(member, None, None, None, "its reduced model could not be made"))
 
 
-def _publish(run: Run, models: Models, outcome: Outcome) -> None:
+def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:
     """Response and a summary that belong together, whatever becomes of the stages after them."""
     out = run.request.out
-    unfinished = Outcome(outcome.curves, outcome.models, problems=[*outcome.problems, UNFINISHED])
+    unfinished = RunOutcome(outcome.curves, outcome.models, problems=[*outcome.problems, UNFINISHED])
     summary = _summary(run, unfinished)
     outcome.response = write_results(run.store, out, outcome.curves, run.request.scene.swept, summary)
     if retire_page(out, results_fingerprint(models, outcome)) and "report" not in run.request.wanted:
         run.reporter.line(f"{out / PAGE}: was about other results, removed; `shroud report` writes it again")
 
 
-def _draw(run: Run, models: Models, outcome: Outcome) -> None:
+def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
     """Renders and figures, where they are wanted and there is something to show."""
     drawable = {"render": any(models.values()), "figures": any(curve.file for curve in outcome.curves)}
     for stage, possible in drawable.items():
@@ -125,19 +125,19 @@ def _draw(run: Run, models: Models, outcome: Outcome) -> None:
             outcome.problems.append(f"{stage}: {reason_of(error)}")
 
 
-def _renders(run: Run, models: Models, outcome: Outcome) -> list[Path]:
+def _renders(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:
     from pipeline.render.stage import render_stage
 
     return render_stage(run, models, outcome.curves)
 
 
-def _figures(run: Run, outcome: Outcome) -> list[Path]:
+def _figures(run: Run, outcome: RunOutcome) -> list[Path]:
     from pipeline.figures.stage import figure_stage
 
     return figure_stage(run, outcome.curves)
 
 
-def _report(run: Run, models: Models, outcome: Outcome) -> None:
+def _report(run: Run, models: Models, outcome: RunOutcome) -> None:
     """The page about all that, where it is wanted."""
     if "report" not in run.request.wanted:
         return
@@ -152,7 +152,7 @@ def _report(run: Run, models: Models, outcome: Outcome) -> None:
         outcome.problems.append(f"report: {reason_of(error)}")
 
 
-def _summary(run: Run, outcome: Outcome) -> dict[str, Any]:
+def _summary(run: Run, outcome: RunOutcome) -> dict[str, Any]:
     out = run.request.out
     return {
         "scene": run.request.scene.first.name,

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from rom.finite_elements.material import Material
     from rom.finite_elements.rotation import centrifugal_displacement, spin
     from rom.linear_algebra.factorisation import Factor, factorise
-    from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce, reduction
-    from rom.reduction.mode_selection import reduce_within, reduction_errors
+    from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce, reduce_sector
+    from rom.reduction.mode_selection import reduce_to_tolerance, reduction_errors
     from rom.reduction.model_comparison import (
-        LinearAnswer,
         LinearError,
         LinearOperation,
-        linear_answers,
+        LinearResponse,
         linear_errors,
+        linear_responses,
     )
     from rom.reduction.reference_model import FullReference, full_reference, static_error
 
@@ -40,9 +40,9 @@ __all__ = [
     "FullModel",
     "FullModelFileError",
     "FullReference",
-    "LinearAnswer",
     "LinearError",
     "LinearOperation",
+    "LinearResponse",
     "Material",
     "ModalModel",
     "ReducedModel",
@@ -59,9 +59,9 @@ __all__ = [
     "factorise",
     "full_reference",
     "inter_blade_phase",
-    "linear_answers",
     "linear_errors",
     "linear_response",
+    "linear_responses",
     "load_full_model",
     "load_sector",
     "modal_model",
@@ -71,8 +71,8 @@ __all__ = [
     "opened",
     "read_reduced_model",
     "reduce",
-    "reduce_within",
-    "reduction",
+    "reduce_sector",
+    "reduce_to_tolerance",
     "reduction_errors",
     "save_full_model",
     "save_sector",
@@ -90,7 +90,7 @@ _PLACES = {
     "FullModel": "rom.finite_elements.full_model",
     "FullModelFileError": "rom.errors",
     "FullReference": "rom.reduction.reference_model",
-    "LinearAnswer": "rom.reduction.model_comparison",
+    "LinearResponse": "rom.reduction.model_comparison",
     "LinearError": "rom.reduction.model_comparison",
     "LinearOperation": "rom.reduction.model_comparison",
     "Material": "rom.finite_elements.material",
@@ -109,7 +109,7 @@ _PLACES = {
     "factorise": "rom.linear_algebra.factorisation",
     "full_reference": "rom.reduction.reference_model",
     "inter_blade_phase": "rom.cyclic.reduced_model",
-    "linear_answers": "rom.reduction.model_comparison",
+    "linear_responses": "rom.reduction.model_comparison",
     "linear_errors": "rom.reduction.model_comparison",
     "linear_response": "rom.cyclic.receptance",
     "load_full_model": "rom.files.full_model_file",
@@ -121,8 +121,8 @@ _PLACES = {
     "opened": "rom.files.hdf5_reading",
     "read_reduced_model": "rom.files.reduced_model_file",
     "reduce": "rom.reduction.craig_bampton",
-    "reduce_within": "rom.reduction.mode_selection",
-    "reduction": "rom.reduction.craig_bampton",
+    "reduce_to_tolerance": "rom.reduction.mode_selection",
+    "reduce_sector": "rom.reduction.craig_bampton",
     "reduction_errors": "rom.reduction.mode_selection",
     "save_full_model": "rom.files.full_model_file",
     "save_sector": "rom.files.sector_file",

@@ -81,4 +81,4 @@ def peak_errors(found: ResponseCurve, reference: ResponseCurve) -> dict[str, flo
 
 def ending(curve: ResponseCurve) -> str:
     """A note for a curve that is not complete."""
-    return "" if curve.outcome.complete else "incomplete"
+    return "" if curve.termination.complete else "incomplete"

@@ -103,9 +103,9 @@ def linear_values(model: ReducedModel, scene: Scene, sector: SectorMesh) -> dict
     """First natural frequency in the range or above it, Hz, free and stuck; highest tip receptance free, m/N."""
     import numpy as np
 
-    from rom import linear_answers
+    from rom import linear_responses
 
-    answers = {answer.joint: answer for answer in linear_answers(model, linear_operation(scene, sector))}
+    answers = {answer.joint: answer for answer in linear_responses(model, linear_operation(scene, sector))}
     free = answers["free"]
     stuck = answers.get("stuck", free)
     return {

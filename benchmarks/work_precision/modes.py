@@ -40,14 +40,14 @@ def modes_study(scene_file: Path, settings: ModesSettings) -> Study:
     ------
     InputError : the scene cannot be read.
     """
-    from rom import linear_answers, linear_errors
+    from rom import linear_errors, linear_responses
 
     scene = read_scene(scene_file).first
     with built_mesh(scene) as mesh:
         operation = linear_operation(scene, mesh.sector())
-        exact = linear_answers(_full_reference(mesh, MUCH), operation)
+        exact = linear_responses(_full_reference(mesh, MUCH), operation)
         nearly = linear_errors(
-            linear_answers(_full_reference(mesh, 1.0), operation, exact), exact, operation.frequency
+            linear_responses(_full_reference(mesh, 1.0), operation, exact), exact, operation.frequency_hz
         )
         unsure = _errors(nearly)
         rows = []
@@ -58,7 +58,7 @@ def modes_study(scene_file: Path, settings: ModesSettings) -> Study:
             for value in values:
                 choice = {key: value} if key == "rom.modes" else {"rom.modes": "auto", key: value}
                 made, seconds = timed(lambda choice=choice: mesh.reduced(choice))
-                found = linear_errors(linear_answers(made.model(), operation, exact), exact, operation.frequency)
+                found = linear_errors(linear_responses(made.model(), operation, exact), exact, operation.frequency_hz)
                 rows.append(said(_row(name, value, made, seconds, _errors(found))))
     return Study(
         "modes",

@@ -12,7 +12,7 @@ from typing import Any
 from pipeline.scene.presets import PRESETS, preset_values
 from pipeline.scene.reading import read_scene
 from pipeline.scene.schema import Scene
-from pipeline.stages.curve_file import CURVE, CurveFacts, CurveTask, read_facts, solve_curve
+from pipeline.stages.curve_file import CURVE, CurveSummary, CurveTask, read_summary, solve_curve
 from work_precision.curves import FREQUENCY, PEAK, problem_on
 from work_precision.figure import PRESET_LINE
 from work_precision.mesh import ORDER, REFERENCE, REFERENCE_MODES, reference_scene, reference_text
@@ -146,7 +146,7 @@ def _measure(
     return Measured(series, label, seconds, worst, counts, f"{missing} incomplete" if missing else "")
 
 
-def _solved(rom: Path, scene: Scene) -> tuple[CurveFacts, float]:
+def _solved(rom: Path, scene: Scene) -> tuple[CurveSummary, float]:
     """What came of a curve, and its seconds."""
     import h5py
 
@@ -155,7 +155,7 @@ def _solved(rom: Path, scene: Scene) -> tuple[CurveFacts, float]:
         solve_curve(Path(name), CurveTask(rom, scene, {}))
         seconds = time.perf_counter() - start
         with h5py.File(Path(name) / CURVE, "r") as file:
-            return read_facts(file), seconds
+            return read_summary(file), seconds
 
 
 def _preset(scene: Scene, name: str, settings: WholeSettings, truth: Peaks) -> Measured:

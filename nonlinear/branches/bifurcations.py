@@ -6,7 +6,7 @@ from enum import Enum
 
 from nonlinear.branches.special_point_location import locate_change, locate_zero
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.solution_point import CurvePoint
+from nonlinear.continuation.solution_point import SolutionPoint
 
 
 class BifurcationKind(Enum):
@@ -34,8 +34,8 @@ class Bifurcation:
 
 
 def locate_bifurcations(
-    continuation: Continuation, before: CurvePoint, after: CurvePoint
-) -> Iterator[tuple[BifurcationKind, CurvePoint]]:
+    continuation: Continuation, before: SolutionPoint, after: SolutionPoint
+) -> Iterator[tuple[BifurcationKind, SolutionPoint]]:
     """Bifurcations between two neighbouring points, each as its kind and the point there."""
     turns = before.tangent[1] * after.tangent[1] < 0.0
     if turns:
@@ -53,7 +53,7 @@ def locate_bifurcations(
             yield kind, found
 
 
-def _crossings(before: CurvePoint, after: CurvePoint) -> list[BifurcationKind]:
+def _crossings(before: SolutionPoint, after: SolutionPoint) -> list[BifurcationKind]:
     from nonlinear.stability.floquet import Instability, crossings
 
     assert before.exponents is not None
@@ -63,4 +63,4 @@ def _crossings(before: CurvePoint, after: CurvePoint) -> list[BifurcationKind]:
         Instability.COMPLEX: BifurcationKind.NEIMARK_SACKER,
         Instability.PERIOD_DOUBLING: BifurcationKind.PERIOD_DOUBLING,
     }
-    return [kinds[item] for item in crossings(before.exponents, after.exponents, after.frequency)]
+    return [kinds[item] for item in crossings(before.exponents, after.exponents, after.omega)]

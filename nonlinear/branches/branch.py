@@ -6,33 +6,35 @@ from typing import NamedTuple
 
 from nonlinear.branches.bifurcations import BifurcationKind, locate_bifurcations
 from nonlinear.branches.peaks import locate_peak
-from nonlinear.branches.termination import Outcome
+from nonlinear.branches.termination import TerminationReason
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.solution_point import CurvePoint
+from nonlinear.continuation.solution_point import SolutionPoint
 
 
-class Trace(NamedTuple):
+class Branch(NamedTuple):
     """Points of growing arc, indices of peaks and of bifurcations among them, and how the tracing ended."""
 
-    points: list[CurvePoint]
+    points: list[SolutionPoint]
     peak_indices: list[int]
     bifurcations: list[tuple[BifurcationKind, int]]
-    outcome: Outcome
+    termination: TerminationReason
 
-    def reversed(self) -> "Trace":
+    def reversed(self) -> "Branch":
         """The same trace the other way round."""
         last = len(self.points) - 1
         peaks = [last - index for index in reversed(self.peak_indices)]
         bifurcations = [(kind, last - index) for kind, index in reversed(self.bifurcations)]
-        return Trace(reverse(self.points), peaks, bifurcations, self.outcome)
+        return Branch(reverse(self.points), peaks, bifurcations, self.termination)
 
 
-def with_events(continuation: Continuation, points: list[CurvePoint], outcome: Outcome) -> Trace:
+def with_special_points(
+    continuation: Continuation, points: list[SolutionPoint], termination: TerminationReason
+) -> Branch:
     """The trace with the located maxima and bifurcations among its points."""
-    trace = Trace(points[:1], [], [], outcome)
+    trace = Branch(points[:1], [], [], termination)
     for before, after in pairwise(points):
         peak = locate_peak(continuation, before, after)
-        found: list[tuple[BifurcationKind | None, CurvePoint]] = [] if peak is None else [(None, peak)]
+        found: list[tuple[BifurcationKind | None, SolutionPoint]] = [] if peak is None else [(None, peak)]
         found += locate_bifurcations(continuation, before, after)
         for kind, point in sorted(found, key=lambda event: event[1].arc):
             index = _insert(trace.points, point, before, after)
@@ -44,13 +46,13 @@ def with_events(continuation: Continuation, points: list[CurvePoint], outcome: O
     return trace
 
 
-def with_stability(continuation: Continuation, trace: Trace) -> Trace:
+def with_stability(continuation: Continuation, trace: Branch) -> Branch:
     """A trace that was made without exponents, with those of its points, and with the bifurcations that they tell of.
 
     Folds, which are known without, are located again: so that they lie in their place among the others.
     """
     folds, peaks = {index for _, index in trace.bifurcations}, set(trace.peak_indices)
-    found = Trace([], [], [], trace.outcome)
+    found = Branch([], [], [], trace.termination)
     for index, point in enumerate(trace.points):
         if index in folds and index not in peaks and 0 < index < len(trace.points) - 1:
             continue
@@ -65,7 +67,7 @@ def with_stability(continuation: Continuation, trace: Trace) -> Trace:
     return found
 
 
-def _insert(points: list[CurvePoint], point: CurvePoint, before: CurvePoint, after: CurvePoint) -> int:
+def _insert(points: list[SolutionPoint], point: SolutionPoint, before: SolutionPoint, after: SolutionPoint) -> int:
     """Append a point unless it is one of its neighbours; its index, or theirs."""
     if point is after:
         return len(points)
@@ -74,7 +76,7 @@ def _insert(points: list[CurvePoint], point: CurvePoint, before: CurvePoint, aft
     return len(points) - 1
 
 
-def reverse(points: list[CurvePoint]) -> list[CurvePoint]:
+def reverse(points: list[SolutionPoint]) -> list[SolutionPoint]:
     """The same points the other way round."""
     whole = points[-1].arc
     return [
@@ -89,7 +91,7 @@ def reverse(points: list[CurvePoint]) -> list[CurvePoint]:
     ]
 
 
-def joined(backward: list[CurvePoint], forward: list[CurvePoint]) -> list[CurvePoint]:
+def joined(backward: list[SolutionPoint], forward: list[SolutionPoint]) -> list[SolutionPoint]:
     """One curve of two that leave the same point in opposite directions."""
     first = reverse(backward)
     return [*first, *(replace(point, arc=first[-1].arc + point.arc) for point in forward[1:])]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from nonlinear.branches.special_point_location import locate_zero
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.solution_point import CurvePoint
+from nonlinear.continuation.solution_point import SolutionPoint
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Peak:
     located: bool = True
 
 
-def locate_peak(continuation: Continuation, before: CurvePoint, after: CurvePoint) -> CurvePoint | None:
+def locate_peak(continuation: Continuation, before: SolutionPoint, after: SolutionPoint) -> SolutionPoint | None:
     """The maximum between two neighbouring points; None where the amplitude does not turn from growing to falling."""
     if not before.amplitude_slope > 0.0 > after.amplitude_slope:
         return None

@@ -3,17 +3,17 @@
 from collections.abc import Callable
 
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.solution_point import CurvePoint
+from nonlinear.continuation.solution_point import SolutionPoint
 
 MAX_TRIALS = 60
 HALVINGS = 12
 
-Quantity = Callable[[CurvePoint], float]
+Quantity = Callable[[SolutionPoint], float]
 
 
 def locate_zero(
-    continuation: Continuation, before: CurvePoint, after: CurvePoint, quantity: Quantity
-) -> CurvePoint | None:
+    continuation: Continuation, before: SolutionPoint, after: SolutionPoint, quantity: Quantity
+) -> SolutionPoint | None:
     """The point between two neighbours at which `quantity` changes sign; None if it does not.
 
     The arc length beyond `before` is narrowed by regula falsi (Illinois), with a corrector solve at each trial, until
@@ -29,7 +29,7 @@ def locate_zero(
         return None
     before, continuation = common, continuation.of(common.balance)
     best, side = (before if abs(first) < abs(last) else after), 0
-    frequencies = (before.frequency, after.frequency)
+    frequencies = (before.omega, after.omega)
     for _ in range(MAX_TRIALS):
         trial = (left * last - right * first) / (last - first)
         if not left < trial < right:
@@ -39,16 +39,16 @@ def locate_zero(
             break
         point = continuation.recorded(point, exponents=False)
         value = quantity(point)
-        moved, best = abs(point.frequency - best.frequency), point
+        moved, best = abs(point.omega - best.omega), point
         if value * first > 0.0:
             left, first = trial, value
             last, side = (last / 2.0 if side == 1 else last), 1
-            frequencies = (point.frequency, frequencies[1])
+            frequencies = (point.omega, frequencies[1])
         else:
             right, last = trial, value
             first, side = (first / 2.0 if side == -1 else first), -1
-            frequencies = (frequencies[0], point.frequency)
-        allowed = options.peak_tolerance * point.frequency
+            frequencies = (frequencies[0], point.omega)
+        allowed = options.peak_tolerance * point.omega
         if abs(frequencies[1] - frequencies[0]) <= allowed and moved <= allowed and right - left < 1e-3:
             break
         if value == 0.0 or right - left < 1e-13:
@@ -59,8 +59,8 @@ def locate_zero(
 
 
 def locate_change(
-    continuation: Continuation, before: CurvePoint, after: CurvePoint, changed: Callable[[CurvePoint], bool]
-) -> CurvePoint | None:
+    continuation: Continuation, before: SolutionPoint, after: SolutionPoint, changed: Callable[[SolutionPoint], bool]
+) -> SolutionPoint | None:
     """A point at which `changed` is true, as at `after`, hardly beyond one where it is not, as at `before`.
 
     The exponent that passes the imaginary axis tells where to look; bisection guards that.
@@ -92,13 +92,15 @@ def locate_change(
     return best
 
 
-def _growth(point: CurvePoint, rank: int) -> float:
+def _growth(point: SolutionPoint, rank: int) -> float:
     """Real part (1/s) of the exponent of this rank, the least stable being 0; NaN if there are not so many."""
     exponents = point.exponents
     return float("nan") if exponents is None or exponents.size <= rank else float(exponents[rank].real)
 
 
-def _with_equal_harmonics(continuation: Continuation, before: CurvePoint, after: CurvePoint) -> CurvePoint | None:
+def _with_equal_harmonics(
+    continuation: Continuation, before: SolutionPoint, after: SolutionPoint
+) -> SolutionPoint | None:
     """The first point with the harmonics of the second."""
     if before.balance is after.balance:
         return before

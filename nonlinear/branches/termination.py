@@ -1,32 +1,32 @@
-"""How a curve ended: a typed outcome with a message for people."""
+"""Why the continuation of a branch ended."""
 
 from dataclasses import dataclass
-from enum import Enum
+from typing import Literal
 
-
-class Ending(Enum):
-    """Why the continuation stopped. The value is the name for people.
-
-    COMPLETE: the range is covered. START_FAILED: no solution at its low end. STEP_TOO_SMALL: Newton's method found
-    no next point. TOO_MANY_POINTS: `max_points` of the options. TURNED_BACK: the curve left at the end it began.
-    """
-
-    COMPLETE = "complete"
-    START_FAILED = "start failed"
-    STEP_TOO_SMALL = "step too small"
-    TOO_MANY_POINTS = "too many points"
-    TURNED_BACK = "turned back"
+Kind = Literal["complete", "start failed", "step too small", "too many points", "turned back"]
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """How a curve ended: its `ending`, `frequency_hz` where that was, and `message`, a sentence that says so."""
+class TerminationReason:
+    """Why a continuation ended, and where.
 
-    ending: Ending
+    Attributes
+    ----------
+    kind
+        "complete": the frequency range is covered. "start failed": no solution at its low end. "step too small":
+        Newton's method found no next point. "too many points": `max_points` of the options. "turned back": the curve
+        left the range at the end where it began.
+    frequency_hz
+        Frequency of the last point, Hz.
+    message
+        A sentence for people.
+    """
+
+    kind: Kind
     frequency_hz: float
     message: str
 
     @property
     def complete(self) -> bool:
         """Whether the whole frequency range was covered."""
-        return self.ending is Ending.COMPLETE
+        return self.kind == "complete"

@@ -21,7 +21,7 @@ from nonlinear.contact.return_map import NEVER, Integers, march
 
 
 @dataclass(frozen=True)
-class SampledContact:
+class AFTContact:
     """Contact element that evaluates the law at `samples` instants of a period (see `ContactElement`).
 
     The force is piecewise linear in the displacement, with pieces that change from sample to sample: stretches of

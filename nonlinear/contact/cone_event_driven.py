@@ -19,7 +19,7 @@ LEAST_FRICTION = 1e-50  # a smaller part of kt |u| is none
 
 
 @dataclass(frozen=True)
-class ConeContact:
+class EventDrivenCoulombCone:
     """Contact element of the coupled law without time samples, with a controlled error (see `ContactElement`).
 
     T = kt (u - w), |T| <= mu N; the slider w slips along T. Stick, slip and lift-off are followed from event to event

@@ -16,7 +16,7 @@ WHOLE_TURN = FULL_TURN - 1e-12  # stretches longer than this are the whole cycle
 
 
 @dataclass(frozen=True)
-class ExactContact:
+class EventDrivenJenkins:
     """Contact element without time samples (see `ContactElement`): exact forces and Jacobian for any motion.
 
     Taylor bounds in small cells of the turn tell where N can change its sign and where the slider can meet its limits

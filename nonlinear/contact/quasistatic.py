@@ -8,7 +8,7 @@ from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactFo
 
 
 @dataclass(frozen=True)
-class StaticContact:
+class QuasistaticContact:
     """Contact element for a constant displacement (see `ContactElement` with H = 0)."""
 
     parameters: ContactParameters

@@ -34,8 +34,8 @@ class BorderedSystem:
         """Factorise at one state; `border` is of unit length in `metric`. A singular system solves to NaN."""
         coupling, active = at.coupling
         size, n_active = coupling.shape
-        slope = at.slope * (metric.frequency / metric.length)
-        row, corner = border[0] / metric.length, border[1] / metric.frequency
+        slope = at.slope * (metric.omega / metric.length)
+        row, corner = border[0] / metric.length, border[1] / metric.omega
         passive = np.delete(np.arange(size), active) if n_active < size else np.empty(0, dtype=np.intp)
         matrix = np.empty((n_active + 1, n_active + 1))
         np.negative(coupling[active], out=matrix[:-1, :-1])
@@ -67,7 +67,7 @@ class BorderedSystem:
     def step(self, residual: Array) -> Tangent:
         """Newton step in the plane normal to the border."""
         scaled, rate = self._solve(residual / -self.metric.length, 0.0)
-        return scaled * self.metric.length, rate * self.metric.frequency
+        return scaled * self.metric.length, rate * self.metric.omega
 
     def tangent(self) -> tuple[Tangent, int, int]:
         """Unit tangent on the side of the border, the sign of det [dR/dx, dR/dw; tangent], and that of det dR/dx.
@@ -75,5 +75,5 @@ class BorderedSystem:
         z solves B z = e_last; by Cramer's rule det dR/dx = z_last det B.
         """
         scaled, rate = self._solve(np.zeros(self.slope.size), 1.0)
-        tangent = self.metric.unit((scaled * self.metric.length, rate * self.metric.frequency))
+        tangent = self.metric.unit((scaled * self.metric.length, rate * self.metric.omega))
         return tangent, self.determinant_sign, self.determinant_sign * int(np.sign(rate))

@@ -20,7 +20,7 @@ class Corrected:
     """A solution (x, w), its balance, iterations, and the last step's system if it is as good as that of the end."""
 
     unknown: Array
-    frequency: float
+    omega: float
     at: BalanceAt
     system: BorderedSystem | None
     iterations: int
@@ -31,14 +31,14 @@ class Plane:
     """The plane through (x, w) normal to a unit `direction`; solutions farther than `farthest` count as none."""
 
     unknown: Array
-    frequency: float
+    omega: float
     direction: Tangent
     metric: Metric
     farthest: float
 
-    def distance(self, unknown: Array, frequency: float) -> float:
+    def distance(self, unknown: Array, omega: float) -> float:
         """From the base point of the plane."""
-        return self.metric.norm(unknown - self.unknown, frequency - self.frequency)
+        return self.metric.norm(unknown - self.unknown, omega - self.omega)
 
 
 def correct(
@@ -49,7 +49,7 @@ def correct(
     Factors of the Jacobian serve a second and third step where the errors so far tell that these then suffice: with
     an error e and a contraction c of the last step, the next with the same factors leaves 2 c e or less.
     """
-    x, w = plane.unknown, plane.frequency
+    x, w = plane.unknown, plane.omega
     if offset is not None:
         x, w = x + offset[0], w + offset[1]
     watch = Convergence(options.tolerance, options.round_off)

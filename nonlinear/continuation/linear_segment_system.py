@@ -31,7 +31,7 @@ class LinearMotion:
 
 
 @dataclass(frozen=True)
-class LinearSystem:
+class LinearSegmentSystem:
     """The equations of a `balance` in one state of its contacts: every node open, or pressed and held or sliding.
 
     What is the same at all frequencies is kept, so that a frequency costs one small complex system (none if all is
@@ -83,10 +83,10 @@ class LinearSystem:
         """Modal forces of unit displacements through the springs, (m, 3 n_c)."""
         return self._first.adjoint[0] * self.springs.reshape(-1)
 
-    def motion(self, frequency: float) -> LinearMotion:
-        """The motion at w = `frequency` (rad/s): (I + G k) d = d_lin in harmonic 1."""
+    def motion(self, omega: float) -> LinearMotion:
+        """The motion at w = `omega` (rad/s): (I + G k) d = d_lin in harmonic 1."""
         relative, force = self._first.relative[0], self._first.modal_force[0]
-        value, value_slope = (row[0] for row in self._first.denominators(frequency))
+        value, value_slope = (row[0] for row in self._first.denominators(omega))
         modal = force / value
         motion = relative @ modal
         if not self.springs.any():

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.continuation.linear_segment_system import LinearSystem
+from nonlinear.continuation.linear_segment_system import LinearSegmentSystem
 from nonlinear.continuation.solution_point import LinearState
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 
@@ -13,7 +13,7 @@ NO_VIBRATION = 1e-12  # higher harmonics below this part of the displacement are
 
 
 @dataclass(frozen=True)
-class LinearStretches:
+class LinearSegments:
     """The linear solutions of a `balance`: every node open, or pressed and stuck with its slider at rest.
 
     A node without friction slides; a node of the coupled law counts as stuck where that follows from bounds of its
@@ -22,16 +22,16 @@ class LinearStretches:
 
     balance: HarmonicBalance
     contact: ContactParameters
-    met: dict[bytes, LinearSystem] = field(default_factory=dict)  # by state
+    met: dict[bytes, LinearSegmentSystem] = field(default_factory=dict)  # by state
 
-    def system(self, state: LinearState) -> LinearSystem:
+    def system(self, state: LinearState) -> LinearSegmentSystem:
         """The equations of a state."""
         key = state.pressed.tobytes()
         if key not in self.met:
-            self.met[key] = LinearSystem(self.balance, self.contact, state)
+            self.met[key] = LinearSegmentSystem(self.balance, self.contact, state)
         return self.met[key]
 
-    def uniform(self) -> tuple[LinearSystem, LinearSystem]:
+    def uniform(self) -> tuple[LinearSegmentSystem, LinearSegmentSystem]:
         """All contacts open, and all pressed together."""
         every = np.ones(self.balance.n_contacts, dtype=bool)
         return self.system(LinearState(~every)), self.system(LinearState(every))

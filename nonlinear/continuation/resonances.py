@@ -12,7 +12,7 @@ HIGHEST_ORDER = 7  # of the superharmonic resonances that count; higher ones are
 
 
 @dataclass(frozen=True)
-class Landmarks:
+class Resonances:
     """Frequencies in the range, rad/s, ascending.
 
     natural : natural frequencies with the contacts open, sliding and stuck.
@@ -23,8 +23,8 @@ class Landmarks:
     all: tuple[float, ...] = ()
 
 
-def find_landmarks(receptance: RelativeReceptance, contact: ContactParameters, options: SolverOptions) -> Landmarks:
-    """The landmarks of a problem."""
+def find_resonances(receptance: RelativeReceptance, contact: ContactParameters, options: SolverOptions) -> Resonances:
+    """The resonances of a problem."""
     springs = np.zeros((3, contact.n_contacts, 3))
     springs[1:, :, 2] = contact.normal_stiffness
     springs[2, :, :2] = contact.tangential_stiffness[:, None]
@@ -33,10 +33,10 @@ def find_landmarks(receptance: RelativeReceptance, contact: ContactParameters, o
     )
     highest = HIGHEST_ORDER if isinstance(options.harmonics, str) else min(options.harmonics, HIGHEST_ORDER)
     parts = np.concatenate([found / order for order in range(1, highest + 1)])
-    return Landmarks(_inside(found, options), _inside(parts, options))
+    return Resonances(_inside(found, options), _inside(parts, options))
 
 
 def _inside(frequencies: Array, options: SolverOptions) -> tuple[float, ...]:
-    low, high = (2.0 * np.pi * limit for limit in options.frequency)
+    low, high = (2.0 * np.pi * limit for limit in options.frequency_hz)
     frequencies = np.unique(frequencies)
     return tuple(frequencies[(frequencies > low) & (frequencies < high)].tolist())

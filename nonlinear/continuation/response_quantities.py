@@ -7,7 +7,7 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import Array, ContactForces
-from nonlinear.continuation.solution_point import CurvePoint
+from nonlinear.continuation.solution_point import SolutionPoint
 from rom import RelativeReceptance
 
 
@@ -49,29 +49,27 @@ def largest_amplitude(harmonics: ComplexArray) -> Amplitude:
     return Amplitude(value, float(angle), sign)
 
 
-def output_harmonics(point: CurvePoint, output: str) -> ComplexArray:
+def output_harmonics(point: SolutionPoint, output: str) -> ComplexArray:
     """Fourier coefficients of the output, (H+1,)."""
-    return output_under(point.balance.receptance, point.frequency, point.contact, output)
+    return output_under(point.balance.receptance, point.omega, point.contact, output)
 
 
-def output_under(
-    receptance: RelativeReceptance, frequency: float, contact: ContactForces, output: str
-) -> ComplexArray:
+def output_under(receptance: RelativeReceptance, omega: float, contact: ContactForces, output: str) -> ComplexArray:
     """Fourier coefficients of the output under the excitation and given contact forces, (H+1,)."""
-    coordinates, _ = receptance.modal_response(frequency, complex_force(contact))
+    coordinates, _ = receptance.modal_response(omega, complex_force(contact))
     return coordinates @ receptance.modal.outputs[output]
 
 
-def amplitude_slope(point: CurvePoint, output: str) -> float:
+def amplitude_slope(point: SolutionPoint, output: str) -> float:
     """Derivative of the largest |x(t)| with respect to the arc length at `point`, metres."""
     balance, receptance = point.balance, point.balance.receptance
     output_shape = receptance.modal.outputs[output]
-    coordinates, slope = receptance.modal_response(point.frequency, complex_force(point.contact))
+    coordinates, slope = receptance.modal_response(point.omega, complex_force(point.contact))
     first = balance.first_row
     motion = point.tangent[0].reshape(-1, balance.n_contacts, 3)
     change = np.einsum("kabij,jkb->ika", point.contact.jacobian[..., first:], motion)
     force_change = to_complex(change.reshape(change.shape[0], -1))
-    rows = receptance.output_rows(output, point.frequency)
+    rows = receptance.output_rows(output, point.omega)
     derivative = (rows * force_change).sum(axis=1) + (slope @ output_shape) * point.tangent[1]
     amplitude = largest_amplitude(coordinates @ output_shape)
     order = np.arange(derivative.size)
@@ -100,13 +98,13 @@ class Responses:
         return np.abs(self.excitation - self.damping - self.friction) / np.maximum(scale, 1e-300)
 
 
-def responses(points: Sequence[CurvePoint], output: str) -> Responses:
+def responses(points: Sequence[SolutionPoint], output: str) -> Responses:
     """The output and the work of points that have one balance."""
     receptance = points[0].balance.receptance
-    frequency = np.array([point.frequency for point in points])
+    omega = np.array([point.omega for point in points])
     force = _flat([point.contact.force for point in points])
     displacement = _flat([point.displacement for point in points])
-    coordinates = receptance.coordinates(frequency, force)
+    coordinates = receptance.coordinates(omega, force)
     order = np.asarray(receptance.harmonics, dtype=float)
     excited = (receptance.modal_force.conj() * coordinates).imag.sum(axis=-1)
     damped = (receptance.modal.damping * (coordinates.real**2 + coordinates.imag**2)).sum(axis=-1)
@@ -114,7 +112,7 @@ def responses(points: Sequence[CurvePoint], output: str) -> Responses:
     return Responses(
         output=coordinates @ receptance.modal.outputs[output],
         excitation=-np.pi * (excited @ order),
-        damping=np.pi * frequency * (damped @ order**2),
+        damping=np.pi * omega * (damped @ order**2),
         friction=np.pi * (rubbed @ order),
     )
 

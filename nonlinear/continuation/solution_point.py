@@ -19,7 +19,7 @@ class LinearState:
 
 
 @dataclass(frozen=True)
-class CurvePoint:
+class SolutionPoint:
     """One solved point of `balance`: unknown x (n,), w (rad/s), unit tangent (dx/ds, dw/ds), and how it was found.
 
     The tangent points to growing `arc`; its length is 1 in `metric`, the scales at the point. `determinant_sign` is
@@ -32,7 +32,7 @@ class CurvePoint:
 
     balance: HarmonicBalance
     unknown: Array
-    frequency: float
+    omega: float
     tangent: Tangent
     metric: Metric
     contact: ContactForces

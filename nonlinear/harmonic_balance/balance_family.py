@@ -6,7 +6,7 @@ import numpy as np
 
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.continuation.solution_point import CurvePoint
+from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import SolverOptions
 
@@ -38,7 +38,7 @@ def fitted(unknown: Array, balance: HarmonicBalance) -> Array:
     return np.concatenate([unknown[: balance.size], np.zeros(max(balance.size - unknown.size, 0))])
 
 
-def resized(point: CurvePoint, balance: HarmonicBalance) -> CurvePoint:
+def resized(point: SolutionPoint, balance: HarmonicBalance) -> SolutionPoint:
     """The point with as many harmonics as `balance` has. Nothing is solved."""
     tangent = fitted(point.tangent[0], balance), point.tangent[1]
     return replace(point, balance=balance, unknown=fitted(point.unknown, balance), tangent=tangent)

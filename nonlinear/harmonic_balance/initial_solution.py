@@ -41,24 +41,24 @@ def static_displacement(receptance: RelativeReceptance, contact: ContactParamete
 
 def periodic_start(
     balance: HarmonicBalance,
-    frequency: float,
+    omega: float,
     static: Array,
     options: SolverOptions,
     contact: ContactParameters | None = None,
 ) -> NewtonResult:
-    """Solve the balance at `frequency` (rad/s) from the static state; by a homotopy if need be.
+    """Solve the balance at `omega` (rad/s) from the static state; by a homotopy if need be.
 
     The force grows from nothing; with the `contact` given, then also its friction, and then its stiffness.
     """
     rest = np.zeros((2 * len(balance.receptance.harmonics) - 1, balance.n_contacts, 3))
     rest[0] = static
     guess = balance.unknown(rest)
-    result = solve_at(balance, frequency, guess, options)
+    result = solve_at(balance, omega, guess, options)
     iterations = result.iterations
     for family in _homotopies(balance, options, contact):
         if result.converged:
             break
-        result = _grow(family, frequency, guess, options)
+        result = _grow(family, omega, guess, options)
         iterations += result.iterations
     return replace(result, iterations=iterations)
 
@@ -86,16 +86,16 @@ def _homotopies(
 
 
 def _grow(
-    family: Callable[[float], HarmonicBalance], frequency: float, guess: Array, options: SolverOptions
+    family: Callable[[float], HarmonicBalance], omega: float, guess: Array, options: SolverOptions
 ) -> NewtonResult:
     """Follow a family from 0 to 1 in steps of adaptive length."""
-    result = solve_at(family(0.0), frequency, guess, options)
+    result = solve_at(family(0.0), omega, guess, options)
     iterations, reached, step = result.iterations, 0.0, FIRST_FRACTION
     if result.converged:
         guess = result.solution
     while reached < 1.0 and step > SMALLEST_FRACTION:
         target = min(reached + step, 1.0)
-        result = solve_at(family(target), frequency, guess, options)
+        result = solve_at(family(target), omega, guess, options)
         iterations += result.iterations
         if result.converged:
             guess, reached, step = result.solution, target, 2.0 * step
@@ -106,15 +106,15 @@ def _grow(
 
 def solve_at(
     balance: HarmonicBalance,
-    frequency: float,
+    omega: float,
     guess: Array,
     options: SolverOptions,
     max_iterations: int = MAX_ITERATIONS,
 ) -> NewtonResult:
-    """Newton's method at w = `frequency` (rad/s) from an unknown."""
+    """Newton's method at w = `omega` (rad/s) from an unknown."""
 
     def linearise(unknown: Array) -> BalanceAt:
-        return balance.evaluate(unknown, frequency)
+        return balance.evaluate(unknown, omega)
 
     return newton(
         linearise,

@@ -21,13 +21,13 @@ class BalanceAt:
 
     Attributes
     ----------
-    balance : the equations. frequency : w, rad/s.
+    balance : the equations. omega : w, rad/s.
     residual : (n,) R. slope : (n,) its derivative in w.
     contact : the contact forces.
     """
 
     balance: "HarmonicBalance"
-    frequency: float
+    omega: float
     residual: Array
     slope: Array
     contact: ContactForces
@@ -36,7 +36,7 @@ class BalanceAt:
     def coupling(self) -> tuple[Array, NDArray[np.intp]]:
         """G df/dx without columns that are zero or meet zeros only, (n, n_active), and the unknowns that remain."""
         first = self.balance.first_row
-        matrix = self.balance.receptance.matrix(self.frequency)
+        matrix = self.balance.receptance.matrix(self.omega)
         product = _chain(matrix, self.contact.jacobian, first)
         n_contacts, rows = self.balance.n_contacts, product.shape[0] // (3 * self.balance.n_contacts)
         unknowns = np.arange(product.shape[0]).reshape(rows, n_contacts, 3).transpose(1, 0, 2)
@@ -114,14 +114,14 @@ class HarmonicBalance:
         """The same balance under another excitation amplitude `force` (N)."""
         return replace(self, receptance=replace(self.receptance, force=force))
 
-    def evaluate(self, unknown: Array, frequency: float) -> BalanceAt:
-        """Residual and derivatives at `unknown` and w = `frequency` (rad/s)."""
+    def evaluate(self, unknown: Array, omega: float) -> BalanceAt:
+        """Residual and derivatives at `unknown` and w = `omega` (rad/s)."""
         contact = self.forces(unknown)
         force = to_complex(contact.force.reshape(contact.force.shape[0], -1))
-        response, slope = self.receptance.response(frequency, force)
+        response, slope = self.receptance.response(omega, force)
         first = self.first_row
         residual = unknown - to_real(response)[first:].reshape(-1)
-        return BalanceAt(self, frequency, residual, -to_real(slope)[first:].reshape(-1), contact)
+        return BalanceAt(self, omega, residual, -to_real(slope)[first:].reshape(-1), contact)
 
     def vibration(self, unknown: Array) -> float:
         """2-norm of the dynamic part (harmonics 1 .. H) of `unknown`, metres."""

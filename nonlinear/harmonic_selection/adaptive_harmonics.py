@@ -7,7 +7,7 @@ import numpy as np
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.bordered_system import BorderedSystem
 from nonlinear.continuation.response_quantities import largest_amplitude, output_harmonics, output_under
-from nonlinear.continuation.solution_point import CurvePoint
+from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.balance_family import BalanceFamily, resized
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_selection.truncation_error import wider_harmonics
@@ -26,7 +26,7 @@ def ladder(n_contacts: int) -> tuple[int, ...]:
 
 
 @dataclass
-class HarmonicChoice:
+class HarmonicSelection:
     """Raises and lowers the number of harmonics along a trace, so that `tolerance` holds relative to the peak so far.
 
     `least`: never fewer than these. The highest amplitude met so far is kept from one trace to the next.
@@ -39,7 +39,7 @@ class HarmonicChoice:
     quiet: int = field(default=0)
     believed: int = field(default=0)
 
-    def __call__(self, continuation: Continuation, point: CurvePoint) -> CurvePoint | None:
+    def __call__(self, continuation: Continuation, point: SolutionPoint) -> SolutionPoint | None:
         """The point with as many harmonics as it needs; None if it is not found with them."""
         self.highest = max(self.highest, self._height(point))
         if continuation.is_linear(point):
@@ -60,7 +60,7 @@ class HarmonicChoice:
         self.believed = PATIENCE if missing < CLEARLY_BELOW * self.tolerance else 0
         return self._lowered(continuation, point)
 
-    def missing(self, continuation: Continuation, point: CurvePoint) -> float:
+    def missing(self, continuation: Continuation, point: SolutionPoint) -> float:
         """Estimated relative change of the amplitude by the harmonics left out; inf where it cannot be told.
 
         One sweep of a block iteration: the new harmonics of the displacement from the forces that the old ones
@@ -70,21 +70,21 @@ class HarmonicChoice:
         n_old = point.unknown.size
         wider = self.family.balance(wider_harmonics(point.balance.n_harmonics))
         x = resized(point, wider).unknown
-        first = wider.evaluate(x, point.frequency).residual[n_old:]
+        first = wider.evaluate(x, point.omega).residual[n_old:]
         x[n_old:] -= first
-        second = wider.evaluate(x, point.frequency)
+        second = wider.evaluate(x, point.omega)
         if np.linalg.norm(second.residual[n_old:]) > DIVERGES * np.linalg.norm(first):
             return self._missing_by_solution(continuation, point, wider)
         metric = continuation.metric(point.unknown)
-        at = point.balance.evaluate(point.unknown, point.frequency)
+        at = point.balance.evaluate(point.unknown, point.omega)
         system = BorderedSystem.factorise(at, metric.unit(point.tangent), metric)
         moved, shift = system.step(second.residual[:n_old])
         x[:n_old] += moved
-        output = output_under(wider.receptance, point.frequency + shift, wider.forces(x), self._output)
+        output = output_under(wider.receptance, point.omega + shift, wider.forces(x), self._output)
         changed = largest_amplitude(output)
         return abs(changed.value - self._height(point)) / max(self.highest, 1e-300)
 
-    def _missing_by_solution(self, continuation: Continuation, point: CurvePoint, wider: HarmonicBalance) -> float:
+    def _missing_by_solution(self, continuation: Continuation, point: SolutionPoint, wider: HarmonicBalance) -> float:
         found = continuation.of(wider).refit(point)
         if found is None:
             return float("inf")
@@ -94,15 +94,15 @@ class HarmonicChoice:
     def _output(self) -> str:
         return self.family.options.output
 
-    def _height(self, point: CurvePoint) -> float:
+    def _height(self, point: SolutionPoint) -> float:
         return largest_amplitude(output_harmonics(point, self._output)).value
 
-    def _with(self, continuation: Continuation, point: CurvePoint, n_harmonics: int) -> CurvePoint | None:
+    def _with(self, continuation: Continuation, point: SolutionPoint, n_harmonics: int) -> SolutionPoint | None:
         if point.balance.n_harmonics == n_harmonics:
             return point
         return continuation.of(self.family.balance(n_harmonics)).refit(point)
 
-    def _raised(self, continuation: Continuation, point: CurvePoint, more: list[int]) -> CurvePoint | None:
+    def _raised(self, continuation: Continuation, point: SolutionPoint, more: list[int]) -> SolutionPoint | None:
         """The point with the fewest more harmonics with which it is found."""
         for n_harmonics in more:
             found = self._with(continuation, point, n_harmonics)
@@ -110,7 +110,7 @@ class HarmonicChoice:
                 return found
         return None
 
-    def _lowered(self, continuation: Continuation, point: CurvePoint) -> CurvePoint:
+    def _lowered(self, continuation: Continuation, point: SolutionPoint) -> SolutionPoint:
         """The point, with one step fewer harmonics if the last few points could have done without those."""
         fewer = [n for n in LADDER if self.least <= n < point.balance.n_harmonics]
         if not fewer:

@@ -8,7 +8,7 @@ import numpy as np
 
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_slope, largest_amplitude, output_harmonics
-from nonlinear.continuation.solution_point import CurvePoint
+from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.balance_family import BalanceFamily, resized
 from nonlinear.harmonic_balance.initial_solution import solve_at
 
@@ -35,7 +35,7 @@ class Truncation:
     continuation: Continuation
     family: BalanceFamily
 
-    def at_peak(self, points: list[CurvePoint], peak_indices: list[int]) -> float:
+    def at_peak(self, points: list[SolutionPoint], peak_indices: list[int]) -> float:
         """Estimated relative error of the curve's highest amplitude; NaN without points, inf where it gets lost.
 
         The peak is followed to H + 2 harmonics, to `wider_harmonics` of H, and to that of the latter. The estimate is
@@ -55,7 +55,7 @@ class Truncation:
         changes = [abs(before / after - 1.0) for before, after in pairwise((height, *wider))]
         return SAFETY * (sum(changes) + changes[-1]) if changes else float("inf")
 
-    def along(self, points: list[CurvePoint], peak_indices: list[int]) -> float:
+    def along(self, points: list[SolutionPoint], peak_indices: list[int]) -> float:
         """Largest change of the amplitude at the peaks and at places along the curve, relative to the highest."""
         if not points:
             return float("nan")
@@ -67,18 +67,18 @@ class Truncation:
         changes = [abs(self._widened_height(points[index]) - heights[index]) for index in looked_at]
         return max(changes) / max(heights)
 
-    def _height(self, point: CurvePoint) -> float:
+    def _height(self, point: SolutionPoint) -> float:
         return largest_amplitude(output_harmonics(point, self.continuation.options.output)).value
 
     def _with(self, n_harmonics: int) -> Continuation:
         return replace(self.continuation.of(self.family.balance(n_harmonics)), adapt=None, stability=None)
 
-    def _widened_height(self, point: CurvePoint) -> float:
+    def _widened_height(self, point: SolutionPoint) -> float:
         """Amplitude with more harmonics, in the plane normal to the curve through the point; inf if not found."""
         found = self._with(wider_harmonics(point.balance.n_harmonics)).refit(point)
         return float("inf") if found is None else self._height(found)
 
-    def _followed(self, points: list[CurvePoint], index: int, is_peak: bool) -> Iterator[float]:
+    def _followed(self, points: list[SolutionPoint], index: int, is_peak: bool) -> Iterator[float]:
         """Heights of the point with more and more harmonics, without those with which it is not found.
 
         A peak may move; the end of a range stays at its frequency. The last and costly number only where the others
@@ -103,11 +103,11 @@ class Truncation:
                 left_out = left_out or abs(wider - height) > NOTHING * height
                 yield wider
 
-    def _from_both_sides(self, here: Continuation, lost: CurvePoint) -> tuple[CurvePoint, float] | None:
+    def _from_both_sides(self, here: Continuation, lost: SolutionPoint) -> tuple[SolutionPoint, float] | None:
         """The highest amplitude that the curve with more harmonics reaches from both sides of a lost peak."""
         narrow = self._with(lost.balance.n_harmonics)
         peak = narrow.refit(lost)
-        reached: list[CurvePoint] = []
+        reached: list[SolutionPoint] = []
         for start in () if peak is None else (peak, _turned(peak)):
             down = islice(narrow.trace(replace(start, step=FIRST_STEP)), AWAY[-1] + 1)
             refits = (here.refit(point) for count, point in enumerate(down) if count in AWAY)
@@ -117,7 +117,7 @@ class Truncation:
         top = max(reached, key=self._height, default=None)
         return None if top is None else (top, self._height(top))
 
-    def _top(self, here: Continuation, start: CurvePoint, narrow: float) -> tuple[CurvePoint, float]:
+    def _top(self, here: Continuation, start: SolutionPoint, narrow: float) -> tuple[SolutionPoint, float]:
         """The peak that `start` stands beside, and its height; the highest point met where none is reached.
 
         Without a walk if what that adds is small beside the change from the height with fewer harmonics.
@@ -128,7 +128,7 @@ class Truncation:
             return start, height
         if slope < 0.0:
             start = _turned(start)
-        before: CurvePoint | None = None
+        before: SolutionPoint | None = None
         for point in islice(here.trace(replace(start, step=FIRST_STEP)), MOST_STEPS):
             if before is not None and point.amplitude_slope <= 0.0:
                 return before, _highest_between(before, point, self._height(before), self._height(point))
@@ -137,21 +137,21 @@ class Truncation:
         return last, self._height(last)
 
 
-def _turned(point: CurvePoint) -> CurvePoint:
+def _turned(point: SolutionPoint) -> SolutionPoint:
     """The point as the beginning of a trace the other way."""
     return replace(point, tangent=(-point.tangent[0], -point.tangent[1]), orientation=-point.orientation)
 
 
-def _at_frequency(here: Continuation, point: CurvePoint) -> CurvePoint | None:
+def _at_frequency(here: Continuation, point: SolutionPoint) -> SolutionPoint | None:
     """The solution at the frequency of a point of another number of harmonics, by damped Newton steps from there."""
     start = resized(point, here.balance)
-    solved = solve_at(here.balance, start.frequency, start.unknown, here.options, MOST_ITERATIONS)
+    solved = solve_at(here.balance, start.omega, start.unknown, here.options, MOST_ITERATIONS)
     if not solved.converged:
         return None
-    return here.point(solved.solution, start.frequency, start.tangent, solved.iterations, start.arc, start.step)
+    return here.point(solved.solution, start.omega, start.tangent, solved.iterations, start.arc, start.step)
 
 
-def _highest_between(before: CurvePoint, after: CurvePoint, low: float, high: float) -> float:
+def _highest_between(before: SolutionPoint, after: SolutionPoint, low: float, high: float) -> float:
     """Largest value of the cubic with the heights and slopes of the amplitude at two points."""
     length = after.arc - before.arc
     s = np.linspace(0.0, 1.0, 129)

@@ -15,7 +15,7 @@ REPEATED = 1e-12  # of the largest motion: a cycle that comes back this near is 
 
 
 @dataclass(frozen=True)
-class ConeMemory:
+class ConeSliderMemory:
     """The sliders of M nodes over N instants of a cycle, linearised.
 
     Under the perturbation e^(lambda theta / w) p(theta) of a contact motion its slider moves by e^(...) y(theta),
@@ -105,7 +105,9 @@ def _periodic(carried: Array, driven: Array, table: Array, factor: complex, step
                 last[turn, 1, column] = (product[1, 0] * x + (1.0 - product[0, 0]) * y) / determinant
 
 
-def cone_memory(parameters: ContactParameters, table: Array, motion: Array, speed: Array) -> ConeMemory | None:
+def cone_slider_memory(
+    parameters: ContactParameters, table: Array, motion: Array, speed: Array
+) -> ConeSliderMemory | None:
     """Memory of the sliders under a periodic motion; None if each of them sticks or is open throughout.
 
     table (N, 2H+1): basis functions at equidistant instants; motion, speed (n_c, 3, N): displacement and its
@@ -129,7 +131,7 @@ def cone_memory(parameters: ContactParameters, table: Array, motion: Array, spee
         return None
     node, carried, driven = zip(*found, strict=True)
     index = np.array(node, dtype=np.int64)
-    return ConeMemory(index, np.array(carried), np.array(driven), p.tangential_stiffness[index], table)
+    return ConeSliderMemory(index, np.array(carried), np.array(driven), p.tangential_stiffness[index], table)
 
 
 def _linearised(

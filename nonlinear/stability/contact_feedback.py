@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.stability.block_matrices import HarmonicBlocks, Matrix, NodeBlocks
-from nonlinear.stability.cone_slider_memory import ConeMemory
-from nonlinear.stability.modal_condensation import CondensedBlade
-from nonlinear.stability.slider_memory import FrictionMemory
+from nonlinear.stability.cone_slider_memory import ConeSliderMemory
+from nonlinear.stability.modal_condensation import CondensedModes
+from nonlinear.stability.slider_memory import SliderMemory
 
 
 @dataclass(frozen=True)
-class ContactLoop:
+class ContactFeedback:
     """Contact forces f = K d at lambda = 0 on a flexibility, d = d_free + G f; `factors` are those of I - G K."""
 
     contact: NodeBlocks
@@ -21,7 +21,7 @@ class ContactLoop:
     factors: tuple[Any, Any]
 
     @classmethod
-    def closed(cls, contact: NodeBlocks, flexibility: HarmonicBlocks) -> "ContactLoop":
+    def closed(cls, contact: NodeBlocks, flexibility: HarmonicBlocks) -> "ContactFeedback":
         """The loop of K and G."""
         from scipy.linalg import lu_factor
 
@@ -50,7 +50,7 @@ class SliderPlaces:
     None where the rows are real coefficients themselves. first : number of rows of S that are left out.
     """
 
-    memory: FrictionMemory
+    memory: SliderMemory
     node: NDArray[np.int64]
     n_nodes: int
     to_real: Matrix | None
@@ -71,7 +71,7 @@ class SliderPlaces:
         return self._spread(values, self.memory.direction) + self._spread(values, 2, self.memory.ratio[:, None])
 
     def forces(self, exponent: complex) -> tuple[Matrix, Matrix]:
-        """P(lambda) and its derivative, (n, M): f = P dw(theta_s), see `FrictionMemory.force`."""
+        """P(lambda) and its derivative, (n, M): f = P dw(theta_s), see `SliderMemory.force`."""
         values = self.memory.force(exponent)
         if self.to_real is not None:
             values = values[0] @ np.linalg.inv(self.to_real).T, values[1] @ np.linalg.inv(self.to_real).T
@@ -103,7 +103,7 @@ class DelayedFriction:
     def of(
         cls,
         places: SliderPlaces,
-        loop: ContactLoop,
+        loop: ContactFeedback,
         slope: HarmonicBlocks,
         outlet: Matrix,
         inlet: Matrix,
@@ -135,10 +135,10 @@ class DelayedCone:
     loop, reaction, late : at lambda = 0, with B S and B S G' S, (n_z, n). to_real, first : as in `SliderPlaces`.
     """
 
-    memory: ConeMemory
+    memory: ConeSliderMemory
     node: NDArray[np.int64]
-    blade: CondensedBlade
-    loop: ContactLoop
+    blade: CondensedModes
+    loop: ContactFeedback
     reaction: Matrix
     late: Matrix
     to_real: Matrix | None
@@ -149,7 +149,7 @@ class DelayedCone:
         beyond, change = (self._blocks(values) for values in self.memory.jacobian(exponent))
         blade, loop, reaction, late = self.blade, self.loop, self.reaction, self.late
         if exponent != 0.0:
-            loop = ContactLoop.closed(NodeBlocks(loop.contact.values + beyond), blade.flexibility)
+            loop = ContactFeedback.closed(NodeBlocks(loop.contact.values + beyond), blade.flexibility)
             reaction = loop.reaction(blade.inlet)
             late = loop.reaction(blade.slope.after(reaction))
         turned = loop.observed(NodeBlocks(change).after(loop.total(blade.inlet, reaction)))

@@ -39,7 +39,7 @@ class FloquetAnalysis:
 
     Accuracy: for the harmonics balanced an exponent is exact where it is zero. Elsewhere the poles condensed cost
     some 1e-4 w. A slider remembers where it stopped, which makes its share of the contact Jacobian depend on
-    lambda. That is taken into account to some 1e-3 w (`FrictionMemory`; `ConeMemory` for the coupled law); without
+    lambda. That is taken into account to some 1e-3 w (`SliderMemory`; `ConeSliderMemory` for the coupled law); without
     it lumped blades in partial slip had (0.011 +- 0.139 i) w where time integration has (-0.006 +- 0.144 i) w.
     Sliders that stick throughout the cycle stand still in every perturbation. The harmonics left out matter more than
     all this: where few of them make another motion, they make another stability.
@@ -57,29 +57,29 @@ class FloquetAnalysis:
         problem = HillProblem(receptance.modal, receptance.phase, harmonics, pattern, static)
         return cls(problem, MemorySampler(contact, harmonics))
 
-    def exponents(self, displacement: Array, jacobian: Array, frequency: float) -> ComplexArray:
+    def exponents(self, displacement: Array, jacobian: Array, omega: float) -> ComplexArray:
         """Exponents (1/s) of one point, the least stable first (see `floquet_exponents`).
 
-        `displacement` (2H+1, n_c, 3): real coefficients; `jacobian` of `ContactForces` there; w = `frequency`, rad/s.
+        `displacement` (2H+1, n_c, 3): real coefficients; `jacobian` of `ContactForces` there; w = `omega`, rad/s.
         """
-        return floquet_exponents(self.problem, jacobian, frequency, self.sampler.memory(displacement))
+        return floquet_exponents(self.problem, jacobian, omega, self.sampler.memory(displacement))
 
-    def growth_rate(self, displacement: Array, jacobian: Array, frequency: float) -> float:
+    def growth_rate(self, displacement: Array, jacobian: Array, omega: float) -> float:
         """Largest real part (1/s): above 0 the motion is unstable; -inf if no mode reaches the strip."""
-        found = self.exponents(displacement, jacobian, frequency)
+        found = self.exponents(displacement, jacobian, omega)
         return float(found[0].real) if found.size else -np.inf
 
 
 def floquet_exponents(
-    problem: HillProblem, jacobian: Array, frequency: float, memory: Memory | None = None
+    problem: HillProblem, jacobian: Array, omega: float, memory: Memory | None = None
 ) -> ComplexArray:
     """Exponents lambda (1/s) with |Im lambda| <= w / 2, the least stable first; none if no mode reaches there.
 
-    `jacobian` (n_c, 3, 3, 2H+1, 2H+1) as in `ContactForces`, w = `frequency` in rad/s. With the `memory` of sliders
+    `jacobian` (n_c, 3, 3, 2H+1, 2H+1) as in `ContactForces`, w = `omega` in rad/s. With the `memory` of sliders
     the strip is cut into slices and the problem linearised in the middle of each; what grows is solved for again,
     linearised around itself.
     """
-    motion = problem.at(jacobian, frequency, memory)
+    motion = problem.at(jacobian, omega, memory)
     if memory is None:
         found = motion.eigenvalues()
     else:
@@ -87,7 +87,7 @@ def floquet_exponents(
         grows = found.real > 0.0
         found = np.append(found[~grows], _settled(motion, found[grows]))
     found = found[np.abs(found.imag) <= 0.5 + OVERLAP]
-    return frequency * found[np.argsort(-found.real)]
+    return omega * found[np.argsort(-found.real)]
 
 
 def _sliced(motion: PerturbedMotion) -> ComplexArray:
@@ -128,15 +128,15 @@ def _settled(motion: PerturbedMotion, values: ComplexArray) -> ComplexArray:
     return np.array(found + mirrored, dtype=complex)
 
 
-def kind(exponent: complex, frequency: float) -> Instability:
-    """What an exponent (1/s) stands for at w = `frequency` (rad/s)."""
-    turn = abs(exponent.imag) / frequency
+def kind(exponent: complex, omega: float) -> Instability:
+    """What an exponent (1/s) stands for at w = `omega` (rad/s)."""
+    turn = abs(exponent.imag) / omega
     if turn < SAME:
         return Instability.REAL
     return Instability.PERIOD_DOUBLING if abs(turn - 0.5) < HALF_TURN else Instability.COMPLEX
 
 
-def crossings(before: ComplexArray, after: ComplexArray, frequency: float) -> tuple[Instability, ...]:
+def crossings(before: ComplexArray, after: ComplexArray, omega: float) -> tuple[Instability, ...]:
     """What crosses the imaginary axis between two neighbouring points with these exponents; nothing: empty.
 
     A change of the number of unstable real exponents by an odd one is a real exponent that crosses: complex ones meet
@@ -144,10 +144,10 @@ def crossings(before: ComplexArray, after: ComplexArray, frequency: float) -> tu
     """
     few, many = sorted((before[before.real > 0.0], after[after.real > 0.0]), key=len)
     many = many[np.argsort(many.real)]
-    kinds = {kind(value, frequency) for value in many[: len(many) - len(few)]}
+    kinds = {kind(value, omega) for value in many[: len(many) - len(few)]}
     if (np.count_nonzero(few.imag == 0.0) + np.count_nonzero(many.imag == 0.0)) % 2:
         others = many[many.imag != 0.0][: len(many) - len(few) - 1]
-        kinds = {Instability.REAL} | {kind(value, frequency) for value in others}
+        kinds = {Instability.REAL} | {kind(value, omega) for value in others}
     return tuple(item for item in Instability if item in kinds)
 
 

@@ -8,13 +8,13 @@ import numpy as np
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.block_matrices import Matrix, NodeBlocks
-from nonlinear.stability.cone_slider_memory import ConeMemory
-from nonlinear.stability.contact_feedback import ContactLoop, DelayedCone, DelayedFriction, SliderPlaces
-from nonlinear.stability.modal_condensation import OpenBlade
-from nonlinear.stability.slider_memory import FrictionMemory
+from nonlinear.stability.cone_slider_memory import ConeSliderMemory
+from nonlinear.stability.contact_feedback import ContactFeedback, DelayedCone, DelayedFriction, SliderPlaces
+from nonlinear.stability.modal_condensation import ContactFreeModel
+from nonlinear.stability.slider_memory import SliderMemory
 from rom import ModalModel
 
-Memory = FrictionMemory | ConeMemory
+Memory = SliderMemory | ConeSliderMemory
 REACH = 2.0
 HIGHEST = 5
 MOST_INVERSIONS = 12
@@ -36,7 +36,7 @@ class HillProblem:
     of a ring of N_b blades are those of kappa = 2 pi k / N_b, k = 0 .. N_b - 1, with |Im lambda| <= w / 2: others are
     copies of these, lambda + i w for kappa + psi. -kappa has the complex conjugates.
 
-    Most poles of the open blade are condensed to a flexibility, linear in lambda (`OpenBlade`). At lambda = 0 nothing
+    Most poles of the open blade are condensed to a flexibility, linear in lambda (`ContactFreeModel`). At lambda = 0 nothing
     is neglected: an exponent is zero exactly where det dR/dx is. Elsewhere the error grows with the square of
     |lambda| / (reach w).
 
@@ -64,7 +64,7 @@ class HillProblem:
         return self.modal.left is None or abs(np.sin(self.pattern)) < 1e-12
 
     @cached_property
-    def blade(self) -> OpenBlade:
+    def blade(self) -> ContactFreeModel:
         """The open blade in real motions of the harmonics 0, 1, 2, ..., or in the harmonics 0, 1, -1, 2, -2, ..."""
         harmonics = np.arange(1.0, self.n_harmonics + 1.0)
         if not self.symmetric:
@@ -73,7 +73,7 @@ class HillProblem:
             harmonics = np.append(0.0, harmonics)
         left = 0.0 if self.modal.left is None else self.modal.left
         turn = np.exp(1j * (harmonics * self.phase + self.pattern))[:, None, None]
-        return OpenBlade(
+        return ContactFreeModel(
             self.modal, harmonics, self.modal.right - left * turn, self.reach, self.highest, self.symmetric
         )
 
@@ -88,16 +88,16 @@ class HillProblem:
             matrix[h : h + 2, h : h + 2] = [[1.0, 1.0], [-1j, 1j]]
         return matrix
 
-    def at(self, jacobian: Array, frequency: float, memory: Memory | None = None) -> "PerturbedMotion":
+    def at(self, jacobian: Array, omega: float, memory: Memory | None = None) -> "PerturbedMotion":
         """The linear problem at one solved point, in the states z of the poles kept.
 
-        `jacobian` (n_c, 3, 3, 2H+1, 2H+1) as in `ContactForces`, w = `frequency` in rad/s, `memory` of the sliders.
+        `jacobian` (n_c, 3, 3, 2H+1, 2H+1) as in `ContactForces`, w = `omega` in rad/s, `memory` of the sliders.
         With lambda z = L z + B f, f = K d and d = C z + (G + lambda G') f:
 
             lambda z = (L + B S C + lambda B S G' S C) z,    S = K (I - G K)^-1.
         """
         touching = np.any(jacobian != 0.0, axis=(1, 2, 3, 4))
-        blade = self.blade.condensed(frequency, np.repeat(touching, 3))
+        blade = self.blade.condensed(omega, np.repeat(touching, 3))
         if not np.any(touching):
             return PerturbedMotion(self.symmetric, blade.poles, np.zeros_like(blade.poles))
         values: Matrix = jacobian[touching]
@@ -105,13 +105,13 @@ class HillProblem:
             values = np.linalg.inv(self._to_real) @ values @ self._to_real
         first = 0 if self.static else 1
         contact = NodeBlocks(values.transpose(0, 3, 1, 4, 2)[:, first:, :, first:])
-        loop = ContactLoop.closed(contact, blade.flexibility)
+        loop = ContactFeedback.closed(contact, blade.flexibility)
         reaction = loop.reaction(blade.inlet)
         late = blade.slope.after(reaction)
         late_reaction = loop.reaction(late)
         delay: DelayedFriction | DelayedCone | None = None
         node = np.cumsum(touching) - 1
-        if isinstance(memory, ConeMemory):
+        if isinstance(memory, ConeSliderMemory):
             delay = DelayedCone(memory, node[memory.node], blade, loop, reaction, late_reaction, self._to_real, first)
         elif memory is not None:
             places = SliderPlaces(memory, node[memory.node], int(touching.sum()), self._to_real, first)

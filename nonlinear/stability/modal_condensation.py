@@ -15,7 +15,7 @@ CRITICAL = 1e-8  # relative distance of w_m^2 from (c_m / 2)^2 up to which the t
 
 
 @dataclass(frozen=True)
-class CondensedBlade:
+class CondensedModes:
     """Contact motion d under contact forces f: lambda z = L z + B f, d = C z + (G + lambda G') f.
 
     lambda is in units of w. L (n_z, n_z): poles, B (n_z, n): inlet, C (n, n_z): outlet, G and G' (n, n): flexibility
@@ -30,7 +30,7 @@ class CondensedBlade:
 
 
 @dataclass(frozen=True)
-class OpenBlade:
+class ContactFreeModel:
     """Modes of a blade without contact that move as e^(s t), s = lambda + i h w, in the harmonics h.
 
     Each mode, 1 / (s^2 + c_m s + w_m^2), has two poles. Of the one that turns with h, those with |s| below
@@ -67,9 +67,9 @@ class OpenBlade:
         backward = (self.harmonics < 0.0)[:, None, None]
         return np.where(backward, poles.conj(), poles), np.where(backward, residues.conj(), residues)
 
-    def _kept(self, frequency: float) -> NDArray[np.bool_]:
+    def _kept(self, omega: float) -> NDArray[np.bool_]:
         """Which poles are states, (n_h, 2, m)."""
-        h, size = np.abs(self.harmonics)[:, None], np.abs(self._poles[0]) / frequency
+        h, size = np.abs(self.harmonics)[:, None], np.abs(self._poles[0]) / omega
         turning = (size[:, 0] <= np.minimum(h, self.highest) + self.reach) & (
             (h <= self.highest) | (size[:, 0] >= h - self.reach)
         )
@@ -77,11 +77,11 @@ class OpenBlade:
         kept[: self._first] = size[: self._first, :1] <= self.reach  # both or none
         return kept
 
-    def condensed(self, frequency: float, active: NDArray[np.bool_]) -> CondensedBlade:
-        """The blade at w = `frequency` (rad/s) near lambda = 0, in the contact motions `active` (mask)."""
-        kept = self._kept(frequency)
-        roots = self._poles[0] / frequency - 1j * self.harmonics[:, None, None]
-        residues = self._poles[1] / frequency
+    def condensed(self, omega: float, active: NDArray[np.bool_]) -> CondensedModes:
+        """The blade at w = `omega` (rad/s) near lambda = 0, in the contact motions `active` (mask)."""
+        kept = self._kept(omega)
+        roots = self._poles[0] / omega - 1j * self.harmonics[:, None, None]
+        residues = self._poles[1] / omega
         near = np.where(kept, 1.0, -roots)
         rest = np.where(kept, 0.0, residues / near)
         late = np.where(np.abs(near) < self.reach, 0.0, -rest / near)
@@ -95,9 +95,9 @@ class OpenBlade:
             relative[first:].transpose(0, 2, 1)[row, mode],
             row,
         )
-        static = self._static(frequency, kept[0, 0], relative[0]) if first else (np.zeros((0, 0)),) * 3
+        static = self._static(omega, kept[0, 0], relative[0]) if first else (np.zeros((0, 0)),) * 3
         poles, inlet, outlet = (_diagonal(one, other) for one, other in zip(static, turning, strict=True))
-        return CondensedBlade(
+        return CondensedModes(
             poles,
             inlet,
             outlet,
@@ -105,17 +105,17 @@ class OpenBlade:
             self._blocks((relative * late.sum(axis=1)[:, None]) @ adjoint),
         )
 
-    def _static(self, frequency: float, kept: NDArray[np.bool_], relative: Matrix) -> tuple[Matrix, Matrix, Matrix]:
+    def _static(self, omega: float, kept: NDArray[np.bool_], relative: Matrix) -> tuple[Matrix, Matrix, Matrix]:
         """L, B, C of harmonic 0: displacement and velocity of each mode kept."""
         modes = np.flatnonzero(kept)
         count, motion = modes.size, (relative.real if self.real else relative)[:, modes]
         poles = np.zeros((2 * count, 2 * count))
         upper, lower = np.arange(count), np.arange(count, 2 * count)
         poles[upper, lower] = 1.0
-        poles[lower, upper] = -((self.modal.angular_frequency[modes] / frequency) ** 2)
-        poles[lower, lower] = -self.modal.damping[modes] / frequency
+        poles[lower, upper] = -((self.modal.angular_frequency[modes] / omega) ** 2)
+        poles[lower, lower] = -self.modal.damping[modes] / omega
         inlet = np.zeros((2 * count, motion.shape[0]), dtype=motion.dtype)
-        inlet[count:] = motion.conj().T / frequency**2
+        inlet[count:] = motion.conj().T / omega**2
         return poles, inlet, np.concatenate([motion, np.zeros_like(motion)], axis=1)
 
     def _turning(

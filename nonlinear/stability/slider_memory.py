@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import basis_table
 from nonlinear.contact.parameters import LIFT_OFF, STICK, Array, ContactParameters
 from nonlinear.stability.block_matrices import Matrix
-from nonlinear.stability.cone_slider_memory import ConeMemory, cone_memory
+from nonlinear.stability.cone_slider_memory import ConeSliderMemory, cone_slider_memory
 
 Integers = NDArray[np.int64]
 SAMPLES = 512
@@ -17,7 +17,7 @@ SMALL = 1e-3  # exponents below this: series in place of quotients
 
 
 @dataclass(frozen=True)
-class FrictionMemory:
+class SliderMemory:
     """The M stretches of a cycle in which a slider sticks where an earlier instant, theta_s, has set it.
 
     There T = kt (u(theta) - w(theta_s)), and a perturbation of it
@@ -86,7 +86,7 @@ def _basis(powers: Matrix) -> Matrix:
 
 @dataclass(frozen=True)
 class MemorySampler:
-    """Follows the sliders over a cycle at equidistant instants (see `FrictionMemory` and `ConeMemory`)."""
+    """Follows the sliders over a cycle at equidistant instants (see `SliderMemory` and `ConeSliderMemory`)."""
 
     parameters: ContactParameters
     n_harmonics: int
@@ -102,7 +102,7 @@ class MemorySampler:
         slope[:, 2::2] = -order * table[:, 1::2]
         return table, slope
 
-    def memory(self, displacement: Array) -> FrictionMemory | ConeMemory | None:
+    def memory(self, displacement: Array) -> SliderMemory | ConeSliderMemory | None:
         """Memory of the sliders under the periodic `displacement` (2H+1, n_c, 3); None if no event has set one."""
         p, n = self.parameters, self.samples
         motion, speed = (
@@ -110,7 +110,7 @@ class MemorySampler:
             for table in self._tables
         )
         if p.law == "coupled":
-            return cone_memory(p, self._tables[0], motion, speed)
+            return cone_slider_memory(p, self._tables[0], motion, speed)
         state, source, sign = self._march(motion)
         row, sample, length = _stretches(state, source)
         if row.size == 0:
@@ -126,7 +126,7 @@ class MemorySampler:
         ratio = np.where((after == 0) | at_once, restart, slipped)
         # a stretch begins and ends between two instants: half a step later than the last one before
         start, extent = (np.asarray(2.0 * np.pi / n * count, dtype=np.float64) for count in (sample + 0.5, length))
-        return FrictionMemory(node, direction, start, extent, ratio, kt, self.n_harmonics)
+        return SliderMemory(node, direction, start, extent, ratio, kt, self.n_harmonics)
 
     def _march(self, motion: Array) -> tuple[Integers, Integers, Integers]:
         """State, source and sign of all sliders (see `march`), (n_c, 2, samples); -1 where there is none."""

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from pipeline.scene.labels import member_label
 from pipeline.scene.schema import Scene
-from pipeline.stages.curve_file import BRANCHES, read_facts
-from pipeline.stages.respond import Solved
+from pipeline.stages.curve_file import BRANCHES, read_summary
+from pipeline.stages.respond import CurveResult
 
 Array = NDArray[np.float64]
 
@@ -54,14 +54,14 @@ class PlottedCurve:
         return float(self.frequency_hz[self.peak_index]), float(self.amplitude_m[self.peak_index])
 
 
-def plotted_curves(curves: Sequence[Solved]) -> list[PlottedCurve]:
+def plotted_curves(curves: Sequence[CurveResult]) -> list[PlottedCurve]:
     """The curves that have points."""
     return [
         _read(i, c, c.file, c.rom) for i, c in enumerate(curves) if c.file and c.rom and c.facts and c.facts.points
     ]
 
 
-def _read(index: int, curve: Solved, file: Path, rom: Path) -> PlottedCurve:
+def _read(index: int, curve: CurveResult, file: Path, rom: Path) -> PlottedCurve:
     import h5py
 
     with h5py.File(file, "r") as source:
@@ -80,7 +80,7 @@ def _read(index: int, curve: Solved, file: Path, rom: Path) -> PlottedCurve:
             peak_index=peak,
             peak_displacement=source["relative_displacement"][peak] if peak >= 0 else None,
             branches=tuple(_branch(source[BRANCHES][name]) for name in sorted(source.get(BRANCHES, ()), key=int)),
-            bifurcations=read_facts(source).bifurcations,
+            bifurcations=read_summary(source).bifurcations,
             contact={key: tuple(v) if isinstance(v, np.ndarray) else v for key, v in contact.items()},
         )
 

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.stages.request import Run
-from pipeline.stages.respond import Solved
+from pipeline.stages.respond import CurveResult
 from pipeline.store.fingerprints import fingerprint
 from pipeline.store.publishing import publish, retire
 
 NAMES = ("response", "peaks", "hysteresis", "hysteresis_sweep", "nodal_diameters", "campbell")
 
 
-def figure_stage(run: Run, curves: Sequence[Solved]) -> list[Path]:
+def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
     """Draw what is missing; returns the files in the output folder."""
     title = _title(run)
     content = {
@@ -31,7 +31,7 @@ def figure_stage(run: Run, curves: Sequence[Solved]) -> list[Path]:
     return files
 
 
-def draw(folder: Path, curves: Sequence[Solved], title: str) -> None:
+def draw(folder: Path, curves: Sequence[CurveResult], title: str) -> None:
     """Draw every figure that the curves allow."""
     from pipeline.figures.campbell import campbell_figure
     from pipeline.figures.data import plotted_curves

@@ -16,7 +16,7 @@ from pipeline.stages.build_model import SECTOR
 from pipeline.stages.curve_file import face_area
 from pipeline.stages.model_chain import BuiltModel
 from pipeline.stages.request import Run
-from pipeline.stages.respond import Solved
+from pipeline.stages.respond import CurveResult
 from pipeline.stages.scene_to_solver import stiffness_by_node, used_contact
 from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import fingerprint
@@ -25,7 +25,7 @@ from pipeline.store.publishing import publish, retire
 FRAMES = 24  # of an animation
 
 
-def render_stage(run: Run, models: Models, curves: Sequence[Solved]) -> list[Path]:
+def render_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> list[Path]:
     """Draw what is missing; returns the files in the output folder. `curves`: those solved, none without respond."""
     chosen: dict[str, tuple[BuiltModel, Scene]] = {}
     for member in run.request.scene.members:
@@ -44,7 +44,7 @@ def render_stage(run: Run, models: Models, curves: Sequence[Solved]) -> list[Pat
     return files
 
 
-def operating_curves(render: Render | None, curves: Sequence[Solved]) -> list[int]:
+def operating_curves(render: Render | None, curves: Sequence[CurveResult]) -> list[int]:
     """Numbers of the curves whose motion at the peak is wanted: those listed, or with the highest and lowest peak."""
     if render is None or render.operating is False:
         return []
@@ -71,7 +71,7 @@ def _render(run: Run, model: BuiltModel, scene: Scene, prefix: str) -> list[Path
     return publish(run.store, entry.folder, run.request.out / "renders")
 
 
-def _operate(run: Run, model: BuiltModel, curve: Solved, number: int) -> list[Path]:
+def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> list[Path]:
     """The still and the animation of one curve's motion at its peak."""
     scene = curve.member.scene
     render = scene.render or Render()

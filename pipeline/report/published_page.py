@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from pipeline.stages.request import Outcome
+from pipeline.stages.request import RunOutcome
 from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import fingerprint
 
@@ -14,7 +14,7 @@ _MARK = re.compile(rb'<meta name="shroud-results" content="([0-9a-f]+)">')
 _HEAD = 4096  # bytes within which the mark stands
 
 
-def results_fingerprint(models: Models, outcome: Outcome) -> str:
+def results_fingerprint(models: Models, outcome: RunOutcome) -> str:
     """Hash of what the results are: each curve's key and parameters, and its model's key."""
     keys = {index: model.key for index, model in models.items() if model is not None}
     return fingerprint(

@@ -10,8 +10,8 @@ from typing import Any
 from pipeline.report.published_page import results_fingerprint
 from pipeline.scene.schema import Scene
 from pipeline.stages.model_chain import BuiltModel
-from pipeline.stages.request import Outcome, Run
-from pipeline.stages.respond import Solved
+from pipeline.stages.request import Run, RunOutcome
+from pipeline.stages.respond import CurveResult
 from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import file_fingerprint, fingerprint, source_fingerprint
 from pipeline.verify.cases import Measuring, distinct_cases
@@ -38,7 +38,7 @@ class ReportSource:
     scene_file: Path
     scene_text: str
     swept: tuple[str, ...]
-    curves: Sequence[Solved]
+    curves: Sequence[CurveResult]
     models: Mapping[int, BuiltModel | None]
     model_rows: Sequence[dict[str, Any]]
     pictures: Sequence[str]
@@ -84,7 +84,7 @@ class ReportSource:
         )
 
 
-def report_source(run: Run, models: Models, outcome: Outcome) -> ReportSource:
+def report_source(run: Run, models: Models, outcome: RunOutcome) -> ReportSource:
     """The results of a run whose stages before the report are done."""
     scene = run.request.scene
     costs = dict(run.log.cost)

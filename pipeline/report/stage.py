@@ -6,12 +6,12 @@ from pathlib import Path
 
 from pipeline.report.published_page import PAGE
 from pipeline.report.source import ReportSource, report_source
-from pipeline.stages.request import Outcome, Run
+from pipeline.stages.request import Run, RunOutcome
 from pipeline.stages.sweep_models import Models
 from pipeline.store.publishing import publish
 
 
-def report_stage(run: Run, models: Models, outcome: Outcome) -> Path:
+def report_stage(run: Run, models: Models, outcome: RunOutcome) -> Path:
     """Make the page if it is missing; returns the file in the output folder."""
     source = report_source(run, models, outcome)
     entry = run.store.find("report", key := source.key())

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from geometry import SectorMesh
     from pipeline.scene.schema import Scene
     from pipeline.stages.model_chain import BuiltModel
-    from pipeline.stages.respond import Solved
+    from pipeline.stages.respond import CurveResult
 
 ROOM = 2_400_000  # characters that all shapes may take
 MOST_MODELS = 3  # whose mode shapes are shown
@@ -60,7 +60,7 @@ class ViewerData:
                     harmonics = np.stack([np.zeros_like(shape), shape])
                     self._add(name, "modes", at, phase, harmonics, None)
 
-    def add_operating(self, model: BuiltModel, curve: Solved, name: str) -> None:
+    def add_operating(self, model: BuiltModel, curve: CurveResult, name: str) -> None:
         """The motion at the peak of a curve, static part included; nothing where there is no peak."""
         if curve.file is None:
             return

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import InputError, input_error, one_line, reason_of
 from pipeline.process.isolated_reading import read_apart, read_model
 from pipeline.results.outputs import number_or_null
-from pipeline.stages.curve_file import CurveFacts, read_facts
+from pipeline.stages.curve_file import CurveSummary, read_summary
 
 if TYPE_CHECKING:
     import h5py
@@ -67,9 +67,9 @@ def described(found: dict[str, Any]) -> list[str]:
 
 
 def _curves(group: h5py.Group) -> Iterator[dict[str, Any]]:
-    names = set(CurveFacts.__dataclass_fields__)
+    names = set(CurveSummary.__dataclass_fields__)
     for name in sorted(group, key=lambda n: (len(n), n)):
-        attributes, facts = group[name].attrs, asdict(read_facts(group[name]))
+        attributes, facts = group[name].attrs, asdict(read_summary(group[name]))
         values = {key: _plain(attributes[key]) for key in sorted(attributes) if key not in names}
         outcome = {key: number_or_null(value) if isinstance(value, float) else value for key, value in facts.items()}
         yield {"curve": name, "parameters": values, **outcome}

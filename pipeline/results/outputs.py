@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, plain
-from pipeline.stages.respond import Solved
+from pipeline.stages.respond import CurveResult
 from pipeline.store.content_store import Store
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def relative_path(path: Path, out: Path) -> str:
 
 
 def write_results(
-    store: Store, out: Path, curves: Sequence[Solved], swept: Sequence[str], summary: dict[str, Any]
+    store: Store, out: Path, curves: Sequence[CurveResult], swept: Sequence[str], summary: dict[str, Any]
 ) -> dict[str, str]:
     """response.h5, response.csv and summary.json, replaced together; returns the first two's hashes by name.
 
@@ -42,7 +42,7 @@ def write_results(
     return response
 
 
-def _write_binary(path: Path, curves: Sequence[Solved]) -> None:
+def _write_binary(path: Path, curves: Sequence[CurveResult]) -> None:
     """response.h5: a group for every curve that has an outcome."""
     import h5py
 
@@ -57,7 +57,7 @@ def _write_binary(path: Path, curves: Sequence[Solved]) -> None:
                     _copy(source, groups.create_group(str(index)), curve)
 
 
-def _write_table(path: Path, curves: Sequence[Solved], swept: Sequence[str]) -> None:
+def _write_table(path: Path, curves: Sequence[CurveResult], swept: Sequence[str]) -> None:
     """response.csv: a row for every point."""
     import h5py
 
@@ -88,7 +88,7 @@ def csv_header(swept: Iterable[str], harmonics: int) -> list[str]:
     ]
 
 
-def _copy(source: h5py.File, group: h5py.Group, curve: Solved) -> None:
+def _copy(source: h5py.File, group: h5py.Group, curve: CurveResult) -> None:
     for name in source:
         source.copy(name, group)
     for key, value in source.attrs.items():
@@ -113,7 +113,7 @@ def _rows(head: list[Any], branch: int, source: h5py.Group, harmonics: int) -> I
         yield [*head, *row, branch]
 
 
-def curve_summary(curve: Solved, out: Path) -> dict[str, Any]:
+def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
     """One entry of `curves` in summary.json; what is not known is null."""
     facts = curve.facts
     numbers: dict[str, Any] = dict.fromkeys(("peak_frequency_hz", "peak_amplitude_m", "energy_error"))

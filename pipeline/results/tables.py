@@ -7,8 +7,8 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from pipeline.scene.labels import prefixed, quantity
-from pipeline.stages.request import Outcome
-from pipeline.stages.respond import Solved
+from pipeline.stages.request import RunOutcome
+from pipeline.stages.respond import CurveResult
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 TOLERATED = 0.05  # estimated relative error of a peak by the harmonics left out, above which people are told
 
 
-def curve_table(outcome: Outcome) -> Table:
+def curve_table(outcome: RunOutcome) -> Table:
     """One line for every curve: swept parameters, peak, points, seconds, and what went wrong."""
     from rich.table import Table
 
@@ -49,7 +49,7 @@ def bare_value(key: str, value: Any) -> str:
     return named.value(value).replace(f" {named.unit}", "") if named.unit else named.value(value)
 
 
-def _numbers(curve: Solved, factor: float) -> list[str]:
+def _numbers(curve: CurveResult, factor: float) -> list[str]:
     facts = curve.facts
     if facts is None:
         return ["failed", "-", "-", "-", "-", "0", "-"]
@@ -80,7 +80,7 @@ def share(error: float) -> str:
     return "< 0.01 %" if error < 1e-4 else f"{100.0 * error:.2g} %"
 
 
-def harmonics_warning(outcome: Outcome) -> str:
+def harmonics_warning(outcome: RunOutcome) -> str:
     """A line that says which curves want more harmonics; empty where all have enough."""
     errors = [c.facts.truncation_error for c in outcome.curves if c.facts is not None]
     lacking = [error for error in errors if error > TOLERATED]
@@ -92,7 +92,7 @@ def harmonics_warning(outcome: Outcome) -> str:
     )
 
 
-def mode_notes(outcome: Outcome) -> list[str]:
+def mode_notes(outcome: RunOutcome) -> list[str]:
     """A line that says what the modes left out change in the reduced models, where it is known."""
     known = [model for model in outcome.models if model["modes_error"] is not None]
     if not known:
@@ -108,7 +108,7 @@ def mode_notes(outcome: Outcome) -> list[str]:
     ]
 
 
-def motion_notes(outcome: Outcome) -> list[str]:
+def motion_notes(outcome: RunOutcome) -> list[str]:
     """Lines that say which curves have detached branches, and which lose their stability other than at a fold."""
     notes = []
     for index, curve in enumerate(outcome.curves):

@@ -10,7 +10,7 @@ from pipeline.scene.reading import Member, SceneFile, where
 from pipeline.scene.schema import Scene
 
 if TYPE_CHECKING:
-    from pipeline.stages.request import Outcome
+    from pipeline.stages.request import RunOutcome
 
 # dotted key -> (from, to) that nobody wonders about, and what it may have been meant for
 USUAL: dict[str, tuple[float, float, str]] = {
@@ -41,7 +41,7 @@ def slips(file: SceneFile) -> list[str]:
     return list(found.values())
 
 
-def range_remark(outcome: Outcome, scene: Scene) -> str:
+def range_remark(outcome: RunOutcome, scene: Scene) -> str:
     """A line where no natural frequency, free, sliding or stuck, lies in the range of a single-scene run; else empty.
 
     With none in it a curve has no resonance, which is seldom what a range was chosen for.

@@ -18,7 +18,7 @@ SECTOR = "sector.h5"
 MESH_FILES = ("mesh.vtu", "mesh.msh")
 FULL_MODEL = "full.h5"
 REDUCED_MODEL = "rom.h5"
-ENRICHED_MODEL = "enriched.h5"
+AUGMENTED_MODEL = "enriched.h5"
 FACTS = "facts.json"
 
 
@@ -51,10 +51,17 @@ def make_reduced_model(
 
     store_basis: with what expands shapes to the mesh, which is many times the size of all the rest.
 
-    `modes` there: fixed-interface modes kept; `reach_hz`: how far such modes are known. `enriched.h5`: the model with
+    `modes` there: fixed-interface modes kept; `highest_mode_hz`: how far such modes are known. `enriched.h5`: the model with
     what stands for the modes left out, where there are few enough contact nodes.
     """
-    from rom import ReductionOptions, load_full_model, load_sector, reduce_within, reduction, write_reduced_model
+    from rom import (
+        ReductionOptions,
+        load_full_model,
+        load_sector,
+        reduce_sector,
+        reduce_to_tolerance,
+        write_reduced_model,
+    )
 
     sector = load_sector(sector_file)
 
@@ -69,19 +76,19 @@ def make_reduced_model(
     }
     if modes == "auto":
         operations = [linear_operation(scene, sector)]
-        made = reduce_within(
+        made = reduce_to_tolerance(
             full, sector, scene.rom.tolerance, operations, store_basis=store_basis, contact_dofs=dofs, **load
         )
     else:
         number = DEFAULT_MODES if modes is None and limit is None else modes
         options = ReductionOptions(number, limit, store_basis, contact_dofs=dofs)
-        made = reduction(full, sector, options, enrich=True, **load)
+        made = reduce_sector(full, sector, options, enrich=True, **load)
     model = made.model
     write_reduced_model(folder / REDUCED_MODEL, model)
     if made.enriched is not None:
-        write_reduced_model(folder / ENRICHED_MODEL, made.enriched)
+        write_reduced_model(folder / AUGMENTED_MODEL, made.enriched)
     facts: dict[str, Any] = {"dofs": made.dofs, "reduced_dofs": model.size}
-    facts |= {"n_contacts": model.n_contacts, "modes": made.modes, "reach_hz": made.reach_hz}
+    facts |= {"n_contacts": model.n_contacts, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
     (folder / FACTS).write_text(json.dumps(facts))
 
 

@@ -105,7 +105,7 @@ def solve_curve(folder: Path, task: CurveTask, progress: Progress | None = None)
             contact_parameters(contact, model.n_contacts),
             Excitation(engine_order=scene.excitation.engine_order, force=scene.excitation.force),
             SolverOptions(
-                frequency=scene.response.frequency,
+                frequency_hz=scene.response.frequency,
                 harmonics=scene.response.harmonics,
                 harmonic_tolerance=scene.response.tolerance,
                 samples=scene.contact.samples,
@@ -144,7 +144,7 @@ def _write(path: Path, response: ResponseCurve, attributes: Mapping[str, Any]) -
         for number, branch in enumerate(response.detached, start=1):
             group = file.create_group(f"{BRANCHES}/{number}")
             _write_points(group, branch)
-            group.attrs["reason"] = branch.outcome.message
+            group.attrs["reason"] = branch.termination.message
 
 
 def _write_points(group: h5py.Group, response: ResponseCurve) -> None:
@@ -173,8 +173,8 @@ def _outcome(response: ResponseCurve) -> dict[str, Any]:
         "points": len(response.frequency_hz),
         "total_iterations": int(np.sum(response.iterations)),
         "seconds": float(response.seconds),
-        "complete": bool(response.outcome.complete),
-        "reason": str(response.outcome.message),
+        "complete": bool(response.termination.complete),
+        "reason": str(response.termination.message),
         "energy_error": float(np.nanmax(errors)) if np.any(np.isfinite(errors)) else math.nan,
         "harmonics": int(response.harmonics),
         "truncation_error": float(response.truncation_error),
@@ -194,12 +194,12 @@ def _detached(branch: ResponseCurve) -> dict[str, Any]:
         "peak_amplitude_m": float(branch.amplitude_m.max()),
         "points": branch.points,
         "stable_points": int(branch.stable.sum()),
-        "reason": branch.outcome.message,
+        "reason": branch.termination.message,
     }
 
 
 @dataclass(frozen=True)
-class CurveFacts:
+class CurveSummary:
     """What the summary and the table for people say of one curve; nan where there is no number."""
 
     peak_frequency_hz: float
@@ -218,10 +218,10 @@ class CurveFacts:
     detached: tuple[dict[str, Any], ...]
 
 
-def read_facts(group: h5py.Group) -> CurveFacts:
+def read_summary(group: h5py.Group) -> CurveSummary:
     """The outcome of a curve from its attributes."""
     attributes = group.attrs
-    return CurveFacts(
+    return CurveSummary(
         peak_frequency_hz=float(attributes["peak_frequency_hz"]),
         peak_amplitude_m=float(attributes["peak_amplitude_m"]),
         peak_index=int(attributes["peak_index"]),

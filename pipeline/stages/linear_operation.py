@@ -32,7 +32,7 @@ def _operation(scene: Scene, n_contacts: int, phase: float, area: float | None) 
     values = used_contact(scene, area)
     response = scene.response
     return LinearOperation(
-        frequency=response.frequency,
+        frequency_hz=response.frequency,
         phase=phase,
         normal=stiffness_by_node(values["normal_stiffness"], n_contacts),
         tangential=stiffness_by_node(values["tangential_stiffness"], n_contacts),

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_model import ENRICHED_MODEL
+from pipeline.stages.build_model import AUGMENTED_MODEL
 from pipeline.stages.linear_operation import operation_of_model, operation_values
 from pipeline.stages.model_chain import BuiltModel
 from pipeline.store.content_store import Store
@@ -23,7 +23,7 @@ def modes_error(store: Store, model: BuiltModel, scene: Scene, version: str) -> 
     All None where they are not known: for a model from elsewhere, with many contact nodes, and where the modes kept
     do not reach beyond the range.
     """
-    enriched = model.rom.parent / ENRICHED_MODEL
+    enriched = model.rom.parent / AUGMENTED_MODEL
     if not enriched.exists():
         return UNKNOWN
     key = fingerprint({"reduce": model.key, **operation_values(scene), "code": version})
@@ -43,7 +43,7 @@ def _write(path: Path, model: BuiltModel, enriched: Path, scene: Scene) -> None:
 
     reduced = read_reduced_model(model.rom, with_basis=False)
     operation = operation_of_model(scene, reduced)
-    found = reduction_errors(reduced, read_reduced_model(enriched), model.facts["reach_hz"], operation)
+    found = reduction_errors(reduced, read_reduced_model(enriched), model.facts["highest_mode_hz"], operation)
     values = UNKNOWN
     if found is not None:
         frequency = max(error.frequency for error in found)

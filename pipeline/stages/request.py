@@ -9,7 +9,7 @@ from typing import Any
 from pipeline.process.progress import Reporter
 from pipeline.scene.reading import SceneFile
 from pipeline.stages.cache_keys import Versions
-from pipeline.stages.respond import Solved
+from pipeline.stages.respond import CurveResult
 from pipeline.stages.stage_log import StageLog
 from pipeline.store.content_store import Store
 
@@ -78,7 +78,7 @@ class Run:
 
 
 @dataclass
-class Outcome:
+class RunOutcome:
     """What a run came to.
 
     `problems`: what could not be made apart from curves, one line each; `report`: name of the page, None without one;
@@ -86,7 +86,7 @@ class Outcome:
     `summary`: as in summary.json.
     """
 
-    curves: list[Solved] = field(default_factory=list)
+    curves: list[CurveResult] = field(default_factory=list)
     models: list[dict[str, Any]] = field(default_factory=list)
     pictures: list[str] = field(default_factory=list)
     report: str | None = None

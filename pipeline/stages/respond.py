@@ -14,7 +14,7 @@ from pipeline.process.worker_count import worker_count
 from pipeline.process.workers import workers
 from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member
-from pipeline.stages.curve_file import CURVE, CurveFacts, CurveTask, Progress, read_facts, solve_curve
+from pipeline.stages.curve_file import CURVE, CurveSummary, CurveTask, Progress, read_summary, solve_curve
 from pipeline.stages.stage_log import StageLog
 from pipeline.store.content_store import Store
 from pipeline.store.disk_errors import StorageError
@@ -23,7 +23,7 @@ KIND = "curve"
 
 
 @dataclass(frozen=True)
-class Solved:
+class CurveResult:
     """One member's curve: its file in the store and its facts, or the reason why there is none.
 
     `rom`: the reduced model it was solved on, None where that could not be made.
@@ -32,7 +32,7 @@ class Solved:
     member: Member
     rom: Path | None
     file: Path | None
-    facts: CurveFacts | None
+    facts: CurveSummary | None
     reason: str
 
     @property
@@ -42,7 +42,7 @@ class Solved:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class CurveJob:
     """A curve to have: the member that asks for it, its key in the store, the reduced model to solve it on."""
 
     member: Member
@@ -59,7 +59,7 @@ class CurveSolver:
     reporter: Reporter
     jobs: int | None = None
 
-    def solve(self, wanted: Sequence[Wanted]) -> dict[str, Solved]:
+    def solve(self, wanted: Sequence[CurveJob]) -> dict[str, CurveResult]:
         """The curve of every key; a curve that fails carries its reason and does not stop the others."""
         with self.log.timed("respond"):
             solved = {}
@@ -71,28 +71,28 @@ class CurveSolver:
             reasons = self._run(list(missing.values()))
             for key, item in missing.items():
                 made = self._stored(item)
-                solved[key] = made or Solved(item.member, item.rom, None, None, reasons.get(key, "no result"))
+                solved[key] = made or CurveResult(item.member, item.rom, None, None, reasons.get(key, "no result"))
                 self.log.note("respond", ran=True)
         return solved
 
-    def _stored(self, item: Wanted) -> Solved | None:
+    def _stored(self, item: CurveJob) -> CurveResult | None:
         import h5py
 
         entry = self.store.find(KIND, item.key)
         if entry is None:
             return None
         with h5py.File(entry.file(CURVE), "r") as file:
-            facts = read_facts(file)
-        return Solved(item.member, item.rom, entry.file(CURVE), facts, facts.reason)
+            facts = read_summary(file)
+        return CurveResult(item.member, item.rom, entry.file(CURVE), facts, facts.reason)
 
-    def _run(self, missing: list[Wanted]) -> Mapping[str, str]:
+    def _run(self, missing: list[CurveJob]) -> Mapping[str, str]:
         """Solve what is missing; returns the reason of every curve that raised an exception."""
         if not missing:
             return {}
         jobs = worker_count(self.jobs, [item.member.scene for item in missing])
         return self._one_by_one(missing) if jobs == 1 else self._in_workers(missing, jobs)
 
-    def _one_by_one(self, missing: list[Wanted]) -> Mapping[str, str]:
+    def _one_by_one(self, missing: list[CurveJob]) -> Mapping[str, str]:
         reasons = {}
         with self.reporter.counting("curves", len(missing)) as counter, self.reporter.interrupts.looking():
             for item in missing:
@@ -108,7 +108,7 @@ class CurveSolver:
                 counter.done(self._said(item, reason))
         return reasons
 
-    def _in_workers(self, missing: list[Wanted], jobs: int) -> Mapping[str, str]:
+    def _in_workers(self, missing: list[CurveJob], jobs: int) -> Mapping[str, str]:
         reasons = {}
         with self.reporter.counting("curves", len(missing), jobs) as counter, workers(jobs) as pool:
             futures = {pool.submit(_solve_into, self.store, item): item for item in missing}
@@ -123,7 +123,7 @@ class CurveSolver:
                 counter.done(self._said(item, reason))
         return reasons
 
-    def _said(self, item: Wanted, reason: str) -> str:
+    def _said(self, item: CurveJob, reason: str) -> str:
         label = member_label(item.member)
         if reason:
             return f"{label}: {reason}"
@@ -137,7 +137,7 @@ class CurveSolver:
         )
 
 
-def _solve_into(store: Store, item: Wanted, progress: Progress | None = None) -> str:
+def _solve_into(store: Store, item: CurveJob, progress: Progress | None = None) -> str:
     """Solve one curve into the store; the reason if that was not possible, otherwise an empty text."""
     task = CurveTask(item.rom, item.member.scene, item.member.parameters)
     try:

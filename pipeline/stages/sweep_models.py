@@ -14,7 +14,7 @@ from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.modal_truncation import larger, modes_error
 from pipeline.stages.model_chain import BuiltModel, ModelChain
 from pipeline.stages.natural_frequencies import frequencies
-from pipeline.stages.request import Outcome, Run
+from pipeline.stages.request import Run, RunOutcome
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.fingerprints import file_fingerprint
 
@@ -42,7 +42,7 @@ def given_models(run: Run, model: ReducedModel) -> Models:
     return {member.index: built for member in run.request.scene.members}
 
 
-def blade_models(run: Run, outcome: Outcome) -> Models:
+def blade_models(run: Run, outcome: RunOutcome) -> Models:
     """Mesh, full and reduced model of every member, as far as they are wanted; failures go to the outcome's problems.
 
     Raises
@@ -69,7 +69,7 @@ def blade_models(run: Run, outcome: Outcome) -> Models:
     return result
 
 
-def summarise_models(run: Run, models: Models, outcome: Outcome) -> list[dict[str, Any]]:
+def summarise_models(run: Run, models: Models, outcome: RunOutcome) -> list[dict[str, Any]]:
     """Entries of `models` in summary.json: one for every reduced model and contact stiffness in the sweep."""
     entries: dict[tuple[str, float, float], dict[str, Any]] = {}
     for member in run.request.scene.members:
@@ -107,7 +107,7 @@ def _entry(out: Path, model: BuiltModel, values: dict[str, Any]) -> dict[str, An
     return {
         "rom": relative_path(model.rom, out),
         "mesh": None if model.mesh is None else relative_path(model.mesh, out),
-        **{name: value for name, value in model.facts.items() if name != "reach_hz"},
+        **{name: value for name, value in model.facts.items() if name != "highest_mode_hz"},
         "normal_stiffness": values["normal_stiffness"],
         "tangential_stiffness": values["tangential_stiffness"],
         "free_hz": values["free_hz"],

@@ -17,7 +17,7 @@ from pipeline.verify.other_mesh import other_sector
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
-    from rom import FullModel, FullReference, LinearAnswer, LinearError
+    from rom import FullModel, FullReference, LinearError, LinearResponse
 
 # Order of the frequencies' error in the element size: re-entrant corners leave little more than first order of the
 # fourth that quadratic elements have on smooth solutions.
@@ -71,18 +71,18 @@ def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> 
 
     Raises ReducedModelError when the file does not hold a model.
     """
-    from rom import linear_answers, linear_errors, read_reduced_model, static_error
+    from rom import linear_errors, linear_responses, read_reduced_model, static_error
 
     assert scene.mesh is not None
     model = read_reduced_model(rom, with_basis=False)
     operation = linear_operation(scene, blade.sector)
-    exact = linear_answers(blade.reference.model, operation)
-    found = linear_answers(model, operation, exact)
-    errors = linear_errors(found, exact, operation.frequency)
-    elsewhere: Sequence[LinearAnswer | None] = [None] * len(exact)
+    exact = linear_responses(blade.reference.model, operation)
+    found = linear_responses(model, operation, exact)
+    errors = linear_errors(found, exact, operation.frequency_hz)
+    elsewhere: Sequence[LinearResponse | None] = [None] * len(exact)
     if blade.other is not None:
         there = linear_operation(scene, blade.other.sector)
-        elsewhere = linear_answers(blade.other.reference.model, there, exact)
+        elsewhere = linear_responses(blade.other.reference.model, there, exact)
     return ModelErrors(
         modes=modes,
         dofs=blade.dofs,
@@ -98,12 +98,12 @@ def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> 
 
 def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -> int | None:
     """Fixed-interface modes that a tolerance needs in the operations of scenes with one blade; None: over 1000."""
-    from rom import RomParameterError, reduce_within
+    from rom import RomParameterError, reduce_to_tolerance
 
     first = scenes[0]
     sector, full = _loaded(first, files)
     try:
-        return reduce_within(
+        return reduce_to_tolerance(
             full,
             sector,
             tolerance,
@@ -158,7 +158,9 @@ def _convergence(scene: Scene, other: OtherReference | None) -> float:
     return 1.0 / (1.0 - (other.mesh.size / scene.mesh.size) ** ORDER)
 
 
-def _joint(error: LinearError, exact: LinearAnswer, found: LinearAnswer, other: LinearAnswer | None) -> JointErrors:
+def _joint(
+    error: LinearError, exact: LinearResponse, found: LinearResponse, other: LinearResponse | None
+) -> JointErrors:
     return JointErrors(
         joint=error.joint,
         first_mode=exact.first_mode,

@@ -12,7 +12,7 @@ from pipeline.process.progress import Reporter
 from pipeline.scene.consistency import check_scene, parameter_error
 from pipeline.scene.reading import SceneFile
 from pipeline.stages.cache_keys import Versions
-from pipeline.stages.request import Outcome, Request, Run
+from pipeline.stages.request import Request, Run, RunOutcome
 from pipeline.stages.stage_log import StageLog
 from pipeline.stages.sweep_models import blade_models
 from pipeline.store.output_folder import working_store
@@ -60,7 +60,7 @@ def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, rep
     check_scene(file)
     request = Request(file, out, "reduce", force)
     with working_store(out, force, reporter) as store:
-        run, outcome = Run(request, store, StageLog(), reporter, Versions.current()), Outcome()
+        run, outcome = Run(request, store, StageLog(), reporter, Versions.current()), RunOutcome()
         models = blade_models(run, outcome)
         verification = Verification(problems=outcome.problems)
         measuring = Measuring(run)

@@ -65,38 +65,38 @@ class RelativeReceptance:
         h = np.asarray(self.harmonics, dtype=float)[:, None]
         return 1j * h * self.modal.damping, h**2
 
-    def denominators(self, frequency: float) -> tuple[ComplexArray, ComplexArray]:
-        """w_m^2 + i c_m h w - (h w)^2 and its derivative in w at w = `frequency` (rad/s): each (n_h, m)."""
-        found = self._last.get(frequency)
+    def denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
+        """w_m^2 + i c_m h w - (h w)^2 and its derivative in w at w = `omega` (rad/s): each (n_h, m)."""
+        found = self._last.get(omega)
         if found is None:  # asked for time and again at the same frequency
             damping, squares = self._rates
-            value = damping * frequency + (self.modal.angular_frequency**2 - squares * frequency**2)
-            found = value, damping - 2.0 * frequency * squares
+            value = damping * omega + (self.modal.angular_frequency**2 - squares * omega**2)
+            found = value, damping - 2.0 * omega * squares
             self._last.clear()
-            self._last[frequency] = found
+            self._last[omega] = found
         return found
 
-    def matrix(self, frequency: float) -> ComplexArray:
-        """G^(h) at `frequency` (rad/s), (n_h, 3 n_c, 3 n_c)."""
-        value, _ = self.denominators(frequency)
+    def matrix(self, omega: float) -> ComplexArray:
+        """G^(h) at `omega` (rad/s), (n_h, 3 n_c, 3 n_c)."""
+        value, _ = self.denominators(omega)
         return (self.relative * (1.0 / value)[:, None, :]) @ self.adjoint
 
-    def response(self, frequency: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    def response(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Relative displacement under the external and the contact forces f^(h), and its derivative in w.
 
-        d_lin + G f and d_lin' + G' f, each (n_h, 3 n_c), for `contact_force` f (n_h, 3 n_c) at `frequency` (rad/s);
+        d_lin + G f and d_lin' + G' f, each (n_h, 3 n_c), for `contact_force` f (n_h, 3 n_c) at `omega` (rad/s);
         two products with vectors, without G itself.
         """
-        coordinates = np.stack(self.modal_response(frequency, contact_force), axis=-1)
+        coordinates = np.stack(self.modal_response(omega, contact_force), axis=-1)
         both = self.relative @ coordinates
         return both[..., 0], both[..., 1]
 
-    def modal_response(self, frequency: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Modal coordinates under external and contact forces at w = `frequency` (rad/s), and their derivative in w.
+    def modal_response(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Modal coordinates under external and contact forces at w = `omega` (rad/s), and their derivative in w.
 
         `contact_force` is f^(h) on the right nodes, (n_h, 3 n_c). Returns two arrays (n_h, m).
         """
-        value, slope = self.denominators(frequency)
+        value, slope = self.denominators(omega)
         coordinates = (self.modal_force + (self.adjoint @ contact_force[..., None])[..., 0]) / value
         return coordinates, -slope * coordinates / value
 
@@ -106,14 +106,14 @@ class RelativeReceptance:
         contact_force: f^(h) on the right nodes, (P, n_h, 3 n_c), N.
         """
         damping, squares = self._rates
-        frequency = frequencies[:, None, None]
-        value = damping * frequency + (self.modal.angular_frequency**2 - squares * frequency**2)
+        omega = frequencies[:, None, None]
+        value = damping * omega + (self.modal.angular_frequency**2 - squares * omega**2)
         by_harmonic = self.adjoint @ contact_force.transpose(1, 2, 0)
         return (self.modal_force + by_harmonic.transpose(2, 0, 1)) / value
 
-    def output_rows(self, name: str, frequency: float) -> ComplexArray:
-        """Receptance of output `name` to contact forces at `frequency` (rad/s), o r^(h) B_h^H: (n_h, 3 n_c)."""
-        value, _ = self.denominators(frequency)
+    def output_rows(self, name: str, omega: float) -> ComplexArray:
+        """Receptance of output `name` to contact forces at `omega` (rad/s), o r^(h) B_h^H: (n_h, 3 n_c)."""
+        value, _ = self.denominators(omega)
         weighted = (self.modal.outputs[name] / value)[:, None, :]
         return (weighted @ self.adjoint)[:, 0, :]
 

@@ -23,7 +23,7 @@ CONTACT_DOFS = ("nodal", "patch")
 
 
 @dataclass(frozen=True)
-class KeptDofs:
+class BoundaryDofs:
     """Kept nodes in the order of the reduced coordinates: right contact, left contact, tip, loaded node.
 
     nodes (k,); frames (k, 3, 3): rows are the directions whose displacements are the coordinates (t1, t2, n for
@@ -76,9 +76,9 @@ class KeptDofs:
         return values if self.variables is None else self.variables @ values
 
 
-def choose_kept_dofs(
+def choose_boundary_dofs(
     full: FullModel, sector: SectorMesh, excitation_at: str | ArrayLike, contact_dofs: str = "nodal"
-) -> KeptDofs:
+) -> BoundaryDofs:
     """Contact dofs in the contact frame, the tip, and the node nearest to `excitation_at`: "tip" or (3,) metres.
 
     contact_dofs: "nodal", the displacements of the contact nodes, or "patch", the averages over their patches of the
@@ -101,7 +101,9 @@ def choose_kept_dofs(
     if clamped.any():
         where = full.positions[kept[clamped][0]].tolist()
         raise RomParameterError("excitation", "at", where, "this node lies on the clamped root; load a node off it")
-    return KeptDofs(kept, np.array(frames), len(sector.right.nodes), nodes.index(tip), nodes.index(loaded), variables)
+    return BoundaryDofs(
+        kept, np.array(frames), len(sector.right.nodes), nodes.index(tip), nodes.index(loaded), variables
+    )
 
 
 def _contact_nodes(

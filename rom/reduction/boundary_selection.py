@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom.errors import RomParameterError
-from rom.reduction.boundary_dofs import KeptDofs
+from rom.reduction.boundary_dofs import BoundaryDofs
 
 
-def kept_motions(kept: KeptDofs, motion: NDArray[np.float64], direction: NDArray[np.float64]) -> dict[str, Any]:
+def boundary_selection(
+    kept: BoundaryDofs, motion: NDArray[np.float64], direction: NDArray[np.float64]
+) -> dict[str, Any]:
     """What a reduced model knows of its kept dofs: contact motions, outputs and load, by argument of `ReducedModel`.
 
     motion (b, n): kept dofs, in their frames, of the reduced coordinates; direction (3,) of the load, of length 1.

@@ -18,9 +18,9 @@ from rom.errors import RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import require_contact_dofs
-from rom.reduction.boundary_selection import kept_motions, unit_vector
+from rom.reduction.boundary_selection import boundary_selection, unit_vector
 from rom.reduction.fixed_interface_modes import lowest_modes, modes_up_to
-from rom.reduction.residual_modes import enriched_model, residual_vectors
+from rom.reduction.residual_modes import augmented_model, residual_vectors
 from rom.reduction.substructure import Substructure, split
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class Reduction:
 
     error: estimated largest relative error by the modes left out, where their number was chosen by it, else None.
     enriched: the model with what stands for the modes left out, by which `reduction_errors` measures it; None where
-    that was not asked for. reach_hz: frequency up to which fixed-interface modes are known there, 0 without any.
+    that was not asked for. highest_mode_hz: frequency up to which fixed-interface modes are known there, 0 without any.
     """
 
     model: ReducedModel
@@ -74,7 +74,7 @@ class Reduction:
     dofs: int
     error: float | None = None
     enriched: ReducedModel | None = None
-    reach_hz: float = 0.0
+    highest_mode_hz: float = 0.0
 
 
 @one_blas_thread()
@@ -95,13 +95,13 @@ def reduce(
     direction, `tip_x`, `tip_y`, `tip_z` are those of the tip. Raises RomParameterError for options out of range,
     FactorisationError when the structure is not held or not stable.
     """
-    return reduction(
+    return reduce_sector(
         full, sector, options, excitation_direction=excitation_direction, excitation_at=excitation_at
     ).model
 
 
 @one_blas_thread()
-def reduction(
+def reduce_sector(
     full: FullModel | Callable[[], FullModel],
     sector: SectorMesh,
     options: ReductionOptions,
@@ -126,7 +126,7 @@ def reduction(
     model = craig_bampton_model(sector, parts, angular, modes, direction, options.store_basis)
     if not enrich or parts.kept.size > MOST_ENRICHED:
         return Reduction(model, len(angular), parts.n_dofs)
-    enriched = enriched_model(sector, parts, residual_vectors(parts), angular, modes, direction)
+    enriched = augmented_model(sector, parts, residual_vectors(parts), angular, modes, direction)
     return Reduction(model, len(angular), parts.n_dofs, None, enriched, reach(angular))
 
 
@@ -163,7 +163,7 @@ def craig_bampton_model(
         basis=_basis(parts, shapes) if store_basis else None,
         n_blades=sector.n_blades,
         producer=f"shroud: {made_of}, {parts.factor.backend}",
-        **kept_motions(parts.kept, np.eye(b, n), direction),
+        **boundary_selection(parts.kept, np.eye(b, n), direction),
     )
 
 

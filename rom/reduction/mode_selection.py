@@ -21,8 +21,14 @@ from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_selection import unit_vector
 from rom.reduction.craig_bampton import Reduction, craig_bampton_model, reach
 from rom.reduction.fixed_interface_modes import lowest_modes
-from rom.reduction.model_comparison import LinearAnswer, LinearError, LinearOperation, linear_answers, linear_errors
-from rom.reduction.residual_modes import enriched_model, residual_vectors
+from rom.reduction.model_comparison import (
+    LinearError,
+    LinearOperation,
+    LinearResponse,
+    linear_errors,
+    linear_responses,
+)
+from rom.reduction.residual_modes import augmented_model, residual_vectors
 from rom.reduction.substructure import split
 
 if TYPE_CHECKING:
@@ -40,20 +46,20 @@ class _Ladder:
 
     enriched: ReducedModel
     kept: int
-    exact: tuple[tuple[LinearOperation, tuple[LinearAnswer, ...]], ...]
+    exact: tuple[tuple[LinearOperation, tuple[LinearResponse, ...]], ...]
 
     def error(self, modes: int) -> float:
         """Largest relative error of frequencies and receptances with so many modes."""
         model = _first_coordinates(self.enriched, self.kept + modes)
         worst = 0.0
         for operation, exact in self.exact:
-            found = linear_answers(model, operation, exact)
-            worst = max(worst, *(error.worst for error in linear_errors(found, exact, operation.frequency)))
+            found = linear_responses(model, operation, exact)
+            worst = max(worst, *(error.worst for error in linear_errors(found, exact, operation.frequency_hz)))
         return worst
 
 
 @one_blas_thread()
-def reduce_within(
+def reduce_to_tolerance(
     full: FullModel | Callable[[], FullModel],
     sector: SectorMesh,
     tolerance: float,
@@ -77,7 +83,7 @@ def reduce_within(
     direction = unit_vector(excitation_direction)
     parts = split(full, sector, excitation_at, backend, contact_dofs)
     residual = residual_vectors(parts)
-    highest = max(operation.frequency[1] for operation in operations)
+    highest = max(operation.frequency_hz[1] for operation in operations)
     count = _FIRST_GUESS
     while True:
         angular, shapes = lowest_modes(parts.inner_mass, parts.factor, count)
@@ -87,8 +93,8 @@ def reduce_within(
                 raise RomParameterError("response", "frequency", highest, f"a range below {count} modes of the blade")
             count = min(2 * count, _MOST_MODES)
             continue
-        enriched = enriched_model(sector, parts, residual, angular, shapes, direction)
-        exact = tuple((operation, linear_answers(enriched, operation)) for operation in operations)
+        enriched = augmented_model(sector, parts, residual, angular, shapes, direction)
+        exact = tuple((operation, linear_responses(enriched, operation)) for operation in operations)
         ladder = _Ladder(enriched, parts.kept.size, exact)
         modes, error = _fewest(ladder, tolerance, len(angular))
         if error <= tolerance:
@@ -102,17 +108,17 @@ def reduce_within(
 
 
 def reduction_errors(
-    model: ReducedModel, enriched: ReducedModel, reach_hz: float, operation: LinearOperation
+    model: ReducedModel, enriched: ReducedModel, highest_mode_hz: float, operation: LinearOperation
 ) -> tuple[LinearError, ...] | None:
     """Estimated errors of a reduced model in an operation by the modes left out, for each joint.
 
-    model, enriched, reach_hz: of a `Reduction`. None where modes that were left out may lie in the range, so that
+    model, enriched, highest_mode_hz: of a `Reduction`. None where modes that were left out may lie in the range, so that
     their sum at low frequencies does not stand for them.
     """
-    if reach_hz < _BEYOND * operation.frequency[1]:
+    if highest_mode_hz < _BEYOND * operation.frequency_hz[1]:
         return None
-    exact = linear_answers(enriched, operation)
-    return linear_errors(linear_answers(model, operation, exact), exact, operation.frequency)
+    exact = linear_responses(enriched, operation)
+    return linear_errors(linear_responses(model, operation, exact), exact, operation.frequency_hz)
 
 
 def _fewest(ladder: _Ladder, tolerance: float, most: int) -> tuple[int, float]:

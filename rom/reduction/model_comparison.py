@@ -26,11 +26,11 @@ _BETWEEN = 7  # frequencies of a receptance spread evenly over the range, its en
 class LinearOperation:
     """What a model is used for: excitation frequencies, travelling wave, damping and contact springs.
 
-    frequency: (low, high) in Hz; phase: inter-blade phase angle in rad; normal, tangential: springs (n_c,) in N/m of
+    frequency_hz: (low, high) in Hz; phase: inter-blade phase angle in rad; normal, tangential: springs (n_c,) in N/m of
     the contact nodes; damping_ratio or rayleigh as in `modal_model`.
     """
 
-    frequency: tuple[float, float]
+    frequency_hz: tuple[float, float]
     phase: float
     normal: NDArray[np.float64]
     tangential: NDArray[np.float64]
@@ -49,7 +49,7 @@ class LinearOperation:
 
 
 @dataclass(frozen=True)
-class LinearAnswer:
+class LinearResponse:
     """What one model answers with one joint.
 
     Attributes
@@ -97,9 +97,9 @@ class LinearError:
 
 
 @one_blas_thread()
-def linear_answers(
-    model: ReducedModel, operation: LinearOperation, like: Sequence[LinearAnswer] | None = None
-) -> tuple[LinearAnswer, ...]:
+def linear_responses(
+    model: ReducedModel, operation: LinearOperation, like: Sequence[LinearResponse] | None = None
+) -> tuple[LinearResponse, ...]:
     """Answers of a model in an operation with each joint; with `like`, of the same modes at the same frequencies.
 
     Raises ReducedModelError when the model has no static response or its damping is refused.
@@ -112,8 +112,8 @@ def linear_answers(
     for index, (joint, (normal, tangential)) in enumerate(operation.joints().items()):
         if like is None:
             every = _natural_beyond(model, operation, normal, tangential)
-            first, natural = _in_and_above(every, operation.frequency)
-            samples = _samples(natural, operation.frequency)
+            first, natural = _in_and_above(every, operation.frequency_hz)
+            samples = _samples(natural, operation.frequency_hz)
         else:
             first, samples = like[index].first_mode, like[index].sample_hz
             natural = np.full(len(like[index].natural_hz), np.inf)
@@ -123,12 +123,12 @@ def linear_answers(
             natural[: len(found)] = found
         springs = np.column_stack([tangential, tangential, normal]).ravel()
         contact, output = _receptances(modal, operation.phase, springs, samples)
-        answers.append(LinearAnswer(joint, first, natural, samples, contact, output))
+        answers.append(LinearResponse(joint, first, natural, samples, contact, output))
     return tuple(answers)
 
 
 def linear_errors(
-    found: Sequence[LinearAnswer], exact: Sequence[LinearAnswer], frequency: tuple[float, float]
+    found: Sequence[LinearResponse], exact: Sequence[LinearResponse], frequency: tuple[float, float]
 ) -> tuple[LinearError, ...]:
     """Errors of answers that were `found` like the `exact` ones; frequency: the range (low, high) in Hz."""
     low, high = frequency
@@ -139,7 +139,7 @@ def linear_errors(
     return tuple(_error(*each) for each in zip(found, exact, within, strict=True))
 
 
-def _error(found: LinearAnswer, exact: LinearAnswer, within: NDArray[np.bool_]) -> LinearError:
+def _error(found: LinearResponse, exact: LinearResponse, within: NDArray[np.bool_]) -> LinearError:
     contact = np.linalg.norm(found.contact - exact.contact, 2, axis=(1, 2)) / np.linalg.norm(
         exact.contact, 2, axis=(1, 2)
     )
@@ -160,7 +160,7 @@ def _natural_beyond(
     count = _FIRST_GUESS
     while True:
         every = natural_frequencies(model, operation.phase, normal=normal, tangential=tangential, count=count)
-        if every[-1] > operation.frequency[1] or count >= model.size:
+        if every[-1] > operation.frequency_hz[1] or count >= model.size:
             return every
         count *= 2
 

@@ -20,8 +20,8 @@ from rom.finite_elements.full_model import FullModel
 from rom.linear_algebra.factorisation import factorise
 from rom.linear_algebra.orthonormalisation import independent
 from rom.linear_algebra.threads import one_blas_thread
-from rom.reduction.boundary_dofs import choose_kept_dofs
-from rom.reduction.boundary_selection import kept_motions, unit_vector
+from rom.reduction.boundary_dofs import choose_boundary_dofs
+from rom.reduction.boundary_selection import boundary_selection, unit_vector
 from rom.reduction.fixed_interface_modes import lowest_modes
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def full_reference(
     Raises RomParameterError when there are too many modes in the range, FactorisationError when the structure is not
     held or not stable.
     """
-    kept = choose_kept_dofs(full, sector, excitation_at, contact_dofs)
+    kept = choose_boundary_dofs(full, sector, excitation_at, contact_dofs)
     direction = unit_vector(excitation_direction)
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     stiffness, mass = (kept.quadratic_form(matrix)[free][:, free] for matrix in (full.stiffness, full.mass))
@@ -95,7 +95,7 @@ def full_reference(
         contact_area=sector.right.area,
         n_blades=sector.n_blades,
         producer=f"shroud: {full.element}, {full.n_dofs} dofs, {len(angular)} free modes and static answers",
-        **kept_motions(kept, kept.rotation @ basis[rows], direction),
+        **boundary_selection(kept, kept.rotation @ basis[rows], direction),
     )
     return FullReference(model, flexibility[:contact, :contact], len(angular))
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rom.cyclic.reduced_model import ReducedModel
 from rom.linear_algebra.orthonormalisation import independent
-from rom.reduction.boundary_selection import kept_motions
+from rom.reduction.boundary_selection import boundary_selection
 from rom.reduction.substructure import Substructure, symmetric
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def residual_vectors(parts: Substructure) -> NDArray[np.float64]:
     return parts.factor.solve(parts.coupling)
 
 
-def enriched_model(
+def augmented_model(
     sector: SectorMesh,
     parts: Substructure,
     residual: NDArray[np.float64],
@@ -63,5 +63,5 @@ def enriched_model(
         stiffness=stiffness,
         contact_position=sector.right.position,
         n_blades=sector.n_blades,
-        **kept_motions(parts.kept, np.eye(b, n), direction),
+        **boundary_selection(parts.kept, np.eye(b, n), direction),
     )

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.linear_algebra.factorisation import Factor, analyse
-from rom.reduction.boundary_dofs import KeptDofs, choose_kept_dofs
+from rom.reduction.boundary_dofs import BoundaryDofs, choose_boundary_dofs
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -37,7 +37,7 @@ class Substructure:
     element, speed_rpm : of the full model, as there.
     """
 
-    kept: KeptDofs
+    kept: BoundaryDofs
     interior: NDArray[np.int64]
     inner_mass: csr_matrix
     factor: Factor
@@ -70,7 +70,7 @@ def split(
     """
     if not isinstance(full, FullModel):
         full = full()
-    kept = choose_kept_dofs(full, sector, excitation_at, contact_dofs)
+    kept = choose_boundary_dofs(full, sector, excitation_at, contact_dofs)
     interior = _interior_nodes(full, kept)
     centrifugal, element, speed_rpm = kept.forces(full.centrifugal), full.element, full.speed_rpm
     k_ii, k_ib, k_bb = _partition(kept.quadratic_form(full.stiffness), interior, kept)
@@ -101,7 +101,7 @@ def symmetric(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     return 0.5 * (matrix + matrix.T)
 
 
-def _interior_nodes(full: FullModel, kept: KeptDofs) -> NDArray[np.int64]:
+def _interior_nodes(full: FullModel, kept: BoundaryDofs) -> NDArray[np.int64]:
     """Nodes (i,) that are neither kept nor clamped."""
     inside = np.ones(len(full.positions), dtype=bool)
     inside[kept.nodes] = False
@@ -110,7 +110,7 @@ def _interior_nodes(full: FullModel, kept: KeptDofs) -> NDArray[np.int64]:
 
 
 def _partition(
-    matrix: csr_matrix, interior: NDArray[np.int64], kept: KeptDofs
+    matrix: csr_matrix, interior: NDArray[np.int64], kept: BoundaryDofs
 ) -> tuple[csr_matrix, csr_matrix, NDArray[np.float64]]:
     """Blocks (interior, interior) and (interior, kept) sparse, (kept, kept) dense, kept dofs in their frames."""
     from scipy.sparse import csr_matrix

@@ -7,7 +7,7 @@ import pytest
 from lumped import lumped_blade
 
 from nonlinear import SLIP, ContactParameters, Excitation, SolverOptions, harmonic_balance
-from nonlinear.branches.range_continuation import trace_range
+from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.bordered_system import BorderedSystem
 from nonlinear.continuation.response_quantities import amplitude_slope, largest_amplitude, output_harmonics
@@ -81,12 +81,12 @@ def test_newton_converges_quadratically(interference, harmonics):
     balance, contact, options = build(harmonics, interference=interference)
     continuation = Continuation(balance, options, contact=contact)
     static = static_displacement(balance.receptance, contact, options)
-    points = trace_range(continuation, static)[0].points
+    points = continue_over_range(continuation, static)[0].points
     hard = [point for point in points if point.contact.state.max() > 0 and point.linear is None]
     assert len(hard) > 20
     reached, rates = [], []
     for point in hard[:: len(hard) // 12]:
-        plane = point.unknown, point.frequency
+        plane = point.unknown, point.omega
         metric = continuation.metric(point.unknown)
         direction = metric.unit(point.tangent)
         ripple = 1e-4 * metric.length * np.sin(1.0 + np.arange(point.unknown.size)) / np.sqrt(point.unknown.size)
@@ -118,14 +118,14 @@ def test_even_harmonics_that_nothing_excites_are_left_out(preload, law):
     assert balance.odd
     whole = replace(balance, odd=False)
     static = static_displacement(balance.receptance, contact, options)
-    points = trace_range(Continuation(balance, options, contact=contact), static)[0].points
+    points = continue_over_range(Continuation(balance, options, contact=contact), static)[0].points
     slipping = [point for point in points if point.contact.state.max() == SLIP]
     assert len(slipping) > 10
     for point in slipping[::5]:
-        at = whole.evaluate(point.unknown, point.frequency)  # the whole balance holds
+        at = whole.evaluate(point.unknown, point.omega)  # the whole balance holds
         assert whole.relative_error(at.residual, point.unknown) < 1e-11
         assert np.abs(point.displacement[[3, 4, 7, 8, 11, 12]]).max() < 1e-15 * np.abs(point.displacement).max()
-        left, all_of_them = (part.evaluate(point.unknown, point.frequency) for part in (balance, whole))
+        left, all_of_them = (part.evaluate(point.unknown, point.omega) for part in (balance, whole))
         assert left.coupling[1].size == 7 * 4  # of 13 rows harmonics 0, 1, 3 and 5; no normal displacement
         assert all_of_them.coupling[1].size == 13 * 4
         shift = np.sin(1.0 + np.arange(point.unknown.size)).reshape(13, -1)

@@ -31,7 +31,7 @@ def solve(angle, twist, engine_order, interference=2e-6, force=1.0):
 
 def test_mirror_image_in_the_shroud_angle():
     one, mirrored = solve(70.0, 15.0, 24), solve(110.0, -15.0, 24)
-    assert one.outcome.complete
+    assert one.termination.complete
     assert one.peak.located
     assert np.max(one.slipping + one.separating) > 0
     assert mirrored.peak.frequency_hz == pytest.approx(one.peak.frequency_hz, rel=1e-6)
@@ -54,5 +54,5 @@ def test_scales_with_force_and_interference_together():
 def test_energy_balance_on_the_blade():
     for interference in (-20e-6, 0.0, 5e-6, 1e-3):
         curve = solve(70.0, 15.0, 36, interference=interference)
-        assert curve.outcome.complete
+        assert curve.termination.complete
         assert curve.energy_error.max() < 1e-8

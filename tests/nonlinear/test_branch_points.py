@@ -33,7 +33,7 @@ def curve():
 
 
 def test_symmetric_motions_are_followed_through_the_branch_points(curve):
-    assert curve.outcome.complete
+    assert curve.termination.complete
     kinds = [item.kind for item in curve.bifurcations]
     assert kinds.count(BifurcationKind.BRANCH_POINT) == 4  # two intervals of asymmetric motions
     assert np.abs(curve.output[:, 0::2]).max() < 1e-9  # and the curve stays with the symmetric ones

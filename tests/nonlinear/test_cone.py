@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nonlinear import LIFT_OFF, SLIP, STICK, ContactParameters, SolverOptions, contact_element
-from nonlinear.contact.cone_event_driven import FORCE_ERROR, ConeContact
+from nonlinear.contact.cone_event_driven import FORCE_ERROR, EventDrivenCoulombCone
 
 NORMAL, TANGENTIAL, FRICTION = 1.0, 3.0, 0.5
 
@@ -39,7 +39,7 @@ def slip_work(rows, force):
 
 
 def test_it_is_the_default_of_the_coupled_law():
-    assert isinstance(cone([0.0], 1), ConeContact)
+    assert isinstance(cone([0.0], 1), EventDrivenCoulombCone)
 
 
 @pytest.mark.parametrize(("harmonics", "nodes"), [(1, 10), (3, 6), (5, 5)])
@@ -95,7 +95,7 @@ def test_finite_and_dissipating_for_parameters_of_any_size(seed, harmonics):
     contact = ContactParameters(kn, kt, mu, v0, rng.choice([0.0, 1e-12, 1.0, 1e6], size=n), "coupled")
     rows = motion(seed, harmonics, n) * rng.choice([0.0, 1e-15, 1e-6, 1.0, 1e3], size=n)[:, None]
     rows[:, rng.random(n) < 0.3, 1] = 0.0  # along a line
-    result = ConeContact(contact, harmonics).evaluate(rows)
+    result = EventDrivenCoulombCone(contact, harmonics).evaluate(rows)
     assert np.isfinite(result.force).all()
     assert np.isfinite(result.jacobian).all()
     for node in range(n):
@@ -118,7 +118,7 @@ def test_a_slider_comes_to_rest_between_two_circles(amplitude, turn):
     along, across = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
     rows = np.zeros((3, 1, 3))
     rows[0, 0, :2], rows[1, 0, :2] = 3.0 * across, amplitude * along
-    result = ConeContact(contact, 1).evaluate(rows)
+    result = EventDrivenCoulombCone(contact, 1).evaluate(rows)
     assert result.state[0] == STICK
     force = -result.force[:, 0, :2]
     rest = np.sqrt(1.0 - amplitude**2)

@@ -175,7 +175,7 @@ def test_cycle_agrees_with_the_element():
 
 @pytest.mark.parametrize("law", ["uncoupled", "coupled"])
 def test_static_element_is_the_sampled_one_without_vibration(law):
-    from nonlinear.contact.aft import SampledContact
+    from nonlinear.contact.aft import AFTContact
 
     rng = np.random.default_rng(8)
     contact = ContactParameters.shared(
@@ -189,7 +189,7 @@ def test_static_element_is_the_sampled_one_without_vibration(law):
     )
     rows = rng.normal(size=(1, 60, 3))
     static = contact_element(contact, 0, SolverOptions((1.0, 2.0))).evaluate(rows)
-    sampled = SampledContact(contact, 0, 1).evaluate(rows)
+    sampled = AFTContact(contact, 0, 1).evaluate(rows)
     assert static.force == pytest.approx(sampled.force, abs=1e-13)
     assert static.jacobian == pytest.approx(sampled.jacobian, abs=1e-13)
     assert np.array_equal(static.state == LIFT_OFF, sampled.state == LIFT_OFF)

@@ -10,7 +10,6 @@ from scipy.optimize import brentq
 from nonlinear import (
     ContactError,
     ContactParameters,
-    Ending,
     Excitation,
     OptionsError,
     SolverOptions,
@@ -45,7 +44,7 @@ def describing_function(amplitude, static):
 def test_every_point_of_a_one_sided_stop_satisfies_the_describing_function():
     """Closed form of the one-harmonic balance: static -N0 = x0, and |1 - w^2 + N1 / A + i c w| A = 1."""
     curve = gap_curve()
-    assert curve.outcome.complete
+    assert curve.termination.complete
     assert len(curve.turning_points) == 2
     amplitude, static = curve.harmonic_m[:, 0], curve.static_m
     omega = 2.0 * np.pi * curve.frequency_hz
@@ -113,11 +112,11 @@ def test_progress_is_reported():
 
 def test_too_few_points_end_the_curve_with_a_reason():
     curve = gap_curve(max_points=10)
-    assert not curve.outcome.complete
-    assert curve.outcome.ending is Ending.TOO_MANY_POINTS
-    assert "10 points" in curve.outcome.message
+    assert not curve.termination.complete
+    assert curve.termination.kind == "too many points"
+    assert "10 points" in curve.termination.message
     assert curve.points >= 10  # what was reached is there
-    assert f"{curve.outcome.frequency_hz:.6g}" in curve.outcome.message
+    assert f"{curve.termination.frequency_hz:.6g}" in curve.termination.message
 
 
 def two_undamped_modes():
@@ -138,10 +137,10 @@ def test_a_start_that_fails_says_so():
     low, high = modal.angular_frequency / (2.0 * np.pi)
     with np.errstate(all="ignore"):
         curve = forced_response(modal, stop(-1e6, 0.0), Excitation(0, 1.0), SolverOptions((low, high)))
-    assert curve.outcome.ending is Ending.START_FAILED
+    assert curve.termination.kind == "start failed"
     assert curve.points == 0
     assert curve.peak is None
-    assert f"no start at {low:.6g} Hz" in curve.outcome.message
+    assert f"no start at {low:.6g} Hz" in curve.termination.message
 
 
 def test_a_range_that_starts_badly_is_traced_from_its_high_end():
@@ -151,8 +150,8 @@ def test_a_range_that_starts_badly_is_traced_from_its_high_end():
     assert len(whole.turning_points) == 2
     low = float(whole.frequency_hz[whole.turning_points].mean())  # three solutions
     part = forced_response(modal, stop(3.0), Excitation(0, 1.0), SolverOptions((low, 0.4)))
-    assert part.outcome.complete
-    assert "from the high end down" in part.outcome.message
+    assert part.termination.complete
+    assert "from the high end down" in part.termination.message
     assert part.frequency_hz[0] == pytest.approx(low, rel=1e-9)
     assert part.frequency_hz[-1] == pytest.approx(0.4, rel=1e-9)
     assert np.all(np.diff(part.arc) > 0.0)
@@ -170,7 +169,7 @@ def test_a_resonance_narrower_than_a_step_is_not_stepped_over(interference):
     model = replace(two_undamped_modes(), force_excitation=np.array([1.0, 2e-5]))
     modal = modal_model(model, damping_ratio=1e-4)
     curve = forced_response(modal, stop(interference), Excitation(0, 1.0), SolverOptions((0.05, 0.6)))
-    assert curve.outcome.complete
+    assert curve.termination.complete
     stiffness = 1.0 if interference > 0 else 0.0
     squared = np.linalg.eigvalsh(np.diag([1.0, 9.0]) + stiffness * np.ones((2, 2)))
     assert [peak.frequency_hz for peak in curve.peaks] == pytest.approx(np.sqrt(squared) / (2 * np.pi), rel=1e-3)
@@ -179,7 +178,7 @@ def test_a_resonance_narrower_than_a_step_is_not_stepped_over(interference):
 def test_a_curve_that_only_rises_has_no_located_peak():
     modal = modal_model(oscillator(tangential=False), damping_ratio=0.02)
     curve = forced_response(modal, stop(-50.0), Excitation(0, 1.0), SolverOptions((0.05, 0.12)))
-    assert curve.outcome.complete
+    assert curve.termination.complete
     assert not curve.peak.located
     assert curve.peak.index == curve.points - 1
 
@@ -219,20 +218,20 @@ class TestStaticFirst:
 
     def test_differs_where_lift_off_shifts_the_mean_load(self):
         coupled, classical = (self.solve(-2.0, method) for method in ("coupled", "static-first"))
-        assert coupled.outcome.complete
-        assert classical.outcome.complete
+        assert coupled.termination.complete
+        assert classical.termination.complete
         assert abs(classical.peak.amplitude_m / coupled.peak.amplitude_m - 1.0) > 0.01
 
 
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"frequency": (2.0, 1.0)}, "frequency"),
-        ({"frequency": (0.0, 1.0)}, "frequency"),
-        ({"frequency": (1.0, 2.0), "harmonics": 0}, "harmonics"),
-        ({"frequency": (1.0, 2.0), "samples": 4}, "samples"),
-        ({"frequency": (1.0, 2.0), "integration": "fine"}, "integration"),
-        ({"frequency": (1.0, 2.0), "method": "both"}, "method"),
+        ({"frequency_hz": (2.0, 1.0)}, "frequency"),
+        ({"frequency_hz": (0.0, 1.0)}, "frequency"),
+        ({"frequency_hz": (1.0, 2.0), "harmonics": 0}, "harmonics"),
+        ({"frequency_hz": (1.0, 2.0), "samples": 4}, "samples"),
+        ({"frequency_hz": (1.0, 2.0), "integration": "fine"}, "integration"),
+        ({"frequency_hz": (1.0, 2.0), "method": "both"}, "method"),
     ],
 )
 def test_bad_options_are_named(keys, words):
@@ -278,6 +277,6 @@ def test_a_static_force_that_moves_both_sides_alike():
         2, normal_stiffness=0.0, tangential_stiffness=4.0, friction=0.5, preload=3.0, law="uncoupled"
     )
     curve = forced_response(modal, contact, Excitation(1, 1.0), SolverOptions((0.1, 0.8)))
-    assert curve.outcome.complete
+    assert curve.termination.complete
     assert np.abs(curve.relative_displacement[:, 0]).max() < 1e-12 * np.abs(curve.relative_displacement[:, 1]).max()
     assert curve.output[:, 0].real == pytest.approx(0.3, rel=1e-10)  # tip spring 1 N/m against 0.3 N

@@ -34,10 +34,10 @@ def solve(harmonics=1, detached=True, *, n_blades=2, damping=0.005, stiffness=0.
 )
 def test_an_isola_is_found_and_closes(parameters):
     modal, contact, curve = solve(**parameters)
-    assert curve.outcome.complete
+    assert curve.termination.complete
     (isola,) = curve.detached
-    assert isola.outcome.complete
-    assert "detached branch, closed" in isola.outcome.message
+    assert isola.termination.complete
+    assert "detached branch, closed" in isola.termination.message
     # closed: it comes back to where it began, with two folds, and stays inside the range
     assert isola.frequency_hz[0] == pytest.approx(isola.frequency_hz[-1], rel=1e-12)
     assert isola.amplitude_m[0] == pytest.approx(isola.amplitude_m[-1], rel=1e-9)
@@ -64,7 +64,7 @@ def test_the_open_blade_at_rest_beside_the_rattling_one():
     """Above its folds the curve with contacts and the blade that vibrates inside its gap exist side by side."""
     parameters = {"damping": 0.02, "stiffness": 85.28, "friction": 0.4, "interference": -0.3}
     _, _, curve = solve(**parameters)
-    assert curve.outcome.complete
+    assert curve.termination.complete
     assert len(curve.detached) == 1
     branch = curve.detached[0]
     assert branch.frequency_hz.max() == pytest.approx(HIGH)

@@ -39,7 +39,7 @@ def test_auto_reaches_its_tolerance(interference, engine_order):
     reference = solve(interference, engine_order, MANY).peak.amplitude_m
     for tolerance in (2e-2, 2e-3):
         curve = solve(interference, engine_order, "auto", tolerance)
-        assert curve.outcome.complete
+        assert curve.termination.complete
         assert curve.truncation_error <= tolerance
         assert abs(curve.peak.amplitude_m / reference - 1.0) <= 3.0 * tolerance
     assert 1 < curve.harmonics < MANY

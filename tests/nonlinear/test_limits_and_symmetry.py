@@ -43,7 +43,7 @@ def test_far_gap_is_the_linear_free_response(law, harmonics):
     modal = modal_model(lumped_blade(), damping_ratio=0.01)
     curve = solve(-1e4, law=law, harmonics=harmonics, modal=modal)
     linear = linear_response(modal, Excitation(4, 1.0), curve.frequency_hz)
-    assert curve.outcome.complete
+    assert curve.termination.complete
     assert relative_difference(curve, linear) < 1e-12
     assert np.all(curve.separating == 2)
     assert np.all(curve.dissipated_j == 0.0)
@@ -57,7 +57,7 @@ def test_deep_interference_is_the_linear_stuck_response(law, harmonics):
     linear = linear_response(
         modal, Excitation(4, 1.0), curve.frequency_hz, normal=NORMAL / 2, tangential=TANGENTIAL / 2
     )
-    assert curve.outcome.complete
+    assert curve.termination.complete
     assert relative_difference(curve, linear) < 1e-10
     assert np.all(curve.sticking == 2)
 
@@ -84,7 +84,7 @@ def test_very_large_friction_never_slips_while_pressed():
 @pytest.mark.parametrize("law", ["uncoupled", "coupled"])
 def test_homogeneous_in_force_and_interference(interference, law):
     one, scaled = solve(interference, law=law), solve(8.0 * interference, force=8.0, law=law)
-    assert one.outcome.complete
+    assert one.termination.complete
     assert scaled.points == one.points  # the step control sees no scale
     assert scaled.frequency_hz == pytest.approx(one.frequency_hz, rel=1e-10)
     assert scaled.output == pytest.approx(8.0 * one.output, rel=1e-8, abs=1e-9)
@@ -97,7 +97,7 @@ def test_backward_wave_mirrors_the_forward_wave(interference, engine_order):
     """A blade that is symmetric under a half turn about its stacking axis cannot tell EO from N_b - EO."""
     forward = solve(interference, engine_order=engine_order, harmonics=3)
     backward = solve(interference, engine_order=12 - engine_order, harmonics=3)
-    assert forward.outcome.complete
+    assert forward.termination.complete
     assert backward.peak.amplitude_m == pytest.approx(forward.peak.amplitude_m, rel=1e-9)
     assert backward.peak.frequency_hz == pytest.approx(forward.peak.frequency_hz, rel=1e-6)
 
@@ -111,7 +111,7 @@ def test_engine_orders_beyond_the_blade_count_are_aliased():
 def test_in_phase_and_opposite_phase(engine_order):
     """EO 0 and N_b / 2 (and their aliases) have a real travelling wave factor and are nothing special."""
     curve = solve(0.5, engine_order=engine_order, harmonics=3)
-    assert curve.outcome.complete
+    assert curve.termination.complete
     assert curve.energy_error.max() < 1e-8
 
 
@@ -147,7 +147,7 @@ def test_direction_of_the_travelling_wave():
 @pytest.mark.parametrize("harmonics", [1, 5])
 def test_work_put_in_is_dissipated(interference, harmonics):
     curve = solve(interference, harmonics=harmonics)
-    assert curve.outcome.complete
+    assert curve.termination.complete
     assert curve.energy_error.max() < 1e-8
     assert np.max(curve.dissipated_j) > 0.0
     assert np.all(curve.dissipated_j >= -1e-9 * np.max(curve.amplitude_m))

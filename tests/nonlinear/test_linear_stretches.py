@@ -16,10 +16,10 @@ from nonlinear import (
     harmonic_balance,
     linear_response,
 )
-from nonlinear.branches.range_continuation import trace_range
+from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.contact.fourier import to_complex
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.linear_segments import LinearStretches
+from nonlinear.continuation.linear_segments import LinearSegments
 from nonlinear.continuation.response_quantities import largest_amplitude, output_harmonics
 from nonlinear.harmonic_balance.initial_solution import static_displacement
 from rom import modal_model
@@ -53,7 +53,7 @@ def problem(interference, friction=0.4, law="uncoupled", harmonics=1, preload=0.
 def test_the_whole_curve_is_linear(interference, friction, springs, law):
     modal, contact, excitation, options = problem(interference, friction, law, harmonics=3)
     curve = forced_response(modal, contact, excitation, options)
-    assert curve.outcome.complete
+    assert curve.termination.complete
     linear = linear_response(modal, excitation, curve.frequency_hz, **springs)
     assert curve.output[:, 1] == pytest.approx(linear, rel=1e-9)
     ordinary = np.ones(curve.points, dtype=bool)
@@ -67,7 +67,7 @@ def test_a_stretch_ends_where_a_contact_changes(interference, law):
     modal, contact, excitation, options = problem(interference, law=law)
     balance = harmonic_balance(modal, contact, excitation, options)
     static = static_displacement(balance.receptance, contact, options)
-    points = trace_range(Continuation(balance, options, contact=contact), static)[0].points
+    points = continue_over_range(Continuation(balance, options, contact=contact), static)[0].points
     ends = [point for point, after in pairwise(points) if point.linear is not None and after.linear is None]
     assert ends
     for end in ends:
@@ -91,8 +91,8 @@ def test_the_same_curve_as_with_newton_everywhere(interference):
     points = {}
     for name, known in (("stretches", contact), ("newton", None)):
         continuation = Continuation(balance, options, contact=known)
-        trace = trace_range(continuation, static)[0]
-        assert trace.outcome.complete
+        trace = continue_over_range(continuation, static)[0]
+        assert trace.termination.complete
         points[name] = trace
     heights = [
         sorted(largest_amplitude(output_harmonics(trace.points[i], "tip")).value for i in trace.peak_indices)
@@ -102,7 +102,7 @@ def test_the_same_curve_as_with_newton_everywhere(interference):
     assert heights[0] == pytest.approx(heights[1], rel=1e-9)
     # every linear point solves the equations that Newton's method would solve
     for point in points["stretches"].points:
-        residual = balance.evaluate(point.unknown, point.frequency).residual
+        residual = balance.evaluate(point.unknown, point.omega).residual
         assert balance.relative_error(residual, point.unknown) < 1e-11
 
 
@@ -113,7 +113,7 @@ def test_forces_are_those_of_the_contact_element(law, preload):
     for interference in (-1e3, 1e3):
         contact = contact.with_interference(interference)
         balance = harmonic_balance(modal, contact, excitation, options)
-        stretches = LinearStretches(balance, contact)
+        stretches = LinearSegments(balance, contact)
         motion = 0.1 * np.random.default_rng(2).normal(size=(5, 2, 3))
         motion[3:] = 0.0
         state = stretches.state(motion)

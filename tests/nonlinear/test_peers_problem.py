@@ -80,7 +80,7 @@ def test_peaks(kind, harmonics, omega, height):
     modal, contact = problem(kind)
     for integration in ("sampled", "exact"):
         curve = forced_response(modal, contact, Excitation(0, 1.0), options(harmonics, integration))
-        assert curve.outcome.complete
+        assert curve.termination.complete
         top = int(np.argmax(curve.harmonic_m[:, 0]))
         assert curve.harmonic_m[top, 0] == pytest.approx(height, rel=1e-3)
         assert 2 * np.pi * curve.frequency_hz[top] == pytest.approx(omega, rel=4e-3)

@@ -10,8 +10,8 @@ from scipy.optimize import brentq, minimize_scalar
 from scipy.special import mathieu_a, mathieu_b
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
-from nonlinear.contact.cone_event_driven import ConeContact
-from nonlinear.contact.event_driven import ExactContact
+from nonlinear.contact.cone_event_driven import EventDrivenCoulombCone
+from nonlinear.contact.event_driven import EventDrivenJenkins
 from nonlinear.contact.fourier import basis_table, to_real
 from nonlinear.stability.floquet import (
     FloquetAnalysis,
@@ -297,7 +297,7 @@ class TestFrictionMemory:
         measured = 2.0 * turn.T @ relative / self.samples
         measured[0] /= 2.0
 
-        jacobian = ExactContact(self.contact, self.n_harmonics).evaluate(base).jacobian[0, 0]
+        jacobian = EventDrivenJenkins(self.contact, self.n_harmonics).evaluate(base).jacobian[0, 0]
         at_rest = np.einsum("bij,jb->i", jacobian, shape)
         memory = MemorySampler(self.contact, self.n_harmonics, 4096).memory(base)
         places = memory.origin @ shape
@@ -357,7 +357,7 @@ class TestConeMemory:
         measured = 2.0 * turn.T @ relative / self.samples
         measured[0] /= 2.0
 
-        jacobian = ConeContact(self.contact, self.n_harmonics).evaluate(base).jacobian[0, :2]
+        jacobian = EventDrivenCoulombCone(self.contact, self.n_harmonics).evaluate(base).jacobian[0, :2]
         at_rest = np.einsum("abij,jb->ia", jacobian, shape)
         memory = MemorySampler(self.contact, self.n_harmonics).memory(base)
         beyond, slope = memory.jacobian(complex(exponent))

@@ -29,7 +29,7 @@ def response(n_blades, interference, friction, law="uncoupled"):
         law=law,
     )
     curve = forced_response(modal, contact, Excitation(1, 1.0), SolverOptions(RANGE, harmonics=COARSE))
-    assert curve.outcome.complete
+    assert curve.termination.complete
     return modal, contact, curve
 
 

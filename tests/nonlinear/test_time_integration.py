@@ -34,7 +34,7 @@ def test_ring_of_blades(n_blades, interference, fraction, law):
     modal = modal_model(lumped_blade(n_blades), damping_ratio=0.02)
     parameters, excitation = contact(interference, law), Excitation(1, 1.0)
     coarse = forced_response(modal, parameters, excitation, SolverOptions((0.1, 0.8), harmonics=3))
-    assert coarse.outcome.complete
+    assert coarse.termination.complete
     # the stable point nearest to a fraction of the peak's frequency, highest amplitude first
     omega = 2.0 * np.pi * fraction * coarse.peak.frequency_hz
     near = np.abs(2.0 * np.pi * coarse.frequency_hz / omega - 1.0) < 0.02

@@ -8,9 +8,9 @@ from lumped import lumped_blade, oscillator
 from scipy.optimize import minimize_scalar, root
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
-from nonlinear.branches.range_continuation import trace_range
+from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.resonances import find_landmarks
+from nonlinear.continuation.resonances import find_resonances
 from nonlinear.continuation.response_quantities import largest_amplitude, output_harmonics
 from nonlinear.harmonic_balance.balance_family import BalanceFamily
 from nonlinear.harmonic_balance.initial_solution import static_displacement
@@ -150,10 +150,10 @@ def traced(problem, frequency, harmonics):
     modal, contact, excitation = problem
     options = SolverOptions(frequency, harmonics=harmonics)
     balance = harmonic_balance(modal, contact, excitation, options)
-    marks = find_landmarks(balance.receptance, contact, options)
+    marks = find_resonances(balance.receptance, contact, options)
     continuation = Continuation(balance, options, marks, contact)
-    main = trace_range(continuation, static_displacement(balance.receptance, contact, options))[0]
-    assert main.outcome.complete
+    main = continue_over_range(continuation, static_displacement(balance.receptance, contact, options))[0]
+    assert main.termination.complete
     return Truncation(continuation, BalanceFamily(balance, contact, options)), main
 
 

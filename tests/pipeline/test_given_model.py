@@ -48,7 +48,7 @@ def test_contact_against_ground_with_values_node_by_node(tmp_path: Path) -> None
         preload=np.array([1.6, 1.2, 1.0]),
         law="uncoupled",
     )
-    options = SolverOptions(frequency=(0.1, 0.3), integration="sampled", samples=128)
+    options = SolverOptions(frequency_hz=(0.1, 0.3), integration="sampled", samples=128)
     direct = forced_response(
         modal_model(ground_model(), rayleigh=(0.0, 0.02)), contact, Excitation(engine_order=0, force=0.5), options
     )

@@ -36,10 +36,10 @@ def test_a_frequency_limit_above_all_modes_that_can_be_kept(monkeypatch: pytest.
     monkeypatch.setattr(rom.reduction.fixed_interface_modes, "_MOST_MODES", 40)
     stiffness = diags_array((2.0 * np.pi * np.arange(1.0, 101.0)) ** 2).tocsr()  # 1 to 100 Hz
     mass, factor = eye_array(100).tocsr(), rom.factorise(stiffness)
-    angular, _ = rom.fixed_interface.modes_up_to(mass, factor, 30.5)
+    angular, _ = rom.reduction.fixed_interface_modes.modes_up_to(mass, factor, 30.5)
     assert angular == pytest.approx(2.0 * np.pi * np.arange(1.0, 31.0))
     with pytest.raises(RomParameterError, match="a lower one: more than 40 modes lie below, up to 40 Hz"):
-        rom.fixed_interface.modes_up_to(mass, factor, 1e15)
+        rom.reduction.fixed_interface_modes.modes_up_to(mass, factor, 1e15)
 
 
 def test_automatic_harmonics_stop_before_the_balance_is_too_large() -> None:

@@ -14,14 +14,14 @@ from pipeline.figures.spectra import aliased
 from pipeline.process.progress import Reporter
 from pipeline.run import execute
 from pipeline.scene.reading import read_scene
-from pipeline.stages.request import Outcome, Request
+from pipeline.stages.request import Request, RunOutcome
 
 SPEEDS = [0.0, 4000.0, 8000.0]
 COLOURS = {"free": "0.0", "sliding": "#56B4E9", "stuck": "#D55E00"}
 
 
 @pytest.fixture(scope="module")
-def outcome(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+def outcome(tmp_path_factory: pytest.TempPathFactory) -> RunOutcome:
     """The small blade at three speeds, run to its figures."""
     folder = tmp_path_factory.mktemp("speeds")
     scene = write_scene(folder / "s.toml", small_scene(sweep={"load.speed_rpm": SPEEDS}))
@@ -29,7 +29,7 @@ def outcome(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
 
 
 @pytest.fixture(scope="module")
-def curves(outcome: Outcome) -> list[PlottedCurve]:
+def curves(outcome: RunOutcome) -> list[PlottedCurve]:
     return plotted_curves(outcome.curves)
 
 
@@ -38,7 +38,7 @@ def lines(axes: Axes, state: str) -> np.ndarray:
     return np.array([line.get_ydata() for line in axes.lines if line.get_color() == COLOURS[state]])
 
 
-def test_campbell_lines_are_the_frequencies_of_the_summary(outcome: Outcome, curves: list[PlottedCurve]) -> None:
+def test_campbell_lines_are_the_frequencies_of_the_summary(outcome: RunOutcome, curves: list[PlottedCurve]) -> None:
     assert {"campbell", "nodal_diameters"} <= {Path(name).stem for name in outcome.pictures}
     axes = campbell_figure(curves, "title").axes[0]
     for state in COLOURS:

@@ -21,7 +21,6 @@ from rom import (
     mode_shapes,
     natural_frequencies,
     reduce,
-    reduction,
 )
 from rom.finite_elements.full_model import node_dofs
 
@@ -304,9 +303,9 @@ def test_a_full_model_that_is_made_on_the_way_does_not_stay(full, sector, model,
         alive.append(seen[0]() is not None)
         return modes(*arguments)
 
-    modes = rom.craig_bampton.lowest_modes
+    modes = rom.reduction.craig_bampton.lowest_modes
     monkeypatch.setattr(rom.reduction.craig_bampton, "lowest_modes", watched)
-    made = reduction(make, sector, ReductionOptions(modes=20))
+    made = reduce_sector(make, sector, ReductionOptions(modes=20))
     assert alive == [False]
     assert made.dofs == full.n_dofs
     for name in ("mass", "stiffness", "basis", "force_centrifugal"):

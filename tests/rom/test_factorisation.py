@@ -75,7 +75,7 @@ def test_entries_in_any_order_and_twice(held):
 def test_the_triangle_is_taken_slab_by_slab(held, monkeypatch, slab):
     matrix = held[0]
     monkeypatch.setattr(rom.linear_algebra.cholmod, "_SLAB", slab)
-    _, (starts, indices, values) = rom.cholmod._upper_triangle(matrix)
+    _, (starts, indices, values) = rom.linear_algebra.cholmod._upper_triangle(matrix)
     count = starts[-1]
     found = csr_matrix((values[:count], indices[:count], starts), shape=matrix.shape)
     assert (found != tril(matrix)).nnz == 0  # by rows what the upper one is by columns
@@ -85,17 +85,17 @@ def test_the_triangle_is_taken_slab_by_slab(held, monkeypatch, slab):
 def test_a_library_of_another_kind_is_left_alone(monkeypatch):
     from cvxopt import cholmod
 
-    assert rom.cholmod._opened(__file__) is None  # no library
-    assert rom.cholmod._opened(np._core._multiarray_umath.__file__) is None  # one without CHOLMOD
-    assert rom.cholmod._opened(cholmod.__file__) is not None
+    assert rom.linear_algebra.cholmod._opened(__file__) is None  # no library
+    assert rom.linear_algebra.cholmod._opened(np._core._multiarray_umath.__file__) is None  # one without CHOLMOD
+    assert rom.linear_algebra.cholmod._opened(cholmod.__file__) is not None
     monkeypatch.setattr(rom.linear_algebra.cholmod, "_VERSION", 5)
-    assert rom.cholmod._opened(cholmod.__file__) is None
+    assert rom.linear_algebra.cholmod._opened(cholmod.__file__) is None
     monkeypatch.setattr(rom.linear_algebra.cholmod, "_VERSION", 3)
-    for expected in (rom.cholmod._COMMON_DEFAULTS, rom.cholmod._FACTOR_OF_TWO):
+    for expected in (rom.linear_algebra.cholmod._COMMON_DEFAULTS, rom.cholmod._FACTOR_OF_TWO):
         for name in expected:
             with monkeypatch.context() as other:
                 other.setitem(expected, name, -1)
-                assert rom.cholmod._opened(cholmod.__file__) is None
+                assert rom.linear_algebra.cholmod._opened(cholmod.__file__) is None
     monkeypatch.setattr(rom.linear_algebra.factorisation, "library", lambda: None)
     assert factorise(diags([1.0, 2.0, 4.0]).tocsr()).backend == "superlu"
 
