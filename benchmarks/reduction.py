@@ -91,7 +91,7 @@ def measure(scene: Path, size: float, modes: float, backend: str = "auto") -> di
         yield
         seconds[phase] = time.perf_counter() - start
 
-    analyse = rom.substructure.analyse
+    analyse = rom.reduction.substructure.analyse
 
     class TimedAnalysis:
         def __init__(self, *arguments: Any) -> None:
@@ -102,14 +102,14 @@ def measure(scene: Path, size: float, modes: float, backend: str = "auto") -> di
             with timed("factorisation"):
                 return self._analysis.factor()
 
-    rom.substructure.analyse = TimedAnalysis
+    rom.reduction.substructure.analyse = TimedAnalysis
     with timed("mesh"):
         sector = build_sector(*geometry_parameters(blade))
     with timed("assembly"):
         full = [assemble(sector, Material(**blade.material.model_dump()), blade.mesh.element)]
     with one_blas_thread():
         with timed("constraint modes"):
-            parts = rom.substructure.split(full.pop, sector, blade.excitation.at, backend)
+            parts = rom.reduction.substructure.split(full.pop, sector, blade.excitation.at, backend)
         seconds["constraint modes"] -= seconds["ordering"] + seconds["factorisation"]
         with timed("fixed-interface modes"):
             found = lowest_modes(parts.inner_mass, parts.factor, int(modes))

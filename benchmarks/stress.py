@@ -53,7 +53,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--full", action="store_true", help=f"draw {FULL}")
     parser.add_argument("--seed", type=int, default=1, help="another seed draws other cases (1)")
     parser.add_argument("--hard", action="store_true", help="from the corner where curves have turning points")
-    parser.add_argument("--law", choices=("uncoupled", "coupled"), default="uncoupled", help="of the friction")
+    parser.add_argument("--law", choices=("two_sliders", "cone"), default="two_sliders", help="of the friction")
     parser.add_argument("--jobs", type=positive, default=1, help="worker processes, one BLAS thread each (1)")
     parser.add_argument("--limit", type=float, default=600.0, help="seconds that a case may take (600)")
     parser.add_argument("--scene", type=Path, default=HOUSE / "scenes" / "figure5.toml", help="whose blade to use")

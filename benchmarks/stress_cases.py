@@ -53,12 +53,12 @@ class StressCase:
     friction: float
     damping_ratio: float
     harmonics: int
-    law: Law = "uncoupled"
+    law: Law = "two_sliders"
 
     @property
     def replay(self) -> str:
         """The command that solves this case again and draws its curve."""
-        draw = (" --hard" if self.hard else "") + (f" --law {self.law}" if self.law != "uncoupled" else "")
+        draw = (" --hard" if self.hard else "") + (f" --law {self.law}" if self.law != "two_sliders" else "")
         return f"python benchmarks/stress.py --replay {self.index} --seed {self.seed}{draw} --draw"
 
     @property
@@ -82,7 +82,7 @@ class StressCase:
 FACTORS = tuple(field.name for field in fields(StressCase) if field.name not in ("seed", "index", "hard", "law"))
 
 
-def draw_cases(count: int, seed: int, hard: bool = False, law: Law = "uncoupled") -> list[StressCase]:
+def draw_cases(count: int, seed: int, hard: bool = False, law: Law = "two_sliders") -> list[StressCase]:
     """The first `count` cases of a seed: Latin hypercubes of 200, every level of a factor equally frequent in each.
 
     Equally to within two cases; the stiffness is spread log-uniformly. `hard`: from the hard corner only.

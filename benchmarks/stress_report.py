@@ -46,7 +46,7 @@ def summary_text(results: Sequence[StressResult]) -> str:
 
 def _title(case: StressCase) -> str:
     hard = ", hard corner" if case.hard else ""
-    return f"# Stability matrix, seed {case.seed}{hard}{', coupled law' if case.law == 'coupled' else ''}"
+    return f"# Stability matrix, seed {case.seed}{hard}{', cone law' if case.law == 'cone' else ''}"
 
 
 def _outcomes(results: Sequence[StressResult]) -> str:

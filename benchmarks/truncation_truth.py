@@ -69,14 +69,14 @@ class Problem:
 
 def problem_of(case: StressCase, model: Path) -> Problem:
     """The problem of a case under 1 N, as the stability matrix poses it."""
-    from nonlinear import harmonic_balance
+    from nonlinear import build_harmonic_balance
     from nonlinear.continuation.arclength_continuation import Continuation
     from nonlinear.continuation.resonances import find_resonances
     from nonlinear.harmonic_balance.balance_family import BalanceFamily
     from nonlinear.harmonic_balance.initial_solution import static_displacement
 
     modal, contact, excitation, options = posed(case, model, frequency_range(case, model))
-    balance = harmonic_balance(modal, contact, excitation, options)
+    balance = build_harmonic_balance(modal, contact, excitation, options)
     continuation = Continuation(balance, options, find_resonances(balance.receptance, contact, options), contact)
     static = static_displacement(balance.receptance, contact, options)
     return Problem(continuation, BalanceFamily(balance, contact, options), static)

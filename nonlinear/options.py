@@ -8,6 +8,14 @@ Integration = Literal["exact", "sampled"]
 Stability = Literal["floquet", "folds"]
 
 
+MOST_UNKNOWNS = 10_000  # of a harmonic balance: its Jacobian is full, 0.8 GB, and is factorised at every step
+
+
+def least_samples(n_harmonics: int) -> int:
+    """Fewest instants a period, 4 H + 4, at which the contact force of H harmonics is sampled."""
+    return 4 * n_harmonics + 4
+
+
 class OptionsError(ValueError):
     """A solver option out of its range; the message names it, its value and what is allowed."""
 
@@ -72,7 +80,7 @@ class SolverOptions:
             raise OptionsError(f'harmonics: {self.harmonics!r}, allowed: 1 or more, or "auto"')
         if not 0.0 < self.harmonic_tolerance < 1.0:
             raise OptionsError(f"harmonic_tolerance: {self.harmonic_tolerance}, allowed: between 0 and 1")
-        least = 4 * (1 if self.harmonics == "auto" else self.harmonics) + 4
+        least = least_samples(1 if self.harmonics == "auto" else self.harmonics)
         if self.samples < least:
             raise OptionsError(f"samples: {self.samples}, allowed: {least} or more for so many harmonics")
         if self.integration not in ("exact", "sampled"):

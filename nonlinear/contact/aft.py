@@ -52,7 +52,7 @@ class AFTContact:
         p = self.parameters
         laws = (p.normal_stiffness, p.tangential_stiffness, p.friction, p.interference, p.preload)
         evaluate_normal(displacement, motion, laws, self._prefix, force, jacobian)
-        if p.law == "coupled":
+        if p.law == "cone":
             evaluate_plane(displacement, motion, laws, self.table, force, jacobian, state)
         else:
             evaluate_tangential(displacement, motion, laws, self._prefix, self.table, force, jacobian, state)

@@ -45,7 +45,7 @@ def contact_cycle(displacement: ComplexArray, contact: ContactParameters, sample
         limit = mu * force[:, node, 2]
         if kt == 0.0:
             continue
-        if contact.law == "coupled":
+        if contact.law == "cone":
             plane, traction = np.ascontiguousarray(motion[:, node, :2]), np.empty((samples, 2))
             march_plane(plane, limit, kt, 200, 1e-13 * float(np.abs(plane).max()), state[:, node], traction)
             force[:, node, :2] = traction

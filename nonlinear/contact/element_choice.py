@@ -2,7 +2,7 @@
 
 from nonlinear.contact.parameters import ContactElement, ContactParameters
 from nonlinear.contact.quasistatic import QuasistaticContact
-from nonlinear.options import SolverOptions
+from nonlinear.options import SolverOptions, least_samples
 
 
 def contact_element(contact: ContactParameters, n_harmonics: int, options: SolverOptions) -> ContactElement:
@@ -12,8 +12,8 @@ def contact_element(contact: ContactParameters, n_harmonics: int, options: Solve
     if options.integration == "sampled":
         from nonlinear.contact.aft import AFTContact
 
-        return AFTContact(contact, n_harmonics, max(options.samples, 4 * n_harmonics + 4))
-    if contact.law == "coupled":
+        return AFTContact(contact, n_harmonics, max(options.samples, least_samples(n_harmonics)))
+    if contact.law == "cone":
         from nonlinear.contact.cone_event_driven import EventDrivenCoulombCone
 
         return EventDrivenCoulombCone(contact, n_harmonics)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-Law = Literal["uncoupled", "coupled"]
+Law = Literal["two_sliders", "cone"]
 STICK, SLIP, LIFT_OFF = 0, 1, 2
 
 
@@ -25,7 +25,7 @@ class ContactParameters:
     friction : mu, 0 or more.
     interference : v0, metres; positive: pressed together, negative: a gap.
     preload : N0, N; a normal load that is already in equilibrium.
-    law : "uncoupled", one slider along t1 and one along t2, or "coupled", one slider in the plane with the
+    law : "two_sliders", one slider along t1 and one along t2, or "cone", one slider in the plane with the
         circular friction cone.
     """
 
@@ -34,7 +34,7 @@ class ContactParameters:
     friction: Array
     interference: Array
     preload: Array
-    law: Law = "uncoupled"
+    law: Law = "two_sliders"
 
     def __post_init__(self) -> None:
         """Check lengths, finiteness and signs."""
@@ -47,8 +47,8 @@ class ContactParameters:
                 raise ContactError(f"{name}: {values.tolist()}, allowed: finite numbers")
             if name != "interference" and np.any(values < 0.0):
                 raise ContactError(f"{name}: {float(values.min())!r}, allowed: 0 or more")
-        if self.law not in ("uncoupled", "coupled"):
-            raise ContactError(f'law: {self.law!r}, allowed: "uncoupled" or "coupled"')
+        if self.law not in ("two_sliders", "cone"):
+            raise ContactError(f'law: {self.law!r}, allowed: "two_sliders" or "cone"')
 
     @classmethod
     def shared(
@@ -60,7 +60,7 @@ class ContactParameters:
         friction: ArrayLike,
         interference: ArrayLike = 0.0,
         preload: ArrayLike = 0.0,
-        law: Law = "uncoupled",
+        law: Law = "two_sliders",
     ) -> "ContactParameters":
         """Build from whole-face stiffnesses for `n_contacts` nodes.
 

@@ -21,7 +21,7 @@ class QuasistaticContact:
         normal, slope = np.where(pressed, load, 0.0), np.where(pressed, p.normal_stiffness, 0.0)
         limit = p.friction * normal
         trial = p.tangential_stiffness[:, None] * u
-        size = np.abs(trial) if p.law == "uncoupled" else np.hypot(trial[:, 0], trial[:, 1])[:, None] + 0.0 * trial
+        size = np.abs(trial) if p.law == "two_sliders" else np.hypot(trial[:, 0], trial[:, 1])[:, None] + 0.0 * trial
         slipping = (size > limit[:, None]) & (p.tangential_stiffness[:, None] > 0.0)
         ratio = np.where(slipping, limit[:, None] / np.where(size > 0.0, size, 1.0), 1.0)
         direction = trial / np.where(size > 0.0, size, 1.0)
@@ -33,7 +33,7 @@ class QuasistaticContact:
         for a in range(2):
             jacobian[:, a, 2] = np.where(slipping[:, a], p.friction * slope * direction[:, a], 0.0)
             jacobian[:, a, a] = np.where(slipping[:, a], 0.0, stiffness)
-            if p.law == "coupled":  # d(T) = ratio kt (1 - e e^T) du in slip
+            if p.law == "cone":  # d(T) = ratio kt (1 - e e^T) du in slip
                 for b in range(2):
                     across = (a == b) - direction[:, a] * direction[:, b]
                     slip = ratio[:, a] * stiffness * across

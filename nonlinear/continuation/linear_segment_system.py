@@ -116,7 +116,7 @@ class LinearSegmentSystem:
         offset, of_static, swings = self._conditions
         static, harmonic = displacement[0].reshape(-1), (displacement[1] + 1j * displacement[2]).reshape(-1)
         least = float((offset + of_static @ static - np.abs(swings @ harmonic)).min())
-        if self.contact.law == "coupled" and self.held.any():
+        if self.contact.law == "cone" and self.held.any():
             least = min(least, self._margin_in_cone(displacement))
         return least
 
@@ -130,7 +130,7 @@ class LinearSegmentSystem:
         of_static, swings = np.zeros((2, sign.size, 3 * sign.size))
         of_static[nodes, normal], swings[nodes, normal] = sign * stiffness * per_metre, stiffness * per_metre
         offsets, rows, moving = [sign * at_rest * per_metre], [of_static], [swings]
-        if self.contact.law == "uncoupled":
+        if self.contact.law == "two_sliders":
             held = np.flatnonzero(self.held)
             reach = self.contact.friction[held] / self.contact.tangential_stiffness[held]
             which = np.arange(held.size)

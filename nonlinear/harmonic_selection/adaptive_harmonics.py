@@ -11,9 +11,9 @@ from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.balance_family import BalanceFamily, resized
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_selection.truncation_error import wider_harmonics
+from nonlinear.options import MOST_UNKNOWNS
 
 LADDER = (1, 3, 5, 7, 9, 11, 15, 21, 31)  # numbers of harmonics that are tried
-MOST_UNKNOWNS = 10_000  # of a balance: its Jacobian is full, 0.8 GB, and is factorised at every step
 DIVERGES = 0.5  # part of the residual of the new harmonics that one sweep may leave
 CLEARLY_ENOUGH = 0.02  # part of the tolerance below which the highest harmonics are dropped again
 CLEARLY_BELOW = 0.2  # part of the tolerance below which an estimate is believed for the next few points too

@@ -109,7 +109,7 @@ class MemorySampler:
             np.ascontiguousarray((table @ displacement.reshape(table.shape[1], -1)).T).reshape(-1, 3, n)
             for table in self._tables
         )
-        if p.law == "coupled":
+        if p.law == "cone":
             return cone_slider_memory(p, self._tables[0], motion, speed)
         state, source, sign = self._march(motion)
         row, sample, length = _stretches(state, source)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.reading import Member, SceneFile, where
 from pipeline.scene.schema import SECTIONS, Scene
@@ -111,7 +112,7 @@ def _check_keys(path: Path, member: Member) -> None:
         raise input_error(path, "rom.frequency_limit", "given beside modes", "one of the two")
     if not any(scene.excitation.unit_direction):
         raise _refused(path, member, "excitation.direction", list(scene.excitation.direction))
-    least = 4 * (1 if response.harmonics == "auto" else response.harmonics) + 4
+    least = least_samples(1 if response.harmonics == "auto" else response.harmonics)
     if scene.contact.samples < least:
         allowed = f"{least} or more with {response.harmonics} harmonics"
         raise input_error(path, where(member, "contact.samples"), shown(scene.contact.samples), allowed)

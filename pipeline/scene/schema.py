@@ -151,8 +151,8 @@ class Contact(Section):
         "a number, 0 or more, or a list of such numbers node by node",
         0.0,
     )
-    law: Literal["uncoupled", "coupled"] = _key(
-        "one slider along t1 and one along t2, or one slider in the plane", '"uncoupled" or "coupled"', "uncoupled"
+    law: Literal["two_sliders", "cone"] = _key(
+        "one slider along t1 and one along t2, or one slider in the plane", '"two_sliders" or "cone"', "two_sliders"
     )
     integration: Literal["exact", "sampled"] = _key(
         "how a period is integrated: from event to event or at equal instants", '"exact" or "sampled"', "exact"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from nonlinear import MOST_UNKNOWNS
 from pipeline.errors import input_error, shown
 from pipeline.scene.reading import Member, SceneFile, where
 from pipeline.scene.schema import DEFAULT_MODES, Scene
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
 
 LARGEST_MODEL = 400_000  # elements; ten times what this is comfortable with
 LARGEST_SWEEP = 100 * LARGEST_MODEL  # elements of all models of a sweep
-MOST_UNKNOWNS = 10_000  # of a balance: its Jacobian is full, 0.8 GB, and is factorised at every step
 AUTO_HARMONICS = 5  # that "auto" must be able to use; it stops before the balance gets too large
 MARGIN = 0.1  # of the blade's length: how far from the blade a point may lie that is meant to be on it
 

@@ -106,7 +106,7 @@ def integrate_ring(modal, contact, point, *, engine_order, force, periods, steps
         np.ascontiguousarray(modal.left),
         external,
         laws,
-        contact.law == "coupled",
+        contact.law == "cone",
         eta,
         rate,
         slider,

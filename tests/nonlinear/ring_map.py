@@ -102,7 +102,7 @@ class RingMap:
         matrices = transition(modal.angular_frequency, modal.damping, 2.0 * np.pi / self.omega / self.steps)
         left = np.zeros_like(modal.right) if modal.left is None else modal.left
         c = self.contact
-        laws = (c.normal_stiffness, c.tangential_stiffness, c.friction, c.interference, c.law == "coupled")
+        laws = (c.normal_stiffness, c.tangential_stiffness, c.friction, c.interference, c.law == "cone")
         return matrices, np.ascontiguousarray(modal.right), np.ascontiguousarray(left), external, laws
 
     @property

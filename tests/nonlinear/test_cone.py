@@ -20,7 +20,7 @@ def cone(interference, harmonics):
         tangential_stiffness=n * TANGENTIAL,
         friction=FRICTION,
         interference=interference,
-        law="coupled",
+        law="cone",
     )
     return contact_element(contact, harmonics, SolverOptions((1.0, 2.0), harmonics=harmonics))
 
@@ -92,7 +92,7 @@ def test_finite_and_dissipating_for_parameters_of_any_size(seed, harmonics):
     n = 12
     kn, kt = rng.choice([0.0, 1e-9, 1.0, 1e9], size=n), rng.choice([0.0, 1e-12, 1.0, 1e6], size=n)
     mu, v0 = rng.choice([0.0, 1e-12, 0.3, 1e6], size=n), rng.choice([0.0, -1.0, 1.0, 1e-9, 100.0], size=n)
-    contact = ContactParameters(kn, kt, mu, v0, rng.choice([0.0, 1e-12, 1.0, 1e6], size=n), "coupled")
+    contact = ContactParameters(kn, kt, mu, v0, rng.choice([0.0, 1e-12, 1.0, 1e6], size=n), "cone")
     rows = motion(seed, harmonics, n) * rng.choice([0.0, 1e-15, 1e-6, 1.0, 1e3], size=n)[:, None]
     rows[:, rng.random(n) < 0.3, 1] = 0.0  # along a line
     result = EventDrivenCoulombCone(contact, harmonics).evaluate(rows)
@@ -114,7 +114,7 @@ def test_a_slider_comes_to_rest_between_two_circles(amplitude, turn):
     is at rest before, where the last of the ends left it.)
     """
     one = np.ones(1)
-    contact = ContactParameters(0.0 * one, one, 0.5 * one, 0.0 * one, 2.0 * one, "coupled")
+    contact = ContactParameters(0.0 * one, one, 0.5 * one, 0.0 * one, 2.0 * one, "cone")
     along, across = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
     rows = np.zeros((3, 1, 3))
     rows[0, 0, :2], rows[1, 0, :2] = 3.0 * across, amplitude * along
@@ -167,7 +167,7 @@ def test_it_rests_where_its_own_path_leads(seed, harmonics, node):
         tangential_stiffness=tangential,
         friction=friction,
         interference=interference,
-        law="coupled",
+        law="cone",
     )
     result = contact_element(contact, harmonics, SolverOptions((1.0, 2.0), harmonics=harmonics)).evaluate(rows)
     assert result.state[0] == STICK

@@ -6,7 +6,7 @@ import pytest
 from nonlinear import LIFT_OFF, SLIP, STICK, ContactParameters, SolverOptions, contact_cycle, contact_element
 
 
-def single(kn=0.0, kt=1.0, mu=0.5, v0=0.0, preload=1.0, law="uncoupled"):
+def single(kn=0.0, kt=1.0, mu=0.5, v0=0.0, preload=1.0, law="two_sliders"):
     """One node."""
     one = np.ones(1)
     return ContactParameters(kn * one, kt * one, mu * one, v0 * one, preload * one, law)
@@ -34,7 +34,7 @@ def work_per_cycle(rows, force):
 INTEGRATIONS = [("exact", 1e-12), ("sampled", 2e-5)]
 
 
-@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
 @pytest.mark.parametrize(("integration", "tolerance"), INTEGRATIONS)
 class TestInPhaseMotion:
     """u = U sin, N = N0 + k u with kt = 1, kn = 1, k = 0.6, mu = 0.5, N0 = 1: on a line both laws are one."""
@@ -84,7 +84,7 @@ class TestInPhaseMotion:
                 assert result.state[0] == state, (gain, amplitude)
 
 
-@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
 def test_jenkins_coefficients(law):
     # u = X cos: a1 = (kt X / pi)(th - sin(2 th) / 2), b1 = -(4 limit / pi)(1 - xs / X), th = acos(1 - 2 xs / X)
     rows = np.zeros((3, 1, 3))
@@ -117,7 +117,7 @@ def test_circular_path_of_the_coupled_slider():
     rows = np.zeros((3, 1, 3))
     rows[1, 0, 0] = radius  # u1 = r cos
     rows[2, 0, 1] = -radius  # u2 = r sin
-    contact = single(kt=kt, mu=1.0, preload=limit, law="coupled")
+    contact = single(kt=kt, mu=1.0, preload=limit, law="cone")
     exact = 2.0 * np.pi * limit * np.sqrt(radius**2 - (limit / kt) ** 2)
     errors = []
     for samples in (512, 1024, 2048):
@@ -140,22 +140,22 @@ def test_coupled_law_reduces_to_uncoupled_on_a_line(integration):
     rows = np.zeros((5, 4, 3))
     rows[:, :, 0], rows[:, :, 2] = rng.normal(size=(2, 5, 4))
     laws = {}
-    for law in ("coupled", "uncoupled"):
+    for law in ("cone", "two_sliders"):
         parameters = ContactParameters.shared(
             4, normal_stiffness=4.0, tangential_stiffness=6.0, friction=0.3, interference=0.6, law=law
         )
         laws[law] = element(parameters, integration, harmonics=2, samples=256).evaluate(rows).force
-    assert laws["coupled"] == pytest.approx(laws["uncoupled"], abs=1e-12)
+    assert laws["cone"] == pytest.approx(laws["two_sliders"], abs=1e-12)
 
 
 def test_two_sliders_dissipate_less_than_the_cone_on_a_circle():
     rows = np.zeros((3, 1, 3))
     rows[1, 0, 0], rows[2, 0, 1] = 1.2, -1.2
     work = {}
-    for law in ("uncoupled", "coupled"):
+    for law in ("two_sliders", "cone"):
         contact = single(kt=1.0, mu=1.0, preload=1.0, law=law)
         work[law] = work_per_cycle(rows, element(contact, "exact").evaluate(rows).force)
-    assert 0.0 < work["uncoupled"] < work["coupled"]
+    assert 0.0 < work["two_sliders"] < work["cone"]
 
 
 def test_cycle_agrees_with_the_element():
@@ -173,7 +173,7 @@ def test_cycle_agrees_with_the_element():
     assert np.all(np.abs(cycle.force[:, :, :2]) <= 0.4 * cycle.force[:, :, 2:] + 1e-12)
 
 
-@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
 def test_static_element_is_the_sampled_one_without_vibration(law):
     from nonlinear.contact.aft import AFTContact
 

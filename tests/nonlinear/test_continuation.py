@@ -13,8 +13,8 @@ from nonlinear import (
     Excitation,
     OptionsError,
     SolverOptions,
+    build_harmonic_balance,
     forced_response,
-    harmonic_balance,
     linear_response,
 )
 from nonlinear.contact.fourier import to_real
@@ -156,7 +156,7 @@ def test_a_range_that_starts_badly_is_traced_from_its_high_end():
     assert part.frequency_hz[-1] == pytest.approx(0.4, rel=1e-9)
     assert np.all(np.diff(part.arc) > 0.0)
     assert part.peak.amplitude_m == pytest.approx(whole.peak.amplitude_m, rel=1e-9)
-    balance = harmonic_balance(modal, stop(3.0), Excitation(0, 1.0), SolverOptions((low, 0.4)))
+    balance = build_harmonic_balance(modal, stop(3.0), Excitation(0, 1.0), SolverOptions((low, 0.4)))
     for hertz, displacement in zip(part.frequency_hz, part.relative_displacement, strict=True):
         unknown = to_real(displacement).reshape(-1)
         residual = balance.evaluate(unknown, 2.0 * np.pi * hertz).residual
@@ -274,7 +274,7 @@ def test_a_static_force_that_moves_both_sides_alike():
     model = lumped_blade(3)
     modal = modal_model(replace(model, force_static=0.3 * model.force_excitation), damping_ratio=0.02)
     contact = ContactParameters.shared(
-        2, normal_stiffness=0.0, tangential_stiffness=4.0, friction=0.5, preload=3.0, law="uncoupled"
+        2, normal_stiffness=0.0, tangential_stiffness=4.0, friction=0.5, preload=3.0, law="two_sliders"
     )
     curve = forced_response(modal, contact, Excitation(1, 1.0), SolverOptions((0.1, 0.8)))
     assert curve.termination.complete

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lumped import oscillator
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, contact_element, harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, contact_element
 from nonlinear.contact.fourier import to_complex
 from nonlinear.contact.trigonometric_roots import cosine_sine, find_roots, value_and_slope
 from nonlinear.harmonic_balance.initial_solution import periodic_start, solve_at
@@ -27,7 +27,7 @@ def nearly_rigid_slider(modal, harmonics, beta):
     start = None
     for stiffness in (1e1, 1e2, 1e3, 1e4, 1e5, 1e6):
         contact = ContactParameters(0 * unit, stiffness * unit, unit, 0 * unit, 0.3 * unit)
-        balance = harmonic_balance(modal, contact, Excitation(0, 1.0), options)
+        balance = build_harmonic_balance(modal, contact, Excitation(0, 1.0), options)
         if start is None:
             start = periodic_start(balance, beta, np.zeros((1, 3)), options)
         else:
@@ -53,7 +53,7 @@ def test_den_hartog(beta, exact, one):
     assert errors[3] < errors[2] < errors[1] < errors[0]
 
 
-@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
 @pytest.mark.parametrize("harmonics", [1, 3])
 def test_samples_converge_to_the_exact_element(harmonics, law):
     """Errors of the sampled force fall at least linearly in the sample spacing, on average over random states."""
@@ -75,7 +75,7 @@ def test_samples_converge_to_the_exact_element(harmonics, law):
     assert errors[-1] < 1e-4 * np.abs(exact).max()
 
 
-@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
 @pytest.mark.parametrize("harmonics", [1, 3])
 @pytest.mark.parametrize("vibration", [0.0, 1e-25, 1e-20, 1e-16, 1e-12, 1e-6])
 def test_motion_of_round_off_size(harmonics, vibration, law):
@@ -89,7 +89,7 @@ def test_motion_of_round_off_size(harmonics, vibration, law):
     options = SolverOptions((1.0, 2.0), harmonics=harmonics)
     forces = contact_element(contact, harmonics, options).evaluate(rows)
     static = 3.0 * rows[0, :, :2]  # kt u, at most mu N = 0.1 * 2 * 5, in each direction or in the plane
-    if law == "uncoupled":
+    if law == "two_sliders":
         static = np.clip(static, -1.0, 1.0)
     else:
         static /= np.maximum(np.linalg.norm(static, axis=1, keepdims=True), 1.0)

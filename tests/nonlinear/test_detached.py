@@ -5,7 +5,7 @@ import pytest
 from lumped import lumped_blade
 from ring_integration import integrate_ring
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
 from rom import modal_model
 
 LOW, HIGH = 0.08, 1.0
@@ -46,7 +46,7 @@ def test_an_isola_is_found_and_closes(parameters):
     assert isola.energy_error.max() < 1e-8
     # and it is none of the main curve: at each of its frequencies its solution is far from all of that
     options = SolverOptions((LOW, HIGH), harmonics=parameters.get("harmonics", 1))
-    balance = harmonic_balance(modal, contact, Excitation(1, 1.0), options)
+    balance = build_harmonic_balance(modal, contact, Excitation(1, 1.0), options)
     for index in range(0, isola.points, 5):
         omega = 2.0 * np.pi * isola.frequency_hz[index]
         unknown = rows(isola.relative_displacement[index])
@@ -81,7 +81,9 @@ def test_a_stable_point_of_the_isola_holds_in_time():
     top = int(np.argmin(np.where(isola.stable, np.abs(isola.frequency_hz - middle), np.inf)))
     omega = 2.0 * np.pi * isola.frequency_hz[top]
     displacement, force = isola.relative_displacement[top], isola.contact_force[top]
-    balance = harmonic_balance(modal, contact, Excitation(1, 1.0), SolverOptions((LOW, HIGH), harmonics=harmonics))
+    balance = build_harmonic_balance(
+        modal, contact, Excitation(1, 1.0), SolverOptions((LOW, HIGH), harmonics=harmonics)
+    )
     coordinates, _ = balance.receptance.modal_response(omega, force.reshape(harmonics + 1, -1))
     balanced = coordinates @ modal.outputs["tip"]
     steps = 2000

@@ -11,7 +11,7 @@ RANGE = (0.10, 0.70)
 NORMAL, TANGENTIAL = 4.0, 3.0
 
 
-def contact(interference, friction=0.4, law="uncoupled", n_contacts=2):
+def contact(interference, friction=0.4, law="two_sliders", n_contacts=2):
     return ContactParameters.shared(
         n_contacts,
         normal_stiffness=NORMAL,
@@ -37,7 +37,7 @@ def relative_difference(curve, linear):
     return np.max(np.abs(curve.output[:, 1] - linear)) / np.max(np.abs(linear))
 
 
-@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
 @pytest.mark.parametrize("harmonics", [1, 3])
 def test_far_gap_is_the_linear_free_response(law, harmonics):
     modal = modal_model(lumped_blade(), damping_ratio=0.01)
@@ -49,7 +49,7 @@ def test_far_gap_is_the_linear_free_response(law, harmonics):
     assert np.all(curve.dissipated_j == 0.0)
 
 
-@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
 @pytest.mark.parametrize("harmonics", [1, 3])
 def test_deep_interference_is_the_linear_stuck_response(law, harmonics):
     modal = modal_model(lumped_blade(), damping_ratio=0.01)
@@ -81,7 +81,7 @@ def test_very_large_friction_never_slips_while_pressed():
 
 
 @pytest.mark.parametrize("interference", [-3.0, 0.0, 2.0])
-@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
 def test_homogeneous_in_force_and_interference(interference, law):
     one, scaled = solve(interference, law=law), solve(8.0 * interference, force=8.0, law=law)
     assert one.termination.complete

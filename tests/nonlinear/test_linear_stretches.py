@@ -10,10 +10,10 @@ from nonlinear import (
     ContactParameters,
     Excitation,
     SolverOptions,
+    build_harmonic_balance,
     contact_cycle,
     contact_element,
     forced_response,
-    harmonic_balance,
     linear_response,
 )
 from nonlinear.branches.range_continuation import continue_over_range
@@ -27,7 +27,7 @@ from rom import modal_model
 SPAN = (0.1, 0.8)
 
 
-def problem(interference, friction=0.4, law="uncoupled", harmonics=1, preload=0.0):
+def problem(interference, friction=0.4, law="two_sliders", harmonics=1, preload=0.0):
     modal = modal_model(lumped_blade(), damping_ratio=0.01)
     contact = ContactParameters.shared(
         2,
@@ -49,7 +49,7 @@ def problem(interference, friction=0.4, law="uncoupled", harmonics=1, preload=0.
         (1e3, 0.0, {"normal": 3.0}),  # pressed together without friction: it slides, and is linear
     ],
 )
-@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
 def test_the_whole_curve_is_linear(interference, friction, springs, law):
     modal, contact, excitation, options = problem(interference, friction, law, harmonics=3)
     curve = forced_response(modal, contact, excitation, options)
@@ -61,11 +61,11 @@ def test_the_whole_curve_is_linear(interference, friction, springs, law):
     assert curve.iterations[ordinary].sum() == 0
 
 
-@pytest.mark.parametrize(("interference", "law"), [(-3.0, "uncoupled"), (1.5, "uncoupled"), (-3.0, "coupled")])
+@pytest.mark.parametrize(("interference", "law"), [(-3.0, "two_sliders"), (1.5, "two_sliders"), (-3.0, "cone")])
 def test_a_stretch_ends_where_a_contact_changes(interference, law):
     """At the last linear point a contact just touches, or just begins to slip: found in the time domain."""
     modal, contact, excitation, options = problem(interference, law=law)
-    balance = harmonic_balance(modal, contact, excitation, options)
+    balance = build_harmonic_balance(modal, contact, excitation, options)
     static = static_displacement(balance.receptance, contact, options)
     points = continue_over_range(Continuation(balance, options, contact=contact), static)[0].points
     ends = [point for point, after in pairwise(points) if point.linear is not None and after.linear is None]
@@ -86,7 +86,7 @@ def test_a_stretch_ends_where_a_contact_changes(interference, law):
 @pytest.mark.parametrize("interference", [-3.0, 1.5])
 def test_the_same_curve_as_with_newton_everywhere(interference):
     modal, contact, excitation, options = problem(interference, harmonics=3)
-    balance = harmonic_balance(modal, contact, excitation, options)
+    balance = build_harmonic_balance(modal, contact, excitation, options)
     static = static_displacement(balance.receptance, contact, options)
     points = {}
     for name, known in (("stretches", contact), ("newton", None)):
@@ -106,13 +106,13 @@ def test_the_same_curve_as_with_newton_everywhere(interference):
         assert balance.relative_error(residual, point.unknown) < 1e-11
 
 
-@pytest.mark.parametrize("law", ["uncoupled", "coupled"])
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
 @pytest.mark.parametrize("preload", [0.0, 0.7])
 def test_forces_are_those_of_the_contact_element(law, preload):
     modal, contact, excitation, options = problem(1e3, law=law, harmonics=2, preload=preload)
     for interference in (-1e3, 1e3):
         contact = contact.with_interference(interference)
-        balance = harmonic_balance(modal, contact, excitation, options)
+        balance = build_harmonic_balance(modal, contact, excitation, options)
         stretches = LinearSegments(balance, contact)
         motion = 0.1 * np.random.default_rng(2).normal(size=(5, 2, 3))
         motion[3:] = 0.0

@@ -6,7 +6,7 @@ Values of |q^(1)| of node 12 in x on which three other programs agree to 9 decim
 import numpy as np
 import pytest
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
 from nonlinear.contact.fourier import to_complex
 from nonlinear.harmonic_balance.initial_solution import periodic_start
 from rom import ReducedModel, modal_model
@@ -57,7 +57,7 @@ def options(harmonics, integration):
 def test_nine_decimals(kind, harmonics, values):
     modal, contact = problem(kind)
     choice = options(harmonics, "sampled")
-    balance = harmonic_balance(modal, contact, Excitation(0, 1.0), choice)
+    balance = build_harmonic_balance(modal, contact, Excitation(0, 1.0), choice)
     for omega, value in zip(FREQUENCIES, values, strict=True):
         start = periodic_start(balance, omega, np.zeros((9, 3)), choice)
         assert start.converged

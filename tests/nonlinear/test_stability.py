@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import mathieu_a, mathieu_b
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
 from nonlinear.contact.cone_event_driven import EventDrivenCoulombCone
 from nonlinear.contact.event_driven import EventDrivenJenkins
 from nonlinear.contact.fourier import basis_table, to_real
@@ -94,7 +94,7 @@ class TestLinearContacts:
         contact = ContactParameters.shared(
             2, normal_stiffness=6.0, tangential_stiffness=4.0, friction=0.5, interference=1e3
         )
-        balance = harmonic_balance(modal, contact, Excitation(1, 1.0), SolverOptions((0.1, 0.8), harmonics=3))
+        balance = build_harmonic_balance(modal, contact, Excitation(1, 1.0), SolverOptions((0.1, 0.8), harmonics=3))
         displacement = 1e-2 * np.random.default_rng(3).normal(size=(7, 2, 3))
         springs = np.tile([2.0, 2.0, 3.0], (2, 1))
         analysis = FloquetAnalysis.of(balance.receptance, contact)
@@ -209,7 +209,7 @@ class TestFold:
     def leading(self, amplitude):
         """The real exponent nearest to zero."""
         modal = modal_model(oscillator(tangential=False), damping_ratio=0.02)
-        balance = harmonic_balance(modal, self.contact, Excitation(0, 1.0), SolverOptions((0.05, 0.4)))
+        balance = build_harmonic_balance(modal, self.contact, Excitation(0, 1.0), SolverOptions((0.05, 0.4)))
         (static, added), omega = self.stiffness(amplitude), self.omega(amplitude)
         first = 1.0 / (1.0 + added - omega**2 + 0.04j * omega)
         unknown = np.zeros((3, 1, 3))
@@ -236,7 +236,7 @@ def friction_case(n_blades, interference, harmonics, method):
     )
     options = SolverOptions((0.1, 0.8), harmonics=harmonics, method=method)
     curve = forced_response(modal, contact, Excitation(1, 1.0), options)
-    return contact, harmonic_balance(modal, contact, Excitation(1, 1.0), options), curve
+    return contact, build_harmonic_balance(modal, contact, Excitation(1, 1.0), options), curve
 
 
 @pytest.mark.parametrize(
@@ -326,7 +326,7 @@ class TestFrictionMemory:
 class TestConeMemory:
     """The same under the friction cone: the direction of slip remembers as well as the place of stick."""
 
-    contact = replace(TestFrictionMemory.contact, law="coupled")
+    contact = replace(TestFrictionMemory.contact, law="cone")
     n_harmonics, samples = 3, 30000
 
     def march(self, motion):

@@ -8,7 +8,7 @@ import pytest
 from lumped import lumped_blade
 from ring_map import RingMap
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
 from nonlinear.contact.fourier import to_real
 from nonlinear.stability.floquet import FloquetAnalysis, Instability, floquet_exponents, kind, ring_patterns
 from rom import modal_model
@@ -17,7 +17,7 @@ RANGE, COARSE = (0.1, 0.8), 5
 
 
 @lru_cache
-def response(n_blades, interference, friction, law="uncoupled"):
+def response(n_blades, interference, friction, law="two_sliders"):
     """Contact, modes and the curve with a few harmonics."""
     modal = modal_model(lumped_blade(n_blades, 1), damping_ratio=0.01)
     contact = ContactParameters.shared(
@@ -34,10 +34,10 @@ def response(n_blades, interference, friction, law="uncoupled"):
 
 
 @lru_cache
-def solutions(n_blades, interference, friction, omega, harmonics, law="uncoupled"):
+def solutions(n_blades, interference, friction, omega, harmonics, law="two_sliders"):
     """The balance with many harmonics and its solutions at omega, near those of the curve, largest first."""
     modal, contact, curve = response(n_blades, interference, friction, law)
-    balance = harmonic_balance(modal, contact, Excitation(1, 1.0), SolverOptions(RANGE, harmonics=harmonics))
+    balance = build_harmonic_balance(modal, contact, Excitation(1, 1.0), SolverOptions(RANGE, harmonics=harmonics))
     omegas, found = 2.0 * np.pi * curve.frequency_hz, []
     for i in np.flatnonzero((omegas[:-1] - omega) * (omegas[1:] - omega) < 0.0):
         share = (omega - omegas[i]) / (omegas[i + 1] - omegas[i])
@@ -144,8 +144,8 @@ def test_a_small_disturbance_grows_or_decays_as_foretold(case, periods):
 )
 def test_exponents_of_sliders_under_the_cone(n_blades, interference, omega, branch):
     """In growth and in frequency, those that nearly grow too; without memory they are far off."""
-    _, contact, _ = response(n_blades, interference, 0.4, "coupled")
-    balance, found = solutions(n_blades, interference, 0.4, omega, 15, "coupled")
+    _, contact, _ = response(n_blades, interference, 0.4, "cone")
+    balance, found = solutions(n_blades, interference, 0.4, omega, 15, "cone")
     hill = exponents(balance, contact, found[branch], omega, n_blades)
     ring = RingMap(balance, contact, omega, n_blades, steps=1000)
     marched = ring.exponents(ring.fixed_point(ring.start(found[branch]))[1])

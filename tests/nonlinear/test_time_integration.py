@@ -5,7 +5,7 @@ import pytest
 from lumped import lumped_blade
 from ring_integration import integrate_ring
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
 from nonlinear.contact.fourier import to_complex
 from nonlinear.harmonic_balance.initial_solution import periodic_start, solve_at
 from rom import modal_model
@@ -13,7 +13,7 @@ from rom import modal_model
 HARMONICS, PERIODS, STEPS = 21, 40, 2000
 
 
-def contact(interference, law="uncoupled"):
+def contact(interference, law="two_sliders"):
     return ContactParameters.shared(
         2, normal_stiffness=6.0, tangential_stiffness=4.0, friction=0.4, interference=interference, law=law
     )
@@ -22,12 +22,12 @@ def contact(interference, law="uncoupled"):
 @pytest.mark.parametrize(
     ("n_blades", "interference", "fraction", "law"),
     [
-        (2, -6.0, 0.9, "uncoupled"),  # a gap that closes: on the upper stable branch above the free resonance
-        (3, -4.0, 0.97, "uncoupled"),  # the same with a travelling wave of 120 degrees
-        (3, 0.5, 1.0, "uncoupled"),  # pressed together: stick, slip and partial lift-off
-        (2, 0.0, 1.0, "uncoupled"),
-        (3, 0.5, 1.0, "coupled"),
-        (2, 0.0, 1.0, "coupled"),
+        (2, -6.0, 0.9, "two_sliders"),  # a gap that closes: on the upper stable branch above the free resonance
+        (3, -4.0, 0.97, "two_sliders"),  # the same with a travelling wave of 120 degrees
+        (3, 0.5, 1.0, "two_sliders"),  # pressed together: stick, slip and partial lift-off
+        (2, 0.0, 1.0, "two_sliders"),
+        (3, 0.5, 1.0, "cone"),
+        (2, 0.0, 1.0, "cone"),
     ],
 )
 def test_ring_of_blades(n_blades, interference, fraction, law):
@@ -63,7 +63,7 @@ def against_the_ring(modal, parameters, excitation, coarse, start):
     """States of the nodes at a point of a curve, and how far a marched ring of blades is from it, relative."""
     omega = 2.0 * np.pi * coarse.frequency_hz[start]
     options = SolverOptions((0.1, 0.8), harmonics=HARMONICS)
-    balance = harmonic_balance(modal, parameters, excitation, options)
+    balance = build_harmonic_balance(modal, parameters, excitation, options)
     guess = np.zeros((2 * HARMONICS + 1, 2, 3))
     for h in range(4):
         value = coarse.relative_displacement[start, h]
@@ -99,7 +99,7 @@ def test_start_finds_the_same_solution_as_the_curve():
     modal = modal_model(lumped_blade(3), damping_ratio=0.02)
     options = SolverOptions((0.2, 0.8), harmonics=3)
     curve = forced_response(modal, contact(0.5), Excitation(1, 1.0), options)
-    balance = harmonic_balance(modal, contact(0.5), Excitation(1, 1.0), options)
+    balance = build_harmonic_balance(modal, contact(0.5), Excitation(1, 1.0), options)
     at = int(np.argmin(np.abs(curve.frequency_hz - 0.3)))
     start = periodic_start(balance, 2.0 * np.pi * curve.frequency_hz[at], np.zeros((2, 3)), options)
     assert start.converged

@@ -7,7 +7,7 @@ import pytest
 from lumped import lumped_blade, oscillator
 from scipy.optimize import minimize_scalar, root
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, harmonic_balance
+from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.resonances import find_resonances
@@ -149,7 +149,7 @@ def traced(problem, frequency, harmonics):
     """The estimator and the main curve, as `forced_response` makes them."""
     modal, contact, excitation = problem
     options = SolverOptions(frequency, harmonics=harmonics)
-    balance = harmonic_balance(modal, contact, excitation, options)
+    balance = build_harmonic_balance(modal, contact, excitation, options)
     marks = find_resonances(balance.receptance, contact, options)
     continuation = Continuation(balance, options, marks, contact)
     main = continue_over_range(continuation, static_displacement(balance.receptance, contact, options))[0]

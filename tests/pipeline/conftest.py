@@ -14,7 +14,7 @@ import pipeline.stages.cache_keys
 @pytest.fixture(scope="session", autouse=True)
 def same_sources() -> Iterator[None]:
     """The house's source as it was when first looked at: what somebody edits meanwhile must not confuse the tests."""
-    real = pipeline.keys.source_fingerprint
+    real = pipeline.stages.cache_keys.source_fingerprint
     once = functools.cache(real)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(

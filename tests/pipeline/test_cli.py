@@ -75,7 +75,7 @@ def test_the_table_and_the_progress_are_for_people(tmp_path: Path) -> None:
 
 
 def test_one_failing_curve_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = pipeline.respond.solve_curve
+    real = pipeline.stages.respond.solve_curve
 
     def solve(folder: Path, task: CurveTask, progress: Any = None) -> None:
         if task.scene.contact.friction == 0.2:
@@ -103,7 +103,7 @@ def test_one_failing_curve_does_not_stop_the_others(tmp_path: Path, monkeypatch:
 def test_one_failing_mesh_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import pipeline.stages.model_chain
 
-    real = pipeline.models.make_mesh
+    real = pipeline.stages.model_chain.make_mesh
 
     def mesh(folder: Path, scene: Any) -> None:
         if scene.shroud.angle == 80.0:

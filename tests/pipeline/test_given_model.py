@@ -46,7 +46,7 @@ def test_contact_against_ground_with_values_node_by_node(tmp_path: Path) -> None
         friction=np.array([0.5, 0.4, 0.6]),
         interference=np.zeros(3),
         preload=np.array([1.6, 1.2, 1.0]),
-        law="uncoupled",
+        law="two_sliders",
     )
     options = SolverOptions(frequency_hz=(0.1, 0.3), integration="sampled", samples=128)
     direct = forced_response(

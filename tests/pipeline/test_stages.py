@@ -137,7 +137,7 @@ def test_a_changed_source_makes_its_stage_and_what_follows_again(
 ) -> None:
     import pipeline.stages.cache_keys
 
-    real = pipeline.keys.source_fingerprint
+    real = pipeline.stages.cache_keys.source_fingerprint
 
     def edited(parts: list[str], libraries: list[str] | tuple[str, ...] = ()) -> str:
         return real(parts, libraries) + ("edited" if parts[0] == "rom" and "nonlinear" in parts else "")

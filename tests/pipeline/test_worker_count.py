@@ -44,4 +44,4 @@ def test_many_cores_do_not_take_all_memory(tmp_path: Path, monkeypatch: pytest.M
 
 def test_this_machine_has_a_core(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
-    assert pipeline.worker_count._cores() >= 1
+    assert pipeline.process.worker_count._cores() >= 1

@@ -91,7 +91,7 @@ def test_a_library_of_another_kind_is_left_alone(monkeypatch):
     monkeypatch.setattr(rom.linear_algebra.cholmod, "_VERSION", 5)
     assert rom.linear_algebra.cholmod._opened(cholmod.__file__) is None
     monkeypatch.setattr(rom.linear_algebra.cholmod, "_VERSION", 3)
-    for expected in (rom.linear_algebra.cholmod._COMMON_DEFAULTS, rom.cholmod._FACTOR_OF_TWO):
+    for expected in (rom.linear_algebra.cholmod._COMMON_DEFAULTS, rom.linear_algebra.cholmod._FACTOR_OF_TWO):
         for name in expected:
             with monkeypatch.context() as other:
                 other.setitem(expected, name, -1)

@@ -139,7 +139,7 @@ def _with_enough_harmonics(
     return traces, left_out
 
 
-def harmonic_balance(
+def build_harmonic_balance(
     modal: ModalModel, contact: ContactParameters, excitation: Excitation, options: SolverOptions
 ) -> HarmonicBalance:
     """The balance that `forced_response` solves for the same modal, contact, excitation and options.
