@@ -18,10 +18,10 @@ REPEATED = 1e-12  # of the largest motion: a cycle that comes back this near is 
 class ConeSliderMemory:
     """The sliders of M nodes over N instants of a cycle, linearised.
 
-    Under the perturbation e^(sigma theta) p(theta) of a contact motion, sigma = lambda / w, its slider moves by
-    e^(sigma theta) y(theta),
+    Under the perturbation e^(sigma theta) p(theta) of a contact motion, sigma = lambda / omega, its slider moves by
+    e^(sigma theta) dw(theta),
 
-        y_k = e^(-sigma 2 pi / N) Phi_k y_(k-1) + Gamma_k p_k,
+        dw_k = e^(-sigma 2 pi / N) Phi_k dw_(k-1) + Gamma_k p_k,
 
     Phi = 1 in stick, 0 in lift-off and ratio (1 - e e^T) in slip along e, ratio = mu N / kt over the length of the
     trial deflection: the direction of slip forgets slowly.
@@ -52,7 +52,7 @@ class ConeSliderMemory:
         Parameters
         ----------
         sigma : complex or float
-            lambda / w.
+            lambda / omega.
 
         Returns
         -------
@@ -69,7 +69,7 @@ class ConeSliderMemory:
         return self._coefficients(0.0)[0]
 
     def _coefficients(self, sigma: complex) -> tuple[Matrix, Matrix]:
-        """Fourier coefficients of kt y for unit coefficients of p, and their derivative, (M, 2, 3, 2H+1, 2H+1)."""
+        """Fourier coefficients of kt dw for unit coefficients of p, and their derivative, (M, 2, 3, 2H+1, 2H+1)."""
         count, (n, size) = self.node.size, self.table.shape
         step = 2.0 * np.pi / n
         decay = complex(np.exp(-sigma * step))
@@ -87,16 +87,16 @@ class ConeSliderMemory:
 def _periodic_response(
     transition: Array, gamma: Array, table: Array, decay: complex, step: float, response: Matrix
 ) -> None:
-    """Write the N-periodic y and its derivative in sigma to `response`, (N, 2 * 6 (2H+1)).
+    """Write the N-periodic dw and its derivative in sigma to `response`, (N, 2 * 6 (2H+1)).
 
-    y_k = decay Phi_k y_(k-1) + Gamma_k p_k, (2, 3, 2H+1) for the unit coefficients p of the three directions; Phi,
+    dw_k = decay Phi_k dw_(k-1) + Gamma_k p_k, (2, 3, 2H+1) for the unit coefficients p of the three directions; Phi,
     Gamma: `transition` (N, 2, 2) and `gamma` (N, 2, 3); decay: e^(-sigma step). The derivative follows the same rule
-    with -step decay Phi_k y_(k-1) in place of Gamma_k p_k. First period: y from 0, and the monodromy matrix, which
-    give the periodic y. Second period: its derivative from 0, which gives the periodic one. Third period: both.
+    with -step decay Phi_k dw_(k-1) in place of Gamma_k p_k. First period: dw from 0, and the monodromy matrix, which
+    give the periodic dw. Second period: its derivative from 0, which gives the periodic one. Third period: both.
     """
     n, size = table.shape
     columns = 3 * size
-    state = np.zeros((2, 2, columns), dtype=np.complex128)  # y and its derivative
+    state = np.zeros((2, 2, columns), dtype=np.complex128)  # dw and its derivative
     monodromy = np.zeros((2, 2), dtype=np.complex128)
     monodromy[0, 0] = monodromy[1, 1] = 1.0
     for period in range(3):
@@ -127,7 +127,7 @@ def _advance(
     derivative: bool,
     state: Matrix,
 ) -> None:
-    """Advance y and, if asked for, its `derivative` in sigma by one instant: `state` (2, 2, 3 (2H+1)), in place."""
+    """Advance dw and, if asked for, its `derivative` in sigma by one instant: `state` (2, 2, 3 (2H+1)), in place."""
     a, b, c, d = phi
     size = basis.size
     for direction in range(3):

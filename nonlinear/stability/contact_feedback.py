@@ -16,13 +16,13 @@ class ContactFeedback:
 
     With
 
-        T = (I - G_0 K)^-1,    U = (I - K G_0)^-1 = I + S G_0,    S = K T = U K
+        X = (I - G_0 K)^-1,    Y = (I - K G_0)^-1 = I + S G_0,    S = K X = Y K
 
     the forces are f = (S + sigma S') C z to first order in sigma, S' = S G_1 S, and so
 
         sigma z = (A + B S C + sigma B S' C) z.
 
-    The products with B have n_z rows; T, U and S are never formed.
+    The products with B have n_z rows; X, Y and S are never formed.
 
     Attributes
     ----------
@@ -46,18 +46,18 @@ class ContactFeedback:
         difference = contact.return_difference(model.flexibility)
         return cls(model, contact, lu_factor(difference, overwrite_a=True, check_finite=False))
 
-    def times_t(self, rows: Matrix) -> Matrix:
-        """`rows` T, (k, n): rows of d as rows of the displacement C z without contact forces."""
+    def times_x(self, rows: Matrix) -> Matrix:
+        """`rows` X, (k, n): rows of d as rows of the displacement C z without contact forces."""
         from scipy.linalg import lu_solve
 
         return np.asarray(lu_solve(self.factors, rows.T, trans=1, check_finite=False)).T
 
     def times_s(self, rows: Matrix) -> Matrix:
         """`rows` S, (k, n): rows of f as rows of C z."""
-        return self.times_t(rows @ self.contact)
+        return self.times_x(rows @ self.contact)
 
-    def times_u(self, rows: Matrix, rows_s: Matrix) -> Matrix:
-        """`rows` U, (k, n), from `rows_s` = `rows` S: rows of all forces as rows of external ones."""
+    def times_y(self, rows: Matrix, rows_s: Matrix) -> Matrix:
+        """`rows` Y, (k, n), from `rows_s` = `rows` S: rows of all forces as rows of external ones."""
         return rows + rows_s @ self.model.flexibility
 
     @cached_property

@@ -17,7 +17,7 @@ from nonlinear.stability.hill import HillEigenproblem, HillProblem, Memory
 from nonlinear.stability.slider_memory import MemorySampler
 from rom import RelativeReceptance
 
-SLICE_WIDTH = 0.25  # of the slices that the strip is cut into; this and all below in units of w
+SLICE_WIDTH = 0.25  # of the slices that the strip is cut into; this and all below in units of omega
 OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
 CONVERGED = 1e-6  # change of an eigenvalue at which the iteration ends
 SAME = 1e-5  # distance up to which two converged eigenvalues are one
@@ -31,7 +31,7 @@ class Instability(Enum):
     REAL : lambda is real. A fold of the curve where its frequency turns round, else a branch point, at which another
         family of motions leaves (of another nodal diameter, if kappa is not 0).
     COMPLEX : lambda is one of a complex pair. The motion becomes quasi-periodic (Neimark-Sacker bifurcation).
-    PERIOD_DOUBLING : Im lambda = w / 2. The period of the motion doubles.
+    PERIOD_DOUBLING : Im lambda = omega / 2. The period of the motion doubles.
     """
 
     REAL = "real"
@@ -54,11 +54,9 @@ class FloquetAnalysis:
 
     Notes
     -----
-    For the harmonics balanced an exponent is exact where it is zero. Elsewhere the condensed poles cost some 1e-4 w.
-    The slider memory is taken into account to some 1e-3 w (`SliderMemory`; `ConeSliderMemory` for `law = "cone"`);
-    without it lumped blades in partial slip had (0.011 +- 0.139 i) w where time integration has
-    (-0.006 +- 0.144 i) w. The truncation of the harmonics matters more than all this: where few of them make another
-    motion, they make another stability.
+    For the harmonics balanced an exponent is exact where it is zero. Elsewhere the condensed poles change a leading
+    exponent by some 1e-4 omega, the sampling of the slider memory by some 1e-3 omega. The truncation of the harmonics
+    matters more: where few harmonics make another motion, they make another stability.
     """
 
     problem: HillProblem
@@ -95,7 +93,7 @@ class FloquetAnalysis:
         jacobian : (n_c, 3, 3, 2H+1, 2H+1)
             Contact Jacobian of `ContactForces` there.
         omega : float
-            w, rad/s.
+            Excitation frequency, rad/s.
         """
         return floquet_exponents(self.problem, jacobian, omega, self.sampler.memory(displacement))
 
@@ -103,7 +101,7 @@ class FloquetAnalysis:
 def floquet_exponents(
     problem: HillProblem, jacobian: Array, omega: float, memory: Memory | None = None
 ) -> ComplexArray:
-    """Floquet exponents lambda with abs(Im lambda) <= w / 2; none if no retained pole comes there.
+    """Floquet exponents lambda with abs(Im lambda) <= omega / 2; none if no retained pole comes there.
 
     With a slider `memory` the strip is cut into slices, and the problem is linearised in the middle of each. What
     grows is refined by successive linear problems (Ruhe 1973).
@@ -115,7 +113,7 @@ def floquet_exponents(
     jacobian : (n_c, 3, 3, 2H+1, 2H+1)
         Contact Jacobian as in `ContactForces`.
     omega : float
-        w, rad/s.
+        Excitation frequency, rad/s.
     memory
         Slider memory; None: none.
 
@@ -182,7 +180,7 @@ def _on_axis(problem: HillEigenproblem, value: complex) -> complex:
 
 
 def instability_of(exponent: complex, omega: float) -> Instability:
-    """What an `exponent` (1/s) with a positive real part stands for at w = `omega` (rad/s)."""
+    """What an `exponent` (1/s) with a positive real part stands for at `omega` (rad/s)."""
     order = abs(exponent.imag) / omega
     if order < SAME:
         return Instability.REAL

@@ -33,22 +33,22 @@ ROUND_OFF = 1e-9  # by which a shift is kept off an eigenvalue
 
 @dataclass(frozen=True)
 class HillProblem:
-    """Small perturbations of the wave q_j(t) = q(t + j psi / w) on blade j, for one phase shift kappa.
+    """Small perturbations of the wave q_j(t) = q(t + j psi / omega) on blade j, for one phase shift kappa.
 
-        dq_j = e^(lambda t) e^(i j kappa) sum_h p_h e^(i h (w t + j psi)),    h = -H .. H,
+        dq_j = e^(lambda t) e^(i j kappa) sum_h p_h e^(i h (omega t + j psi)),    h = -H .. H,
 
     relative displacement (right - left e^(i (h psi + kappa))) p_h = B_h p_h, and in modal coordinates with
-    s = lambda + i h w:
+    s = lambda + i h omega:
 
-        (s^2 + c_m s + w_m^2) p_h,m = phi_m^T B_h^H sum_g K_hg B_g p_g,
+        (s^2 + c_m s + omega_m^2) p_h,m = phi_m^T B_h^H sum_g K_hg B_g p_g,
 
     K the Jacobian of the contact forces. kappa = 0 are the perturbations with the symmetry of the wave. The exponents
-    of a ring of N_b blades are those of kappa = 2 pi k / N_b, k = 0 .. N_b - 1, with abs(Im lambda) <= w / 2: others
-    are copies of these, lambda + i w for kappa + psi. -kappa has the complex conjugates.
+    of a ring of N_b blades are those of kappa = 2 pi k / N_b, k = 0 .. N_b - 1, with abs(Im lambda) <= omega / 2:
+    others are copies of these, lambda + i omega for kappa + psi. -kappa has the complex conjugates.
 
     Most poles of the contact-free model are condensed to a flexibility, linear in lambda (`ContactFreeModel`). At
     lambda = 0 nothing is neglected: an exponent is zero exactly where det dR/dx is. Elsewhere the error grows with
-    the square of abs(lambda) / (rho w).
+    the square of abs(lambda) / (rho omega).
 
     Attributes
     ----------
@@ -63,9 +63,9 @@ class HillProblem:
     static : bool
         Whether the perturbation has a harmonic 0 (False with a frozen static displacement).
     retention_radius : float
-        rho, distance of the condensed poles from lambda = 0 in units of w; np.inf: none is condensed.
+        rho, distance of the condensed poles from lambda = 0 in units of omega; np.inf: none is condensed.
     retention_harmonic : int
-        h_r: harmonics above it retain the poles near lambda = 0 only, and none of modes above (h_r + rho) w.
+        h_r: harmonics above it retain the poles near lambda = 0 only, and none of modes above (h_r + rho) omega.
     """
 
     modal: ModalModel
@@ -123,7 +123,7 @@ class HillProblem:
         jacobian : (n_c, 3, 3, 2H+1, 2H+1)
             Contact Jacobian as in `ContactForces`.
         omega : float
-            w, rad/s.
+            Excitation frequency, rad/s.
         memory
             Slider memory; None: none.
         """
@@ -150,7 +150,7 @@ class HillProblem:
 
 @dataclass(frozen=True)
 class HillEigenproblem:
-    """sigma z = (A + B S(sigma) C + sigma B S(sigma) G_1 S(sigma) C) z in the states z; sigma = lambda / w.
+    """sigma z = (A + B S(sigma) C + sigma B S(sigma) G_1 S(sigma) C) z in the states z; sigma = lambda / omega.
 
     Attributes
     ----------
@@ -204,7 +204,7 @@ class HillEigenproblem:
         return complex(values[np.argmin(np.abs(values - shift))]), None
 
     def _linearised(self, shift: complex) -> tuple[Matrix, Matrix]:
-        """J and E of sigma E z = J z, the memory linearised around sigma = `shift`."""
+        """A_c and E_c of sigma E_c z = A_c z, the memory linearised around sigma = `shift`."""
         matrix, derivative = self.state_matrix, self.flexibility_matrix
         if self.memory is not None:
             terms = self.memory.terms(shift)

@@ -70,17 +70,17 @@ class ContactRows:
 class SliderMemoryFeedback:
     """The forces P(sigma) Q^T d of M stick intervals, beside f = K d.
 
-    With y = Q^T d = C_m z + V P y and Z = (I - V P)^-1 the memory changes B S C by B_m P Z C_m. A prime is the
+    With dw = Q^T d = C_m z + V P dw and X_m = (I - V P)^-1 the memory changes B S C by B_m P X_m C_m. A prime is the
     derivative in sigma that the flexibility derivative G_1 makes:
 
-        B_m = B U,          B_m' = B S G_1 U
-        C_m = Q^T T C,      C_m' = Q^T T G_1 S C
-        V   = Q^T T G_0,    V'   = Q^T T G_1 U
+        B_m = B Y,          B_m' = B S G_1 Y
+        C_m = Q^T X C,      C_m' = Q^T X G_1 S C
+        V   = Q^T X G_0,    V'   = Q^T X G_1 Y
 
     Attributes
     ----------
     memory, rows
-        The stick intervals, and where their nodes stand.
+        The stick intervals, and the rows of their nodes.
     input_matrix, input_derivative : (n_z, n)
         B_m and B_m'.
     output_matrix, output_derivative : (M, n_z)
@@ -102,32 +102,32 @@ class SliderMemoryFeedback:
     def closed(cls, memory: SliderMemory, rows: ContactRows, loop: ContactFeedback) -> "SliderMemoryFeedback":
         """Close the memory around the `loop` of the contact Jacobian."""
         model = loop.model
-        q_t = loop.times_t(_slider_positions(memory, rows))
-        q_t_g1 = q_t @ model.flexibility_derivative
-        q_t_g1_s = loop.times_s(q_t_g1)
+        q_x = loop.times_x(_slider_positions(memory, rows))
+        q_x_g1 = q_x @ model.flexibility_derivative
+        q_x_g1_s = loop.times_s(q_x_g1)
         return cls(
             memory,
             rows,
-            input_matrix=loop.times_u(model.input_matrix, loop.b_s),
-            input_derivative=loop.times_u(loop.b_s_g1, loop.b_s_derivative),
-            output_matrix=q_t @ model.output_matrix,
-            output_derivative=q_t_g1_s @ model.output_matrix,
-            feedthrough=q_t @ model.flexibility,
-            feedthrough_derivative=loop.times_u(q_t_g1, q_t_g1_s),
+            input_matrix=loop.times_y(model.input_matrix, loop.b_s),
+            input_derivative=loop.times_y(loop.b_s_g1, loop.b_s_derivative),
+            output_matrix=q_x @ model.output_matrix,
+            output_derivative=q_x_g1_s @ model.output_matrix,
+            feedthrough=q_x @ model.flexibility,
+            feedthrough_derivative=loop.times_y(q_x_g1, q_x_g1_s),
         )
 
     def terms(self, sigma: complex) -> MemoryTerms:
         """The terms of the memory at `sigma`."""
         p, p_derivative = _memory_forces(self.memory, self.rows, sigma)
-        z = np.linalg.inv(np.eye(len(self.output_matrix)) - self.feedthrough @ p)
-        y = z @ self.output_matrix
+        x_m = np.linalg.inv(np.eye(len(self.output_matrix)) - self.feedthrough @ p)
+        dw = x_m @ self.output_matrix
         b_p = self.input_matrix @ p
-        b_p_z = b_p @ z
-        derivative = (self.input_matrix @ p_derivative + b_p_z @ (self.feedthrough @ p_derivative)) @ y
-        flexibility = (self.input_derivative @ p) @ y + b_p_z @ (
-            self.output_derivative + (self.feedthrough_derivative @ p) @ y
+        b_p_x = b_p @ x_m
+        derivative = (self.input_matrix @ p_derivative + b_p_x @ (self.feedthrough @ p_derivative)) @ dw
+        flexibility = (self.input_derivative @ p) @ dw + b_p_x @ (
+            self.output_derivative + (self.feedthrough_derivative @ p) @ dw
         )
-        return MemoryTerms(b_p @ y, derivative, flexibility)
+        return MemoryTerms(b_p @ dw, derivative, flexibility)
 
 
 def _slider_positions(memory: SliderMemory, rows: ContactRows) -> Matrix:
@@ -151,12 +151,12 @@ def _memory_forces(memory: SliderMemory, rows: ContactRows, sigma: complex) -> t
 class ConeMemoryFeedback:
     """The contact Jacobian K(sigma) of sliders under the friction cone in place of K.
 
-    S(sigma) = K(sigma) (I - G_0 K(sigma))^-1 is solved for anew at each sigma; dS = U dK T.
+    S(sigma) = K(sigma) (I - G_0 K(sigma))^-1 is solved for at each sigma; dS = Y dK X.
 
     Attributes
     ----------
     memory, rows
-        The sliders, and where their nodes stand.
+        The sliders, and the rows of their nodes.
     loop : ContactFeedback
         The loop at sigma = 0.
     """
@@ -171,11 +171,11 @@ class ConeMemoryFeedback:
         loop, model = self.loop, self.loop.model
         if sigma != 0.0:
             loop = ContactFeedback.closed(model, NodeBlocks(loop.contact.values + change))
-        b_u = loop.times_u(model.input_matrix, loop.b_s)
+        b_y = loop.times_y(model.input_matrix, loop.b_s)
         output_matrix = model.output_matrix
         return MemoryTerms(
             (loop.b_s - self.loop.b_s) @ output_matrix,
-            loop.times_t(b_u @ NodeBlocks(derivative)) @ output_matrix,
+            loop.times_x(b_y @ NodeBlocks(derivative)) @ output_matrix,
             (loop.b_s_derivative - self.loop.b_s_derivative) @ output_matrix,
         )
 

@@ -20,7 +20,7 @@ from nonlinear.contact.parameters import Array
 from nonlinear.stability.block_matrices import HarmonicBlocks, Matrix
 from rom import ModalModel
 
-CRITICAL = 1e-8  # relative distance of w_m^2 from (c_m / 2)^2 up to which the two poles of a mode are drawn apart
+CRITICAL = 1e-8  # least abs(1 - (c_m / (2 omega_m))^2): a double pole is split by that much
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class CondensedModes:
     Attributes
     ----------
     state_matrix : (n_z, n_z)
-        A, with the retained poles as eigenvalues, in units of w.
+        A, with the retained poles as eigenvalues, in units of omega.
     input_matrix : (n_z, n)
         B.
     output_matrix : (n, n_z)
@@ -48,12 +48,12 @@ class CondensedModes:
 
 @dataclass(frozen=True)
 class ContactFreeModel:
-    """Modes of a blade without contact that move as e^(s t), s = lambda + i h w, in the harmonics h.
+    """Modes of a blade without contact that move as e^(s t), s = lambda + i h omega, in the harmonics h.
 
-    Each mode, 1 / (s^2 + c_m s + w_m^2), has two poles: one rotates in the sense of h, one in the opposite sense. The
-    first is retained as a state where its abs(s) is below (abs(h) + rho) w, the second where it is below
-    (rho - abs(h)) w. A condensed pole is more than rho w away from lambda = 0, and a contact, which stiffens, moves
-    it farther away.
+    Each mode, 1 / (s^2 + c_m s + omega_m^2), has two poles: one rotates in the sense of h, one in the opposite sense.
+    The first is retained as a state where its abs(s) is below (abs(h) + rho) omega, the second where it is below
+    (rho - abs(h)) omega. A condensed pole is more than rho omega away from lambda = 0, and a contact, which stiffens,
+    moves it farther away.
 
     Attributes
     ----------
@@ -64,10 +64,10 @@ class ContactFreeModel:
     relative : (n_h, 3 n_c, m) complex
         Relative contact motion of the modes, B_h phi.
     retention_radius : float
-        rho, in units of w.
+        rho, in units of omega.
     retention_harmonic : int
-        h_r. Harmonics above it retain the poles within rho w of lambda = 0 only, and none of modes above
-        (h_r + rho) w: where such a mode is near resonance its flexibility has no derivative.
+        h_r. Harmonics above it retain the poles within rho omega of lambda = 0 only, and none of modes above
+        (h_r + rho) omega: where such a mode is near resonance its flexibility has no derivative.
     real_form : bool
         Whether the harmonics 0, 1, 2, ... stand for real motions, in rows (0, Re 1, Im 1, ...).
     """
@@ -110,7 +110,7 @@ class ContactFreeModel:
         Parameters
         ----------
         omega : float
-            w, rad/s.
+            Excitation frequency, rad/s.
         active : (3 n_c,) bool
             The contact dofs that appear in d and f.
         """

@@ -30,7 +30,7 @@ class SliderMemory:
 
     r = -+ mu kn / kt where slip ended, r = -u' / d_n' at re-contact. The Jacobian of the contact element is that of a
     periodic perturbation. One that grows as e^(lambda t) was smaller at theta_s, by
-    e^(-sigma (theta - theta_s)), sigma = lambda / w. For `law = "two_sliders"`.
+    e^(-sigma (theta - theta_s)), sigma = lambda / omega. For `law = "two_sliders"`.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class SliderMemory:
         Parameters
         ----------
         sigma : complex or float
-            lambda / w.
+            lambda / omega.
 
         Returns
         -------
