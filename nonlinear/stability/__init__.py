@@ -1,1 +1,27 @@
-"""Stability of a periodic solution: Hill's method on the condensed problem, with the memory of the sliders."""
+"""Stability of a periodic solution: Hill's method on the condensed problem, with the memory of the sliders.
+
+All formulas stand on one page, docs/stability_algebra.md, in the notation of the code.
+
+    hill                  the eigenvalue problem of the perturbations of the travelling wave
+    modal_condensation    the contact-free modal model: poles kept as states, the others as a residual flexibility
+    contact_feedback      the contact Jacobian closed around that model
+    memory_feedback       the slider memory closed around both
+    slider_memory         hereditary terms of the linearised hysteresis, two Jenkins sliders
+    cone_slider_memory    the same for one slider under the friction cone
+    block_matrices        block diagonal matrices of the above
+    floquet               Floquet exponents in one strip, and what crosses the imaginary axis
+
+References
+----------
+Hill's method in the harmonic balance:
+
+* M. Krack, J. Gross, Harmonic Balance for Nonlinear Vibration Problems, Springer, 2019.
+* G. von Groll, D. J. Ewins, The harmonic balance method with arc-length continuation in rotor/stator contact
+  problems, Journal of Sound and Vibration 241(2), 2001.
+* A. Lazarus, O. Thomas, A harmonic-based method for computing the stability of periodic solutions of dynamical
+  systems, Comptes Rendus Mecanique 338(9), 2010.
+
+Floquet theory and bifurcations of periodic motions:
+
+* A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, Wiley, 1995.
+"""

@@ -1,7 +1,10 @@
-"""Matrices of the contact motions in all harmonics that are block diagonal: in the harmonics, or in the nodes."""
+"""Matrices of the contact dofs in all harmonics that are block diagonal: in the harmonics, or in the nodes.
+
+A product with a full matrix is written `blocks @ matrix` or `matrix @ blocks`.
+"""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,48 +14,62 @@ Matrix = NDArray[Any]  # real or complex
 
 @dataclass(frozen=True)
 class HarmonicBlocks:
-    """A block for harmonic 0, static (k_0, k_0), of size 0 without that; then equal ones, turning (b, k, k)."""
+    """Block diagonal matrix with one block a harmonic.
+
+    Attributes
+    ----------
+    static : (k_0, k_0)
+        Block of harmonic 0; of size 0 without that harmonic.
+    dynamic : (b, k, k)
+        Blocks of the other harmonics, all of one size.
+    """
 
     static: Matrix
-    turning: Matrix
+    dynamic: Matrix
+    __array_ufunc__: ClassVar[None] = None  # `array @ blocks` calls `__rmatmul__`
 
-    def times(self, matrix: Matrix) -> Matrix:
-        """Product with a matrix on the right."""
+    def __matmul__(self, matrix: Matrix) -> Matrix:
         size = self.static.shape[0]
         result = np.empty(matrix.shape, dtype=np.result_type(matrix, self.static))
         result[:size] = self.static @ matrix[:size]
-        below = matrix[size:].reshape(*self.turning.shape[:2], matrix.shape[1])
-        result[size:] = (self.turning @ below).reshape(matrix.shape[0] - size, matrix.shape[1])
+        below = matrix[size:].reshape(*self.dynamic.shape[:2], matrix.shape[1])
+        result[size:] = (self.dynamic @ below).reshape(matrix.shape[0] - size, matrix.shape[1])
         return result
 
-    def after(self, matrix: Matrix) -> Matrix:
-        """Product with a matrix on the left."""
-        return HarmonicBlocks(self.static.T, self.turning.transpose(0, 2, 1)).times(matrix.T).T
+    def __rmatmul__(self, matrix: Matrix) -> Matrix:
+        transposed: Matrix = HarmonicBlocks(self.static.T, self.dynamic.transpose(0, 2, 1)) @ matrix.T
+        return transposed.T
 
 
 @dataclass(frozen=True)
 class NodeBlocks:
-    """Values (n_c, S, 3, S, 3) of each node; the rows and columns of the matrix are (S, n_c, 3)."""
+    """Matrix that couples the S coefficients and 3 directions of each contact node; rows and columns (S, n_c, 3).
+
+    Attributes
+    ----------
+    values : (n_c, S, 3, S, 3)
+        Block of each node.
+    """
 
     values: Matrix
+    __array_ufunc__: ClassVar[None] = None
 
-    def times(self, matrix: Matrix) -> Matrix:
-        """Product with a matrix on the right."""
+    def __matmul__(self, matrix: Matrix) -> Matrix:
         nodes, size = self.values.shape[:2]
         columns = matrix.shape[1]
         parts = matrix.reshape(size, nodes, 3, columns).transpose(1, 0, 2, 3).reshape(nodes, 3 * size, columns)
         product = self.values.reshape(nodes, 3 * size, 3 * size) @ parts
         return product.reshape(nodes, size, 3, columns).transpose(1, 0, 2, 3).reshape(matrix.shape)
 
-    def after(self, matrix: Matrix) -> Matrix:
-        """Product with a matrix on the left."""
-        return NodeBlocks(self.values.transpose(0, 3, 4, 1, 2)).times(matrix.T).T
+    def __rmatmul__(self, matrix: Matrix) -> Matrix:
+        transposed: Matrix = NodeBlocks(self.values.transpose(0, 3, 4, 1, 2)) @ matrix.T
+        return transposed.T
 
-    def loop(self, flexibility: HarmonicBlocks) -> Matrix:
-        """I - G K as a full matrix, G the flexibility."""
+    def return_difference(self, flexibility: HarmonicBlocks) -> Matrix:
+        """I - G_0 K as a full matrix, K these blocks and G_0 the `flexibility`."""
         first = flexibility.static.shape[0] // (3 * self.values.shape[0])
         upper = self._product(flexibility.static[None], self.values[:, :first])
-        lower = self._product(flexibility.turning, self.values[:, first:])
+        lower = self._product(flexibility.dynamic, self.values[:, first:])
         result = -np.concatenate([upper, lower])
         result[np.diag_indices_from(result)] += 1.0
         return result

@@ -1,4 +1,13 @@
-"""Hill's method: small perturbations of a travelling wave as a condensed linear eigenvalue problem."""
+"""Hill's method: small perturbations of a travelling wave as a condensed linear eigenvalue problem.
+
+References
+----------
+M. Krack, J. Gross, Harmonic Balance for Nonlinear Vibration Problems, Springer, 2019.
+G. von Groll, D. J. Ewins, The harmonic balance method with arc-length continuation in rotor/stator contact problems,
+Journal of Sound and Vibration 241(2), 2001.
+A. Lazarus, O. Thomas, A harmonic-based method for computing the stability of periodic solutions of dynamical systems,
+Comptes Rendus Mecanique 338(9), 2010.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,78 +18,96 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.block_matrices import Matrix, NodeBlocks
 from nonlinear.stability.cone_slider_memory import ConeSliderMemory
-from nonlinear.stability.contact_feedback import ContactFeedback, DelayedCone, DelayedFriction, SliderPlaces
+from nonlinear.stability.contact_feedback import ContactFeedback
+from nonlinear.stability.memory_feedback import ConeMemoryFeedback, ContactRows, SliderMemoryFeedback
 from nonlinear.stability.modal_condensation import ContactFreeModel
 from nonlinear.stability.slider_memory import SliderMemory
 from rom import ModalModel
 
 Memory = SliderMemory | ConeSliderMemory
-REACH = 2.0
-HIGHEST = 5
-MOST_INVERSIONS = 12
+RETENTION_RADIUS = 2.0
+RETENTION_HARMONIC = 5
+MAX_INVERSE_ITERATIONS = 12
 ROUND_OFF = 1e-9  # by which a shift is kept off an eigenvalue
 
 
 @dataclass(frozen=True)
 class HillProblem:
-    """Small perturbations of the wave q_j(t) = q(t + j psi / w) on blade j, for one pattern of the ring.
+    """Small perturbations of the wave q_j(t) = q(t + j psi / omega) on blade j, for one phase shift kappa.
 
-        dq_j = e^(lambda t) e^(i j kappa) sum_h p_h e^(i h (w t + j psi)),    h = -H .. H,
+        dq_j = e^(lambda t) e^(i j kappa) sum_h p_h e^(i h (omega t + j psi)),    h = -H .. H,
 
     relative displacement (right - left e^(i (h psi + kappa))) p_h = B_h p_h, and in modal coordinates with
-    s = lambda + i h w:
+    s = lambda + i h omega:
 
-        (s^2 + c_m s + w_m^2) p_h,m = phi_m^T B_h^H sum_g K_hg B_g p_g,
+        (s^2 + c_m s + omega_m^2) p_h,m = phi_m^T B_h^H sum_g K_hg B_g p_g,
 
     K the Jacobian of the contact forces. kappa = 0 are the perturbations with the symmetry of the wave. The exponents
-    of a ring of N_b blades are those of kappa = 2 pi k / N_b, k = 0 .. N_b - 1, with |Im lambda| <= w / 2: others are
-    copies of these, lambda + i w for kappa + psi. -kappa has the complex conjugates.
+    of a ring of N_b blades are those of kappa = 2 pi k / N_b, k = 0 .. N_b - 1, with abs(Im lambda) <= omega / 2:
+    others are copies of these, lambda + i omega for kappa + psi. -kappa has the complex conjugates.
 
-    Most poles of the open blade are condensed to a flexibility, linear in lambda (`ContactFreeModel`). At lambda = 0 nothing
-    is neglected: an exponent is zero exactly where det dR/dx is. Elsewhere the error grows with the square of
-    |lambda| / (reach w).
+    Most poles of the contact-free model are condensed to a flexibility, linear in lambda (`ContactFreeModel`). At
+    lambda = 0 nothing is neglected: an exponent is zero exactly where det dR/dx is. Elsewhere the error grows with
+    the square of abs(lambda) / (rho omega).
 
     Attributes
     ----------
-    modal, phase : the open blade and psi, rad.
-    n_harmonics : H of the perturbation, that of the contact Jacobian.
-    pattern : kappa, rad.
-    static : whether the perturbation has a harmonic 0 (False with a frozen static displacement).
-    reach : distance of the poles that are condensed from the strip, in units of w; np.inf: none is.
-    highest : harmonics above this keep the poles near the strip only, and none of modes above (highest + reach) w.
+    modal : ModalModel
+        The contact-free modes.
+    phase : float
+        Inter-blade phase angle psi, rad.
+    n_harmonics : int
+        H of the perturbation, that of the contact Jacobian.
+    kappa : float
+        Phase shift of the perturbation from blade to blade, beside that of the wave, rad.
+    static : bool
+        Whether the perturbation has a harmonic 0 (False with a frozen static displacement).
+    retention_radius : float
+        rho, distance of the condensed poles from lambda = 0 in units of omega; np.inf: none is condensed.
+    retention_harmonic : int
+        h_r: harmonics above it retain the poles near lambda = 0 only, and none of modes above (h_r + rho) omega.
     """
 
     modal: ModalModel
     phase: float
     n_harmonics: int
-    pattern: float = 0.0
+    kappa: float = 0.0
     static: bool = True
-    reach: float = REACH
-    highest: int = HIGHEST
+    retention_radius: float = RETENTION_RADIUS
+    retention_harmonic: int = RETENTION_HARMONIC
 
     @property
-    def symmetric(self) -> bool:
+    def conjugate_pairs(self) -> bool:
         """Whether the exponents come in complex conjugate pairs: B_-h is the complex conjugate of B_h."""
-        return self.modal.left is None or abs(np.sin(self.pattern)) < 1e-12
+        return self.modal.left is None or abs(np.sin(self.kappa)) < 1e-12
 
     @cached_property
-    def blade(self) -> ContactFreeModel:
-        """The open blade in real motions of the harmonics 0, 1, 2, ..., or in the harmonics 0, 1, -1, 2, -2, ..."""
+    def contact_free(self) -> ContactFreeModel:
+        """The contact-free model.
+
+        In real motions of the harmonics 0, 1, 2, ... where the exponents come in conjugate pairs, else in the
+        harmonics 0, 1, -1, 2, -2, ...
+        """
         harmonics = np.arange(1.0, self.n_harmonics + 1.0)
-        if not self.symmetric:
+        if not self.conjugate_pairs:
             harmonics = np.stack([harmonics, -harmonics], axis=1).ravel()
         if self.static:
             harmonics = np.append(0.0, harmonics)
         left = 0.0 if self.modal.left is None else self.modal.left
-        turn = np.exp(1j * (harmonics * self.phase + self.pattern))[:, None, None]
+        shift = np.exp(1j * (harmonics * self.phase + self.kappa))[:, None, None]
         return ContactFreeModel(
-            self.modal, harmonics, self.modal.right - left * turn, self.reach, self.highest, self.symmetric
+            self.modal,
+            harmonics,
+            self.modal.right - left * shift,
+            self.retention_radius,
+            self.retention_harmonic,
+            self.conjugate_pairs,
         )
 
     @cached_property
     def _to_real(self) -> Matrix | None:
         """Real coefficients from the amplitudes p_0, p_1, p_-1, ...: Re_h = p_h + p_-h, Im_h = -i (p_h - p_-h)."""
-        if self.symmetric:
+        if self.conjugate_pairs:
             return None
         size = 2 * self.n_harmonics + 1
         matrix = np.eye(size, dtype=complex)
@@ -88,82 +115,99 @@ class HillProblem:
             matrix[h : h + 2, h : h + 2] = [[1.0, 1.0], [-1j, 1j]]
         return matrix
 
-    def at(self, jacobian: Array, omega: float, memory: Memory | None = None) -> "PerturbedMotion":
-        """The linear problem at one solved point, in the states z of the poles kept.
+    def eigenproblem(self, jacobian: Array, omega: float, memory: Memory | None = None) -> "HillEigenproblem":
+        """The eigenvalue problem at one solved point, in the states z of the retained poles.
 
-        `jacobian` (n_c, 3, 3, 2H+1, 2H+1) as in `ContactForces`, w = `omega` in rad/s, `memory` of the sliders.
-        With lambda z = L z + B f, f = K d and d = C z + (G + lambda G') f:
-
-            lambda z = (L + B S C + lambda B S G' S C) z,    S = K (I - G K)^-1.
+        Parameters
+        ----------
+        jacobian : (n_c, 3, 3, 2H+1, 2H+1)
+            Contact Jacobian as in `ContactForces`.
+        omega : float
+            Excitation frequency, rad/s.
+        memory
+            Slider memory; None: none.
         """
         touching = np.any(jacobian != 0.0, axis=(1, 2, 3, 4))
-        blade = self.blade.condensed(omega, np.repeat(touching, 3))
+        model = self.contact_free.condensed(omega, np.repeat(touching, 3))
         if not np.any(touching):
-            return PerturbedMotion(self.symmetric, blade.poles, np.zeros_like(blade.poles))
+            return HillEigenproblem(self.conjugate_pairs, model.state_matrix, np.zeros_like(model.state_matrix))
         values: Matrix = jacobian[touching]
         if self._to_real is not None:
             values = np.linalg.inv(self._to_real) @ values @ self._to_real
         first = 0 if self.static else 1
-        contact = NodeBlocks(values.transpose(0, 3, 1, 4, 2)[:, first:, :, first:])
-        loop = ContactFeedback.closed(contact, blade.flexibility)
-        reaction = loop.reaction(blade.inlet)
-        late = blade.slope.after(reaction)
-        late_reaction = loop.reaction(late)
-        delay: DelayedFriction | DelayedCone | None = None
-        node = np.cumsum(touching) - 1
-        if isinstance(memory, ConeSliderMemory):
-            delay = DelayedCone(memory, node[memory.node], blade, loop, reaction, late_reaction, self._to_real, first)
-        elif memory is not None:
-            places = SliderPlaces(memory, node[memory.node], int(touching.sum()), self._to_real, first)
-            inlet, late = loop.total(blade.inlet, reaction), loop.total(late, late_reaction)
-            delay = DelayedFriction.of(places, loop, blade.slope, blade.outlet, inlet, late)
-        matrix = blade.poles + reaction @ blade.outlet
-        return PerturbedMotion(self.symmetric, matrix, late_reaction @ blade.outlet, delay)
+        loop = ContactFeedback.closed(model, NodeBlocks(values.transpose(0, 3, 1, 4, 2)[:, first:, :, first:]))
+        feedback: SliderMemoryFeedback | ConeMemoryFeedback | None = None
+        if memory is not None:
+            node = np.cumsum(touching) - 1
+            rows = ContactRows(node[memory.node], int(touching.sum()), self._to_real, first)
+            if isinstance(memory, ConeSliderMemory):
+                feedback = ConeMemoryFeedback(memory, rows, loop)
+            else:
+                feedback = SliderMemoryFeedback.closed(memory, rows, loop)
+        closed = model.state_matrix + loop.b_s @ model.output_matrix
+        return HillEigenproblem(self.conjugate_pairs, closed, loop.b_s_derivative @ model.output_matrix, feedback)
 
 
 @dataclass(frozen=True)
-class PerturbedMotion:
-    """lambda z = (A + lambda A') z in the states z of the kept poles, exponents in units of w; see `HillProblem`.
+class HillEigenproblem:
+    """sigma z = (A + B S(sigma) C + sigma B S(sigma) G_1 S(sigma) C) z in the states z; sigma = lambda / omega.
 
-    matrix, lag : A and A', (n_z, n_z), without `delay`, the memory of sliders. symmetric : as there; A is then real.
+    Attributes
+    ----------
+    conjugate_pairs : bool
+        Whether the eigenvalues come in conjugate pairs; the matrices are then real.
+    state_matrix : (n_z, n_z)
+        A + B S C, S = S(0) without the memory.
+    flexibility_matrix : (n_z, n_z)
+        B S G_1 S C.
+    memory
+        Feedback of the slider memory, which makes S depend on sigma; None: there is none.
     """
 
-    symmetric: bool
-    matrix: Matrix
-    lag: Matrix
-    delay: DelayedFriction | DelayedCone | None = None
+    conjugate_pairs: bool
+    state_matrix: Matrix
+    flexibility_matrix: Matrix
+    memory: SliderMemoryFeedback | ConeMemoryFeedback | None = None
 
     def eigenvalues(self, shift: complex = 0.0) -> ComplexArray:
-        """All eigenvalues lambda / w; delayed forces are linearised around lambda = `shift` w."""
-        matrix, unit = self._linearised(shift)
-        return np.linalg.eigvals(np.linalg.solve(unit, matrix)).astype(complex)
+        """All eigenvalues sigma; the slider memory is linearised around sigma = `shift`."""
+        matrix, descriptor = self._linearised(shift)
+        return np.linalg.eigvals(np.linalg.solve(descriptor, matrix)).astype(complex)
 
     def nearest(self, shift: complex, state: ComplexArray | None = None) -> tuple[complex, ComplexArray | None]:
-        """The eigenvalue next to `shift` of those that `eigenvalues` has there, and its state (n_z,), if it is known.
+        """The eigenvalue next to `shift` of those that `eigenvalues` has there, and its eigenvector if it is known.
 
-        Inverse iteration from a `state` like that sought; where two are as near, all eigenvalues are solved for.
+        Inverse iteration; where two are as near, all eigenvalues are solved for.
+
+        Parameters
+        ----------
+        shift : complex
+            Around it the memory is linearised.
+        state : (n_z,) complex or None
+            Start of the iteration.
         """
         from scipy.linalg import lu_factor, lu_solve
 
-        matrix, unit = self._linearised(shift)
+        matrix, descriptor = self._linearised(shift)
         beside = shift * (1.0 + ROUND_OFF) + ROUND_OFF
-        factors = lu_factor(matrix - beside * unit, check_finite=False)
-        x = np.ones(len(unit), dtype=complex) if state is None else state
+        factors = lu_factor(matrix - beside * descriptor, check_finite=False)
+        x = np.ones(len(descriptor), dtype=complex) if state is None else state
         value = complex("nan")
-        for _ in range(MOST_INVERSIONS):
+        for _ in range(MAX_INVERSE_ITERATIONS):
             x = x / np.linalg.norm(x)
-            y = lu_solve(factors, unit @ x, check_finite=False)
+            y = lu_solve(factors, descriptor @ x, check_finite=False)
             before, value = value, beside + 1.0 / complex(x.conj() @ y)
             if abs(value - before) <= 1e-3 * abs(value - shift) + ROUND_OFF:
                 return value, y
             x = y
-        every = np.linalg.eigvals(np.linalg.solve(unit, matrix))
-        return complex(every[np.argmin(np.abs(every - shift))]), None
+        values = np.linalg.eigvals(np.linalg.solve(descriptor, matrix))
+        return complex(values[np.argmin(np.abs(values - shift))]), None
 
     def _linearised(self, shift: complex) -> tuple[Matrix, Matrix]:
-        """A and I - A' with the delayed forces linearised around lambda = `shift` w."""
-        matrix, lag = self.matrix, self.lag
-        if self.delay is not None:
-            added, slope, late = self.delay.added(shift)
-            matrix, lag = matrix + added - shift * slope, lag + slope + late
-        return matrix, np.eye(len(lag)) - lag
+        """A_c and E_c of sigma E_c z = A_c z, the memory linearised around sigma = `shift`."""
+        matrix, derivative = self.state_matrix, self.flexibility_matrix
+        if self.memory is not None:
+            terms = self.memory.terms(shift)
+            matrix = matrix + terms.state - shift * terms.derivative
+            derivative = derivative + terms.derivative + terms.flexibility
+        return matrix, np.eye(len(derivative)) - derivative

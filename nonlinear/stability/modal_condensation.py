@@ -1,4 +1,13 @@
-"""The open blade under a growing perturbation: poles that are kept as states, and the flexibility of all others."""
+"""The contact-free modal model under a growing perturbation: poles kept as states, the others as a flexibility.
+
+The residual flexibility of the condensed poles is that of component mode synthesis, carried to first order in the
+exponent.
+
+References
+----------
+R. H. MacNeal, A hybrid method of component mode synthesis, Computers & Structures 1(4), 1971.
+S. Rubin, Improved component-mode representation for structural dynamic analysis, AIAA Journal 13(8), 1975.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,129 +20,156 @@ from nonlinear.contact.parameters import Array
 from nonlinear.stability.block_matrices import HarmonicBlocks, Matrix
 from rom import ModalModel
 
-CRITICAL = 1e-8  # relative distance of w_m^2 from (c_m / 2)^2 up to which the two poles of a mode are drawn apart
+CRITICAL = 1e-8  # least abs(1 - (c_m / (2 omega_m))^2): a double pole is split by that much
 
 
 @dataclass(frozen=True)
 class CondensedModes:
-    """Contact motion d under contact forces f: lambda z = L z + B f, d = C z + (G + lambda G') f.
+    """Contact motion d under contact forces f: sigma z = A z + B f, d = C z + (G_0 + sigma G_1) f.
 
-    lambda is in units of w. L (n_z, n_z): poles, B (n_z, n): inlet, C (n, n_z): outlet, G and G' (n, n): flexibility
-    and its slope.
+    Attributes
+    ----------
+    state_matrix : (n_z, n_z)
+        A, with the retained poles as eigenvalues, in units of omega.
+    input_matrix : (n_z, n)
+        B.
+    output_matrix : (n, n_z)
+        C.
+    flexibility, flexibility_derivative : HarmonicBlocks, (n, n)
+        G_0 and G_1, the residual flexibility of the condensed poles and its derivative in sigma.
     """
 
-    poles: Matrix
-    inlet: Matrix
-    outlet: Matrix
+    state_matrix: Matrix
+    input_matrix: Matrix
+    output_matrix: Matrix
     flexibility: HarmonicBlocks
-    slope: HarmonicBlocks
+    flexibility_derivative: HarmonicBlocks
 
 
 @dataclass(frozen=True)
 class ContactFreeModel:
-    """Modes of a blade without contact that move as e^(s t), s = lambda + i h w, in the harmonics h.
+    """Modes of a blade without contact that move as e^(s t), s = lambda + i h omega, in the harmonics h.
 
-    Each mode, 1 / (s^2 + c_m s + w_m^2), has two poles. Of the one that turns with h, those with |s| below
-    (|h| + reach) w are kept as states, of the other one those with |s| below (reach - |h|) w: what is left out is
-    more than reach w away from lambda = 0, and a contact, which stiffens, moves it farther. It acts by its
-    flexibility and the slope of that.
+    Each mode, 1 / (s^2 + c_m s + omega_m^2), has two poles: one rotates in the sense of h, one in the opposite sense.
+    The first is retained as a state where its abs(s) is below (abs(h) + rho) omega, the second where it is below
+    (rho - abs(h)) omega. A condensed pole is more than rho omega away from lambda = 0, and a contact, which stiffens,
+    moves it farther away.
 
-    modal : the modes. harmonics : (n_h,) h; 0, if it is there, comes first. relative : (n_h, 3 n_c, m) B_h phi.
-    reach : in units of w. highest : harmonics |h| above this keep the poles within reach w of lambda = 0 only, and
-    none of modes above (highest + reach) w: where such a mode is near resonance its flexibility has no slope.
-    real : the harmonics 0, 1, 2, ... stand for real motions, in rows (0, Re 1, Im 1, ...).
+    Attributes
+    ----------
+    modal : ModalModel
+        The modes.
+    harmonics : (n_h,)
+        h; 0, if it is there, comes first.
+    relative : (n_h, 3 n_c, m) complex
+        Relative contact motion of the modes, B_h phi.
+    retention_radius : float
+        rho, in units of omega.
+    retention_harmonic : int
+        h_r. Harmonics above it retain the poles within rho omega of lambda = 0 only, and none of modes above
+        (h_r + rho) omega: where such a mode is near resonance its flexibility has no derivative.
+    real_form : bool
+        Whether the harmonics 0, 1, 2, ... stand for real motions, in rows (0, Re 1, Im 1, ...).
     """
 
     modal: ModalModel
     harmonics: Array
     relative: ComplexArray
-    reach: float
-    highest: int
-    real: bool
+    retention_radius: float
+    retention_harmonic: int
+    real_form: bool
 
     @property
     def _first(self) -> int:
-        """Row of the first harmonic that turns."""
+        """Row of the first harmonic other than 0."""
         return int(self.harmonics[0] == 0.0)
 
     @cached_property
     def _poles(self) -> tuple[ComplexArray, ComplexArray]:
-        """Poles s and their residues, first those that turn with h (or decay slower): (n_h, 2, m) each."""
+        """Poles s and their residues, first those that rotate as h does (or decay slower): (n_h, 2, m) each."""
         half, squared = self.modal.damping / 2.0, self.modal.angular_frequency**2
         under = squared - half**2
         apart = np.where(np.abs(under) < CRITICAL * squared, CRITICAL * squared, under)
-        swing = 1j * np.sqrt(apart.astype(complex)).conj()
-        poles, residues = np.stack([-half + swing, -half - swing]), np.stack([0.5 / swing, -0.5 / swing])
+        damped = 1j * np.sqrt(apart.astype(complex)).conj()
+        poles, residues = np.stack([-half + damped, -half - damped]), np.stack([0.5 / damped, -0.5 / damped])
         backward = (self.harmonics < 0.0)[:, None, None]
         return np.where(backward, poles.conj(), poles), np.where(backward, residues.conj(), residues)
 
-    def _kept(self, omega: float) -> NDArray[np.bool_]:
+    def _retained(self, omega: float) -> NDArray[np.bool_]:
         """Which poles are states, (n_h, 2, m)."""
         h, size = np.abs(self.harmonics)[:, None], np.abs(self._poles[0]) / omega
-        turning = (size[:, 0] <= np.minimum(h, self.highest) + self.reach) & (
-            (h <= self.highest) | (size[:, 0] >= h - self.reach)
-        )
-        kept = np.stack([turning, size[:, 1] <= self.reach - h], axis=1)
-        kept[: self._first] = size[: self._first, :1] <= self.reach  # both or none
-        return kept
+        rho, h_r = self.retention_radius, self.retention_harmonic
+        same_sense = (size[:, 0] <= np.minimum(h, h_r) + rho) & ((h <= h_r) | (size[:, 0] >= h - rho))
+        retained = np.stack([same_sense, size[:, 1] <= rho - h], axis=1)
+        retained[: self._first] = size[: self._first, :1] <= rho  # both or none
+        return retained
 
     def condensed(self, omega: float, active: NDArray[np.bool_]) -> CondensedModes:
-        """The blade at w = `omega` (rad/s) near lambda = 0, in the contact motions `active` (mask)."""
-        kept = self._kept(omega)
-        roots = self._poles[0] / omega - 1j * self.harmonics[:, None, None]
+        """The model near lambda = 0.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        active : (3 n_c,) bool
+            The contact dofs that appear in d and f.
+        """
+        retained = self._retained(omega)
+        poles = self._poles[0] / omega - 1j * self.harmonics[:, None, None]
         residues = self._poles[1] / omega
-        near = np.where(kept, 1.0, -roots)
-        rest = np.where(kept, 0.0, residues / near)
-        late = np.where(np.abs(near) < self.reach, 0.0, -rest / near)
+        # a condensed pole p with residue r: r / (sigma - p) = -r / p - sigma r / p^2 + ...
+        distance = np.where(retained, 1.0, -poles)
+        g_0 = np.where(retained, 0.0, residues / distance)
+        g_1 = np.where(np.abs(distance) < self.retention_radius, 0.0, -g_0 / distance)
         relative = np.ascontiguousarray(self.relative[:, active])
         adjoint = relative.conj().transpose(0, 2, 1)
         first = self._first
-        row, root, mode = np.nonzero(kept[first:])
-        turning = self._turning(
-            roots[first:][row, root, mode],
-            residues[first:][row, root, mode],
+        row, pole, mode = np.nonzero(retained[first:])
+        dynamic = self._dynamic(
+            poles[first:][row, pole, mode],
+            residues[first:][row, pole, mode],
             relative[first:].transpose(0, 2, 1)[row, mode],
             row,
         )
-        static = self._static(omega, kept[0, 0], relative[0]) if first else (np.zeros((0, 0)),) * 3
-        poles, inlet, outlet = (_diagonal(one, other) for one, other in zip(static, turning, strict=True))
+        static = self._static(omega, retained[0, 0], relative[0]) if first else (np.zeros((0, 0)),) * 3
+        a, b, c = (_block_diagonal(one, other) for one, other in zip(static, dynamic, strict=True))
         return CondensedModes(
-            poles,
-            inlet,
-            outlet,
-            self._blocks((relative * rest.sum(axis=1)[:, None]) @ adjoint),
-            self._blocks((relative * late.sum(axis=1)[:, None]) @ adjoint),
+            a,
+            b,
+            c,
+            self._blocks((relative * g_0.sum(axis=1)[:, None]) @ adjoint),
+            self._blocks((relative * g_1.sum(axis=1)[:, None]) @ adjoint),
         )
 
-    def _static(self, omega: float, kept: NDArray[np.bool_], relative: Matrix) -> tuple[Matrix, Matrix, Matrix]:
-        """L, B, C of harmonic 0: displacement and velocity of each mode kept."""
-        modes = np.flatnonzero(kept)
-        count, motion = modes.size, (relative.real if self.real else relative)[:, modes]
-        poles = np.zeros((2 * count, 2 * count))
+    def _static(self, omega: float, retained: NDArray[np.bool_], relative: Matrix) -> tuple[Matrix, Matrix, Matrix]:
+        """A, B, C of harmonic 0: displacement and velocity of each mode retained."""
+        modes = np.flatnonzero(retained)
+        count, motion = modes.size, (relative.real if self.real_form else relative)[:, modes]
+        state_matrix = np.zeros((2 * count, 2 * count))
         upper, lower = np.arange(count), np.arange(count, 2 * count)
-        poles[upper, lower] = 1.0
-        poles[lower, upper] = -((self.modal.angular_frequency[modes] / omega) ** 2)
-        poles[lower, lower] = -self.modal.damping[modes] / omega
-        inlet = np.zeros((2 * count, motion.shape[0]), dtype=motion.dtype)
-        inlet[count:] = motion.conj().T / omega**2
-        return poles, inlet, np.concatenate([motion, np.zeros_like(motion)], axis=1)
+        state_matrix[upper, lower] = 1.0
+        state_matrix[lower, upper] = -((self.modal.angular_frequency[modes] / omega) ** 2)
+        state_matrix[lower, lower] = -self.modal.damping[modes] / omega
+        input_matrix = np.zeros((2 * count, motion.shape[0]), dtype=motion.dtype)
+        input_matrix[count:] = motion.conj().T / omega**2
+        return state_matrix, input_matrix, np.concatenate([motion, np.zeros_like(motion)], axis=1)
 
-    def _turning(
+    def _dynamic(
         self, poles: ComplexArray, residues: ComplexArray, motion: ComplexArray, row: NDArray[np.int64]
     ) -> tuple[Matrix, Matrix, Matrix]:
-        """L, B, C of the other harmonics, from pole, residue, motion and harmonic of each state: (k,), (k, n)."""
+        """A, B, C of the other harmonics, from pole, residue, motion and harmonic of each state: (k,), (k, n)."""
         count, harmonics, every = poles.size, len(self.harmonics) - self._first, np.arange(poles.size)
         size = harmonics * motion.shape[1]
-        inlet = np.zeros((count, harmonics, motion.shape[1]), dtype=complex)
-        inlet[every, row] = residues[:, None] * motion.conj()
-        outlet = np.zeros((harmonics, motion.shape[1], count), dtype=complex)
-        outlet[row, :, every] = motion
-        if not self.real:
-            return np.diag(poles), inlet.reshape(count, size), outlet.reshape(size, count)
+        input_matrix = np.zeros((count, harmonics, motion.shape[1]), dtype=complex)
+        input_matrix[every, row] = residues[:, None] * motion.conj()
+        output_matrix = np.zeros((harmonics, motion.shape[1], count), dtype=complex)
+        output_matrix[row, :, every] = motion
+        if not self.real_form:
+            return np.diag(poles), input_matrix.reshape(count, size), output_matrix.reshape(size, count)
         return (
             _real_form(np.diag(poles)).reshape(2 * count, 2 * count),
-            _real_form(inlet.transpose(1, 0, 2)).transpose(1, 2, 0, 3, 4).reshape(2 * count, 2 * size),
-            _real_form(outlet).reshape(2 * size, 2 * count),
+            _real_form(input_matrix.transpose(1, 0, 2)).transpose(1, 2, 0, 3, 4).reshape(2 * count, 2 * size),
+            _real_form(output_matrix).reshape(2 * size, 2 * count),
         )
 
     def _blocks(self, values: ComplexArray) -> HarmonicBlocks:
@@ -141,7 +177,7 @@ class ContactFreeModel:
         count, size, _ = values.shape
         first = self._first
         static = values[0] if first else np.zeros((0, 0), dtype=complex)
-        if not self.real:
+        if not self.real_form:
             return HarmonicBlocks(static, values[first:])
         return HarmonicBlocks(static.real, _real_form(values[first:]).reshape(count - first, 2 * size, 2 * size))
 
@@ -156,7 +192,7 @@ def _real_form(matrix: ComplexArray) -> Array:
     return result
 
 
-def _diagonal(one: Matrix, other: Matrix) -> Matrix:
+def _block_diagonal(one: Matrix, other: Matrix) -> Matrix:
     """Block diagonal matrix of two blocks."""
     rows, columns = one.shape
     result = np.zeros((rows + other.shape[0], columns + other.shape[1]), dtype=np.result_type(one, other))

@@ -1,4 +1,8 @@
-"""Memory of sticking sliders under a growing perturbation: what e^(lambda t) adds to the contact Jacobian."""
+"""Slider memory of two Jenkins sliders a node: what a growing perturbation adds to the contact Jacobian.
+
+These are the hereditary terms of the linearised hysteresis: a sticking slider stands where an earlier instant
+left it.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,54 +17,74 @@ from nonlinear.stability.cone_slider_memory import ConeSliderMemory, cone_slider
 
 Integers = NDArray[np.int64]
 SAMPLES = 512
-SMALL = 1e-3  # exponents below this: series in place of quotients
+SMALL = 1e-3  # rate times length below which a series takes the place of the quotient
 
 
 @dataclass(frozen=True)
 class SliderMemory:
-    """The M stretches of a cycle in which a slider sticks where an earlier instant, theta_s, has set it.
+    """The M stick intervals of a cycle in which an earlier instant theta_s has set the slider.
 
     There T = kt (u(theta) - w(theta_s)), and a perturbation of it
 
         dT(theta) = kt (du(theta) - dw(theta_s)),    dw = du + r dd_n,
 
     r = -+ mu kn / kt where slip ended, r = -u' / d_n' at re-contact. The Jacobian of the contact element is that of a
-    perturbation which repeats itself. One that grows as e^(lambda t) was smaller at theta_s, by
-    e^(-lambda (theta - theta_s) / w). For the uncoupled law.
+    periodic perturbation. One that grows as e^(lambda t) was smaller at theta_s, by
+    e^(-sigma (theta - theta_s)), sigma = lambda / omega. For `law = "two_sliders"`.
 
-    node, direction : (M,) the slider. start, length : (M,) theta_s and the length of the stretch, rad.
-    ratio, stiffness : (M,) r and kt. n_harmonics : H.
+    Attributes
+    ----------
+    node, direction : (M,) int
+        The slider.
+    start, length : (M,)
+        theta_s and the length of the stick interval, rad.
+    dw_dn : (M,)
+        r, derivative of the slider position in the normal displacement.
+    stiffness : (M,)
+        kt, N/m.
+    n_harmonics : int
+        H.
     """
 
     node: Integers
     direction: Integers
     start: Array
     length: Array
-    ratio: Array
+    dw_dn: Array
     stiffness: Array
     n_harmonics: int
 
     @cached_property
-    def _turn(self) -> Matrix:
+    def _powers(self) -> Matrix:
         """e^(i h theta_s), h = -H .. H: (M, 2H+1)."""
         return np.exp(1j * self.start[:, None] * np.arange(-self.n_harmonics, self.n_harmonics + 1))
 
     @cached_property
-    def origin(self) -> Array:
-        """The real Fourier coefficients of a motion times this are its value at theta_s, (M, 2H+1)."""
-        return np.asarray(_basis(self._turn).real)
+    def basis(self) -> Array:
+        """Basis functions at theta_s, (M, 2H+1): times the real Fourier coefficients of a motion, its value there."""
+        return np.asarray(_basis(self._powers).real)
 
-    def force(self, exponent: complex) -> tuple[Matrix, Matrix]:
-        """Real Fourier coefficients of the contact force -dT that a dw(theta_s) of 1 makes, (M, 2H+1).
+    def force(self, sigma: complex) -> tuple[Matrix, Matrix]:
+        """Real Fourier coefficients of the contact force -dT that dw(theta_s) = 1 makes, beyond those at sigma = 0.
 
-        That at lambda = `exponent` w beyond that at 0, and its derivative in lambda / w; real for a real exponent.
+        They are those of kt (e^(-sigma (theta - theta_s)) - 1) over the stick interval.
+
+        Parameters
+        ----------
+        sigma : complex or float
+            lambda / omega.
+
+        Returns
+        -------
+        force, derivative : (M, 2H+1)
+            Coefficients and their derivative in sigma; real for a real sigma.
         """
         rate, length = 1j * np.arange(-self.n_harmonics, self.n_harmonics + 1), self.length[:, None]
-        value, slope = _integral(rate - exponent, length)
+        value, derivative = _integral(rate - sigma, length)
         weight = self.stiffness[:, None] * np.append(0.5, np.ones(2 * self.n_harmonics)) / np.pi
-        beyond = weight * _basis(self._turn * (value - _integral(rate, length)[0]))
-        change = weight * _basis(self._turn * -slope)
-        return (beyond, change) if isinstance(exponent, complex) else (beyond.real, change.real)
+        force = weight * _basis(self._powers * (value - _integral(rate, length)[0]))
+        change = weight * _basis(self._powers * -derivative)
+        return (force, change) if isinstance(sigma, complex) else (force.real, change.real)
 
 
 def _integral(rate: Matrix, length: Array) -> tuple[Matrix, Matrix]:
@@ -86,7 +110,17 @@ def _basis(powers: Matrix) -> Matrix:
 
 @dataclass(frozen=True)
 class MemorySampler:
-    """Follows the sliders over a cycle at equidistant instants (see `SliderMemory` and `ConeSliderMemory`)."""
+    """Linearises the sliders over a cycle, at equidistant instants.
+
+    Attributes
+    ----------
+    parameters : ContactParameters
+        Of the contact nodes.
+    n_harmonics : int
+        H of the motion.
+    samples : int
+        Instants a period.
+    """
 
     parameters: ContactParameters
     n_harmonics: int
@@ -96,14 +130,14 @@ class MemorySampler:
     def _tables(self) -> tuple[Array, Array]:
         """Basis functions and their derivatives at the instants, (samples, 2H+1)."""
         table = basis_table(self.n_harmonics, self.samples)
-        slope = np.zeros_like(table)
+        derivative = np.zeros_like(table)
         order = np.arange(1, self.n_harmonics + 1)
-        slope[:, 1::2] = order * table[:, 2::2]
-        slope[:, 2::2] = -order * table[:, 1::2]
-        return table, slope
+        derivative[:, 1::2] = order * table[:, 2::2]
+        derivative[:, 2::2] = -order * table[:, 1::2]
+        return table, derivative
 
     def memory(self, displacement: Array) -> SliderMemory | ConeSliderMemory | None:
-        """Memory of the sliders under the periodic `displacement` (2H+1, n_c, 3); None if no event has set one."""
+        """Slider memory under the periodic `displacement` (2H+1, n_c, 3), m; None if no slider slips or touches."""
         p, n = self.parameters, self.samples
         motion, speed = (
             np.ascontiguousarray((table @ displacement.reshape(table.shape[1], -1)).T).reshape(-1, 3, n)
@@ -112,7 +146,7 @@ class MemorySampler:
         if p.law == "cone":
             return cone_slider_memory(p, self._tables[0], motion, speed)
         state, source, sign = self._march(motion)
-        row, sample, length = _stretches(state, source)
+        row, sample, length = _stick_intervals(state, source)
         if row.size == 0:
             return None
         node, direction = row // 2, row % 2
@@ -123,10 +157,10 @@ class MemorySampler:
         slipped = -after * p.friction[node] * kn / kt
         # one instant of slip after re-contact is one of the sampling if the contact can stick at once
         at_once = (state[node, direction, sample - 1] == LIFT_OFF) & (np.abs(restart) <= np.abs(slipped))
-        ratio = np.where((after == 0) | at_once, restart, slipped)
-        # a stretch begins and ends between two instants: half a step later than the last one before
+        dw_dn = np.where((after == 0) | at_once, restart, slipped)
+        # a stick interval begins and ends between two instants: half a step later than the last one before
         start, extent = (np.asarray(2.0 * np.pi / n * count, dtype=np.float64) for count in (sample + 0.5, length))
-        return SliderMemory(node, direction, start, extent, ratio, kt, self.n_harmonics)
+        return SliderMemory(node, direction, start, extent, dw_dn, kt, self.n_harmonics)
 
     def _march(self, motion: Array) -> tuple[Integers, Integers, Integers]:
         """State, source and sign of all sliders (see `march`), (n_c, 2, samples); -1 where there is none."""
@@ -142,8 +176,8 @@ class MemorySampler:
         return state, source, sign
 
 
-def _stretches(state: Integers, source: Integers) -> tuple[Integers, ...]:
-    """Rows, sources and numbers of samples of the stretches of stick that an earlier sample has set."""
+def _stick_intervals(state: Integers, source: Integers) -> tuple[Integers, ...]:
+    """Rows, sources and numbers of samples of the stick intervals in which an earlier sample has set the slider."""
     n = state.shape[-1]
     rows, samples = np.nonzero((state.reshape(-1, n) == STICK) & (source.reshape(-1, n) >= 0))
     count = np.bincount(rows * n + source.reshape(-1, n)[rows, samples], minlength=1)

@@ -10,7 +10,7 @@ from ring_map import RingMap
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
 from nonlinear.contact.fourier import to_real
-from nonlinear.stability.floquet import FloquetAnalysis, Instability, floquet_exponents, kind, ring_patterns
+from nonlinear.stability.floquet import FloquetAnalysis, Instability, floquet_exponents, instability_of
 from rom import modal_model
 
 RANGE, COARSE = (0.1, 0.8), 5
@@ -56,15 +56,18 @@ def solutions(n_blades, interference, friction, omega, harmonics, law="two_slide
     return balance, sorted(found, key=np.linalg.norm, reverse=True)
 
 
+def ring_kappas(n_blades):
+    """Phase shifts of all perturbations of the ring, 0 to pi; -kappa has the complex conjugate exponents."""
+    return [2.0 * np.pi * k / n_blades for k in range(n_blades // 2 + 1)]
+
+
 def exponents(balance, contact, unknown, omega, n_blades):
-    """Pattern -> exponents / w."""
+    """kappa -> exponents / w."""
     displacement, jacobian = balance.displacement(unknown), balance.forces(unknown).jacobian
     return {
-        pattern: FloquetAnalysis.of(balance.receptance, contact, pattern=pattern).exponents(
-            displacement, jacobian, omega
-        )
+        kappa: FloquetAnalysis.of(balance.receptance, contact, kappa=kappa).exponents(displacement, jacobian, omega)
         / omega
-        for pattern in ring_patterns(n_blades)
+        for kappa in ring_kappas(n_blades)
     }
 
 
@@ -101,8 +104,8 @@ def test_exponents_are_those_of_the_ring(n_blades, interference, friction, omega
     leading = max(row[0].real for row in hill.values())
     assert leading == pytest.approx(marched[0].real, rel=0.06, abs=1e-3)
 
-    patterns = list(hill)
-    grows = [None if hill[pattern][0].real < 0.0 else kind(hill[pattern][0], 1.0) for pattern in patterns]
+    kappas = list(hill)
+    grows = [None if hill[kappa][0].real < 0.0 else instability_of(hill[kappa][0], 1.0) for kappa in kappas]
     assert grows[0] is own
     assert next((item for item in grows[1:] if item), None) is other
     sign = np.linalg.slogdet(balance.evaluate(unknown, omega).jacobian)[0]
@@ -155,7 +158,7 @@ def test_exponents_of_sliders_under_the_cone(n_blades, interference, omega, bran
     errors = []
     for forgetful in (False, True):
         if forgetful:
-            problems = [FloquetAnalysis.of(balance.receptance, contact, pattern=p).problem for p in hill]
+            problems = [FloquetAnalysis.of(balance.receptance, contact, kappa=k).problem for k in hill]
             rows = [floquet_exponents(problem, jacobian, omega) / omega for problem in problems]
         else:
             rows = list(hill.values())
@@ -170,9 +173,11 @@ def test_poles_of_high_harmonics_matter_little():
     _, contact, _ = response(n_blades, interference, friction)
     balance, found = solutions(n_blades, interference, friction, omega, 15)
     analysis = FloquetAnalysis.of(balance.receptance, contact)
-    whole = replace(analysis, problem=replace(analysis.problem, highest=15))
+    whole = replace(analysis, problem=replace(analysis.problem, retention_harmonic=15))
     point = balance.displacement(found[0]), balance.forces(found[0]).jacobian, omega
-    assert len(whole.problem.at(*point[1:]).matrix) > 2 * len(analysis.problem.at(*point[1:]).matrix)
+    assert len(whole.problem.eigenproblem(*point[1:]).state_matrix) > 2 * len(
+        analysis.problem.eigenproblem(*point[1:]).state_matrix
+    )
     assert np.abs(analysis.exponents(*point)[:2] - whole.exponents(*point)[:2]).max() < 1e-4 * omega
 
 

@@ -1,0 +1,189 @@
+"""The slider memory as a second feedback around the contact-free modal model with its contact Jacobian.
+
+The algebra of `SliderMemoryFeedback` is the Sherman-Morrison-Woodbury formula.
+
+References
+----------
+W. W. Hager, Updating the inverse of a matrix, SIAM Review 31(2), 1989.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.stability.block_matrices import Matrix, NodeBlocks
+from nonlinear.stability.cone_slider_memory import ConeSliderMemory
+from nonlinear.stability.contact_feedback import ContactFeedback
+from nonlinear.stability.slider_memory import SliderMemory
+
+
+class MemoryTerms(NamedTuple):
+    """What the slider memory adds to sigma z = (A + B S C + sigma B S' C) z at one sigma, each (n_z, n_z).
+
+    Attributes
+    ----------
+    state
+        B (S(sigma) - S) C.
+    derivative
+        Its derivative in sigma.
+    flexibility
+        B (S(sigma) G_1 S(sigma) - S') C.
+    """
+
+    state: Matrix
+    derivative: Matrix
+    flexibility: Matrix
+
+
+@dataclass(frozen=True)
+class ContactRows:
+    """Rows of the contact dofs in the eigenvalue problem: (S, nodes, 3), S Fourier coefficients.
+
+    Attributes
+    ----------
+    node : (M,) int
+        Node of each slider, or of each stick interval, among the nodes that touch.
+    n_nodes : int
+        Number of nodes that touch.
+    to_real : (S, S) complex or None
+        Real Fourier coefficients from harmonic amplitudes; None where the rows are real coefficients themselves.
+    first_row : int
+        1 where harmonic 0 is left out, else 0.
+    """
+
+    node: NDArray[np.int64]
+    n_nodes: int
+    to_real: Matrix | None
+    first_row: int
+
+    def spread(self, values: Matrix, direction: NDArray[np.int64] | int) -> Matrix:
+        """`values` (M, S) in the rows of each node and `direction`: (M, n)."""
+        count = self.node.size
+        result = np.zeros((count, values.shape[1], self.n_nodes, 3), dtype=values.dtype)
+        result[np.arange(count), :, self.node, direction] = values
+        return result[:, self.first_row :].reshape(count, -1)
+
+
+@dataclass(frozen=True)
+class SliderMemoryFeedback:
+    """The forces P(sigma) Q^T d of M stick intervals, beside f = K d.
+
+    With dw = Q^T d = C_m z + V P dw and X_m = (I - V P)^-1 the memory changes B S C by B_m P X_m C_m. A prime is the
+    derivative in sigma that the flexibility derivative G_1 makes:
+
+        B_m = B Y,          B_m' = B S G_1 Y
+        C_m = Q^T X C,      C_m' = Q^T X G_1 S C
+        V   = Q^T X G_0,    V'   = Q^T X G_1 Y
+
+    Attributes
+    ----------
+    memory, rows
+        The stick intervals, and the rows of their nodes.
+    input_matrix, input_derivative : (n_z, n)
+        B_m and B_m'.
+    output_matrix, output_derivative : (M, n_z)
+        C_m and C_m'.
+    feedthrough, feedthrough_derivative : (M, n)
+        V and V'.
+    """
+
+    memory: SliderMemory
+    rows: ContactRows
+    input_matrix: Matrix
+    input_derivative: Matrix
+    output_matrix: Matrix
+    output_derivative: Matrix
+    feedthrough: Matrix
+    feedthrough_derivative: Matrix
+
+    @classmethod
+    def closed(cls, memory: SliderMemory, rows: ContactRows, loop: ContactFeedback) -> "SliderMemoryFeedback":
+        """Close the memory around the `loop` of the contact Jacobian."""
+        model = loop.model
+        q_x = loop.times_x(_slider_positions(memory, rows))
+        q_x_g1 = q_x @ model.flexibility_derivative
+        q_x_g1_s = loop.times_s(q_x_g1)
+        return cls(
+            memory,
+            rows,
+            input_matrix=loop.times_y(model.input_matrix, loop.b_s),
+            input_derivative=loop.times_y(loop.b_s_g1, loop.b_s_derivative),
+            output_matrix=q_x @ model.output_matrix,
+            output_derivative=q_x_g1_s @ model.output_matrix,
+            feedthrough=q_x @ model.flexibility,
+            feedthrough_derivative=loop.times_y(q_x_g1, q_x_g1_s),
+        )
+
+    def terms(self, sigma: complex) -> MemoryTerms:
+        """The terms of the memory at `sigma`."""
+        p, p_derivative = _memory_forces(self.memory, self.rows, sigma)
+        x_m = np.linalg.inv(np.eye(len(self.output_matrix)) - self.feedthrough @ p)
+        dw = x_m @ self.output_matrix
+        b_p = self.input_matrix @ p
+        b_p_x = b_p @ x_m
+        derivative = (self.input_matrix @ p_derivative + b_p_x @ (self.feedthrough @ p_derivative)) @ dw
+        flexibility = (self.input_derivative @ p) @ dw + b_p_x @ (
+            self.output_derivative + (self.feedthrough_derivative @ p) @ dw
+        )
+        return MemoryTerms(b_p @ dw, derivative, flexibility)
+
+
+def _slider_positions(memory: SliderMemory, rows: ContactRows) -> Matrix:
+    """Q^T (M, n): the slider positions dw(theta_s) = Q^T d = du + r dd_n."""
+    basis: Matrix = memory.basis
+    if rows.to_real is not None:
+        basis = basis @ rows.to_real
+    return rows.spread(basis, memory.direction) + rows.spread(basis * memory.dw_dn[:, None], 2)
+
+
+def _memory_forces(memory: SliderMemory, rows: ContactRows, sigma: complex) -> tuple[Matrix, Matrix]:
+    """P(sigma) and its derivative, (n, M): f = P dw(theta_s)."""
+    values = memory.force(sigma)
+    if rows.to_real is not None:
+        values = values[0] @ np.linalg.inv(rows.to_real).T, values[1] @ np.linalg.inv(rows.to_real).T
+    force, derivative = (rows.spread(item, memory.direction).T for item in values)
+    return force, derivative
+
+
+@dataclass(frozen=True)
+class ConeMemoryFeedback:
+    """The contact Jacobian K(sigma) of sliders under the friction cone in place of K.
+
+    S(sigma) = K(sigma) (I - G_0 K(sigma))^-1 is solved for at each sigma; dS = Y dK X.
+
+    Attributes
+    ----------
+    memory, rows
+        The sliders, and the rows of their nodes.
+    loop : ContactFeedback
+        The loop at sigma = 0.
+    """
+
+    memory: ConeSliderMemory
+    rows: ContactRows
+    loop: ContactFeedback
+
+    def terms(self, sigma: complex) -> MemoryTerms:
+        """The terms of the memory at `sigma`."""
+        change, derivative = (self._blocks(values) for values in self.memory.jacobian(sigma))
+        loop, model = self.loop, self.loop.model
+        if sigma != 0.0:
+            loop = ContactFeedback.closed(model, NodeBlocks(loop.contact.values + change))
+        b_y = loop.times_y(model.input_matrix, loop.b_s)
+        output_matrix = model.output_matrix
+        return MemoryTerms(
+            (loop.b_s - self.loop.b_s) @ output_matrix,
+            loop.times_x(b_y @ NodeBlocks(derivative)) @ output_matrix,
+            (loop.b_s_derivative - self.loop.b_s_derivative) @ output_matrix,
+        )
+
+    def _blocks(self, values: Matrix) -> Matrix:
+        """(M, 2, 3, 2H+1, 2H+1) as values of `NodeBlocks`."""
+        rows, contact = self.rows, self.loop.contact.values
+        if rows.to_real is not None:
+            values = np.linalg.inv(rows.to_real) @ values @ rows.to_real
+        result = np.zeros(contact.shape, dtype=np.result_type(values, contact))
+        result[rows.node, :, :2] = values.transpose(0, 3, 1, 4, 2)[:, rows.first_row :, :, rows.first_row :]
+        return result
