@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, reason_of
-from pipeline.process.clock import now, seconds_since
+from pipeline.process.clock import seconds_since
 from pipeline.process.isolated_reading import read_given_model
 from pipeline.process.progress import Reporter
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
@@ -36,7 +37,7 @@ def execute(request: Request, reporter: Reporter) -> RunOutcome:
     InputError : the scene, the reduced model or the output folder is not usable; nothing was written.
     StorageError : there is no room for the results; what is done is kept.
     """
-    start = now()
+    start = time.perf_counter()
     given = _check(request)
     for line in slips(request.scene):
         reporter.line(f"warning: {line}")

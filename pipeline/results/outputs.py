@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import json
 import math
 import os
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, plain
 from pipeline.stages.respond import CurveResult
 from pipeline.store.content_store import Store
+from pipeline.store.fingerprints import file_sha256
 
 if TYPE_CHECKING:
     import h5py
@@ -37,7 +37,7 @@ def write_results(
     with store.replacing(*targets) as (binary, table, text):
         _write_binary(binary, curves)
         _write_table(table, curves, swept)
-        response = {path.name: _hash(path) for path in (binary, table)}
+        response = {path.name: file_sha256(path) for path in (binary, table)}
         _write_summary(text, summary | {"response": response})
     return response
 
@@ -148,11 +148,6 @@ def as_json(summary: Any) -> str:
 
 def _write_summary(path: Path, summary: dict[str, Any]) -> None:
     path.write_text(as_json(summary) + "\n", encoding="utf-8")
-
-
-def _hash(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def number_or_null(value: float) -> float | None:
