@@ -127,13 +127,13 @@ def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
 
 
 def _renders(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:
-    from pipeline.render.stage import render_stage
+    from pipeline.render.render_stage import render_stage
 
     return render_stage(run, models, outcome.curves)
 
 
 def _figures(run: Run, outcome: RunOutcome) -> list[Path]:
-    from pipeline.figures.stage import figure_stage
+    from pipeline.figures.figure_stage import figure_stage
 
     return figure_stage(run, outcome.curves)
 
@@ -142,7 +142,7 @@ def _report(run: Run, models: Models, outcome: RunOutcome) -> None:
     """The page about all that, where it is wanted."""
     if "report" not in run.request.wanted:
         return
-    from pipeline.report.stage import report_stage
+    from pipeline.report.report_stage import report_stage
 
     try:
         with run.log.timed("report"):

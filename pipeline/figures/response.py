@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.figures.curve_line import draw_line
 from pipeline.figures.data import Array, PlottedCurve
-from pipeline.figures.limits import Limit
+from pipeline.figures.linear_limits import Limit
 from pipeline.figures.style import LIMIT_COLOUR, LOG_FROM, ordered_colours, plain_log_labels, scale
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.figures.data import PlottedCurve
-from pipeline.figures.limits import Limit
+from pipeline.figures.linear_limits import Limit
 from pipeline.figures.style import DISTINCT, LIMIT_COLOUR, LOG_FROM, plain_log_labels, scale
 from pipeline.scene.labels import quantity, value_label
 

@@ -13,8 +13,9 @@ from pipeline.figures.data import PlottedCurve, plotted_curves
 from pipeline.figures.hysteresis import most_damped
 from pipeline.report.contacts import FaceCycle, face_cycle
 from pipeline.report.drawings import loops_drawing, ring_drawing
-from pipeline.report.errors import error_rows
+from pipeline.report.error_budget import error_rows
 from pipeline.report.pictures import inline_figure, inline_render, inline_vector
+from pipeline.report.report_source import ReportSource
 from pipeline.report.rows import (
     blade_rows,
     contact_rows,
@@ -23,7 +24,6 @@ from pipeline.report.rows import (
     frequency_tables,
     mesh_rows,
 )
-from pipeline.report.source import ReportSource
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
 from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.schema import Scene

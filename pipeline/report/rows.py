@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.report.source import ReportSource
+from pipeline.report.report_source import ReportSource
 from pipeline.results.outputs import relative_path
 from pipeline.results.tables import bare_value, share
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label

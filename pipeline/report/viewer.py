@@ -44,7 +44,7 @@ class ViewerData:
 
     def add_modes(self, model: BuiltModel, scene: Scene, springs: dict[str, dict[str, Any]], label: str) -> None:
         """Mode shapes of a model; springs: state of the shrouds -> normal and tangential ones of the nodes, N/m."""
-        from pipeline.render.draw import at_largest
+        from pipeline.render.mode_shapes import at_largest
         from rom import mode_shapes, read_reduced_model
 
         wanted = (1, 2, 3) if scene.render is None else scene.render.modes

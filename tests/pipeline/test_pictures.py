@@ -11,7 +11,7 @@ import pytest
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
 from pipeline.figures.curve_line import stretches
-from pipeline.render.draw import at_largest
+from pipeline.render.mode_shapes import at_largest
 from pipeline.render.ring import turned
 from pipeline.scene.labels import prefixed, value_label
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pipeline.figures.data import PlottedCurve
-from pipeline.report.source import ReportSource
+from pipeline.report.report_source import ReportSource
 from pipeline.results.tables import TOLERATED, share
 
 SMALL, FAIR, LARGE, UNKNOWN = "small", "noticeable", "large", "not known"
