@@ -1,4 +1,4 @@
-"""The error budget of a run: each known error, how large it is, and in plain words what it means."""
+"""The error budget of a run: every known error, its size, a verdict and its meaning."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SMALL, FAIR, LARGE, UNKNOWN = "small", "noticeable", "large", "not known"
 
 @dataclass(frozen=True)
 class ErrorRow:
-    """One source of error: the largest value found, a verdict, what it means and what to do."""
+    """One error: the largest value found, a verdict, what it means and what reduces it."""
 
     name: str
     found: str
@@ -24,65 +24,65 @@ class ErrorRow:
 
 
 def error_rows(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[ErrorRow]:
-    """Harmonics, energy, modes, mesh, stability."""
-    return [_harmonics(source), _energy(source), *_model(source), _stability(source, shown)]
+    """Truncation error, energy error, modal truncation error, mesh error, stability."""
+    return [_truncation(source), _energy(source), *_model(source), _stability(source, shown)]
 
 
-def _harmonics(source: ReportSource) -> ErrorRow:
+def _truncation(source: ReportSource) -> ErrorRow:
     meaning = (
-        "What harmonics left out would change at the peak: it is solved again with more of them. Where this is "
-        'large, raise response.harmonics or set it to "auto".'
+        "Estimated error of the peak from the neglected harmonics: the peak is solved again with more of them. "
+        'Where it is large, raise response.harmonics or set it to "auto".'
     )
     errors = {i: c.facts.truncation_error for i, c in enumerate(source.curves) if c.facts is not None}
     known = {number: error for number, error in errors.items() if not math.isnan(error)}
     if not known:
-        return ErrorRow("harmonics left out", "not estimated", UNKNOWN, meaning)
+        return ErrorRow("truncation error", "not estimated", UNKNOWN, meaning)
     worst = max(known, key=known.__getitem__)
     verdict = _verdict(known[worst], 0.01, TOLERATED)
     where = f", curve {worst}" if len(source.curves) > 1 and known[worst] > 1e-4 else ""
-    return ErrorRow("harmonics left out", f"{share(known[worst])} of the peak{where}", verdict, meaning)
+    return ErrorRow("truncation error", f"{share(known[worst])} of the peak{where}", verdict, meaning)
 
 
 def _energy(source: ReportSource) -> ErrorRow:
     meaning = (
-        "Work that the excitation puts in over a cycle against what damping and friction take out, at every point. "
-        "A solution has the two equal; what is left is round-off or, with sampled contact, the sampling."
+        "Relative mismatch of work input and dissipation per cycle, the largest over all points. For a solution the "
+        "two are equal; what remains is round-off or, with sampled contact, the error of sampling."
     )
     errors = {i: c.facts.energy_error for i, c in enumerate(source.curves) if c.facts is not None}
     known = {number: error for number, error in errors.items() if math.isfinite(error)}
     if not known:
-        return ErrorRow("energy", "not known", UNKNOWN, meaning)
+        return ErrorRow("energy error", "not known", UNKNOWN, meaning)
     worst = max(known, key=known.__getitem__)
     where = f", curve {worst}" if len(source.curves) > 1 else ""
-    return ErrorRow("energy", f"{known[worst]:.0e}{where}", _verdict(known[worst], 1e-6, 1e-2), meaning)
+    return ErrorRow("energy error", f"{known[worst]:.0e}{where}", _verdict(known[worst], 1e-6, 1e-2), meaning)
 
 
 def _model(source: ReportSource) -> list[ErrorRow]:
     modes_mean = (
-        "Natural frequencies and receptances of the reduced model against the whole one. Where this is large, "
-        'raise rom.modes or set it to "auto".'
+        "Error of the natural frequencies and receptances of the reduced model from the neglected fixed-interface "
+        'modes. Where it is large, raise rom.modes or set it to "auto".'
     )
     mesh_mean = (
-        "Natural frequencies against a finer mesh. Where this is large, lower mesh.size. Amplitudes under the same "
-        "force follow the stiffness of the loaded point, which a mesh tells less well than a frequency."
+        "Error of the natural frequencies, estimated with a second mesh. Where it is large, lower mesh.size. The "
+        "amplitude under a given force depends on the compliance of the loaded point, which converges more slowly."
     )
-    not_measured = f"not measured; shroud verify {source.scene_file.name} does it"
-    errors = [each for _, each in source.measured]
-    left_out = _estimated(source)
+    not_measured = f"not measured; run: shroud verify {source.scene_file.name}"
+    errors = [each for _, each in source.verified]
+    truncation = _estimated(source)
     if errors:
-        left_out = max(each.modes_frequency for each in errors), max(each.receptance for each in errors)
-    modes = ErrorRow("vibration modes left out", not_measured, UNKNOWN, modes_mean)
-    if left_out is not None:
-        found = f"{share(left_out[0])} of a frequency, {share(left_out[1])} of a receptance"
-        modes = replace(modes, found=found, verdict=_verdict(max(left_out), 0.01, TOLERATED))
+        truncation = max(each.modes_frequency for each in errors), max(each.receptance for each in errors)
+    modes = ErrorRow("modal truncation error", not_measured, UNKNOWN, modes_mean)
+    if truncation is not None:
+        found = f"{share(truncation[0])} of a frequency, {share(truncation[1])} of a receptance"
+        modes = replace(modes, found=found, verdict=_verdict(max(truncation), 0.01, TOLERATED))
     if not errors:
-        return [modes, ErrorRow("mesh", not_measured, UNKNOWN, mesh_mean)]
+        return [modes, ErrorRow("mesh error", not_measured, UNKNOWN, mesh_mean)]
     known = [each.mesh_frequency for each in errors if not math.isnan(each.mesh_frequency)]
     mesh = max(known, default=math.nan)
     return [
         modes,
         ErrorRow(
-            "mesh",
+            "mesh error",
             f"{share(mesh)} of a frequency" if known else f"not known ({errors[0].reason})",
             _verdict(mesh, 0.01, TOLERATED) if known else UNKNOWN,
             mesh_mean,
@@ -91,7 +91,7 @@ def _model(source: ReportSource) -> list[ErrorRow]:
 
 
 def _estimated(source: ReportSource) -> tuple[float, float] | None:
-    """Errors of frequencies and receptances that every run estimates; None where one of its models has none."""
+    """Modal truncation errors of frequencies and receptances that a run estimates; None where a model has none."""
     rows = source.model_rows
     if not rows or any(row["modes_error"] is None for row in rows):
         return None
@@ -107,18 +107,19 @@ def _stability(source: ReportSource, shown: Sequence[PlottedCurve]) -> ErrorRow:
     }
     if source.first.response.stability == "floquet":
         how = (
-            "Floquet exponents say whether a small disturbance of the motion dies out. A machine does not stay on an "
-            "unstable (dashed) part of a curve. Only disturbances in the pattern of the travelling wave are seen."
+            "Floquet exponents tell whether a small disturbance of the motion dies out. The motion of an unstable "
+            "(dashed) part of a curve does not persist. Only disturbances with the inter-blade phase of the "
+            "travelling wave are included."
         )
     else:
-        how = "From folds only: between two of them a curve is unstable; other losses of stability are not seen."
+        how = "From folds only: a curve is unstable between two folds; other bifurcations are not detected."
     said = []
     if lost:
         said.append(f"the peak is unstable on curve{'s' if len(lost) > 1 else ''} {', '.join(map(str, lost))}")
     if other:
         kinds = ", ".join(dict.fromkeys(kind for each in other.values() for kind in each))
         curves = ", ".join(map(str, other))
-        said.append(f"a steady vibration gives way to another motion ({kinds}) somewhere on curves {curves}")
+        said.append(f"bifurcations other than folds ({kinds}) on curve{'s' if len(other) > 1 else ''} {curves}")
     verdict = LARGE if lost else FAIR if other else SMALL
     if not shown:
         return ErrorRow("stability", "no curve", UNKNOWN, how)

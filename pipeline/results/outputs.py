@@ -1,4 +1,4 @@
-"""The files a run leaves for its user: response.h5, response.csv and summary.json, each replaced in one step."""
+"""The output files of a run: response.h5, response.csv and summary.json, each replaced in one step."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def relative_path(path: Path, out: Path) -> str:
 def write_results(
     store: Store, out: Path, curves: Sequence[CurveResult], swept: Sequence[str], summary: dict[str, Any]
 ) -> dict[str, str]:
-    """response.h5, response.csv and summary.json, replaced together; returns the first two's hashes by name.
+    """Write response.h5, response.csv and summary.json, replaced together; returns SHA-256 of the first two by name.
 
-    The summary gets them as `response`: by them its reader knows whether the three belong together.
+    The summary contains these hashes as `response`; they tell whether the three files belong together.
     """
     targets = [out / name for name in ("response.h5", "response.csv", "summary.json")]
     with store.replacing(*targets) as (binary, table, text):
@@ -43,7 +43,7 @@ def write_results(
 
 
 def _write_binary(path: Path, curves: Sequence[CurveResult]) -> None:
-    """response.h5: a group for every curve that has an outcome."""
+    """response.h5: a group for every curve with a result."""
     import h5py
 
     from rom import new_hdf5
@@ -93,7 +93,7 @@ def _copy(source: h5py.File, group: h5py.Group, curve: CurveResult) -> None:
         source.copy(name, group)
     for key, value in source.attrs.items():
         group.attrs[key] = value
-    # a curve in the store may be shared with a scene that swept other keys
+    # a cached curve may belong to another scene, which swept other keys
     for key, value in curve.member.parameters.items():
         if key not in group.attrs:
             group.attrs[key] = value
@@ -142,7 +142,7 @@ def write_summary(store: Store, out: Path, summary: dict[str, Any]) -> None:
 
 
 def as_json(summary: Any) -> str:
-    """Plain values as the files and `--json` have them; without NaN, which JSON has not."""
+    """JSON text of plain values, as in the files and with `--json`; NaN is not allowed."""
     return json.dumps(summary, indent=1, allow_nan=False)
 
 
@@ -151,7 +151,7 @@ def _write_summary(path: Path, summary: dict[str, Any]) -> None:
 
 
 def number_or_null(value: float) -> float | None:
-    """JSON has neither NaN nor infinity."""
+    """The value, or None in place of NaN and infinity, which JSON does not have."""
     return value if math.isfinite(value) else None
 
 
