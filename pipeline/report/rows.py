@@ -210,7 +210,7 @@ def contact_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
         ("area of a face", f"{face.area.sum() * 1e6:.3g} mm²"),
         ("normal (x axial, y circumferential, z radial)", direction),
         ("stiffness of the whole face", ", ".join(stiffness)),
-        ("friction", f"{quantity('contact.friction').value(contact.friction)}, law {contact.law}"),
+        ("friction", f"{quantity('contact.friction').value(contact.friction)}, law: {contact.law.replace('_', ' ')}"),
         ("interference", value_label("contact.interference", contact.interference)),
         ("contact integration", cycle),
         ("excitation", f"{scene.excitation.force:g} N, engine order {scene.excitation.engine_order}"),

@@ -59,19 +59,13 @@ def _write_binary(path: Path, curves: Sequence[CurveResult]) -> None:
 
 def _write_table(path: Path, curves: Sequence[CurveResult], swept: Sequence[str]) -> None:
     """response.csv: a row for every point."""
-    import h5py
-
     highest = max((curve.facts.harmonics for curve in curves if curve.facts), default=1)
     with path.open("w", newline="", encoding="utf-8") as text:
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(csv_header(swept, highest))
         for index, curve in enumerate(curves):
-            if curve.file is not None:
-                with h5py.File(curve.file, "r") as source:
-                    head = [index, *(plain(curve.member.parameters[key]) for key in swept)]
-                    writer.writerows(_rows(head, 0, source, highest))
-                    for number in sorted(source.get(BRANCHES, ()), key=int):
-                        writer.writerows(_rows(head, int(number), source[f"{BRANCHES}/{number}"], highest))
+            head = [index, *(plain(curve.member.parameters[key]) for key in swept)]
+            writer.writerows(_curve_rows(curve, head, highest))
 
 
 def csv_header(swept: Iterable[str], harmonics: int) -> list[str]:
@@ -97,6 +91,18 @@ def _copy(source: h5py.File, group: h5py.Group, curve: CurveResult) -> None:
     for key, value in curve.member.parameters.items():
         if key not in group.attrs:
             group.attrs[key] = value
+
+
+def _curve_rows(curve: CurveResult, head: list[Any], harmonics: int) -> Iterator[list[Any]]:
+    """The points of a curve and of its detached branches."""
+    import h5py
+
+    if curve.file is None:
+        return
+    with h5py.File(curve.file, "r") as source:
+        yield from _rows(head, 0, source, harmonics)
+        for number in sorted(source.get(BRANCHES, ()), key=int):
+            yield from _rows(head, int(number), source[f"{BRANCHES}/{number}"], harmonics)
 
 
 def _rows(head: list[Any], branch: int, source: h5py.Group, harmonics: int) -> Iterator[list[Any]]:
