@@ -70,7 +70,7 @@ def call_apart(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """One BLAS thread in processes started within the block, which inherit the environment."""
+    """They inherit the limit before they load any library."""
     before = {name: os.environ.get(name) for name in _THREAD_VARIABLES}
     os.environ.update(dict.fromkeys(_THREAD_VARIABLES, "1"))
     try:

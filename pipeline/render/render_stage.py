@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -61,8 +61,10 @@ def operating_curves(render: Render | None, curves: Sequence[CurveResult]) -> li
 
 def _render(run: Run, model: BuiltModel, scene: Scene, prefix: str) -> list[Path]:
     job = _job(model, scene, prefix)
-    content = {**asdict(job), "sector": None, "rom": model.key}
-    return _published(run, content, "rendering mode shapes", lambda into: _draw(replace(job, folder=str(into))))
+    content = {**asdict(job), "sector": None, "rom": model.key, "code": run.versions.render}
+    key = fingerprint(content)
+    doing, folder = "rendering mode shapes", run.request.out / "renders"
+    return published(run, "render", key, doing, lambda into: _draw(replace(job, folder=str(into))), folder)
 
 
 def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> list[Path]:
@@ -85,13 +87,9 @@ def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> li
         frames=FRAMES,
     )
     content = {**asdict(job), "sector": None, "rom": model.key, "curve": curve.file.parent.name}
-    doing = f"rendering the motion at the peak of curve {number}"
-    return _published(run, content, doing, lambda into: _draw_operating(replace(job, folder=str(into))))
-
-
-def _published(run: Run, content: dict[str, Any], doing: str, draw: Callable[[Path], None]) -> list[Path]:
     key = fingerprint(content | {"code": run.versions.render})
-    return published(run, "render", key, doing, draw, run.request.out / "renders")
+    doing, folder = f"rendering the motion at the peak of curve {number}", run.request.out / "renders"
+    return published(run, "render", key, doing, lambda into: _draw_operating(replace(job, folder=str(into))), folder)
 
 
 def _draw_operating(job: OperatingJob) -> None:

@@ -83,7 +83,7 @@ class ReportSource:
         return self.out / name if name in self.pictures else None
 
     def key(self) -> str:
-        """Hash of all this and of the code that writes the page."""
+        """Hash of all this and of the code that makes the page."""
         templates = [path.relative_to(_TEMPLATES.parents[2]).as_posix() for path in sorted(_TEMPLATES.iterdir())]
         return fingerprint(
             {

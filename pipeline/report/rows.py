@@ -219,7 +219,7 @@ def contact_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
 
 
 def cost_rows(source: ReportSource) -> list[tuple[str, int, float]]:
-    """Name of each stage, number of its results, and their computing time in this run or an earlier one, s."""
+    """What each stage's results took to make, s, whether in this run or before, and how many they are."""
     return [
         (_VERBS[stage], source.results[stage], source.costs[stage])
         for stage in STAGES

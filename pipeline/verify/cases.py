@@ -31,7 +31,7 @@ _SOURCES = [
     "pipeline/stages/linear_operation.py",
     "pipeline/stages/build_model.py",
 ]
-# Keys without influence on a linear model.
+# Keys that change a response but nothing linear.
 _WITHOUT_EFFECT = (
     *(f"contact.{key}" for key in ("friction", "interference", "preload", "law", "integration", "samples")),
     *(f"response.{key}" for key in ("harmonics", "tolerance", "method", "stability", "detached", "truncation")),

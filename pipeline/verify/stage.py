@@ -69,7 +69,7 @@ class Verification:
 
 
 def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, reporter: Reporter) -> Verification:
-    """Measure the errors of the reduced models of a scene; `tolerance` overrides `rom.tolerance`.
+    """Measure the reduced models of a scene against full models; `tolerance` takes precedence over `rom.tolerance`.
 
     Raises
     ------
