@@ -48,7 +48,7 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
     beside = target.with_name(f".{target.stem}.{os.getpid()}{suffix}")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        said = writers[suffix](beside)
+        summary = writers[suffix](beside)
         beside.replace(target)
     except OSError as error:
         storage = storage_error(error, target.parent)
@@ -57,7 +57,7 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
         raise InputError(f"{target}: cannot be written: {error.strerror or reason_of(error)}") from None
     finally:
         _remove(beside)
-    return said
+    return summary
 
 
 def _remove(path: Path) -> None:

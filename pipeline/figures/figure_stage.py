@@ -48,8 +48,8 @@ def draw(folder: Path, curves: Sequence[CurveResult], title: str) -> None:
         save(response_figure(shown, limits, title), folder, "response")
         if len(shown) > 1:
             save(trend_figure(shown, limits, title), folder, "peaks")
-        telling = most_damped(shown)
-        loops = None if telling is None else node_figure(telling, title)
+        damped = most_damped(shown)
+        loops = None if damped is None else node_figure(damped, title)
         if loops is not None:
             save(loops, folder, "hysteresis")
         others = {

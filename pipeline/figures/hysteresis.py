@@ -34,7 +34,7 @@ def node_figure(curve: PlottedCurve, title: str) -> Figure | None:
     if curve.peak_displacement is None:
         return None
     cycle, pressed = _cycle(curve)
-    nodes = _telling_nodes(cycle)
+    nodes = _shown_nodes(cycle)
     figure, panels = plt.subplots(1, 3, figsize=(10.5, 3.9), layout="constrained")
     lines = [(f"node {node + 1}", cycle, pressed, node) for node in nodes]
     _draw(panels, lines, DISTINCT)
@@ -56,7 +56,7 @@ def sweep_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
     if len(chosen) < 2:
         return None
     cycles = [_cycle(curve) for curve in chosen]
-    node = _telling_nodes(_cycle(most_damped(chosen) or chosen[0])[0])[0]
+    node = _shown_nodes(_cycle(most_damped(chosen) or chosen[0])[0])[0]
     shown = [panel for panel in PANELS if panel[0] == 2 or any(_slides(cycle, node, panel[0]) for cycle, _ in cycles)]
     size = (1.2 + 2.1 * len(chosen), 0.6 + 2.1 * len(shown))
     figure, rows = plt.subplots(len(shown), len(chosen), figsize=size, layout="constrained", squeeze=False)
@@ -84,7 +84,7 @@ def _cycle(curve: PlottedCurve) -> tuple[ContactCycle, Array]:
     return contact_cycle(curve.peak_displacement, contact, samples=_SAMPLES), contact.interference
 
 
-def _telling_nodes(cycle: ContactCycle) -> list[int]:
+def _shown_nodes(cycle: ContactCycle) -> list[int]:
     """Nodes by friction work: the one that dissipates most, the middle one and the least, without repeats."""
     velocity = np.roll(cycle.displacement, -1, axis=0) - np.roll(cycle.displacement, 1, axis=0)
     work = np.sum(cycle.force[:, :, :2] * velocity[:, :, :2] / 2.0, axis=(0, 2))

@@ -46,8 +46,8 @@ def draw_apart(module: str, job: str, pictures: Sequence[Path]) -> None:
     if status < 0:
         raise RenderError(f"the drawing process crashed, most likely for want of a GL library: {_REMEDY}")
     if status > 0 or not all(picture.is_file() for picture in pictures):
-        said = one_line((output.strip().splitlines() or ["no picture"])[-1])
-        raise RenderError(f"{said} (if a GL library is missing: {_REMEDY})")
+        last_line = one_line((output.strip().splitlines() or ["no picture"])[-1])
+        raise RenderError(f"{last_line} (if a GL library is missing: {_REMEDY})")
 
 
 def end_with_parent() -> None:

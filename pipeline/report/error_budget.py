@@ -113,17 +113,17 @@ def _stability(source: ReportSource, shown: Sequence[PlottedCurve]) -> ErrorRow:
         )
     else:
         how = "From folds only: a curve is unstable between two folds; other bifurcations are not detected."
-    said = []
+    findings = []
     if lost:
-        said.append(f"the peak is unstable on curve{'s' if len(lost) > 1 else ''} {', '.join(map(str, lost))}")
+        findings.append(f"the peak is unstable on curve{'s' if len(lost) > 1 else ''} {', '.join(map(str, lost))}")
     if other:
         kinds = ", ".join(dict.fromkeys(kind for each in other.values() for kind in each))
         curves = ", ".join(map(str, other))
-        said.append(f"bifurcations other than folds ({kinds}) on curve{'s' if len(other) > 1 else ''} {curves}")
+        findings.append(f"bifurcations other than folds ({kinds}) on curve{'s' if len(other) > 1 else ''} {curves}")
     verdict = LARGE if lost else FAIR if other else SMALL
     if not shown:
         return ErrorRow("stability", "no curve", UNKNOWN, how)
-    return ErrorRow("stability", "; ".join(said) or "every peak is stable", verdict, how)
+    return ErrorRow("stability", "; ".join(findings) or "every peak is stable", verdict, how)
 
 
 def _verdict(error: float, small: float, fair: float) -> str:

@@ -202,8 +202,8 @@ def _springs(model: BuiltModel, scene: Scene) -> dict[str, dict[str, Any]]:
 def _contacts(source: ReportSource, shown: Sequence[PlottedCurve]) -> tuple[list[ContactDetail], int]:
     """Contact at the peak of curves spread over the sweep, and the number of curves with a peak."""
     peaks = [curve for curve in shown if curve.peak_index >= 0]
-    telling = most_damped(peaks)
-    also = [] if telling is None else [peaks.index(telling)]
+    damped = most_damped(peaks)
+    also = [] if damped is None else [peaks.index(damped)]
     details = []
     for place in chosen_evenly(len(peaks), MOST_CONTACTS, also):
         curve = peaks[place]
@@ -223,7 +223,7 @@ def _contacts(source: ReportSource, shown: Sequence[PlottedCurve]) -> tuple[list
                 unit=unit,
                 total=_with_unit(face.work_j, "J"),
                 loops=None if drawn is None else inline_vector(drawn),
-                open=curve is telling,
+                open=curve is damped,
             )
         )
     return details, len(peaks)

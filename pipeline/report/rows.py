@@ -145,12 +145,12 @@ def _own_values(source: ReportSource, rom: str) -> list[str]:
     """The swept values that distinguish the curves of one reduced model from the others."""
     swept = [curve.member.parameters for curve in source.curves]
     on_it = [c.member.parameters for c in source.curves if c.rom and relative_path(c.rom, source.out) == rom]
-    told = []
+    labels = []
     for key in source.swept:
         values = {repr(values[key]): values[key] for values in on_it}
         if len(values) == 1 and len({repr(values[key]) for values in swept}) > 1:
-            told.append(value_label(key, next(iter(values.values()))))
-    return told
+            labels.append(value_label(key, next(iter(values.values()))))
+    return labels
 
 
 def blade_rows(scene: Scene) -> list[tuple[str, str]]:

@@ -97,8 +97,8 @@ def mode_notes(outcome: RunOutcome) -> list[str]:
     known = [model for model in outcome.models if model["modes_error"] is not None]
     if not known:
         return []
-    kept = sorted({model["modes"] for model in known})
-    number = str(kept[0]) if len(kept) == 1 else f"{kept[0]} to {kept[-1]}"
+    modes = sorted({model["modes"] for model in known})
+    number = str(modes[0]) if len(modes) == 1 else f"{modes[0]} to {modes[-1]}"
     frequency, receptance = (
         share(max(model[f"{name}_error"] for model in known)) for name in ("modes_frequency", "receptance")
     )

@@ -39,11 +39,10 @@ def locked(path: Path, waiting: Callable[[str], None]) -> Iterator[None]:
     """
     from filelock import FileLock, SoftFileLock
 
-    # flock needs a file that can be written: a colleague who may write the folder may also lock it
-    lock: BaseFileLock = FileLock(path, mode=0o666, fallback_to_soft=False)
+    lock: BaseFileLock = FileLock(path, fallback_to_soft=False)
     try:
         _acquire(lock, waiting)
-        with suppress(OSError):  # the number is only for people
+        with suppress(OSError):  # the number only serves the message
             path.write_text(str(os.getpid()), encoding="ascii")
     except OSError as error:
         if error.errno not in _NO_FLOCK:
@@ -57,21 +56,21 @@ def locked(path: Path, waiting: Callable[[str], None]) -> Iterator[None]:
 
 
 def _acquire(lock: BaseFileLock, waiting: Callable[[str], None]) -> None:
-    """Take the lock, also where somebody deletes its folder meanwhile."""
+    """Take the lock, also where another process deletes its folder meanwhile."""
     from filelock import Timeout
 
-    path, told = Path(lock.lock_file), False
+    path, announced = Path(lock.lock_file), False
     while True:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            lock.acquire(timeout=1.0 if told else 0.0)
+            lock.acquire(timeout=1.0 if announced else 0.0)
             return
         except Timeout:
-            if not told:
+            if not announced:
                 waiting(_holder(path))
-                told = True
+                announced = True
         except FileNotFoundError:
-            if not told:
+            if not announced:
                 raise
 
 
