@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, reason_of
-from pipeline.process.clock import now, seconds_since
+from pipeline.process.clock import seconds_since
 from pipeline.process.isolated_reading import read_given_model
 from pipeline.process.progress import Reporter
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
@@ -36,7 +37,7 @@ def execute(request: Request, reporter: Reporter) -> RunOutcome:
     InputError : the scene, the reduced model or the output folder is not usable; nothing was written.
     StorageError : there is no room for the results; what is done is kept.
     """
-    start = now()
+    start = time.perf_counter()
     given = _check(request)
     for line in slips(request.scene):
         reporter.line(f"warning: {line}")
@@ -126,13 +127,13 @@ def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
 
 
 def _renders(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:
-    from pipeline.render.stage import render_stage
+    from pipeline.render.render_stage import render_stage
 
     return render_stage(run, models, outcome.curves)
 
 
 def _figures(run: Run, outcome: RunOutcome) -> list[Path]:
-    from pipeline.figures.stage import figure_stage
+    from pipeline.figures.figure_stage import figure_stage
 
     return figure_stage(run, outcome.curves)
 
@@ -141,7 +142,7 @@ def _report(run: Run, models: Models, outcome: RunOutcome) -> None:
     """The page about all that, where it is wanted."""
     if "report" not in run.request.wanted:
         return
-    from pipeline.report.stage import report_stage
+    from pipeline.report.report_stage import report_stage
 
     try:
         with run.log.timed("report"):

@@ -16,12 +16,18 @@ LONGEST_NAME = 63
 
 
 def write_matlab(source: Path, target: Path) -> str:
-    """Write a response or a reduced model; what was written, in words.
+    """Write a response or a reduced model as a MATLAB file; returns a summary in words.
 
-    A response becomes the cell array `curve`: structures with the datasets of a curve and, in `parameter`, its
-    attributes, dots turned into underscores; `name` tells branches from curves. A reduced model becomes variables
-    named as in `ReducedModel`.
-    Raises InputError for a damaged source, OSError where the target cannot be written.
+    A response becomes the cell array `curve`: structures with the name of a curve or branch (`0`, `0/branch/1`), its
+    datasets and, in `parameter`, its attributes with underscores for dots. A reduced model becomes variables named
+    as in `ReducedModel`.
+
+    Raises
+    ------
+    InputError
+        The source is damaged, or the name of an output is not valid in MATLAB.
+    OSError
+        The target cannot be written.
     """
     from scipy.io import savemat
 

@@ -15,11 +15,25 @@ COUNT = 10
 
 
 def write_shapes(source: Path, sector_file: Path | None, target: Path, count: int = COUNT) -> str:
-    """Write the lowest mode shapes with free shrouds as point data, `mode_01_202.9_Hz`, ...; what was written.
+    """Write the lowest mode shapes with free shrouds as point data, `mode_01_202.9_Hz`, ...; returns a summary.
 
-    sector_file : the mesh of the model, sector.h5, mesh.vtu or mesh.msh of the run that made it.
-    Raises InputError for a source that is no reduced model with a basis or a mesh that is not its own, OSError where
-    the target cannot be written.
+    Parameters
+    ----------
+    source : Path
+        Reduced model with a basis.
+    sector_file : Path or None
+        Mesh of the model: sector.h5, mesh.vtu or mesh.msh of the same run.
+    target : Path
+        VTU file to write.
+    count : int
+        Number of modes.
+
+    Raises
+    ------
+    InputError
+        The source is no reduced model with a basis, or the mesh is not its own.
+    OSError
+        The target cannot be written.
     """
     from geometry import SectorFileError, import_sector
     from rom import ReducedModelError, load_sector, mode_shapes

@@ -1,4 +1,4 @@
-"""What is to be exported: a response or a reduced model of this program."""
+"""Reading the file to export: a response or a reduced model."""
 
 from __future__ import annotations
 
@@ -22,14 +22,20 @@ _ALLOWED = "an HDF5 file with a response (response.h5) or a reduced model (rom.h
 
 
 class Kind(StrEnum):
-    """What a file holds."""
+    """Kind of a file."""
 
     response = "response"
     model = "reduced model"
 
 
 def kind_of(path: Path) -> Kind:
-    """What the file holds. Raises InputError if it cannot be read or holds neither."""
+    """Whether the file holds a response or a reduced model.
+
+    Raises
+    ------
+    InputError
+        It cannot be read or holds neither.
+    """
     return read_apart(path, _ALLOWED, lambda: _kind(path))
 
 
@@ -47,9 +53,14 @@ def _kind(path: Path) -> Kind:
 
 
 def curves(path: Path) -> list[Curve]:
-    """Every curve and detached branch of a response: its name, datasets and attributes, in their order.
+    """Name, datasets and attributes of every curve and detached branch of a response, in their order.
 
-    A branch is named `0/branch/1` and has the attributes of its curve. Raises InputError for a damaged file.
+    A branch has a name such as `0/branch/1` and the attributes of its curve.
+
+    Raises
+    ------
+    InputError
+        The file is damaged.
     """
     return read_apart(path, _ALLOWED, lambda: list(_curves(path)))
 

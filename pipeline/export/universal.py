@@ -1,4 +1,4 @@
-"""Response functions as a universal file, data set 58: what modal analysis programs read."""
+"""Response functions as a universal file (data set 58), the format of modal analysis programs."""
 
 from __future__ import annotations
 
@@ -18,11 +18,16 @@ SCALAR = 0  # direction: of the excitation, whichever it is
 
 
 def write_universal(source: Path, target: Path) -> str:
-    """Write x^(h) / F (m/N) of every curve, branch and harmonic h of the output; what was written, in words.
+    """Write x^(h) / F (m/N) of every curve, branch and harmonic h of the output; returns a summary in words.
 
-    A curve with turning points has several values at a frequency: the abscissa is uneven and need not rise.
-    Raises InputError for a source that is no response and where the package pyuff is not installed, OSError where
-    the target cannot be written.
+    A curve with folds has several values at a frequency, so the abscissa is uneven and not monotonic.
+
+    Raises
+    ------
+    InputError
+        The source is no response, or the package pyuff is not installed.
+    OSError
+        The target cannot be written.
     """
     if kind_of(source) is not Kind.response:
         raise input_error(source, "", "a reduced model", "a response (response.h5)")
@@ -32,7 +37,7 @@ def write_universal(source: Path, target: Path) -> str:
 
     sets = list(_sets(source))
     with target.open("w", encoding="ascii"):
-        pass  # pyuff says nothing of a folder that is not there
+        pass  # pyuff ignores a folder that does not exist
     pyuff.UFF(str(target)).write_sets(sets, mode="overwrite")
     return f"{len(sets)} response function{'s' if len(sets) != 1 else ''}, data set 58, m/N over Hz"
 
@@ -43,7 +48,7 @@ def _sets(source: Path) -> Iterator[dict[str, Any]]:
     for name, datasets, attributes in curves(source):
         force = float(attributes["excitation.force"])
         if len(datasets["frequency_hz"]) < 2:
-            continue  # no curve
+            continue  # no function
         for harmonic in range(1, datasets["output"].shape[1]):
             yield pyuff.prepare_58(
                 func_type=RESPONSE_FUNCTION,
@@ -56,7 +61,7 @@ def _sets(source: Path) -> Iterator[dict[str, Any]]:
                 load_case_id=0,
                 ver_num=harmonic,
                 id1=f"curve {name}, harmonic {harmonic}"[:80],
-                id2=_told(attributes)[:80],
+                id2=_parameters(attributes)[:80],
                 id3="NONE",
                 id4="displacement of the harmonic over the force",
                 id5="NONE",
@@ -73,8 +78,8 @@ def _sets(source: Path) -> Iterator[dict[str, Any]]:
             )
 
 
-def _told(attributes: dict[str, Any]) -> str:
-    """The parameters that most curves differ in."""
+def _parameters(attributes: dict[str, Any]) -> str:
+    """The parameters in which curves usually differ."""
     names = {"contact.interference": "v0", "contact.friction": "mu", "excitation.engine_order": "EO"}
     known = {short: attributes.get(key) for key, short in names.items()}
     return ", ".join(f"{short} {value:.6g}" for short, value in known.items() if isinstance(value, int | float))

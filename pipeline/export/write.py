@@ -1,4 +1,4 @@
-"""One file exported, in the format that its name asks for."""
+"""Export of one file, in the format of its suffix."""
 
 from __future__ import annotations
 
@@ -11,12 +11,26 @@ from pipeline.store.disk_errors import storage_error
 
 
 def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
-    """Export a response or a reduced model; what was written, in words.
+    """Export a response or a reduced model; returns a summary in words.
 
-    .mat : either (`write_matlab`). .uff, .unv : a response (`write_universal`). .vtu : a reduced model with its mesh
-    (`write_shapes`). The target is replaced in one step, or left as it is.
-    Raises InputError for files that cannot be read or written, and for what does not go together, StorageError where
-    there is no room.
+    The target is replaced in one step, or left as it is.
+
+    Parameters
+    ----------
+    source : Path
+        A response (response.h5) or a reduced model (rom.h5).
+    target : Path
+        Its suffix chooses the format: .mat for both kinds (`write_matlab`), .uff or .unv for a response
+        (`write_universal`), .vtu for a reduced model with its mesh (`write_shapes`).
+    sector_file : Path, optional
+        The mesh, for .vtu.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read or written, or format and kind do not match.
+    StorageError
+        The disk is full.
     """
     from pipeline.export.matlab import write_matlab
     from pipeline.export.shapes import write_shapes
@@ -34,20 +48,20 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
     beside = target.with_name(f".{target.stem}.{os.getpid()}{suffix}")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        said = writers[suffix](beside)
+        summary = writers[suffix](beside)
         beside.replace(target)
     except OSError as error:
-        told = storage_error(error, target.parent)
-        if told is not None and told.full:
-            raise told from None
+        storage = storage_error(error, target.parent)
+        if storage is not None and storage.full:
+            raise storage from None
         raise InputError(f"{target}: cannot be written: {error.strerror or reason_of(error)}") from None
     finally:
         _remove(beside)
-    return said
+    return summary
 
 
 def _remove(path: Path) -> None:
-    """Remove a file, if it is there and can be."""
+    """Remove a file if possible."""
     try:
         path.unlink(missing_ok=True)
     except OSError:

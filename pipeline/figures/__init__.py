@@ -1,1 +1,1 @@
-"""Figures of a sweep: response curves, peaks against the swept parameter, contact hysteresis loops."""
+"""Figures of a sweep: response curves, peaks against the swept parameter, hysteresis loops, natural frequencies."""

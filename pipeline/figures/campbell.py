@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SPEED = "load.speed_rpm"
-FEWEST = 3  # speeds that make a diagram
-RAYS = 7  # engine orders drawn, about
+FEWEST = 3  # speeds needed for a diagram
+RAYS = 7  # approximate number of engine orders drawn
 
 
 def campbell_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
-    """One line a mode and state of the shrouds at the excited nodal diameter; None with fewer than three speeds.
+    """A line for each mode and contact condition at the excited nodal diameter; None with fewer than three speeds.
 
-    Where more than the speed is swept, the blade, contact and engine order are those of the first curve.
+    Where other keys are swept too, the blade, contact and engine order are those of the first curve.
     """
     from matplotlib import pyplot as plt
 
@@ -49,7 +49,7 @@ def campbell_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None
 
 
 def _by_speed(curves: Sequence[PlottedCurve]) -> dict[float, PlottedCurve]:
-    """The curves that differ from the first in nothing but the speed, by speed (rev/min)."""
+    """The curves that differ from the first one only in the speed, by speed (rev/min)."""
     first = {key: value for key, value in curves[0].parameters.items() if key != SPEED}
     chosen: dict[float, PlottedCurve] = {}
     for curve in curves:

@@ -1,4 +1,4 @@
-"""One response curve on somebody's own axes, drawn as in the figures of a run."""
+"""A response curve on given axes, drawn as in the figures of a run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ UNITS = {"m": 1.0, "mm": 1e3, "µm": 1e6, "um": 1e6, "nm": 1e9}
 
 
 class _Curve(Protocol):
-    """What is drawn: a `ResponseCurve`, or a `Curve` of a run."""
+    """The common part of `ResponseCurve` and `Curve`."""
 
     @property
     def frequency_hz(self) -> np.ndarray: ...
@@ -29,19 +29,25 @@ class _Curve(Protocol):
 
 
 def plot_curve(axes: Axes, curve: _Curve, *, label: str | None = None, unit: str = "µm", **look: Any) -> None:
-    """Draw a curve on matplotlib axes: dashed where it is unstable, a dot on its peak.
+    """Draw a response curve: amplitude over frequency (Hz), dashed where unstable, a dot on the peak.
 
     Parameters
     ----------
-    axes : where to draw; frequencies in Hz along x.
-    curve : of `forced_response` or of a run.
-    label : of the legend.
-    unit : of the amplitude: "m", "mm", "µm" or "nm".
-    look : what `axes.plot` takes besides, `color` above all.
+    axes : matplotlib.axes.Axes
+        Axes to draw on.
+    curve : ResponseCurve or Curve
+        Result of `forced_response`, or a curve of `read_results`.
+    label : str, optional
+        Name in the legend.
+    unit : str
+        Unit of the amplitude: "m", "mm", "µm" or "nm".
+    look : Any
+        Further keywords of `axes.plot`, such as `color`.
 
     Raises
     ------
-    ValueError : an unknown unit.
+    ValueError
+        The unit is none of these.
     """
     if unit not in UNITS:
         raise ValueError(f"unit = {unit!r}: must be one of {', '.join(UNITS)}")
@@ -55,9 +61,9 @@ def plot_curve(axes: Axes, curve: _Curve, *, label: str | None = None, unit: str
 def draw_line(
     axes: Axes, frequency_hz: np.ndarray, height: np.ndarray, stable: np.ndarray, label: str | None, **look: Any
 ) -> Any:
-    """The line (P,), dashed where it is not `stable` (P,); the first of its pieces, None without points."""
+    """Draw a line (P,), dashed where it is not `stable` (P,); returns its first segment, None without points."""
     first = None
-    for start, stop, is_stable in stretches(stable):
+    for start, stop, is_stable in stability_segments(stable):
         part = slice(start, stop)
         style = "-" if is_stable else (0, (3, 1.5))
         (line,) = axes.plot(frequency_hz[part], height[part], linestyle=style, label=label, **look)
@@ -66,14 +72,14 @@ def draw_line(
     return first
 
 
-def stretches(stable: np.ndarray) -> list[tuple[int, int, bool]]:
-    """(start, stop, stable) of the parts of equal stability; unstable ones reach to the stable points beside them."""
+def stability_segments(stable: np.ndarray) -> list[tuple[int, int, bool]]:
+    """Segments (start, stop, stable) of equal stability; unstable ones include the adjacent stable points."""
     if len(stable) == 0:
         return []
     changes = np.flatnonzero(np.diff(stable.astype(int))) + 1
     edges = [0, *changes.tolist(), len(stable)]
-    reach = [0 if stable[start] else 1 for start in edges[:-1]]
+    overlap = [0 if stable[start] else 1 for start in edges[:-1]]
     return [
         (max(start - more, 0), min(stop + more, len(stable)), bool(stable[start]))
-        for (start, stop), more in zip(pairwise(edges), reach, strict=True)
+        for (start, stop), more in zip(pairwise(edges), overlap, strict=True)
     ]

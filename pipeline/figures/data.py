@@ -1,4 +1,4 @@
-"""What the figures need of a solved curve, read from its file."""
+"""The part of a solved curve that the figures show, read from its file."""
 
 from __future__ import annotations
 
@@ -29,7 +29,33 @@ class PlottedBranch:
 
 @dataclass(frozen=True)
 class PlottedCurve:
-    """Points (P,) of one curve, its highest point, and the contact motion there (H+1, n_c, 3) complex."""
+    """One response curve with P points.
+
+    Attributes
+    ----------
+    index : int
+        Number of the curve in the sweep.
+    label : str
+        Its swept parameters.
+    scene : Scene
+        Its scene.
+    parameters : dict
+        Swept keys and values.
+    rom : Path
+        File of its reduced model.
+    frequency_hz, amplitude_m, stable, dissipated_j : (P,) arrays
+        Frequency, amplitude, stability, and friction work per cycle of each point.
+    peak_index : int
+        Row of the highest point, -1 without points.
+    peak_displacement : (H+1, n_c, 3) complex or None
+        Coefficients of the relative displacement there, m.
+    contact : dict
+        Contact parameters of the curve.
+    branches : tuple of PlottedBranch
+        Detached branches.
+    bifurcations : tuple of dict
+        Kind, frequency and amplitude of each bifurcation.
+    """
 
     index: int
     label: str
@@ -55,7 +81,7 @@ class PlottedCurve:
 
 
 def plotted_curves(curves: Sequence[CurveResult]) -> list[PlottedCurve]:
-    """The curves that have points."""
+    """The curves with at least one point."""
     return [
         _read(i, c, c.file, c.rom) for i, c in enumerate(curves) if c.file and c.rom and c.facts and c.facts.points
     ]

@@ -1,4 +1,4 @@
-"""Contact hysteresis loops at the peak of a curve."""
+"""Hysteresis loops of contact nodes at the peak of a curve."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _SAMPLES = 720
 _MOST_CURVES = 6
-_NOTHING = 1e-6  # of the largest displacement or force: below this there is nothing to see
+_NEGLIGIBLE = 1e-6  # of the largest displacement or force: drawn as zero
 PANELS = (
     (0, "along the contact segment", "$u_1$", "$T_1$"),
     (1, "along the radius", "$u_2$", "$T_2$"),
@@ -34,7 +34,7 @@ def node_figure(curve: PlottedCurve, title: str) -> Figure | None:
     if curve.peak_displacement is None:
         return None
     cycle, pressed = _cycle(curve)
-    nodes = _telling_nodes(cycle)
+    nodes = _shown_nodes(cycle)
     figure, panels = plt.subplots(1, 3, figsize=(10.5, 3.9), layout="constrained")
     lines = [(f"node {node + 1}", cycle, pressed, node) for node in nodes]
     _draw(panels, lines, DISTINCT)
@@ -56,7 +56,7 @@ def sweep_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
     if len(chosen) < 2:
         return None
     cycles = [_cycle(curve) for curve in chosen]
-    node = _telling_nodes(_cycle(most_damped(chosen) or chosen[0])[0])[0]
+    node = _shown_nodes(_cycle(most_damped(chosen) or chosen[0])[0])[0]
     shown = [panel for panel in PANELS if panel[0] == 2 or any(_slides(cycle, node, panel[0]) for cycle, _ in cycles)]
     size = (1.2 + 2.1 * len(chosen), 0.6 + 2.1 * len(shown))
     figure, rows = plt.subplots(len(shown), len(chosen), figsize=size, layout="constrained", squeeze=False)
@@ -70,7 +70,7 @@ def sweep_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
 
 
 def most_damped(curves: Sequence[PlottedCurve]) -> PlottedCurve | None:
-    """The curve whose friction takes the largest share of the energy at the peak: work over amplitude squared."""
+    """The curve with the largest friction damping at its peak: friction work over amplitude squared."""
     known = [curve for curve in curves if curve.peak_index >= 0 and curve.peak[1] > 0.0]
     return max(known, key=lambda c: c.dissipated_j[c.peak_index] / c.peak[1] ** 2, default=None)
 
@@ -84,7 +84,7 @@ def _cycle(curve: PlottedCurve) -> tuple[ContactCycle, Array]:
     return contact_cycle(curve.peak_displacement, contact, samples=_SAMPLES), contact.interference
 
 
-def _telling_nodes(cycle: ContactCycle) -> list[int]:
+def _shown_nodes(cycle: ContactCycle) -> list[int]:
     """Nodes by friction work: the one that dissipates most, the middle one and the least, without repeats."""
     velocity = np.roll(cycle.displacement, -1, axis=0) - np.roll(cycle.displacement, 1, axis=0)
     work = np.sum(cycle.force[:, :, :2] * velocity[:, :, :2] / 2.0, axis=(0, 2))
@@ -93,8 +93,8 @@ def _telling_nodes(cycle: ContactCycle) -> list[int]:
 
 
 def _slides(cycle: ContactCycle, node: int, component: int) -> bool:
-    """Whether a node feels a tangential force along a direction, beyond round-off."""
-    return bool(np.abs(cycle.force[:, node, component]).max() > _NOTHING * np.abs(cycle.force).max())
+    """Whether the tangential force of a node along a direction exceeds round-off."""
+    return bool(np.abs(cycle.force[:, node, component]).max() > _NEGLIGIBLE * np.abs(cycle.force).max())
 
 
 def _draw(
@@ -103,7 +103,7 @@ def _draw(
     colours: Sequence[Any],
     shown: Sequence[tuple[int, str, str, str]] = PANELS,
 ) -> None:
-    """T1, T2 and N in a panel each, in the unit that suits it; widths keep coinciding lines visible."""
+    """T1, T2 and N in a panel each, with suitable units; decreasing widths keep coinciding lines visible."""
     widths = np.linspace(1.2 + 1.0 * (len(lines) - 1), 1.2, len(lines))
     motion = max(float(np.abs(cycle.displacement).max()) for _, cycle, _, _ in lines)
     load = max(float(np.abs(cycle.force).max()) for _, cycle, _, _ in lines)
@@ -126,13 +126,13 @@ def _loop(cycle: ContactCycle, v0: Array, node: int, component: int) -> tuple[Ar
 
 
 def _fit(values: Sequence[Array], reference: float, unit: str) -> tuple[float, str]:
-    """Scale for the values; what is only round-off beside the reference is shown as the zero that it is."""
+    """Scale and unit for the values; round-off in comparison with the reference is shown as zero."""
     largest = max(float(np.abs(v).max()) for v in values)
-    return scale([max(largest, _NOTHING * reference)], unit)
+    return scale([max(largest, _NEGLIGIBLE * reference)], unit)
 
 
 def _finish(axes: Axes, motion: float, load: float) -> None:
-    """Zero lines, and room around loops that are a point or a line."""
+    """Zero lines, and a margin around loops that degenerate to a point or a line."""
     axes.axhline(0.0, color="0.6", linewidth=0.6, zorder=1)
     axes.axvline(0.0, color="0.6", linewidth=0.6, zorder=1)
     axes.margins(0.08)
@@ -141,7 +141,7 @@ def _finish(axes: Axes, motion: float, load: float) -> None:
         (axes.get_ylim, axes.set_ylim, load),
     ):
         low, high = limits()
-        least = (_NOTHING * reference) or 1.0
+        least = (_NEGLIGIBLE * reference) or 1.0
         if high - low < least:
             set_limits((low + high - least) / 2.0, (low + high + least) / 2.0)
     axes.locator_params(nbins=4)

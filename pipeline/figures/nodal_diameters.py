@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def nodal_diameter_figure(curve: PlottedCurve, title: str) -> Figure | None:
-    """One line a mode and state of the shrouds, over nodal diameters 0 .. N_b / 2; the excited one is marked.
+    """A line for each mode and contact condition over nodal diameters 0 .. N_b / 2; the excited one is marked.
 
     None for a single blade against ground. The steady speed and the contact stiffness are those of `curve`.
     """

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.figures.curve_line import draw_line
 from pipeline.figures.data import Array, PlottedCurve
-from pipeline.figures.limits import Limit
+from pipeline.figures.linear_limits import Limit
 from pipeline.figures.style import LIMIT_COLOUR, LOG_FROM, ordered_colours, plain_log_labels, scale
 
 if TYPE_CHECKING:
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MARKS = {"branch point": "D", "Neimark-Sacker": "s", "period doubling": "^"}
-_DEPTH = 0.15  # how far below the lowest peak a logarithmic axis reaches
+_DEPTH = 0.15  # lower end of a logarithmic axis over the lowest peak
 
 
 def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str) -> Figure:
-    """Amplitude against frequency: one line a curve, dashed where unstable, a circle on each peak.
+    """Amplitude over frequency: a line for each curve, dashed where unstable, with a circle on its peak.
 
-    Detached branches are thin lines of the same colour; stability lost other than at a fold has a mark of its own.
+    Detached branches are thin lines of the same colour; bifurcations other than folds have marks (`MARKS`).
     """
     from matplotlib import pyplot as plt
 
@@ -52,7 +52,7 @@ def _draw_curve(axes: Axes, curve: PlottedCurve, colour: Any, factor: float) -> 
 
 
 def _mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
-    """Marks where a motion loses its stability other than at a fold, one entry a kind in the legend."""
+    """Marks of bifurcations other than folds, with one entry for each kind in the legend."""
     for kind, marker in MARKS.items():
         label: str | None = kind
         for curve, colour in zip(curves, colours, strict=True):
@@ -65,7 +65,7 @@ def _mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequ
 
 
 def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Sequence[Any], factor: float) -> None:
-    """Free and stuck, over the curves in black where there is one of a kind, else pale in their curves' colours."""
+    """Linear limits: black where there is one of a kind, otherwise pale in the colours of their curves."""
     for kind, style in (("free", (0, (1, 1.2))), ("stuck", (0, (4, 1.5, 1, 1.5)))):
         chosen = [limit for limit in limits if limit.kind == kind]
         for number, limit in enumerate(chosen):

@@ -1,4 +1,4 @@
-"""One look for all figures: colour-blind-safe, legible in grey, units by an engineering prefix."""
+"""The style of all figures: colours for the colour-blind, legible in grey, units with engineering prefixes."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-# Okabe and Ito's palette without its yellow, for things that have no order.
+# Palette of Okabe and Ito without its yellow, for curves without an order.
 DISTINCT = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 LIMIT_COLOUR = "0.0"
-LOG_FROM = 8.0  # ratio of the highest to the lowest peak from which a logarithmic axis reads better
+LOG_FROM = 8.0  # ratio of the highest to the lowest peak above which the axis is logarithmic
 _SETTINGS: dict[str, Any] = {
     "font.size": 10.0,
     "axes.titlesize": 11.0,
@@ -38,7 +38,7 @@ _SETTINGS: dict[str, Any] = {
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """matplotlib with the house style and without a display."""
+    """matplotlib with the style of the figures, and without a display."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -47,7 +47,18 @@ def styled() -> Iterator[None]:
 
 
 def ordered_colours(count: int) -> list[Any]:
-    """`count` colours from dark to light in the order of a sweep; lightness tells them apart in grey, too."""
+    """Colours for the curves of a sweep, from dark to light, so that they differ in grey too.
+
+    Parameters
+    ----------
+    count : int
+        Number of colours.
+
+    Returns
+    -------
+    list
+        Colours that matplotlib accepts.
+    """
     import matplotlib as mpl
 
     if count <= 3:

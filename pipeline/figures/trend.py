@@ -1,4 +1,4 @@
-"""Height and frequency of the peaks against what was swept."""
+"""Height and frequency of the peaks over the swept parameter."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.figures.data import PlottedCurve
-from pipeline.figures.limits import Limit
+from pipeline.figures.linear_limits import Limit
 from pipeline.figures.style import DISTINCT, LIMIT_COLOUR, LOG_FROM, plain_log_labels, scale
 from pipeline.scene.labels import quantity, value_label
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_SYMLOG_FROM = 8.0  # ratio of the largest to the median value from which the axis is stretched around 0
+_SYMLOG_FROM = 8.0  # ratio of the largest to the median value above which the axis is symmetric-logarithmic
 
 
 def trend_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str) -> Figure:

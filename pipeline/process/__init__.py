@@ -1,1 +1,1 @@
-"""Processes, signals and progress."""
+"""Worker processes, signals, progress, and reading files in isolation."""

@@ -1,6 +1,7 @@
-"""Ctrl-C neither lost nor torn: Python drops an exception that a signal raises within a callback from C.
+"""SIGINT (Ctrl-C), SIGTERM and SIGHUP stop a run cleanly.
 
-What ends a program from outside (SIGTERM) or with its terminal (SIGHUP) is taken like Ctrl-C.
+Python drops an exception that a signal handler raises within a callback from C. So the first signal only sets a flag
+while the run polls it, and raises an exception otherwise.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ _SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated", signal.S
 
 
 class Stopped(KeyboardInterrupt):
-    """The run is to stop; `signal`: what asked for it."""
+    """The run is to stop because of the signal `signal`."""
 
     def __init__(self, number: int) -> None:
         self.signal = signal.Signals(number)
@@ -24,25 +25,25 @@ class Stopped(KeyboardInterrupt):
 
     @property
     def said(self) -> str:
-        """What happened, in words."""
+        """The signal in words."""
         return _SIGNALS.get(self.signal, self.signal.name)
 
 
 @dataclass
 class Interrupts:
-    """Interrupts asked for. While somebody looks often, the first one waits for the look; others raise at once."""
+    """Signals received. The first one waits for `check` in a block of `looking`; any other raises at once."""
 
     noticed: int = 0  # number of the first signal
     looked_for: bool = False
 
     def handle(self, number: int, frame: FrameType | None) -> None:
-        """What the signals do."""
+        """Signal handler."""
         first, self.noticed = not self.noticed, self.noticed or number
         if not (first and self.looked_for):
             raise Stopped(self.noticed)
 
     def check(self) -> None:
-        """Raise Stopped where that was asked for."""
+        """Raise Stopped if a signal has been received."""
         if self.noticed:
             raise Stopped(self.noticed)
 
@@ -60,7 +61,7 @@ class Interrupts:
 
 @contextmanager
 def handling_interrupts() -> Iterator[Interrupts]:
-    """Within the block the signals go by `Interrupts`; SIGHUP stays ignored where it was (nohup)."""
+    """Handle the signals by `Interrupts` within the block; SIGHUP stays ignored where it was (nohup)."""
     interrupts = Interrupts()
     if threading.current_thread() is not threading.main_thread():
         yield interrupts
@@ -79,7 +80,7 @@ def handling_interrupts() -> Iterator[Interrupts]:
 
 @contextmanager
 def kept_from_children() -> Iterator[None]:
-    """Processes started within the block never see Ctrl-C or the end of the terminal: their parent ends them."""
+    """Processes started within the block do not receive SIGINT or SIGHUP: their parent ends them."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
     try:
         yield

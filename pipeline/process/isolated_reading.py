@@ -1,7 +1,7 @@
-"""Files from elsewhere are read in a process of their own, because of what no exception tells of.
+"""Files from elsewhere are read in a process of their own.
 
-The HDF5 library has bugs that a few damaged bytes lead to: it crashes, writes over memory that is not its own, or
-goes round in circles where no interrupt reaches it. There that process ends; this one never opens the file.
+On some damaged files the HDF5 library crashes, corrupts memory or loops for ever, which no exception reports. Then
+that process ends; this one never opens the file.
 """
 
 from __future__ import annotations
@@ -20,17 +20,27 @@ if TYPE_CHECKING:
     from rom import ReducedModel
 
 T = TypeVar("T")
-PATIENCE = 30.0  # s for a file of no size
-SLOWEST = 5e6  # bytes/s that any disk reads
+PATIENCE = 30.0  # timeout for an empty file, s
+SLOWEST = 5e6  # reading speed that the timeout assumes, bytes/s
 CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL)
 
 
 def read_apart(path: Path, allowed: str, read: Callable[[], T]) -> T:
-    """The result of `read()`, which reads the file `path`, from another process.
+    """The result of `read()`, which reads the file `path`, computed in a forked process.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    allowed : str
+        What the error message says is allowed.
+    read : callable
+        Reads the file; its exceptions are raised here.
 
     Raises
     ------
-    InputError : reading crashes or does not end. What `read` raises otherwise comes through.
+    InputError
+        Reading crashes or does not end.
     """
     if not hasattr(os, "fork") or not path.is_file():
         return read()
@@ -63,21 +73,23 @@ def read_apart(path: Path, allowed: str, read: Callable[[], T]) -> T:
 
 
 def read_given_model(path: Path) -> ReducedModel:
-    """A reduced model from elsewhere.
+    """A reduced model from elsewhere, read in isolation.
 
     Raises
     ------
-    InputError : it cannot be read, or is no reduced model.
+    InputError
+        It cannot be read, or is no reduced model.
     """
     return read_apart(path, "an HDF5 file with a reduced model", lambda: read_model(path))
 
 
 def read_model(path: Path) -> ReducedModel:
-    """The reduced model in a file, read here and now.
+    """The reduced model in a file, read in this process.
 
     Raises
     ------
-    InputError : it cannot be read, or is no reduced model.
+    InputError
+        It cannot be read, or is no reduced model.
     """
     from rom import ReducedModelError, read_reduced_model
 
@@ -88,7 +100,7 @@ def read_model(path: Path) -> ReducedModel:
 
 
 def _received(here: Connection) -> tuple[Any, Exception | None] | None:
-    """What was sent; None where the other process ended before."""
+    """The result or exception sent; None where the other process ended before."""
     try:
         sent: tuple[Any, Exception | None] = here.recv()
     except (EOFError, OSError):
@@ -106,15 +118,15 @@ def _end(code: int, patience: float) -> str:
 def _read_and_send(there: Connection, path: Path, read: Callable[[], object], patience: float) -> None:
     for number in (*CRASHES, signal.SIGALRM):
         signal.signal(number, signal.SIG_DFL)
-    signal.setitimer(signal.ITIMER_REAL, patience)  # the one thing that reaches a library that hangs
+    signal.setitimer(signal.ITIMER_REAL, patience)  # the only way to end a library that hangs
     with open(os.devnull, "w") as nowhere:
-        os.dup2(nowhere.fileno(), 2)  # what a library says when it dies
+        os.dup2(nowhere.fileno(), 2)  # messages of a crashing library
     try:
         sent: tuple[object, Exception | None] = read(), None
     except Exception as error:
         sent = None, error
     try:
         there.send(sent)
-    except Exception as error:  # some of what h5py makes of a file is bound to that file
+    except Exception as error:  # some objects of h5py cannot leave their process
         found = f"cannot be read: {reason_of(error)}"
         there.send((None, input_error(path, "", found, "numbers and text")))

@@ -1,43 +1,55 @@
-"""What a run says while it works, on stderr: a live line at a terminal, plain lines elsewhere, nothing when quiet."""
+"""Progress of a run on stderr: a live line at a terminal, plain lines elsewhere, nothing when quiet."""
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TextIO
 
-from pipeline.process.clock import now, seconds_since
+from pipeline.process.clock import seconds_since
 from pipeline.process.interrupts import Interrupts
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 _PAUSE = 0.1  # seconds between two updates of a live line
-_FIRST_WORD = 5.0  # seconds after which a single piece of work says that it is still going on,
-_LATER_WORDS = 3.0  # and how many times longer every later time
+_FIRST_LINE = 5.0  # seconds after which a plain line reports that a single piece of work still goes on
+_GROWTH = 3.0  # ratio of the pauses between such lines
 
 
 @dataclass
 class Reporter:
-    """Tells people what is going on. `quiet`: nothing but errors. `interrupts`: whether they want it to stop."""
+    """Reports the progress of a run.
+
+    Attributes
+    ----------
+    quiet : bool
+        Whether to write nothing but errors.
+    stream : file
+        Where to write, stderr by default.
+    interrupts : Interrupts
+        Requests to stop the run.
+    """
 
     quiet: bool = False
     stream: TextIO = field(default_factory=lambda: sys.stderr)
     interrupts: Interrupts = field(default_factory=Interrupts)
 
     def line(self, text: str) -> None:
-        """One plain line. Nobody has to listen: a closed pipe or a full log does not stop the work."""
+        """Write one plain line. A closed pipe or a full log does not stop the run."""
         if not self.quiet:
             with suppress(OSError):
                 print(text, file=self.stream, flush=True)
 
     @contextmanager
     def working(self, text: str) -> Iterator[None]:
-        """Say what is being done as long as it takes, and how long it took."""
-        start = now()
+        """Show `text` during the block, and the time it took at its end."""
+        start = time.perf_counter()
         if self._live():
             with _spinner(self.stream) as progress:
                 progress.add_task(text, total=None)
@@ -45,61 +57,52 @@ class Reporter:
         elif self.quiet:
             yield
         else:
-            with self._speaking(text, start):
+            with self._repeated_lines(text, start):
                 yield
         self.line(f"{text}: {seconds_since(start):.2f} s")
 
     @contextmanager
-    def _speaking(self, text: str, start: float) -> Iterator[None]:
-        """Say from time to time that it still goes on."""
+    def _repeated_lines(self, text: str, start: float) -> Iterator[None]:
+        """Write from time to time that the block still goes on."""
         done = threading.Event()
 
-        def speak() -> None:
-            pause = _FIRST_WORD
+        def write() -> None:
+            pause = _FIRST_LINE
             while not done.wait(pause):
                 self.line(f"{text}: {seconds_since(start):.0f} s so far")
-                pause *= _LATER_WORDS
+                pause *= _GROWTH
 
-        speaker = threading.Thread(target=speak, name=text, daemon=True)
-        speaker.start()
+        writer = threading.Thread(target=write, name=text, daemon=True)
+        writer.start()
         try:
             yield
         finally:
             done.set()
-            speaker.join()
+            writer.join()
 
     @contextmanager
     def counting(self, text: str, total: int, at_once: int = 1) -> Iterator[Counter]:
-        """A bar over `total` pieces of work, so many of them at once."""
+        """A counter of `total` pieces of work, `at_once` of them in parallel."""
         if self.quiet or total == 0:
             yield Counter()
         elif self._live():
             with _bar(self.stream) as progress:
                 yield LiveCounter(progress, progress.add_task(text, total=total, detail=""))
         else:
-            yield LineCounter(self, text, Pace(total, at_once))
+            yield LineCounter(self, text, total, at_once, time.perf_counter())
 
     def _live(self) -> bool:
         return not self.quiet and self.stream.isatty()
 
 
-@dataclass
-class Pace:
-    """How fast pieces of work get done, where all are taken to be alike and those in hand to be half done."""
-
-    total: int
-    at_once: int = 1
-    start: float = field(default_factory=now)
-
-    def left(self, done: int) -> float:
-        """Seconds until all are done; `done`: pieces by now, one or more."""
-        remaining = self.total - done
-        worth = done + 0.5 * (min(self.at_once, remaining + 1) - 1)
-        return seconds_since(self.start) * (self.total - worth) / worth if remaining else 0.0
+def time_left(elapsed: float, done: int, total: int, at_once: int = 1) -> float:
+    """Seconds left when `done` of `total` equal pieces of work, `at_once` in parallel, took `elapsed` seconds."""
+    rounds, rounds_done = math.ceil(total / at_once), math.ceil(done / at_once)
+    return elapsed / rounds_done * (rounds - rounds_done)
 
 
 def duration(seconds: float) -> str:
-    """A time for people: 0.4 s, 12 s, 3 min, 2.5 h."""
+    """A time in the unit that suits it: 0.4 s, 12 s, 3 min, 2.5 h."""
     if seconds < 90.0:
         return f"{seconds:.1f} s" if seconds < 3.0 else f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
@@ -107,10 +110,10 @@ def duration(seconds: float) -> str:
 
 @dataclass
 class Counter:
-    """Counts pieces of work; this one in silence."""
+    """Counts pieces of work and writes nothing."""
 
     def within(self, detail: str) -> None:
-        """Say where the piece in hand stands."""
+        """Report the state of the piece being worked on."""
 
     def done(self, detail: str) -> None:
         """One piece is done."""
@@ -122,28 +125,31 @@ class LineCounter(Counter):
 
     reporter: Reporter
     text: str
-    pace: Pace
+    total: int
+    at_once: int
+    start: float
     count: int = 0
 
     def done(self, detail: str) -> None:
         """One piece is done."""
         self.count += 1
-        left = f", about {duration(self.pace.left(self.count))} left" if self.count < self.pace.total else ""
-        self.reporter.line(f"{self.text} {self.count}/{self.pace.total}: {detail}{left}")
+        seconds = time_left(seconds_since(self.start), self.count, self.total, self.at_once)
+        left = f", about {duration(seconds)} left" if seconds > 0.0 else ""
+        self.reporter.line(f"{self.text} {self.count}/{self.total}: {detail}{left}")
 
 
 @dataclass
 class LiveCounter(Counter):
-    """A bar with the time left."""
+    """A progress bar of rich with the time left."""
 
     progress: Progress
     task: TaskID
     last: float = 0.0
 
     def within(self, detail: str) -> None:
-        """Say where the piece in hand stands, not more often than a person can read."""
+        """Report the state of the piece being worked on, at most every 0.1 s."""
         if seconds_since(self.last) > _PAUSE:
-            self.last = now()
+            self.last = time.perf_counter()
             self.progress.update(self.task, detail=detail)
 
     def done(self, detail: str) -> None:

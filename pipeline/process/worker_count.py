@@ -1,4 +1,4 @@
-"""How many processes the curves of a sweep are worth, where nobody says."""
+"""Number of worker processes for the curves of a sweep."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from collections.abc import Sequence
 
 from pipeline.scene.schema import Scene
 
-_WORTH = 3.0  # seconds of work from which on starting processes, about one second, pays
-_MOST = 16  # each takes some 200 MB
-_AUTO = 7  # harmonics that "auto" may come to
+_WORTH = 3.0  # seconds of work above which starting processes (about one second) pays
+_MOST = 16  # each needs some 200 MB
+_AUTO = 7  # harmonics assumed for "auto"
 
 
 def worker_count(jobs: int | None, scenes: Sequence[Scene]) -> int:
-    """Processes for one curve of each of the scenes: `jobs`, or by None one for each core if the work is worth it."""
+    """Processes for a curve of each scene: `jobs`, or with None one for each core if the work is worth it."""
     if jobs is None:
         worth_it = sum(_expected(scene) for scene in scenes) > _WORTH
         jobs = min(_cores(), _MOST) if worth_it else 1
@@ -22,7 +22,7 @@ def worker_count(jobs: int | None, scenes: Sequence[Scene]) -> int:
 
 
 def _expected(scene: Scene) -> float:
-    """Seconds that a curve of this scene takes, within a factor of some three (docs/performance.md)."""
+    """Estimated seconds for a curve of this scene, within a factor of about three (docs/performance.md)."""
     harmonics = scene.response.harmonics
     number = _AUTO if isinstance(harmonics, str) else harmonics
     nodes = 9 if scene.mesh is None else math.prod(scene.mesh.contact_grid)

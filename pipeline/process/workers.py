@@ -1,4 +1,4 @@
-"""Worker processes that end with their parent: when it is done, when it is stopped, and when it is killed."""
+"""Worker processes that end with their parent, also where that is stopped or killed."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ class Workers:
     pool: ProcessPoolExecutor
 
     def submit(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Have `function` called by one of them; starts one where all are busy and there may be more."""
+        """Call `function` in a worker; starts a new one where all are busy, up to the limit of the pool."""
         with kept_from_children():
             return self.pool.submit(function, *args, **kwargs)
 
 
 @contextmanager
 def workers(count: int) -> Iterator[Workers]:
-    """Up to `count` worker processes with one BLAS thread each; an exception in the block ends them at once."""
+    """Up to `count` worker processes with one BLAS thread each; an exception in the block kills them."""
     others = set(multiprocessing.active_children())
     with _one_thread_each():
         context = multiprocessing.get_context("spawn")
         with kept_from_children():
-            resource_tracker.ensure_running()  # a process, too; it knows the semaphores of the pool
+            resource_tracker.ensure_running()  # also a process; it tracks the semaphores of the pool
         pool = ProcessPoolExecutor(count, mp_context=context, initializer=_begin, initargs=(not sys.warnoptions,))
         try:
             yield Workers(pool)
@@ -54,9 +54,12 @@ def workers(count: int) -> Iterator[Workers]:
 
 
 def call_apart(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-    """What the function returns or raises in a process of its own, which can be stopped at any time.
+    """Call the function in a process of its own, which can be stopped at any time.
 
-    Raises RuntimeError where that process dies.
+    Raises
+    ------
+    RuntimeError
+        The process died.
     """
     with workers(1) as pool:
         try:
@@ -81,7 +84,7 @@ def _one_thread_each() -> Iterator[None]:
 
 
 def _begin(quiet: bool) -> None:
-    """Have this process end when its parent is gone: it would wait for work for ever. `quiet`: as its parent is."""
+    """Start of a worker: ends when its parent has ended; `quiet` ignores warnings as the parent does."""
     if quiet:
         warnings.simplefilter("ignore")
     threading.Thread(target=_end_with_parent, name="watch parent", daemon=True).start()

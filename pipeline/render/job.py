@@ -1,14 +1,51 @@
-"""What the drawing process is told, as JSON on its command line."""
+"""Jobs of the drawing process, given to it as JSON on its command line."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass
+from typing import Self
 
 
 @dataclass(frozen=True)
-class RenderJob:
-    """Files, modes and springs of one set of pictures; `phase` in rad, springs in N/m for each contact node."""
+class Job:
+    """What the drawing process draws."""
+
+    def to_json(self) -> str:
+        """The job on one line."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """The job that `to_json` wrote."""
+        return cls(**{key: tuple(v) if isinstance(v, list) else v for key, v in json.loads(text).items()})
+
+
+@dataclass(frozen=True)
+class RenderJob(Job):
+    """Mode shapes of one reduced model.
+
+    Attributes
+    ----------
+    sector, rom : str
+        Files of the mesh and of the reduced model.
+    folder, prefix : str
+        Pictures are `<prefix>mode_<number>.png` in `folder`.
+    title : str
+        First part of the heading.
+    modes : tuple of int
+        Mode numbers, from 1.
+    deformation : float
+        Largest drawn displacement, m.
+    contact : str
+        State of the shrouds: free, sliding or stuck.
+    blades : int
+        Blades drawn side by side.
+    phase : float
+        Inter-blade phase angle, rad.
+    normal, tangential : tuple of float
+        Contact springs of each node, N/m.
+    """
 
     sector: str
     rom: str
@@ -23,24 +60,25 @@ class RenderJob:
     normal: tuple[float, ...]
     tangential: tuple[float, ...]
 
-    def to_json(self) -> str:
-        """One line."""
-        return json.dumps(asdict(self))
-
-    @classmethod
-    def from_json(cls, text: str) -> RenderJob:
-        """The job that `to_json` wrote."""
-        values = json.loads(text)
-        for name in ("modes", "normal", "tangential"):
-            values[name] = tuple(values[name])
-        return cls(**values)
-
 
 @dataclass(frozen=True)
-class OperatingJob:
-    """Files of one curve and how its operating deflection shape is drawn: `<name>.png` and `<name>.gif` in `folder`.
+class OperatingJob(Job):
+    """The operating deflection shape of one curve: `<name>.png` and `<name>.gif` in `folder`.
 
-    deformation: largest drawn displacement, m; blades: neighbours side by side; frames: of the animation, one period.
+    Attributes
+    ----------
+    sector, rom, curve : str
+        Files of the mesh, of the reduced model and of the curve.
+    folder, name : str
+        Folder and base name of the pictures.
+    title : str
+        Heading.
+    deformation : float
+        Largest drawn displacement, m.
+    blades : int
+        Blades drawn side by side.
+    frames : int
+        Frames of the animation, one period.
     """
 
     sector: str
@@ -52,12 +90,3 @@ class OperatingJob:
     deformation: float
     blades: int
     frames: int
-
-    def to_json(self) -> str:
-        """One line."""
-        return json.dumps(asdict(self))
-
-    @classmethod
-    def from_json(cls, text: str) -> OperatingJob:
-        """The job that `to_json` wrote."""
-        return cls(**json.loads(text))

@@ -1,4 +1,4 @@
-"""A blade of the ring as a scene of pyvista: its mesh, edges, contact nodes, and where the camera stands."""
+"""Blades of the ring in a pyvista plot: meshes, edges, contact nodes, camera."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ Array = NDArray[np.float64]
 HEXAHEDRON = 12  # VTK's cell type
 RIGHT_COLOUR, LEFT_COLOUR = "#D55E00", "#56B4E9"
 VIEW = (-0.62, -0.38, 0.68)  # from the fundamental blade to the camera
-NEIGHBOUR: dict[str, Any] = {"color": "#9aa7b5", "opacity": 0.25}
-NEIGHBOUR_EDGES: dict[str, Any] = {"color": "#708090", "line_width": 1.5}
+_NEIGHBOUR: dict[str, Any] = {"color": "#9aa7b5", "opacity": 0.25}
+_NEIGHBOUR_EDGES: dict[str, Any] = {"color": "#708090", "line_width": 1.5}
 
 
 def blades_of(count: int) -> range:
@@ -48,6 +48,12 @@ def edges(surface: Any) -> Any:
     return surface.extract_feature_edges(feature_angle=40.0, boundary_edges=False, manifold_edges=False)
 
 
+def add_neighbour(plotter: Any, surface: Any) -> None:
+    """A neighbour of the fundamental blade, pale so that it hides nothing."""
+    plotter.add_mesh(surface, **_NEIGHBOUR)
+    plotter.add_mesh(edges(surface), **_NEIGHBOUR_EDGES)
+
+
 def add_contacts(plotter: Any, sector: SectorMesh, points: Array) -> None:
     """Spheres on the contact nodes, sized to stay apart from each other."""
     import pyvista as pv
@@ -59,13 +65,13 @@ def add_contacts(plotter: Any, sector: SectorMesh, points: Array) -> None:
 
 
 def add_outline(plotter: Any, sector: SectorMesh) -> None:
-    """Sharp edges of the blade at rest, to see the deformation against."""
+    """Sharp edges of the undeformed blade, as a reference for the deformation."""
     rest = grid(sector, np.zeros_like(sector.points), 0.0, 0.0)
     plotter.add_mesh(edges(rest.extract_surface(algorithm="dataset_surface")), color="#808080", line_width=1.0)
 
 
 def aim_from_side(plotter: Any, sector: SectorMesh) -> None:
-    """From the side and above, so that the airfoil and the Z of the shroud are both seen."""
+    """Camera at the side and above, where both the airfoil and the Z of the shroud are visible."""
     low, high = sector.points.min(axis=0), sector.points.max(axis=0)
     middle = (low + high) / 2.0
     plotter.camera_position = [middle + np.asarray(VIEW), middle, (0.0, 0.0, 1.0)]
@@ -75,7 +81,7 @@ def aim_from_side(plotter: Any, sector: SectorMesh) -> None:
 
 
 def scalar_bar(title: str, labels: str = "%.1f") -> dict[str, Any]:
-    """Where the colour bar stands and how its numbers are written."""
+    """Settings of the colour bar: title, place and number format."""
     return {
         "title": f"{title}\n",
         "color": "black",

@@ -1,1 +1,1 @@
-"""One self-contained page about a run: what the figures show, what the numbers are worth, the blade to turn round."""
+"""One self-contained page about a run: figures, tables, error budget and an interactive view of the blade."""

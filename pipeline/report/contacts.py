@@ -1,4 +1,4 @@
-"""What every contact node does over a cycle at the peak of a curve: states, forces, friction work."""
+"""States, largest force and friction work of every contact node over the cycle at the peak of a curve."""
 
 from __future__ import annotations
 
@@ -20,15 +20,26 @@ NOTHING = 1e-9  # of the largest tangential force times the range of the motion
 class NodeCycle:
     """One contact node over one period.
 
-    number: from 1; row, column: of the face's grid, along the radius and along the segment, from 0; stretches:
-    (state, start, stop), the instants as shares of the period; shares: of the period in stick, slip and lift-off;
-    work_j: friction work a cycle, J; largest_normal_n: largest normal force, N.
+    Attributes
+    ----------
+    number : int
+        Number of the node, from 1.
+    row, column : int
+        Place in the grid of the face, along the radius and along the segment, from 0.
+    intervals : tuple of (str, float, float)
+        Stick, slip and separation intervals: state, start and end as shares of the period.
+    shares : dict
+        Share of the period in each state.
+    work_j : float
+        Friction work per cycle, J.
+    largest_normal_n : float
+        Largest normal force, N.
     """
 
     number: int
     row: int
     column: int
-    stretches: tuple[tuple[str, float, float], ...]
+    intervals: tuple[tuple[str, float, float], ...]
     shares: dict[str, float]
     work_j: float
     largest_normal_n: float
@@ -36,7 +47,7 @@ class NodeCycle:
 
 @dataclass(frozen=True)
 class FaceCycle:
-    """The nodes of a face at the peak of one curve; work_j: their sum, J a cycle."""
+    """The nodes of a contact face at the peak of one curve; `work_j` is their friction work per cycle, J."""
 
     curve: PlottedCurve
     columns: int
@@ -46,12 +57,12 @@ class FaceCycle:
 
     @property
     def shares(self) -> dict[str, float]:
-        """Of nodes and time in each state."""
+        """Share of nodes and time in each state."""
         return {name: float(np.mean([node.shares[name] for node in self.nodes])) for name in self.nodes[0].shares}
 
 
 def face_cycle(curve: PlottedCurve, grid: tuple[int, int]) -> FaceCycle | None:
-    """The cycle at the curve's peak on a face of `grid` nodes (segment, radius); None without a peak."""
+    """The cycle at the peak of a curve on a face of `grid` nodes (along segment, radius); None without a peak."""
     from nonlinear import LIFT_OFF, SLIP, STICK, contact_cycle
 
     if curve.peak_displacement is None:
@@ -61,7 +72,7 @@ def face_cycle(curve: PlottedCurve, grid: tuple[int, int]) -> FaceCycle | None:
     cycle = contact_cycle(curve.peak_displacement, contact, samples=SAMPLES)
     velocity = np.roll(cycle.displacement, -1, axis=0) - np.roll(cycle.displacement, 1, axis=0)
     work = np.sum(cycle.force[:, :, :2] * velocity[:, :, :2] / 2.0, axis=(0, 2))
-    # a node that only sticks goes to and fro on a line: what is left of its work is round-off
+    # the path of a node that only sticks is a line in force and displacement: its work is round-off
     line = np.abs(cycle.force[:, :, :2]).max(axis=(0, 2)) * np.ptp(cycle.displacement[:, :, :2], axis=0).max(axis=1)
     work = np.where(work > NOTHING * line, work, 0.0)
     nodes = []
@@ -73,7 +84,7 @@ def face_cycle(curve: PlottedCurve, grid: tuple[int, int]) -> FaceCycle | None:
                 number=k + 1,
                 row=k // grid[0],
                 column=k % grid[0],
-                stretches=_stretches(states),
+                intervals=_intervals(states),
                 shares=shares,
                 work_j=float(done),
                 largest_normal_n=float(cycle.force[:, k, 2].max()),
@@ -82,7 +93,7 @@ def face_cycle(curve: PlottedCurve, grid: tuple[int, int]) -> FaceCycle | None:
     return FaceCycle(curve, grid[0], grid[1], tuple(nodes), sum(node.work_j for node in nodes))
 
 
-def _stretches(states: list[str]) -> tuple[tuple[str, float, float], ...]:
-    """Runs of equal states over the period."""
+def _intervals(states: list[str]) -> tuple[tuple[str, float, float], ...]:
+    """Intervals of equal state over the period."""
     changes = [0, *(k for k in range(1, len(states)) if states[k] != states[k - 1]), len(states)]
     return tuple((states[a], a / len(states), b / len(states)) for a, b in pairwise(changes))

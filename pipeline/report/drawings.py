@@ -1,4 +1,4 @@
-"""Drawings that the page has beside the figures of the run: the ring at rest, the loops of every shown curve."""
+"""Drawings for the page only: the undeformed ring, and the hysteresis loops of every curve shown."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BLADE, NEIGHBOUR = np.array([0.45, 0.60, 0.74]), np.array([0.82, 0.85, 0.88])
 
 
 def loops_drawing(curve: PlottedCurve, title: str) -> bytes | None:
-    """Contact loops of a few nodes at the peak of a curve, SVG."""
+    """Hysteresis loops of a few nodes at the peak of a curve, SVG."""
     from matplotlib import pyplot as plt
 
     with styled():
@@ -37,7 +37,7 @@ def loops_drawing(curve: PlottedCurve, title: str) -> bytes | None:
 
 
 def ring_drawing(model: BuiltModel, blades: int) -> bytes:
-    """The blade between its neighbours at rest with its contact nodes, PNG; needs no GL library."""
+    """The undeformed blade between its neighbours with its contact nodes, PNG; needs no GL library."""
     from matplotlib import pyplot as plt
     from matplotlib.collections import PolyCollection
 

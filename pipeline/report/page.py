@@ -1,4 +1,4 @@
-"""The page: everything it shows, gathered and put through its template."""
+"""The page: its contents and the rendering of its template."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from pipeline.figures.data import PlottedCurve, plotted_curves
 from pipeline.figures.hysteresis import most_damped
 from pipeline.report.contacts import FaceCycle, face_cycle
 from pipeline.report.drawings import loops_drawing, ring_drawing
-from pipeline.report.errors import error_rows
+from pipeline.report.error_budget import error_rows
 from pipeline.report.pictures import inline_figure, inline_render, inline_vector
+from pipeline.report.report_source import ReportSource
 from pipeline.report.rows import (
     blade_rows,
     contact_rows,
@@ -23,7 +24,6 @@ from pipeline.report.rows import (
     frequency_tables,
     mesh_rows,
 )
-from pipeline.report.source import ReportSource
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
 from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.schema import Scene
@@ -35,11 +35,15 @@ TEMPLATES = Path(__file__).parent / "templates"
 MOST_CONTACTS, MOST_OPERATING, MOST_STILLS = 10, 10, 9
 STILL_BLADES = 3
 _CAPTIONS = {
-    "response": "Largest displacement over a period against frequency. Dashed: unstable. Circles: peaks.",
+    "response": (
+        "Largest displacement over a period against frequency. Dashed: unstable. Circles: peaks. Thin lines: "
+        "detached branches. Squares mark Neimark-Sacker bifurcations, where the motion becomes or stops being "
+        "quasi-periodic; triangles mark period doublings, diamonds branch points."
+    ),
     "peaks": "Height and frequency of the peaks against the swept parameter, with the linear limits.",
-    "nodal_diameters": "Natural frequencies against the nodal diameter; the excited one and the range are marked.",
+    "nodal_diameters": "Natural frequencies against nodal diameter; excitation and frequency range are marked.",
     "campbell": "Campbell diagram: natural frequencies against speed, with the lines of the engine orders.",
-    "hysteresis_sweep": "Contact loops of one node, each curve at its own peak.",
+    "hysteresis_sweep": "Hysteresis loops of one contact node, each curve at its own peak.",
 }
 
 
@@ -53,7 +57,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class ContactDetail:
-    """The face of one curve at its peak: cycle, friction work in a unit that suits it, loops as a data URI."""
+    """The contact of one curve at its peak: cycle, friction work with its unit, hysteresis loops as a data URI."""
 
     label: str
     peak: str
@@ -108,7 +112,7 @@ def _content(source: ReportSource) -> dict[str, Any]:
 
 
 def _cards(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[tuple[str, str, str]]:
-    """Numbers that people look for first: name, value, what it is of."""
+    """The main results: name, value, curve or condition."""
     cards = []
     peaks = [curve for curve in shown if curve.peak_index >= 0]
     if peaks:
@@ -129,7 +133,7 @@ def _cards(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[tuple[st
 
 
 def _figures(source: ReportSource) -> dict[str, Picture]:
-    """Figures of the run by name, those that there are."""
+    """The figures of the run, by name."""
     found = {}
     for name, caption in _CAPTIONS.items():
         svg, png = (source.picture(f"figures/{name}.{suffix}") for suffix in ("svg", "png"))
@@ -140,14 +144,14 @@ def _figures(source: ReportSource) -> dict[str, Picture]:
 
 def _stills(source: ReportSource) -> list[Picture]:
     names = [name for name in source.pictures if name.startswith("renders/") and name.endswith(".png")]
-    return [Picture(inline_render(source.out / name), _said_of(Path(name))) for name in names[:MOST_STILLS]]
+    return [Picture(inline_render(source.out / name), _render_caption(Path(name))) for name in names[:MOST_STILLS]]
 
 
-def _said_of(render: Path) -> str:
-    """What a render shows, by its name: mode_2, model_1_mode_2 or operating_4."""
+def _render_caption(render: Path) -> str:
+    """Caption of a render from its name: mode_2, model_1_mode_2 or operating_4."""
     *model, kind, number = render.stem.split("_")
     if kind == "operating":
-        return f"Motion at the peak of curve {number}; moving in renders/{render.stem}.gif"
+        return f"Motion at the peak of curve {number}, animated in renders/{render.stem}.gif"
     return f"Mode {number}{f' of model {model[1]}' if model else ''}"
 
 
@@ -164,7 +168,7 @@ def _facts(source: ReportSource, model: BuiltModel | None) -> list[tuple[str, li
 
 
 def _viewer(source: ReportSource, shown: Sequence[PlottedCurve]) -> ViewerData | None:
-    """Mode shapes of the first models, and the motion at the peaks of curves from the whole sweep."""
+    """Mode shapes of the first models, and the motion at the peak of curves spread over the sweep."""
     first = source.first
     data = ViewerData(deformation=0.08 if first.render is None else first.render.deformation)
     seen: dict[str, tuple[BuiltModel, Scene, str]] = {}
@@ -196,10 +200,10 @@ def _springs(model: BuiltModel, scene: Scene) -> dict[str, dict[str, Any]]:
 
 
 def _contacts(source: ReportSource, shown: Sequence[PlottedCurve]) -> tuple[list[ContactDetail], int]:
-    """The contact at the peak of curves from the whole sweep, and of how many."""
+    """Contact at the peak of curves spread over the sweep, and the number of curves with a peak."""
     peaks = [curve for curve in shown if curve.peak_index >= 0]
-    telling = most_damped(peaks)
-    also = [] if telling is None else [peaks.index(telling)]
+    damped = most_damped(peaks)
+    also = [] if damped is None else [peaks.index(damped)]
     details = []
     for place in chosen_evenly(len(peaks), MOST_CONTACTS, also):
         curve = peaks[place]
@@ -219,7 +223,7 @@ def _contacts(source: ReportSource, shown: Sequence[PlottedCurve]) -> tuple[list
                 unit=unit,
                 total=_with_unit(face.work_j, "J"),
                 loops=None if drawn is None else inline_vector(drawn),
-                open=curve is telling,
+                open=curve is damped,
             )
         )
     return details, len(peaks)
@@ -232,7 +236,7 @@ def _with_unit(value: float, unit: str) -> str:
 
 
 def _json(values: dict[str, Any]) -> str:
-    """JSON that can stand inside a script element, whatever text it holds."""
+    """JSON that is safe inside a script element."""
     return json.dumps(values, separators=(",", ":")).replace("<", "\\u003c")
 
 

@@ -1,4 +1,4 @@
-"""Pictures as text inside the page: vector figures as they are, renders as JPEG of a size that suits a page."""
+"""Pictures as data URIs: figures as SVG, renders as JPEG of the width of the page."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import base64
 import io
 from pathlib import Path
 
-LARGEST_VECTOR = 450_000  # bytes: a figure of more strokes than that goes in as pixels
+LARGEST_VECTOR = 450_000  # bytes; a larger figure is included as PNG
 WIDTH = 1200  # pixels of a render
 QUALITY = 86
 

@@ -1,4 +1,4 @@
-"""The page in the output folder and the results that it is about: one that is about others must not stay."""
+"""The page in the output folder: removed as soon as it no longer shows the results beside it."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from pipeline.store.fingerprints import fingerprint
 
 PAGE = "report.html"
 _MARK = re.compile(rb'<meta name="shroud-results" content="([0-9a-f]+)">')
-_HEAD = 4096  # bytes within which the mark stands
+_HEAD = 4096  # bytes at the start of the page that contain the mark
 
 
 def results_fingerprint(models: Models, outcome: RunOutcome) -> str:
-    """Hash of what the results are: each curve's key and parameters, and its model's key."""
+    """Hash of the results: key and parameters of each curve, key of its reduced model."""
     keys = {index: model.key for index, model in models.items() if model is not None}
     return fingerprint(
         {
@@ -32,7 +32,7 @@ def results_fingerprint(models: Models, outcome: RunOutcome) -> str:
 
 
 def retire_page(out: Path, results: str) -> bool:
-    """Remove the page in `out` where it is about other results; whether it was."""
+    """Remove the page in `out` if it shows other results; True where it did."""
     page = out / PAGE
     try:
         with page.open("rb") as file:

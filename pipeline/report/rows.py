@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.report.source import ReportSource
+from pipeline.report.report_source import ReportSource
 from pipeline.results.outputs import relative_path
 from pipeline.results.tables import bare_value, share
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
@@ -31,7 +31,7 @@ _VERBS = {
 
 @dataclass(frozen=True)
 class Cell:
-    """What is shown, and the number behind it as summary.json has it ("" where there is none)."""
+    """Text of a cell, and its number as in summary.json ("" where there is none)."""
 
     text: str
     value: str = ""
@@ -39,7 +39,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class CurveRow:
-    """One response curve: swept values, numbers, and what people should know of it."""
+    """One response curve: swept values, numbers and notes."""
 
     number: int
     label: str
@@ -65,7 +65,7 @@ class CurveTable:
 
 @dataclass(frozen=True)
 class FrequencyTable:
-    """Natural frequencies of one reduced model and contact stiffness: (state of the shrouds, their values) rows."""
+    """Natural frequencies of one reduced model and contact stiffness, a row for each contact condition."""
 
     heading: str
     modes: int
@@ -73,7 +73,7 @@ class FrequencyTable:
 
 
 def curve_table(source: ReportSource, stable_at_peak: dict[int, bool]) -> CurveTable:
-    """All curves in their order; stable_at_peak: by number of the curve."""
+    """All curves in their order; `stable_at_peak` by number of the curve."""
     heights = [c.facts.peak_amplitude_m for c in source.curves if c.facts is not None]
     factor, unit = prefixed(max((h for h in heights if math.isfinite(h)), default=0.0), "m")
     rows = []
@@ -108,9 +108,9 @@ def _notes(curve: Any, stable: bool) -> Iterable[str]:
     if not curve.complete:
         yield f"incomplete: {curve.reason}"
     if facts.peak_index >= 0 and not facts.peak_located:
-        yield "highest at the end of the range"
+        yield "peak at the end of the frequency range"
     if not stable:
-        yield "its peak is unstable"
+        yield "unstable peak"
     for branch in facts.detached:
         factor, unit = prefixed(branch["peak_amplitude_m"], "m")
         yield (
@@ -142,19 +142,19 @@ def frequency_tables(source: ReportSource) -> list[FrequencyTable]:
 
 
 def _own_values(source: ReportSource, rom: str) -> list[str]:
-    """The swept values that all curves on a reduced model share and others do not."""
+    """The swept values that distinguish the curves of one reduced model from the others."""
     swept = [curve.member.parameters for curve in source.curves]
     on_it = [c.member.parameters for c in source.curves if c.rom and relative_path(c.rom, source.out) == rom]
-    told = []
+    labels = []
     for key in source.swept:
         values = {repr(values[key]): values[key] for values in on_it}
         if len(values) == 1 and len({repr(values[key]) for values in swept}) > 1:
-            told.append(value_label(key, next(iter(values.values()))))
-    return told
+            labels.append(value_label(key, next(iter(values.values()))))
+    return labels
 
 
 def blade_rows(scene: Scene) -> list[tuple[str, str]]:
-    """The blade, its shroud and what it is made of."""
+    """The blade, its shroud and its material."""
     blade, shroud, material = scene.blade, scene.shroud, scene.material
     assert blade is not None
     assert shroud is not None
@@ -187,7 +187,7 @@ def mesh_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
         ("vertices", str(len(sector.points))),
         ("scaled Jacobian, smallest, mean (1: a brick)", f"{quality.min():.2f}, {quality.mean():.2f}"),
         ("reduced degrees of freedom", str(facts["reduced_dofs"])),
-        ("fixed-interface modes kept", str(facts["modes"])),
+        ("fixed-interface modes", str(facts["modes"])),
     ]
 
 
@@ -203,16 +203,16 @@ def contact_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
         value_label(f"contact.{name}_stiffness", getattr(contact, f"{name}_stiffness"))
         for name in ("normal", "tangential")
     ]
-    cycle = "from event to event" if contact.integration == "exact" else f"{contact.samples} samples"
+    cycle = "event-driven" if contact.integration == "exact" else f"{contact.samples} samples"
     direction = ", ".join(f"{value:.3f}" for value in np.round(face.frame[0, 2], 3) + 0.0)
     return [
         ("contact nodes", f"{along[0]} along the segment × {along[1]} along the radius on each face"),
         ("area of a face", f"{face.area.sum() * 1e6:.3g} mm²"),
         ("normal (x axial, y circumferential, z radial)", direction),
         ("stiffness of the whole face", ", ".join(stiffness)),
-        ("friction", f"{quantity('contact.friction').value(contact.friction)}, law {contact.law}"),
+        ("friction", f"{quantity('contact.friction').value(contact.friction)}, law: {contact.law.replace('_', ' ')}"),
         ("interference", value_label("contact.interference", contact.interference)),
-        ("cycle integrated", cycle),
+        ("contact integration", cycle),
         ("excitation", f"{scene.excitation.force:g} N, engine order {scene.excitation.engine_order}"),
         ("structural damping", _damping(scene)),
     ]

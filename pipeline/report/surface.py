@@ -1,4 +1,4 @@
-"""The outer surface of a sector's mesh as triangles for the viewer, thinned out where it is fine."""
+"""The outer surface of a mesh as triangles for the viewer, coarsened by vertex clustering where it is fine."""
 
 from __future__ import annotations
 
@@ -23,9 +23,18 @@ _SIDES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3
 class Surface:
     """Triangles on vertices of the mesh.
 
-    vertices (n,): rows of the mesh's points, the last ones the right and the left contact nodes; triangles (t, 3),
-    edges (e, 2) of the mesh (none where it was thinned out), sharp (s, 2): rows of `vertices`; right, left (n_c,):
-    those of the contact nodes.
+    Attributes
+    ----------
+    vertices : (n,) int
+        Rows of the points of the mesh; the last ones are the right and the left contact nodes.
+    triangles : (t, 3) int
+        Rows of `vertices`, as in the next four.
+    edges : (e, 2) int
+        Edges of the mesh; none where it was coarsened.
+    sharp : (s, 2) int
+        Sharp edges.
+    right, left : (n_c,) int
+        Contact nodes.
     """
 
     vertices: Indices
@@ -37,13 +46,13 @@ class Surface:
 
 
 def outer_surface(sector: SectorMesh, most: int = MOST_TRIANGLES) -> Surface:
-    """The boundary of the mesh with at most `most` triangles: a finer one is clustered on a lattice of points."""
+    """The boundary of the mesh with at most `most` triangles; a finer one is coarsened by vertex clustering."""
     quads = boundary_quads(sector.hexahedra)
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     edges = _unique_edges(np.concatenate([quads[:, [k, (k + 1) % 4]] for k in range(4)]))
     if len(triangles) > most:
         triangles = _clustered(sector.points, triangles, most)
-        edges = np.empty((0, 2), dtype=np.int64)  # those of the mesh are gone
+        edges = np.empty((0, 2), dtype=np.int64)  # the edges of the mesh are lost
     sharp = sharp_edges(sector.points, triangles)
     used = np.unique(triangles)
     row = np.full(len(sector.points), -1)
@@ -55,14 +64,14 @@ def outer_surface(sector: SectorMesh, most: int = MOST_TRIANGLES) -> Surface:
 
 
 def boundary_quads(hexahedra: Indices) -> Indices:
-    """Sides that belong to one hexahedron only, (q, 4), anticlockwise from outside."""
+    """Faces (q, 4) that belong to one hexahedron only, anticlockwise from outside."""
     sides = hexahedra[:, _SIDES].reshape(-1, 4)
     _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
     return sides[np.sort(first[count == 1])]
 
 
 def sharp_edges(points: Array, triangles: Indices) -> Indices:
-    """Edges (s, 2) at which the surface turns by more than the angle of `SHARP`, or ends."""
+    """Edges (s, 2) with an angle between the adjacent normals above that of `SHARP`, or with one triangle only."""
     corners = points[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
@@ -87,7 +96,7 @@ def _clustered(points: Array, triangles: Indices, most: int) -> Indices:
     corners = points[triangles]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2.0
     cell = float(np.sqrt(area / most))
-    # corners stay where they are and edges stay on themselves, or the outline would be ragged
+    # corners and sharp edges are preferred as representatives, otherwise the outline would be ragged
     sharp = np.bincount(sharp_edges(points, triangles).ravel(), minlength=len(points))
     rank = np.where(sharp >= 3, 2, np.where(sharp > 0, 1, 0))[used]
     while True:

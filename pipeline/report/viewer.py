@@ -1,4 +1,4 @@
-"""What the interactive viewer of the page is given: surfaces and shapes as small arrays in text."""
+"""Data of the interactive viewer: surfaces and shapes as compact arrays in base64."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     from pipeline.stages.model_chain import BuiltModel
     from pipeline.stages.respond import CurveResult
 
-ROOM = 2_400_000  # characters that all shapes may take
-MOST_MODELS = 3  # whose mode shapes are shown
-NOTHING = 2e-3  # of the largest displacement: harmonics below are left out
-STEPS = 32_000  # of a 16-bit whole number
+ROOM = 2_400_000  # characters for all shapes
+MOST_MODELS = 3  # models with mode shapes
+NEGLIGIBLE = 2e-3  # of the largest displacement: smaller harmonics are omitted
+STEPS = 32_000  # range of a 16-bit integer
 
 
 @dataclass
 class ViewerData:
-    """Surfaces and shapes so far, as plain data; shapes that no longer fit into `ROOM` are left out and counted."""
+    """Surfaces and shapes collected so far; shapes that exceed `ROOM` are omitted and counted."""
 
     deformation: float = 0.08
     surfaces: list[dict[str, Any]] = field(default_factory=list)
@@ -39,12 +39,12 @@ class ViewerData:
     _known: dict[str, tuple[int, SectorMesh, Surface]] = field(default_factory=dict)
 
     def plain(self) -> dict[str, Any]:
-        """For JSON."""
+        """The values for JSON."""
         return {"deformation": self.deformation, "surfaces": self.surfaces, "shapes": self.shapes}
 
     def add_modes(self, model: BuiltModel, scene: Scene, springs: dict[str, dict[str, Any]], label: str) -> None:
-        """Mode shapes of a model; springs: state of the shrouds -> normal and tangential ones of the nodes, N/m."""
-        from pipeline.render.draw import at_largest
+        """Mode shapes of a model; `springs`: for each contact condition the springs of the nodes, N/m."""
+        from pipeline.render.mode_shapes import at_largest
         from rom import mode_shapes, read_reduced_model
 
         wanted = (1, 2, 3) if scene.render is None else scene.render.modes
@@ -61,7 +61,7 @@ class ViewerData:
                     self._add(name, "modes", at, phase, harmonics, None)
 
     def add_operating(self, model: BuiltModel, curve: CurveResult, name: str) -> None:
-        """The motion at the peak of a curve, static part included; nothing where there is no peak."""
+        """The motion at the peak of a curve, static part included, if it has a peak."""
         if curve.file is None:
             return
         at, sector, surface = self._surface(model)
@@ -84,7 +84,7 @@ class ViewerData:
     def _add(
         self, name: str, group: str, surface: int, phase: float, harmonics: NDArray[np.complex128], unit: str | None
     ) -> None:
-        """unit: of the displacement, None for a mode shape, whose size means nothing."""
+        """Add a shape; `unit` is that of the displacement, None for a mode shape, whose scale is arbitrary."""
         angles = 2.0 * np.pi * np.arange(96) / 96
         turns = np.exp(1j * np.outer(angles, np.arange(len(harmonics))))
         motion = np.real(np.tensordot(turns, harmonics, axes=1))
@@ -94,7 +94,7 @@ class ViewerData:
         table = [
             {"order": order, **_quantised(values)}
             for order, values in enumerate(harmonics)
-            if np.abs(values).max() > NOTHING * largest
+            if np.abs(values).max() > NEGLIGIBLE * largest
         ]
         size = sum(len(row["re"]) + len(row["im"]) for row in table)
         if self._size + size > ROOM:
@@ -116,7 +116,7 @@ class ViewerData:
 
 
 def chosen_evenly(count: int, most: int, also: Sequence[int] = ()) -> list[int]:
-    """At most about `most` of `count` numbers, evenly spread with both ends, and those of `also`."""
+    """About `most` of `count` indices, evenly spread with both ends, and those of `also`."""
     if count <= most:
         return list(range(count))
     spread = np.linspace(0, count - 1, most).round().astype(int).tolist()
@@ -138,7 +138,7 @@ def _plain_surface(sector: SectorMesh, surface: Surface) -> dict[str, Any]:
 
 
 def _quantised(values: NDArray[np.complex128]) -> dict[str, Any]:
-    """Real and imaginary parts as 16-bit whole numbers of one step, m."""
+    """Real and imaginary parts as 16-bit integers times one step, m."""
     step = float(max(np.abs(values.real).max(), np.abs(values.imag).max())) / STEPS
     parts = {"re": values.real, "im": values.imag}
     return {"step": step, **{name: _text(np.round(part / step).astype("<i2")) for name, part in parts.items()}}

@@ -1,1 +1,1 @@
-"""The results of a run: files, tables, and what Python reads from them."""
+"""The results of a run: output files, tables, and reading them back."""

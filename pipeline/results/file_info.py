@@ -1,4 +1,4 @@
-"""What an HDF5 file of this program holds, as plain values and in a few lines."""
+"""Contents of an HDF5 file of this program, as values for JSON and as lines of text."""
 
 from __future__ import annotations
 
@@ -22,18 +22,19 @@ _ALLOWED = "an HDF5 file with a response (response.h5) or a reduced model (rom.h
 
 
 def contents(path: Path) -> dict[str, Any]:
-    """What a response or a reduced model holds, as plain values: `kind` says which it is; null: not known.
+    """Contents of a response or a reduced model as values for JSON; `kind` says which it is, null: not known.
 
     Raises
     ------
-    InputError : the file cannot be read or is neither.
+    InputError
+        The file cannot be read or is neither.
     """
     found = read_apart(path, _ALLOWED, lambda: _read(path))
     return found if isinstance(found, dict) else _reduced_model(path, found)
 
 
 def _read(path: Path) -> dict[str, Any] | ReducedModel:
-    """What is to be said of a response, or the reduced model."""
+    """The contents of a response, or the reduced model."""
     from rom import UNREADABLE, opened, why_unreadable
 
     if not path.is_file():
@@ -50,7 +51,7 @@ def _read(path: Path) -> dict[str, Any] | ReducedModel:
 
 
 def described(found: dict[str, Any]) -> list[str]:
-    """What `contents` returned, in lines for people."""
+    """The result of `contents` as lines of text."""
     if found["kind"] == "response":
         lines = [line for curve in found["curves"] for line in _curve_lines(curve)]
         return [f"{found['file']}: response, {len(found['curves'])} curves", *lines]
@@ -88,7 +89,7 @@ def _curve_lines(curve: dict[str, Any]) -> Iterator[str]:
 
 
 def _plain(value: Any) -> Any:
-    """An attribute as JSON has it."""
+    """An attribute as a value for JSON."""
     plain = value.tolist() if hasattr(value, "tolist") else value
     if isinstance(plain, bytes):
         return plain.decode("utf-8", errors="replace")

@@ -1,9 +1,8 @@
-"""The files a run leaves for its user: response.h5, response.csv and summary.json, each replaced in one step."""
+"""The output files of a run: response.h5, response.csv and summary.json, each replaced in one step."""
 
 from __future__ import annotations
 
 import csv
-import hashlib
 import json
 import math
 import os
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, plain
 from pipeline.stages.respond import CurveResult
 from pipeline.store.content_store import Store
+from pipeline.store.fingerprints import file_sha256
 
 if TYPE_CHECKING:
     import h5py
@@ -29,21 +29,21 @@ def relative_path(path: Path, out: Path) -> str:
 def write_results(
     store: Store, out: Path, curves: Sequence[CurveResult], swept: Sequence[str], summary: dict[str, Any]
 ) -> dict[str, str]:
-    """response.h5, response.csv and summary.json, replaced together; returns the first two's hashes by name.
+    """Write response.h5, response.csv and summary.json, replaced together; returns SHA-256 of the first two by name.
 
-    The summary gets them as `response`: by them its reader knows whether the three belong together.
+    The summary contains these hashes as `response`; they tell whether the three files belong together.
     """
     targets = [out / name for name in ("response.h5", "response.csv", "summary.json")]
     with store.replacing(*targets) as (binary, table, text):
         _write_binary(binary, curves)
         _write_table(table, curves, swept)
-        response = {path.name: _hash(path) for path in (binary, table)}
+        response = {path.name: file_sha256(path) for path in (binary, table)}
         _write_summary(text, summary | {"response": response})
     return response
 
 
 def _write_binary(path: Path, curves: Sequence[CurveResult]) -> None:
-    """response.h5: a group for every curve that has an outcome."""
+    """response.h5: a group for every curve with a result."""
     import h5py
 
     from rom import new_hdf5
@@ -59,19 +59,13 @@ def _write_binary(path: Path, curves: Sequence[CurveResult]) -> None:
 
 def _write_table(path: Path, curves: Sequence[CurveResult], swept: Sequence[str]) -> None:
     """response.csv: a row for every point."""
-    import h5py
-
     highest = max((curve.facts.harmonics for curve in curves if curve.facts), default=1)
     with path.open("w", newline="", encoding="utf-8") as text:
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(csv_header(swept, highest))
         for index, curve in enumerate(curves):
-            if curve.file is not None:
-                with h5py.File(curve.file, "r") as source:
-                    head = [index, *(plain(curve.member.parameters[key]) for key in swept)]
-                    writer.writerows(_rows(head, 0, source, highest))
-                    for number in sorted(source.get(BRANCHES, ()), key=int):
-                        writer.writerows(_rows(head, int(number), source[f"{BRANCHES}/{number}"], highest))
+            head = [index, *(plain(curve.member.parameters[key]) for key in swept)]
+            writer.writerows(_curve_rows(curve, head, highest))
 
 
 def csv_header(swept: Iterable[str], harmonics: int) -> list[str]:
@@ -93,10 +87,22 @@ def _copy(source: h5py.File, group: h5py.Group, curve: CurveResult) -> None:
         source.copy(name, group)
     for key, value in source.attrs.items():
         group.attrs[key] = value
-    # a curve in the store may be shared with a scene that swept other keys
+    # a cached curve may belong to another scene, which swept other keys
     for key, value in curve.member.parameters.items():
         if key not in group.attrs:
             group.attrs[key] = value
+
+
+def _curve_rows(curve: CurveResult, head: list[Any], harmonics: int) -> Iterator[list[Any]]:
+    """The points of a curve and of its detached branches."""
+    import h5py
+
+    if curve.file is None:
+        return
+    with h5py.File(curve.file, "r") as source:
+        yield from _rows(head, 0, source, harmonics)
+        for number in sorted(source.get(BRANCHES, ()), key=int):
+            yield from _rows(head, int(number), source[f"{BRANCHES}/{number}"], harmonics)
 
 
 def _rows(head: list[Any], branch: int, source: h5py.Group, harmonics: int) -> Iterator[list[Any]]:
@@ -142,7 +148,7 @@ def write_summary(store: Store, out: Path, summary: dict[str, Any]) -> None:
 
 
 def as_json(summary: Any) -> str:
-    """Plain values as the files and `--json` have them; without NaN, which JSON has not."""
+    """JSON text of plain values, as in the files and with `--json`; NaN is not allowed."""
     return json.dumps(summary, indent=1, allow_nan=False)
 
 
@@ -150,13 +156,8 @@ def _write_summary(path: Path, summary: dict[str, Any]) -> None:
     path.write_text(as_json(summary) + "\n", encoding="utf-8")
 
 
-def _hash(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def number_or_null(value: float) -> float | None:
-    """JSON has neither NaN nor infinity."""
+    """The value, or None in place of NaN and infinity, which JSON does not have."""
     return value if math.isfinite(value) else None
 
 

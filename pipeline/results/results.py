@@ -1,4 +1,4 @@
-"""The results of a run as Python sees them, read from the files that it left."""
+"""The results of a run, read from its output folder into arrays."""
 
 from __future__ import annotations
 
@@ -25,20 +25,34 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class Curve:
-    """One response curve of a run: P solved points in the order of the arc.
+    """One response curve of a run: P solution points in the order of the arc length.
 
     Attributes
     ----------
-    parameters : swept scene keys with their values here, {} without a sweep.
-    frequency_hz, amplitude_m : (P,) excitation frequency, Hz; largest displacement of the output over a period, m.
-    stable : (P,) bool.
-    peak : the highest peak, None where there is no point.
-    complete : whether the whole range was covered; reason : how the curve ended.
-    energy_error, truncation_error : relative mismatch of the work put in and dissipated, the largest over the points;
-        estimated relative error of the peak by the harmonics left out. NaN: not known.
-    harmonics : the most that were balanced at a point.
-    datasets : every dataset of the curve by its name in `response.h5` (docs/outputs.md), the three above among them.
-    rom : file of its reduced model, None where that could not be made.
+    parameters : mapping
+        Swept scene keys and their values on this curve, {} without a sweep.
+    frequency_hz : (P,) array
+        Excitation frequency, Hz.
+    amplitude_m : (P,) array
+        Largest displacement of the output over a period, m.
+    stable : (P,) bool array
+        Whether the periodic motion is stable.
+    peak : Peak or None
+        The highest peak, None without points.
+    complete : bool
+        Whether the whole frequency range was covered.
+    reason : str
+        Why the continuation ended.
+    energy_error : float
+        Relative mismatch of work input and dissipation per cycle, the largest over the points; NaN: not known.
+    truncation_error : float
+        Estimated relative error of the peak from the neglected harmonics; NaN: not known.
+    harmonics : int
+        Largest number of harmonics balanced at a point.
+    datasets : mapping of str to array
+        Every dataset of the curve by its name in `response.h5` (docs/outputs.md).
+    rom : Path or None
+        File of its reduced model, None where that could not be computed.
     """
 
     parameters: Mapping[str, Any]
@@ -57,14 +71,20 @@ class Curve:
 
 @dataclass(frozen=True)
 class Results:
-    """What a run left in its output folder.
+    """The results in the output folder of a run.
 
     Attributes
     ----------
-    folder : the output folder.
-    complete : whether everything asked for was computed; problems : what was not, apart from curves, one line each.
-    curves : one for each combination of the sweep, in its order.
-    summary : `summary.json` as it stands there (docs/outputs.md): times, natural frequencies, pictures.
+    folder : Path
+        The output folder.
+    complete : bool
+        Whether everything requested was computed.
+    problems : tuple of str
+        What was not computed, apart from curves, one line each.
+    curves : tuple of Curve
+        One for each combination of the sweep, in its order.
+    summary : mapping
+        Content of `summary.json` (docs/outputs.md): times, natural frequencies, pictures.
     """
 
     folder: Path
@@ -75,11 +95,22 @@ class Results:
 
 
 def read_results(folder: str | os.PathLike[str]) -> Results:
-    """Read what a run left in its output folder, whether it ran now or last year.
+    """Read the results in the output folder of a run.
+
+    Parameters
+    ----------
+    folder : str or path
+        The output folder.
+
+    Returns
+    -------
+    Results
+        Curves with their arrays, and the summary.
 
     Raises
     ------
-    InputError : there is no `summary.json`, or it and `response.h5` cannot be read or are not of one run.
+    InputError
+        There is no `summary.json`, or it and `response.h5` cannot be read or are not of one run.
     """
     folder = Path(folder)
     allowed = "the output folder of a run"

@@ -1,4 +1,4 @@
-"""Tables for people: the curves of a run and the contents of a file."""
+"""What a run prints at its end: the table of its curves, and notes on errors, branches and bifurcations."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from pipeline.stages.respond import CurveResult
 if TYPE_CHECKING:
     from rich.table import Table
 
-TOLERATED = 0.05  # estimated relative error of a peak by the harmonics left out, above which people are told
+TOLERATED = 0.05  # truncation error of a peak above which a run warns
 
 
 def curve_table(outcome: RunOutcome) -> Table:
-    """One line for every curve: swept parameters, peak, points, seconds, and what went wrong."""
+    """One row a curve: swept parameters, peak, its two error estimates, points and seconds."""
     from rich.table import Table
 
     swept = list(outcome.curves[0].member.parameters) if outcome.curves else []
@@ -31,7 +31,7 @@ def curve_table(outcome: RunOutcome) -> Table:
         "peak\n[Hz]",
         f"peak\n[{unit}]",
         "harmonics",
-        "their\nerror",
+        "truncation\nerror",
         "energy\nerror",
         "points",
         "seconds",
@@ -44,7 +44,7 @@ def curve_table(outcome: RunOutcome) -> Table:
 
 
 def bare_value(key: str, value: Any) -> str:
-    """A value without its unit, which stands in the heading."""
+    """A value without its unit, which the heading has."""
     named = quantity(key)
     return named.value(value).replace(f" {named.unit}", "") if named.unit else named.value(value)
 
@@ -72,7 +72,7 @@ def _numbers(curve: CurveResult, factor: float) -> list[str]:
 
 
 def share(error: float) -> str:
-    """An estimated relative error as people read it; unknown where the peak gets lost with more harmonics."""
+    """A relative error in percent; "unknown" where it is infinite: the peak disappears with more harmonics."""
     if math.isnan(error):
         return "-"
     if error > 0.5:
@@ -81,35 +81,35 @@ def share(error: float) -> str:
 
 
 def harmonics_warning(outcome: RunOutcome) -> str:
-    """A line that says which curves want more harmonics; empty where all have enough."""
+    """A line on the curves whose truncation error is too large; "" where there are none."""
     errors = [c.facts.truncation_error for c in outcome.curves if c.facts is not None]
     lacking = [error for error in errors if error > TOLERATED]
     if not lacking:
         return ""
     return (
-        f"{len(lacking)} of {len(outcome.curves)} curves: the harmonics kept may put the peak wrong by more than "
+        f"{len(lacking)} of {len(outcome.curves)} curves: truncation error of the peak above "
         f"{100.0 * TOLERATED:.0f} % (largest estimate: {share(max(lacking))}); raise response.harmonics"
     )
 
 
 def mode_notes(outcome: RunOutcome) -> list[str]:
-    """A line that says what the modes left out change in the reduced models, where it is known."""
+    """A line on the modal truncation error of the reduced models, where it is known."""
     known = [model for model in outcome.models if model["modes_error"] is not None]
     if not known:
         return []
-    kept = sorted({model["modes"] for model in known})
-    number = str(kept[0]) if len(kept) == 1 else f"{kept[0]} to {kept[-1]}"
+    modes = sorted({model["modes"] for model in known})
+    number = str(modes[0]) if len(modes) == 1 else f"{modes[0]} to {modes[-1]}"
     frequency, receptance = (
         share(max(model[f"{name}_error"] for model in known)) for name in ("modes_frequency", "receptance")
     )
     return [
-        f"{number} fixed-interface modes kept; those left out change natural frequencies by {frequency}, "
-        f"receptances at a fixed frequency by {receptance} (estimated); the mesh: shroud verify"
+        f"{number} fixed-interface modes: modal truncation error {frequency} in natural frequencies, "
+        f"{receptance} in receptances at a fixed frequency (estimated); mesh error: shroud verify"
     ]
 
 
 def motion_notes(outcome: RunOutcome) -> list[str]:
-    """Lines that say which curves have detached branches, and which lose their stability other than at a fold."""
+    """A line for every detached branch, and for every curve with bifurcations other than folds."""
     notes = []
     for index, curve in enumerate(outcome.curves):
         if curve.facts is None:
@@ -123,5 +123,5 @@ def motion_notes(outcome: RunOutcome) -> list[str]:
         kinds = Counter(item["kind"] for item in curve.facts.bifurcations if item["kind"] != "fold")
         if kinds:
             found = ", ".join(f"{kind} ({count})" for kind, count in kinds.items())
-            notes.append(f"curve {index}: the periodic motion loses its stability other than at a fold: {found}")
+            notes.append(f"curve {index}: bifurcations other than folds: {found}")
     return notes

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from pipeline.process.clock import now, seconds_since
+from pipeline.process.clock import seconds_since
 
 STAGES = ("mesh", "assemble", "reduce", "respond", "render", "figures", "report")
 
@@ -30,7 +31,7 @@ class StageLog:
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
         """Add the time spent in the block to a stage."""
-        start = now()
+        start = time.perf_counter()
         try:
             yield
         finally:

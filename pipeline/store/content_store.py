@@ -1,30 +1,42 @@
-"""A content-addressed store of results inside the output folder: found by key, written whole or not at all.
+"""A cache of results in the output folder, addressed by a hash of their inputs.
 
 An entry is a folder `store/KIND/KEY` with the files of one result and `entry.json`, which lists their sizes and
-hashes. It is built in `store/tmp` and moved into place by one rename; what does not match its list is made again.
+hashes. It is built in `store/tmp` and moved into place by one rename, so it is whole or absent. An entry that does
+not match its list counts as absent.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import shutil
+import time
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pipeline.process.clock import now, seconds_since
+from pipeline.process.clock import seconds_since
 from pipeline.store.disk_errors import storage_error
+from pipeline.store.fingerprints import file_sha256
 
 MANIFEST = "entry.json"
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A result in the store. `ran`: it was made by this call; `seconds`: what making it took, then or now."""
+    """A result in the store.
+
+    Attributes
+    ----------
+    folder : Path
+        Folder of its files.
+    ran : bool
+        Whether this call computed it.
+    seconds : float
+        Time that computing it took, in this call or an earlier one.
+    """
 
     folder: Path
     ran: bool
@@ -37,14 +49,24 @@ class Entry:
 
 @dataclass(frozen=True)
 class Store:
-    """The store under `root`, used by the run named `run`; with `force`, entries of other runs count as absent."""
+    """The store of an output folder.
+
+    Attributes
+    ----------
+    root : Path
+        Folder of the store.
+    run : str
+        Name of the run that uses it.
+    force : bool
+        Whether entries of other runs count as absent.
+    """
 
     root: Path
     run: str = field(default_factory=lambda: uuid.uuid4().hex)
     force: bool = False
 
     def find(self, kind: str, key: str, thorough: bool = True) -> Entry | None:
-        """A whole entry, or None. Sizes are always compared, hashes when `thorough`."""
+        """The entry where it is whole, otherwise None. Sizes are always compared, hashes only when `thorough`."""
         folder = self.root / kind / key
         try:
             manifest = json.loads((folder / MANIFEST).read_text())
@@ -55,11 +77,11 @@ class Store:
         return Entry(folder, False, seconds) if whole and (run == self.run or not self.force) else None
 
     def get(self, kind: str, key: str, build: Callable[[Path], None]) -> Entry:
-        """The entry, made by `build(folder)` where it is absent, damaged or to be made again."""
+        """The entry; `build(folder)` computes it where `find` has none."""
         found = self.find(kind, key)
         if found is not None:
             return found
-        start = now()
+        start = time.perf_counter()
         with self.temporary() as folder:
             build(folder)
             seconds = seconds_since(start)
@@ -71,26 +93,26 @@ class Store:
 
     @contextmanager
     def temporary(self) -> Iterator[Path]:
-        """A folder on the store's file system that is gone afterwards; named after the process that uses it.
+        """A folder on the store's file system that is removed after the block.
 
-        Raises StorageError in place of what the block raises where that came of the disk.
+        An exception of the block that the disk caused is raised as a StorageError.
         """
-        folder = self.root / "tmp" / f"{os.getpid()}-{uuid.uuid4().hex}"
+        folder = self.root / "tmp" / uuid.uuid4().hex
         try:
             folder.mkdir(parents=True)
             yield folder
         except Exception as error:
-            if told := storage_error(error, self.root.parent):
-                raise told from error
+            if cause := storage_error(error, self.root.parent):
+                raise cause from error
             raise
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
     @contextmanager
     def replacing(self, *paths: Path) -> Iterator[list[Path]]:
-        """Temporary paths to write, in one folder; they become `paths` when the block ends without an exception.
+        """Temporary paths to write to; each is renamed to its target in `paths` at the end of the block.
 
-        Each by one rename, one right after the other: nothing is replaced before everything has been written.
+        Nothing is replaced before everything has been written, and nothing at all if the block raises.
         """
         with self.temporary() as folder:
             for path in paths:
@@ -99,12 +121,9 @@ class Store:
             for path in paths:
                 os.replace(folder / path.name, path)
 
-    def sweep_up(self, everything: bool = False) -> None:
-        """Remove temporary folders of processes that are no more, or of all, where nobody else works here."""
-        place = self.root / "tmp"
-        for folder in place.iterdir() if place.is_dir() else ():
-            if everything or not _alive(folder.name.partition("-")[0]):
-                shutil.rmtree(folder, ignore_errors=True)
+    def remove_temporary(self) -> None:
+        """Remove what killed processes left in `tmp`; only for the holder of the folder's lock."""
+        shutil.rmtree(self.root / "tmp", ignore_errors=True)
 
     def _install(self, folder: Path, target: Path) -> None:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -125,25 +144,8 @@ class Store:
 
 def _listing(folder: Path) -> dict[str, dict[str, object]]:
     files = sorted(p for p in folder.rglob("*") if p.is_file())
-    return {p.relative_to(folder).as_posix(): {"size": p.stat().st_size, "sha256": _hash(p)} for p in files}
+    return {p.relative_to(folder).as_posix(): {"size": p.stat().st_size, "sha256": file_sha256(p)} for p in files}
 
 
 def _matches(path: Path, expected: dict[str, object], thorough: bool) -> bool:
-    return path.stat().st_size == expected["size"] and (not thorough or _hash(path) == expected["sha256"])
-
-
-def _hash(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def _alive(pid: str) -> bool:
-    if not pid.isdigit():
-        return False
-    try:
-        os.kill(int(pid), 0)
-    except ProcessLookupError:
-        return False
-    except (PermissionError, OverflowError):
-        return True
-    return True
+    return path.stat().st_size == expected["size"] and (not thorough or file_sha256(path) == expected["sha256"])

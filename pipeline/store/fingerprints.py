@@ -1,4 +1,4 @@
-"""Fingerprints of what a result depends on: scene values, upstream results, source of the code that makes it."""
+"""Hashes of what a result depends on: scene values, upstream results, source of the code that computes it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 _LENGTH = 24
-_HOUSE = Path(__file__).resolve().parents[2]
+_REPOSITORY = Path(__file__).resolve().parents[2]
 
 
 def fingerprint(values: Mapping[str, Any]) -> str:
@@ -20,22 +20,27 @@ def fingerprint(values: Mapping[str, Any]) -> str:
 
 
 def source_fingerprint(parts: Iterable[str], libraries: Iterable[str] = ()) -> str:
-    """Hash of the Python source of packages or modules, given as paths under the house, and of library versions."""
+    """Hash of the Python source of packages or modules, given as paths in the repository, and of library versions."""
     digest = hashlib.sha256()
     for part in parts:
-        path = _HOUSE / part
+        path = _REPOSITORY / part
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-            digest.update(file.relative_to(_HOUSE).as_posix().encode() + b"\0")
+            digest.update(file.relative_to(_REPOSITORY).as_posix().encode() + b"\0")
             digest.update(file.read_bytes() + b"\0")
     for library in libraries:
         digest.update(f"{library} {_version(library)}\n".encode())
     return digest.hexdigest()[:_LENGTH]
 
 
-def file_fingerprint(path: Path) -> str:
-    """Hash of a file's content."""
+def file_sha256(path: Path) -> str:
+    """SHA-256 of a file's content, hexadecimal."""
     with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()[:_LENGTH]
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def file_fingerprint(path: Path) -> str:
+    """Hash of a file's content, of the length of the other fingerprints."""
+    return file_sha256(path)[:_LENGTH]
 
 
 def _version(library: str) -> str:

@@ -1,77 +1,81 @@
 """One run at a time works in an output folder; the next one waits.
 
-The lock is the operating system's and ends with the process that holds it, however that ends: none is left
-behind.
+The lock is the operating system's (flock, by way of filelock): it ends with the process that holds it, however that
+process ends. Where the file system has no flock, filelock's soft lock takes its place: a file that exists as long as
+the lock is held and names the process that holds it.
 """
 
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-_PAUSE = 0.05  # seconds between two looks
-_NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS, errno.EINVAL}
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
+
+SOFT = ".soft"  # added to the name of the lock file where the lock is a soft one
+_NO_FLOCK = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS, errno.EINVAL}
 
 
 @contextmanager
-def locked(path: Path, waiting: Callable[[str], None]) -> Iterator[bool]:
-    """Hold the lock file `path` within the block; False where the file system knows no locks, and nothing is held.
+def locked(path: Path, waiting: Callable[[str], None]) -> Iterator[None]:
+    """Hold the lock file `path` within the block.
 
-    `waiting` is called once where another run holds it, with the number of its process (empty: not known).
-    Raises OSError where the file cannot be made.
+    Parameters
+    ----------
+    path : Path
+        Lock file. Missing folders are made.
+    waiting : callable
+        Called once where another process holds the lock, with the number of that process ("" if not known).
+
+    Raises
+    ------
+    OSError
+        The file cannot be made.
     """
-    file = None
+    from filelock import FileLock, SoftFileLock
+
+    lock: BaseFileLock = FileLock(path, fallback_to_soft=False)
     try:
-        file = _wait(path, waiting)
-        with suppress(OSError):  # the number is only for people
-            os.ftruncate(file, 0)
-            os.write(file, str(os.getpid()).encode())
+        _acquire(lock, waiting)
+        with suppress(OSError):  # the number only serves the message
+            path.write_text(str(os.getpid()), encoding="ascii")
     except OSError as error:
-        if error.errno not in _NO_LOCKS:
+        if error.errno not in _NO_FLOCK:
             raise
+        lock = SoftFileLock(path.with_name(path.name + SOFT))
+        _acquire(lock, waiting)
     try:
-        yield file is not None
+        yield
     finally:
-        if file is not None:
-            os.close(file)
+        lock.release()
 
 
-def _wait(path: Path, waiting: Callable[[str], None]) -> int:
-    """Descriptor of the file, locked."""
-    told = False
+def _acquire(lock: BaseFileLock, waiting: Callable[[str], None]) -> None:
+    """Take the lock, also where another process deletes its folder meanwhile."""
+    from filelock import Timeout
+
+    path, announced = Path(lock.lock_file), False
     while True:
+        path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            return _take(path)
-        except BlockingIOError:
-            if not told:
+            lock.acquire(timeout=1.0 if announced else 0.0)
+            return
+        except Timeout:
+            if not announced:
                 waiting(_holder(path))
-                told = True
-            time.sleep(_PAUSE)
-
-
-def _take(path: Path) -> int:
-    """Descriptor of the file, locked; BlockingIOError where somebody else holds it or has just removed it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-    except PermissionError:  # another user's, which can be locked all the same
-        file = os.open(path, os.O_RDONLY)
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        if not path.exists() or not os.path.samestat(os.fstat(file), os.stat(path)):
-            raise BlockingIOError
-    except BaseException:
-        os.close(file)
-        raise
-    return file
+                announced = True
+        except FileNotFoundError:
+            if not announced:
+                raise
 
 
 def _holder(path: Path) -> str:
+    """Number of the process that holds the lock, as its file says."""
     with suppress(OSError):
-        return path.read_text(encoding="ascii", errors="replace").strip()
+        return path.read_text(encoding="ascii", errors="replace").partition("\n")[0].strip()
     return ""

@@ -1,1 +1,1 @@
-"""What a reduced model gets wrong: modes left out and mesh, measured, and which of the two to refine."""
+"""Modal truncation error and mesh error of reduced models, and which of the two to refine."""

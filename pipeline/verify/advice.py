@@ -1,4 +1,4 @@
-"""Which keys of the scene to change for a tolerance: the last line of `shroud verify`."""
+"""Keys of the scene to change for a tolerance: the last line of `shroud verify`."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pipeline.scene.schema import Rom
 from pipeline.verify.compare import ORDER
 from pipeline.verify.model_errors import ModelErrors
 
-_MARGIN = 0.8  # the size asked for is to leave less than the tolerance: the order is assumed, meshes change in steps
-_MORE_MODES = 1.15  # on another mesh the mode that makes the difference may stand a few places further up
+_MARGIN = 0.8  # the advised size aims below the tolerance: the order is assumed, and meshes change in steps
+_MORE_MODES = 1.15  # on another mesh the decisive mode may have a somewhat higher number
 
 
 def within(errors: Sequence[ModelErrors], tolerance: float) -> bool:
@@ -23,12 +23,21 @@ def within(errors: Sequence[ModelErrors], tolerance: float) -> bool:
 
 
 def advice(errors: Sequence[ModelErrors], rom: Rom, tolerance: float, needed: int | None) -> str:
-    """What dominates the error of the natural frequencies, and what to change so that all errors stay within.
+    """The two errors of the natural frequencies, and the keys to change so that all errors stay within the tolerance.
 
-    errors: of models with one choice of mesh and modes; needed: fixed-interface modes that the tolerance needs on
-    this mesh, None where they are enough or not known.
+    Parameters
+    ----------
+    errors : sequence of ModelErrors
+        Errors of the models with one choice of mesh and modes.
+    rom : Rom
+        That choice of modes.
+    tolerance : float
+        Relative error allowed.
+    needed : int or None
+        Fixed-interface modes that the tolerance needs on this mesh, None where the present ones are enough or the
+        number is not known.
     """
-    # NaN (no other mesh) compares as not larger, so a known error is found beside an unknown one
+    # an unknown error (NaN, no other mesh) ranks below any known one
     mesh = max(errors, key=lambda each: -1.0 if math.isnan(each.mesh_frequency) else each.mesh_frequency)
     changes = _mesh_changes(mesh, tolerance)
     if changes and needed is not None:
@@ -39,26 +48,25 @@ def advice(errors: Sequence[ModelErrors], rom: Rom, tolerance: float, needed: in
 
 
 def percent(error: float) -> str:
-    """A relative error as people read it."""
+    """A relative error in percent."""
     return "unknown" if math.isnan(error) else f"{100.0 * abs(error):.2g} %"
 
 
 def finer_size(errors: ModelErrors, tolerance: float) -> float:
     """Element size in m, two digits, whose estimated error is within the tolerance."""
-    wanted = errors.size * (_MARGIN * tolerance / errors.mesh_frequency) ** (1.0 / ORDER)
-    unit = 10.0 ** (math.floor(math.log10(wanted)) - 1)
-    return float(f"{math.floor(wanted / unit + 1e-9) * unit:.2g}")
+    size = errors.size * (_MARGIN * tolerance / errors.mesh_frequency) ** (1.0 / ORDER)
+    unit = 10.0 ** (math.floor(math.log10(size)) - 1)
+    return float(f"{math.floor(size / unit + 1e-9) * unit:.2g}")
 
 
 def _dominant(errors: Sequence[ModelErrors], worst_mesh: ModelErrors) -> str:
-    """What of the two puts the natural frequencies wrong by more."""
+    """Mesh error and modal truncation error of the natural frequencies, the larger one first."""
     mesh, modes = worst_mesh.mesh_frequency, max(each.modes_frequency for each in errors)
     if math.isnan(mesh):
-        unknown = f"what the mesh does is not known ({worst_mesh.reason})"
-        return f"the modes left out put frequencies wrong by {percent(modes)}, {unknown}"
-    larger, smaller = ("mesh puts", "modes left out") if mesh >= modes else ("modes left out put", "mesh")
-    most, least = percent(max(mesh, modes)), percent(min(mesh, modes))
-    return f"the {larger} frequencies wrong by {most}, the {smaller} by {least}"
+        return f"modal truncation error {percent(modes)} of a frequency, mesh error not known ({worst_mesh.reason})"
+    ranked = sorted([(mesh, "mesh error"), (modes, "modal truncation error")], key=lambda each: -each[0])
+    (larger, first), (smaller, second) = ranked
+    return f"{first} {percent(larger)} of a frequency, {second} {percent(smaller)}"
 
 
 def _mesh_changes(errors: ModelErrors, tolerance: float) -> list[str]:
@@ -66,11 +74,11 @@ def _mesh_changes(errors: ModelErrors, tolerance: float) -> list[str]:
         return []
     if errors.other.element != errors.element:
         return [f'set mesh.element = "{errors.other.element}"']
-    size, wanted = quantity("mesh.size"), finer_size(errors, tolerance)
+    size, finer = quantity("mesh.size"), finer_size(errors, tolerance)
     # dofs grow with the size as they do between the two meshes
     growth = math.log(errors.other.dofs / errors.dofs) / math.log(errors.size / errors.other.size)
-    dofs = float(f"{errors.dofs * (errors.size / wanted) ** growth:.2g}")
-    return [f"lower mesh.size from {size.value(errors.size)} to {size.value(wanted)} (some {dofs:.0f} dofs)"]
+    dofs = float(f"{errors.dofs * (errors.size / finer) ** growth:.2g}")
+    return [f"lower mesh.size from {size.value(errors.size)} to {size.value(finer)} (some {dofs:.0f} dofs)"]
 
 
 def _mode_changes(errors: Sequence[ModelErrors], rom: Rom, tolerance: float, needed: int | None) -> list[str]:
@@ -78,12 +86,12 @@ def _mode_changes(errors: Sequence[ModelErrors], rom: Rom, tolerance: float, nee
     frequency = max(each.modes_frequency for each in errors)
     if max(receptance, frequency) <= tolerance:
         return []
-    worst = "receptance" if receptance > frequency else "frequencies"
-    because = f"({worst} wrong by {percent(max(receptance, frequency))})"
+    worst = "receptance" if receptance > frequency else "frequency"
+    because = f"({worst} error {percent(max(receptance, frequency))})"
     if rom.modes == "auto":
         return [f"lower rom.tolerance from {rom.tolerance:g} to {tolerance:g} {because}"]
     if needed is None:
-        return [f'set rom.modes = "auto" and rom.tolerance above this: it needs over 1000 modes {because}']
+        return [f'set rom.modes = "auto" and a larger rom.tolerance: this one needs over 1000 modes {because}']
     if rom.frequency_limit is not None:
         return [f"set rom.modes = {needed} in place of rom.frequency_limit {because}"]
     return [f"raise rom.modes from {errors[0].modes} to {needed} {because}"]

@@ -1,4 +1,4 @@
-"""The distinct reduced models and operations of a scene, each measured once and kept in the store."""
+"""The distinct reduced models and operations of a scene; the errors of each are cached in the store."""
 
 from __future__ import annotations
 
@@ -41,10 +41,18 @@ _WITHOUT_EFFECT = (
 
 @dataclass(frozen=True)
 class Case:
-    """A reduced model in one operation: the first member of the sweep that has it.
+    """A reduced model in one operation.
 
-    label: the swept parameters that tell it from other cases, the scene's name where there are none; blade: key of
-    what its references depend on.
+    Attributes
+    ----------
+    member : Member
+        The first member of the sweep that has this model and operation.
+    model : BuiltModel
+        The reduced model.
+    label : str
+        Swept parameters that tell it from other cases, or the scene's name.
+    blade : str
+        Hash of what the full models depend on.
     """
 
     member: Member
@@ -59,24 +67,24 @@ class Case:
 
 
 @dataclass
-class Measuring:
-    """Measures cases through the store; keeps the references of the last blade, which are large."""
+class Verifier:
+    """Finds the errors of cases, in the store or by computing them; holds the full models of the last blade only."""
 
     run: Run
     code: str = field(default_factory=lambda: source_fingerprint(_SOURCES, ["gmsh", "numpy", "scipy", "scikit-fem"]))
     _last: dict[str, BladeReference] = field(default_factory=dict)
 
     def errors(self, case: Case, place: str = "") -> ModelErrors:
-        """Errors of a case; `place` among others, "2/5 ", is for people. Raises StageError."""
+        """Errors of a case; progress shows `place`, such as "2/5 ". Raises StageError."""
         modes = case.model.facts["modes"]
 
-        def measured() -> dict[str, Any]:
+        def compute() -> dict[str, Any]:
             return model_errors(case.scene, self._reference(case), case.model.rom, modes).plain()
 
-        return ModelErrors.of_plain(self._kept(self._key(case), f"measuring {place}{case.label}", measured))
+        return ModelErrors.of_plain(self._cached(self._key(case), f"measuring {place}{case.label}", compute))
 
-    def known(self, case: Case) -> ModelErrors | None:
-        """Errors of a case where they have been measured before."""
+    def cached_errors(self, case: Case) -> ModelErrors | None:
+        """Errors of a case where the store has them."""
         entry = self.run.store.find(KIND, self._key(case))
         return None if entry is None else ModelErrors.of_plain(json.loads(entry.file(FILE).read_text()))
 
@@ -104,10 +112,10 @@ class Measuring:
             "code": self.code,
         }
 
-        def counted() -> dict[str, Any]:
+        def compute() -> dict[str, Any]:
             return {"modes": needed_modes(scenes, self._files(scenes[0]), tolerance)}
 
-        modes: int | None = self._kept(fingerprint(content), "counting the modes needed", counted)["modes"]
+        modes: int | None = self._cached(fingerprint(content), "counting the modes needed", compute)["modes"]
         return modes
 
     def _reference(self, case: Case) -> BladeReference:
@@ -122,20 +130,20 @@ class Measuring:
         mesh = chain.mesh(scene, keys)
         return BladeFiles(mesh.file(SECTOR), chain.full_model(scene, keys, mesh).file(FULL_MODEL))
 
-    def _kept(self, key: str, verb: str, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        """What `make` returns, from the store where it is there."""
+    def _cached(self, key: str, doing: str, compute: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        """The result of `compute`, from the store where it has it."""
         entry = self.run.store.find(KIND, key)
         if entry is None:
 
             def build(folder: Path) -> None:
-                (folder / FILE).write_text(json.dumps(make()))
+                (folder / FILE).write_text(json.dumps(compute()))
 
             try:
-                with self.run.reporter.working(verb):
+                with self.run.reporter.working(doing):
                     entry = self.run.store.get(KIND, key, build)
             except (StageError, StorageError):
                 raise
-            except Exception as error:  # one case may fail while the others go on
+            except Exception as error:  # a case that fails does not stop the others
                 raise StageError(KIND, error) from error
         values: dict[str, Any] = json.loads(entry.file(FILE).read_text())
         return values
@@ -166,5 +174,5 @@ def _blade_key(run: Run, scene: Scene) -> str:
 
 
 def _label(member: Member) -> str:
-    matter = {key: value for key, value in member.parameters.items() if key not in _WITHOUT_EFFECT}
-    return ", ".join(value_label(key, value) for key, value in matter.items()) or member.scene.name
+    relevant = {key: value for key, value in member.parameters.items() if key not in _WITHOUT_EFFECT}
+    return ", ".join(value_label(key, value) for key, value in relevant.items()) or member.scene.name

@@ -1,4 +1,12 @@
-"""The reduced model of a scene measured against the full model on its own mesh and on another one."""
+"""Errors of the reduced model of a scene: against the full model on its own mesh, and on another mesh.
+
+The mesh error is Richardson's estimate from two meshes [1]_.
+
+References
+----------
+.. [1] P. J. Roache, "Perspective: a method for uniform reporting of grid refinement studies", Journal of Fluids
+   Engineering 116 (1994) 405-413.
+"""
 
 from __future__ import annotations
 
@@ -19,14 +27,14 @@ if TYPE_CHECKING:
     from geometry import SectorMesh
     from rom import FullModel, FullReference, LinearError, LinearResponse
 
-# Order of the frequencies' error in the element size: re-entrant corners leave little more than first order of the
-# fourth that quadratic elements have on smooth solutions.
+# Order of the error of the frequencies in the element size. Quadratic elements have fourth order on smooth solutions;
+# the singularities at re-entrant corners reduce it to little more than one.
 ORDER = 1.0
 
 
 @dataclass(frozen=True)
 class BladeFiles:
-    """Mesh and full model at rest of a scene's blade in the store."""
+    """Files in the store: mesh and full model at rest of a blade."""
 
     sector: Path
     full: Path
@@ -34,7 +42,7 @@ class BladeFiles:
 
 @dataclass(frozen=True)
 class OtherReference:
-    """Reference on another mesh."""
+    """Full model on the other mesh."""
 
     mesh: OtherMesh
     sector: SectorMesh
@@ -43,7 +51,21 @@ class OtherReference:
 
 @dataclass(frozen=True)
 class BladeReference:
-    """References of one blade on its own mesh and on another one, None for the `reason`; dofs of its own mesh."""
+    """Full models of one blade.
+
+    Attributes
+    ----------
+    sector : SectorMesh
+        Mesh of the scene.
+    dofs : int
+        Its degrees of freedom.
+    reference : FullReference
+        Full model on this mesh.
+    other : OtherReference or None
+        Full model on another mesh, None where there is none.
+    reason : str
+        Why there is none, otherwise "".
+    """
 
     sector: SectorMesh
     dofs: int
@@ -53,23 +75,35 @@ class BladeReference:
 
 
 def blade_reference(scene: Scene, files: BladeFiles) -> BladeReference:
-    """The references of a scene's blade for its frequency range.
+    """The full models of a scene's blade for its frequency range.
 
-    Raises RomParameterError where the range holds too many modes, and whatever reading the files raises.
+    Raises
+    ------
+    RomParameterError
+        The range holds too many modes.
     """
     sector, full = _loaded(scene, files)
     reference = _reference(scene, sector, full)
     try:
         other, reason = _other_reference(scene, len(sector.hexahedra)), ""
-    except Exception as error:  # what the modes left out do is known without it
+    except Exception as error:  # the modal truncation error needs no other mesh
         other, reason = None, reason_of(error)
     return BladeReference(sector, full.n_dofs, reference, other, reason)
 
 
 def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> ModelErrors:
-    """Errors of the reduced model in the file `rom`, with so many fixed-interface modes, in the scene's operation.
+    """Errors of a reduced model in the operation of a scene.
 
-    Raises ReducedModelError when the file does not hold a model.
+    Parameters
+    ----------
+    scene : Scene
+        Operation: frequency range, damping, engine order, contact stiffness.
+    blade : BladeReference
+        Full models of its blade.
+    rom : Path
+        File of the reduced model.
+    modes : int
+        Its fixed-interface modes.
     """
     from rom import linear_errors, linear_responses, read_reduced_model, static_error
 
@@ -149,11 +183,11 @@ def _other_reference(scene: Scene, elements: int) -> OtherReference:
 
 
 def _convergence(scene: Scene, other: OtherReference | None) -> float:
-    """Error of the mesh at hand over its difference from the other mesh, by Richardson's extrapolation."""
+    """Error of this mesh over its difference from the other one, by Richardson extrapolation."""
     assert scene.mesh is not None
     if other is None:
         return math.nan
-    if other.mesh.element != scene.mesh.element:  # so much better that it stands for the limit
+    if other.mesh.element != scene.mesh.element:  # so much more accurate that it stands for the limit
         return 1.0
     return 1.0 / (1.0 - (other.mesh.size / scene.mesh.size) ** ORDER)
 

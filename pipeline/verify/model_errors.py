@@ -1,4 +1,4 @@
-"""Errors of one reduced model, as numbers: plain data that goes into the store, the table and the JSON."""
+"""Errors of one reduced model: plain data for the store, the table and the JSON output."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class OtherMesh:
-    """The mesh that the one at hand is compared with: element size [m], element, dofs."""
+    """The mesh that the scene's mesh is compared with: element size [m], element, dofs."""
 
     size: float
     element: str
@@ -19,11 +19,22 @@ class OtherMesh:
 
 @dataclass(frozen=True)
 class JointErrors:
-    """One joint: `free`, `sliding` or `stuck`.
+    """Errors with the shrouds in one contact condition.
 
-    full_hz, reduced_hz, other_hz: natural frequencies from number `first_mode`, of the full model, the reduced model
-    and the full model on the other mesh (None: there is none); within: whether they lie in the range, or stand in for
-    it where it holds none of any joint. contact, output: largest relative error of the receptances over the range.
+    Attributes
+    ----------
+    joint : str
+        The contact condition: free, sliding or stuck.
+    first_mode : int
+        Number of the first mode compared.
+    full_hz, reduced_hz : tuple of float
+        Natural frequencies of the full and the reduced model, Hz.
+    within : tuple of bool
+        Whether a frequency counts: it lies in the range, or is the first above a range that holds none.
+    contact, output : float
+        Largest relative error of the receptances of the contact nodes and of the output over the range.
+    other_hz : tuple of float or None
+        Natural frequencies of the full model on the other mesh, None without such a mesh.
     """
 
     joint: str
@@ -37,11 +48,11 @@ class JointErrors:
 
     @property
     def modes_error(self) -> tuple[float, ...]:
-        """Relative error of each natural frequency by the modes left out."""
+        """Modal truncation error of each natural frequency, relative."""
         return tuple(found / exact - 1.0 for found, exact in zip(self.reduced_hz, self.full_hz, strict=True))
 
     def mesh_error(self, convergence: float) -> tuple[float, ...]:
-        """Estimated relative error of each natural frequency by the mesh, see `ModelErrors`; NaN: not known."""
+        """Estimated relative mesh error of each natural frequency, NaN: not known (`convergence`: `ModelErrors`)."""
         if self.other_hz is None:
             return (math.nan,) * len(self.full_hz)
         absolute = [convergence * (here - other) for here, other in zip(self.full_hz, self.other_hz, strict=True)]
@@ -52,9 +63,22 @@ class JointErrors:
 class ModelErrors:
     """Errors of a reduced model in one operation.
 
-    modes: fixed-interface modes kept; dofs, size [m], element: of the mesh at hand; other: the mesh it is compared
-    with, None for the `reason`; convergence: error of the mesh at hand over its difference from the other; static:
-    relative error of the contact flexibility.
+    Attributes
+    ----------
+    modes : int
+        Fixed-interface modes.
+    dofs, size, element : int, float, str
+        Degrees of freedom, element size [m] and element of the scene's mesh.
+    other : OtherMesh or None
+        The mesh it is compared with.
+    reason : str
+        Why there is no other mesh, otherwise "".
+    convergence : float
+        Error of the scene's mesh over its difference from the other mesh.
+    static : float
+        Relative error of the contact flexibility.
+    joints : tuple of JointErrors
+        Errors in each contact condition.
     """
 
     modes: int
@@ -69,7 +93,7 @@ class ModelErrors:
 
     @property
     def modes_frequency(self) -> float:
-        """Largest relative error of a natural frequency in the range by the modes left out."""
+        """Largest modal truncation error of a natural frequency in the range, relative."""
         return _largest((joint.modes_error, joint.within) for joint in self.joints)
 
     @property
@@ -79,11 +103,11 @@ class ModelErrors:
 
     @property
     def mesh_frequency(self) -> float:
-        """Largest estimated relative error of a natural frequency in the range by the mesh; NaN where not known."""
+        """Largest estimated mesh error of a natural frequency in the range, relative; NaN: not known."""
         return _largest((joint.mesh_error(self.convergence), joint.within) for joint in self.joints)
 
     def plain(self) -> dict[str, Any]:
-        """Plain lists and numbers, with the errors that follow from the frequencies."""
+        """The errors as lists and numbers, for JSON."""
         values = asdict(self)
         for joint, table in zip(self.joints, values["joints"], strict=True):
             table["modes_error"] = list(joint.modes_error)
@@ -92,7 +116,7 @@ class ModelErrors:
 
     @classmethod
     def of_plain(cls, values: dict[str, Any]) -> ModelErrors:
-        """What `plain` was made of."""
+        """The inverse of `plain`."""
         joints = tuple(_joint(table) for table in values["joints"])
         other = values["other"]
         return cls(**{**values, "joints": joints, "other": None if other is None else OtherMesh(**other)})

@@ -17,18 +17,29 @@ from pipeline.stages.stage_log import StageLog
 from pipeline.stages.sweep_models import blade_models
 from pipeline.store.output_folder import working_store
 from pipeline.verify.advice import advice, within
-from pipeline.verify.cases import Case, Measuring, distinct_cases
+from pipeline.verify.cases import Case, Verifier, distinct_cases
 from pipeline.verify.model_errors import ModelErrors
 
-Measured = tuple[Case, ModelErrors]
+VerifiedCase = tuple[Case, ModelErrors]
 
 
 @dataclass(frozen=True)
 class Advice:
-    """What to change for a tolerance in the cases with one choice of mesh and modes.
+    """What to change for a tolerance, in the cases with one choice of mesh and modes.
 
-    within: whether the tolerance is met; needed_modes: fixed-interface modes that it needs on this mesh, None where
-    those kept are enough or it is not known.
+    Attributes
+    ----------
+    labels : tuple of str
+        The cases.
+    tolerance : float
+        Relative error allowed.
+    within : bool
+        Whether all errors are within it.
+    needed_modes : int or None
+        Fixed-interface modes that the tolerance needs on this mesh, None where the present ones are enough or the
+        number is not known.
+    text : str
+        The advice on one line.
     """
 
     labels: tuple[str, ...]
@@ -40,19 +51,30 @@ class Advice:
 
 @dataclass
 class Verification:
-    """What verifying a scene came to. `problems`: what could not be computed, one line each."""
+    """Errors of the reduced models of a scene.
 
-    measured: list[Measured] = field(default_factory=list)
+    Attributes
+    ----------
+    measured : list of VerifiedCase
+        Each case with its errors.
+    advice : list of Advice
+        What to change for the tolerance.
+    problems : list of str
+        What could not be computed, one line each.
+    """
+
+    measured: list[VerifiedCase] = field(default_factory=list)
     advice: list[Advice] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
 
 
 def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, reporter: Reporter) -> Verification:
-    """Measure the reduced models of a scene against full models; `tolerance` goes before `rom.tolerance`.
+    """Measure the reduced models of a scene against full models; `tolerance` takes precedence over `rom.tolerance`.
 
     Raises
     ------
-    InputError : the scene is not usable.
+    InputError
+        The scene is not usable.
     """
     if file.first.blade is None:
         allowed = "a table [blade] (a given reduced model has no full model to be measured against)"
@@ -63,50 +85,49 @@ def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, rep
         run, outcome = Run(request, store, StageLog(), reporter, Versions.current()), RunOutcome()
         models = blade_models(run, outcome)
         verification = Verification(problems=outcome.problems)
-        measuring = Measuring(run)
-        _measure(measuring, distinct_cases(run, models), verification)
-        _advise(measuring, tolerance, verification)
+        verifier = Verifier(run)
+        _verify_cases(verifier, distinct_cases(run, models), verification)
+        _advise(verifier, tolerance, verification)
     return verification
 
 
-def _measure(measuring: Measuring, cases: Sequence[Case], verification: Verification) -> None:
+def _verify_cases(verifier: Verifier, cases: Sequence[Case], verification: Verification) -> None:
     found = {}
     for number, case in enumerate(sorted(cases, key=lambda case: case.blade), start=1):  # one blade after the other
         place = f"{number}/{len(cases)} " if len(cases) > 1 else ""
         try:
-            found[case.member.index] = case, measuring.errors(case, place)
+            found[case.member.index] = case, verifier.errors(case, place)
         except StageError as error:
             if error.is_input and len(cases) == 1:
-                raise parameter_error(measuring.run.request.scene.path, case.member, error.cause) from None
+                raise parameter_error(verifier.run.request.scene.path, case.member, error.cause) from None
             verification.problems.append(f"{case.label}: {error}")
     verification.measured.extend(found[index] for index in sorted(found))
 
 
-def _advise(measuring: Measuring, tolerance: float | None, verification: Verification) -> None:
-    """One piece of advice for every choice of mesh and modes in the sweep."""
-    groups: dict[Any, list[Measured]] = {}
-    for measured in verification.measured:
-        scene = measured[0].scene
-        groups.setdefault((scene.mesh, scene.rom), []).append(measured)
+def _advise(verifier: Verifier, tolerance: float | None, verification: Verification) -> None:
+    """One advice for every choice of mesh and modes in the sweep."""
+    groups: dict[Any, list[VerifiedCase]] = {}
+    for case, errors in verification.measured:
+        groups.setdefault((case.scene.mesh, case.scene.rom), []).append((case, errors))
     for (_, rom), group in groups.items():
-        wanted = rom.tolerance if tolerance is None else tolerance
-        errors = [each for _, each in group]
-        lacking = [case for case, each in group if max(each.modes_frequency, each.receptance) > wanted]
+        allowed = rom.tolerance if tolerance is None else tolerance
+        found = [each for _, each in group]
+        lacking = [case for case, each in group if max(each.modes_frequency, each.receptance) > allowed]
         needed = None
         if lacking and rom.modes != "auto":
             try:
-                needed = measuring.needed(lacking, wanted)
+                needed = verifier.needed(lacking, allowed)
             except StageError as error:
                 verification.problems.append(str(error))
         labels = tuple(case.label for case, _ in group)
-        text = advice(errors, rom, wanted, needed)
+        text = advice(found, rom, allowed, needed)
         if len(groups) > 1:
             text = f"{labels[0]}{' ...' if len(labels) > 1 else ''}: {text}"
-        verification.advice.append(Advice(labels, wanted, within(errors, wanted), needed, text))
+        verification.advice.append(Advice(labels, allowed, within(found, allowed), needed, text))
 
 
 def plain(verification: Verification) -> dict[str, Any]:
-    """What `--json` prints; what is not known is null."""
+    """The values that `--json` prints; null: not known."""
     cases = [
         {
             "label": case.label,

@@ -1,4 +1,4 @@
-"""The table of `shroud verify`: every natural frequency of one case, or one row a joint where there are several."""
+"""The table of `shroud verify`: the natural frequencies of one case, or a row for each contact condition of many."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 from pipeline.scene.labels import quantity
 from pipeline.verify.advice import percent
 from pipeline.verify.model_errors import JointErrors, ModelErrors
-from pipeline.verify.stage import Measured
+from pipeline.verify.stage import VerifiedCase
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 
 def heading(errors: ModelErrors) -> str:
-    """What is compared: sizes of the reduced model, of its mesh and of the other one."""
+    """Sizes of the models compared: the reduced one, the full one on its mesh and on the other mesh."""
     size = quantity("mesh.size")
     here = f"{errors.modes} fixed-interface modes, {size.value(errors.size)} {errors.element}, {errors.dofs} dofs"
     if errors.other is None:
@@ -26,12 +26,12 @@ def heading(errors: ModelErrors) -> str:
 
 
 def error_table(errors: ModelErrors, highest_hz: float) -> Table:
-    """Natural frequencies of reduced, full and other full model with their errors, receptances, statics.
+    """Natural frequencies of the reduced model and of the two full ones, errors, receptances, statics.
 
-    highest_hz: end of the frequency range.
+    `highest_hz` is the end of the frequency range.
     """
     table = _empty(
-        "contact", "", "reduced\n[Hz]", "full\n[Hz]", "error by\nmodes", "other mesh\n[Hz]", "error by\nmesh"
+        "contact", "", "reduced\n[Hz]", "full\n[Hz]", "modal trunc.\nerror", "other mesh\n[Hz]", "mesh\nerror"
     )
     for joint in errors.joints:
         _add_joint(table, joint, errors.convergence, highest_hz)
@@ -39,11 +39,11 @@ def error_table(errors: ModelErrors, highest_hz: float) -> Table:
     return table
 
 
-def overview(measured: Sequence[Measured]) -> Table:
-    """One row a case and joint: lowest frequency in the range, largest errors."""
-    names = ("lowest\n[Hz]", "error by\nmodes", "receptance", "other mesh\n[Hz]", "error by\nmesh")
+def overview(cases: Sequence[VerifiedCase]) -> Table:
+    """One row for each case and contact condition: lowest frequency in the range, largest errors."""
+    names = ("lowest\n[Hz]", "modal trunc.\nerror", "receptance", "other mesh\n[Hz]", "mesh\nerror")
     table = _empty("case", "contact", *names)
-    for case, errors in measured:
+    for case, errors in cases:
         for index, joint in enumerate(errors.joints):
             mesh = joint.mesh_error(errors.convergence)
             table.add_row(

@@ -200,7 +200,7 @@ def test_places_that_are_none(tmp_path: Path, way: str, monkeypatch: pytest.Monk
     expected = str(out)
     if way == "dangling":
         out.symlink_to(tmp_path / "nowhere" / "at all")
-        expected = f"a symbolic link to {tmp_path / 'nowhere' / 'at all'}, which is not there"
+        expected = f"a symbolic link to {tmp_path / 'nowhere' / 'at all'}, which does not exist"
     elif way == "process":
         out = Path("/proc/shroud")
         expected = "/proc/shroud: cannot be written"

@@ -84,13 +84,13 @@ def test_sighup_stays_ignored_under_nohup(finished: Path, tmp_path: Path) -> Non
 def test_a_drawing_process_ends_with_its_parent(tmp_path: Path) -> None:
     (tmp_path / "endless.py").write_text(
         "import sys, threading, pathlib\n"
-        "from pipeline.render.process import end_with_parent\n"
+        "from pipeline.render.drawing_process import end_with_parent\n"
         "end_with_parent()\n"
         "pathlib.Path(sys.argv[1]).write_text('drawing')\n"
         "threading.Event().wait()\n"
     )
     started = tmp_path / "started"
-    program = f"from pipeline.render.process import draw_apart; draw_apart('endless', {str(started)!r}, [])"
+    program = f"from pipeline.render.drawing_process import draw_apart; draw_apart('endless', {str(started)!r}, [])"
     environment = {**os.environ, "PYTHONPATH": f"{tmp_path}:{Path.cwd()}", "SHROUD_TEST_MARK": tmp_path.name}
     process = subprocess.Popen([sys.executable, "-c", program], env=environment)
     wait_until(started.exists, "the drawing process")

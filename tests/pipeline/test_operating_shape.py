@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
-import pipeline.render.stage
+import pipeline.render.render_stage
 from pipeline.stages.operating_shape import OperatingShape, operating_shape
 from rom import load_sector
 
@@ -51,7 +51,7 @@ def test_a_neighbour_does_the_same_a_little_earlier() -> None:
 
 
 def test_the_motion_at_a_peak_is_rendered_and_animated_once(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipeline.render.stage, "FRAMES", 3)
+    monkeypatch.setattr(pipeline.render.render_stage, "FRAMES", 3)
     sweep = {"contact.interference": [1e-5, 1e-3]}
     scene = write_scene(copied.parent / "s.toml", small_scene(render={"modes": [1], "operating": [1]}, sweep=sweep))
     for expected in ("ran", "reused"):

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
-from pipeline.figures.curve_line import stretches
-from pipeline.render.draw import at_largest
+from pipeline.figures.curve_line import stability_segments
+from pipeline.render.mode_shapes import at_largest
 from pipeline.render.ring import turned
 from pipeline.scene.labels import prefixed, value_label
 
@@ -42,12 +42,12 @@ def test_the_response_figure_says_what_it_shows(finished: Path) -> None:
         assert text in said
 
 
-def test_stretches_share_their_ends_and_cover_everything() -> None:
+def test_segments_share_their_ends_and_cover_everything() -> None:
     stable = np.array([True, True, False, False, True, False, True])
-    found = stretches(stable)
+    found = stability_segments(stable)
     assert found == [(0, 2, True), (1, 5, False), (4, 5, True), (4, 7, False), (6, 7, True)]
-    assert stretches(np.array([True] * 4)) == [(0, 4, True)]
-    assert stretches(np.array([False])) == [(0, 1, False)]
+    assert stability_segments(np.array([True] * 4)) == [(0, 4, True)]
+    assert stability_segments(np.array([False])) == [(0, 1, False)]
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from pipeline_support import ground_scene, shroud, small_scene, summary_of, writ
 
 import pipeline.process.clock
 import pipeline.process.progress
-from pipeline.process.progress import Pace, Reporter, duration
+from pipeline.process.progress import Reporter, duration, time_left
 
 
 class Terminal(io.StringIO):
@@ -36,15 +36,12 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 @pytest.mark.parametrize("at_once", [1, 2, 5])
-def test_time_left_of_pieces_that_take_alike(clock: list[float], at_once: int) -> None:
-    """12 pieces of 10 s in so many processes, beside what is really left; exact where one comes after the other."""
-    pace = Pace(12, at_once, start=0.0)
+def test_time_left_of_equal_pieces(at_once: int) -> None:
+    """12 pieces of 10 s each in so many processes: the estimate is exact."""
     total = 10.0 * -(-12 // at_once)
-    for done in range(1, 12):
-        clock[0] = 10.0 * -(-done // at_once)
-        left = total - clock[0]
-        assert pace.left(done) == pytest.approx(left, abs=1e-9 if at_once == 1 else 30.0)
-    assert pace.left(12) == 0.0
+    for done in range(1, 13):
+        elapsed = 10.0 * -(-done // at_once)
+        assert time_left(elapsed, done, 12, at_once) == pytest.approx(total - elapsed, abs=1e-9)
 
 
 def test_lines_elsewhere_than_at_a_terminal_tell_the_time_left(clock: list[float]) -> None:
@@ -63,7 +60,7 @@ def test_durations(seconds: float, text: str) -> None:
 
 
 def test_a_long_single_piece_says_that_it_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipeline.process.progress, "_FIRST_WORD", 0.001)
+    monkeypatch.setattr(pipeline.process.progress, "_FIRST_LINE", 0.001)
     stream = io.StringIO()
     with Reporter(stream=stream).working("reducing"):
         wait_until(lambda: "so far" in stream.getvalue(), "a word on the way")
@@ -87,7 +84,7 @@ def test_a_terminal_shows_bars(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "1/2" in stream.getvalue()
 
 
-def test_nobody_has_to_listen() -> None:
+def test_a_closed_stream_does_not_stop_the_work() -> None:
     reporter = Reporter(stream=Closed())
     reporter.line("to nobody")
     with reporter.working("something"), reporter.counting("curves", 1) as counter:

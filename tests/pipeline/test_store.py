@@ -70,13 +70,14 @@ def test_replacing_is_all_or_nothing(tmp_path: Path) -> None:
     assert list((tmp_path / "store" / "tmp").iterdir()) == []
 
 
-def test_leftovers_of_dead_processes_are_swept_up(tmp_path: Path) -> None:
+def test_leftovers_of_killed_processes_are_removed(tmp_path: Path) -> None:
     store = Store(tmp_path)
-    dead, mine, odd = (tmp_path / "tmp" / name for name in ("99999999-a", f"{os.getpid()}-b", "odd"))
-    for folder in (dead, mine, odd):
-        folder.mkdir(parents=True)
-    store.sweep_up()
-    assert [path.exists() for path in (dead, mine, odd)] == [False, True, False]
+    kept = store.get("k", "x", writer("one"))
+    for name in ("99999999-a", "odd"):
+        (tmp_path / "tmp" / name).mkdir(parents=True)
+    store.remove_temporary()
+    assert [path.name for path in tmp_path.iterdir()] == ["k"]
+    assert kept.file("a.txt").read_text() == "one"
 
 
 def test_two_at_once_end_with_one_whole_entry(tmp_path: Path) -> None:

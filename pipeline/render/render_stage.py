@@ -1,4 +1,4 @@
-"""The stage render: mode shapes of every reduced model and operating deflection shapes, drawn once and kept."""
+"""The stage `render`: mode shapes of every reduced model and operating deflection shapes."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from pipeline.render.drawing_process import draw_apart
 from pipeline.render.job import OperatingJob, RenderJob
-from pipeline.render.process import draw_apart
+from pipeline.results.publishing import published, remove_outdated
 from pipeline.scene.labels import member_label
 from pipeline.scene.schema import Render, Scene
 from pipeline.stages.build_model import SECTOR
@@ -20,13 +21,12 @@ from pipeline.stages.respond import CurveResult
 from pipeline.stages.scene_to_solver import stiffness_by_node, used_contact
 from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import fingerprint
-from pipeline.store.publishing import publish, retire
 
 FRAMES = 24  # of an animation
 
 
 def render_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> list[Path]:
-    """Draw what is missing; returns the files in the output folder. `curves`: those solved, none without respond."""
+    """The renders of the run; those that are missing are drawn. `curves` is empty where no curve was solved."""
     chosen: dict[str, tuple[BuiltModel, Scene]] = {}
     for member in run.request.scene.members:
         model = models[member.index]
@@ -40,12 +40,12 @@ def render_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> lis
         model = models[curves[number].member.index]
         if model is not None:
             files += _operate(run, model, curves[number], number)
-    retire(run.request.out / "renders", ["mode_*.png", "model_*_mode_*.png", "operating_*.*"], files)
+    remove_outdated(run.request.out / "renders", ["mode_*.png", "model_*_mode_*.png", "operating_*.*"], files)
     return files
 
 
 def operating_curves(render: Render | None, curves: Sequence[CurveResult]) -> list[int]:
-    """Numbers of the curves whose motion at the peak is wanted: those listed, or with the highest and lowest peak."""
+    """Numbers of the curves whose motion is drawn: those listed in the scene, or the highest and the lowest peak."""
     if render is None or render.operating is False:
         return []
     peaks = {
@@ -63,12 +63,8 @@ def _render(run: Run, model: BuiltModel, scene: Scene, prefix: str) -> list[Path
     job = _job(model, scene, prefix)
     content = {**asdict(job), "sector": None, "rom": model.key, "code": run.versions.render}
     key = fingerprint(content)
-    entry = run.store.find("render", key)
-    if entry is None:
-        with run.reporter.working("rendering mode shapes"):
-            entry = run.store.get("render", key, lambda folder: _draw(replace(job, folder=str(folder))))
-    run.log.note("render", entry.ran, entry.seconds)
-    return publish(run.store, entry.folder, run.request.out / "renders")
+    doing, folder = "rendering mode shapes", run.request.out / "renders"
+    return published(run, "render", key, doing, lambda into: _draw(replace(job, folder=str(into))), folder)
 
 
 def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> list[Path]:
@@ -92,17 +88,13 @@ def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> li
     )
     content = {**asdict(job), "sector": None, "rom": model.key, "curve": curve.file.parent.name}
     key = fingerprint(content | {"code": run.versions.render})
-    entry = run.store.find("render", key)
-    if entry is None:
-        with run.reporter.working(f"rendering the motion at the peak of curve {number}"):
-            entry = run.store.get("render", key, lambda folder: _draw_operating(replace(job, folder=str(folder))))
-    run.log.note("render", entry.ran, entry.seconds)
-    return publish(run.store, entry.folder, run.request.out / "renders")
+    doing, folder = f"rendering the motion at the peak of curve {number}", run.request.out / "renders"
+    return published(run, "render", key, doing, lambda into: _draw_operating(replace(job, folder=str(into))), folder)
 
 
 def _draw_operating(job: OperatingJob) -> None:
     pictures = [Path(job.folder) / f"{job.name}.{suffix}" for suffix in ("png", "gif")]
-    draw_apart("pipeline.render.operate", job.to_json(), pictures)
+    draw_apart("pipeline.render.operating_shapes", job.to_json(), pictures)
 
 
 def _job(model: BuiltModel, scene: Scene, prefix: str) -> RenderJob:
@@ -140,4 +132,4 @@ def _springs(model: BuiltModel, scene: Scene, contact: str) -> dict[str, Any]:
 
 def _draw(job: RenderJob) -> None:
     pictures = [Path(job.folder) / f"{job.prefix}mode_{mode}.png" for mode in job.modes]
-    draw_apart("pipeline.render.draw", job.to_json(), pictures)
+    draw_apart("pipeline.render.mode_shapes", job.to_json(), pictures)

@@ -1,30 +1,16 @@
-"""Draw mode shapes offscreen: `python -m pipeline.render.draw JOB` with the job as JSON."""
+"""Mode shapes drawn offscreen: `python -m pipeline.render.mode_shapes JOB` with the job as JSON."""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.errors import one_line
+from pipeline.render import ring
+from pipeline.render.drawing_process import drawing_main
 from pipeline.render.job import RenderJob
-from pipeline.render.process import end_with_parent
-from pipeline.render.ring import (
-    LEFT_COLOUR,
-    NEIGHBOUR,
-    NEIGHBOUR_EDGES,
-    RIGHT_COLOUR,
-    add_contacts,
-    add_outline,
-    aim_from_side,
-    blades_of,
-    edges,
-    grid,
-    scalar_bar,
-)
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -75,12 +61,12 @@ def _picture(job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128], 
         plotter.enable_anti_aliasing("ssaa")
         _add_ring(plotter, job, sector, shape, from_tip=view == 1)
     plotter.subplot(0)
-    add_outline(plotter, sector)
+    ring.add_outline(plotter, sector)
     plotter.add_text(heading, position="upper_left", font_size=15, color="black")
-    aim_from_side(plotter, sector)
+    ring.aim_from_side(plotter, sector)
     plotter.subplot(1)
     plotter.add_text("at rest, from the tip", position="upper_left", font_size=13, color="black")
-    entries = [["right contact nodes", RIGHT_COLOUR], ["left contact nodes", LEFT_COLOUR]]
+    entries = [["right contact nodes", ring.RIGHT_COLOUR], ["left contact nodes", ring.LEFT_COLOUR]]
     plotter.add_legend(entries, bcolor="white", face="circle", size=(0.36, 0.09), loc="lower left")
     _aim_from_tip(plotter, sector, job.blades)
     plotter.screenshot(str(path))
@@ -90,19 +76,18 @@ def _picture(job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128], 
 def _add_ring(
     plotter: Any, job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128], from_tip: bool
 ) -> None:
-    """The fundamental blade coloured by displacement between its neighbours, pale so that nothing is hidden."""
+    """The fundamental blade coloured by displacement, between its pale neighbours."""
     pitch = 2.0 * np.pi / sector.n_blades
-    for blade in blades_of(job.blades):
+    for blade in ring.blades_of(job.blades):
         motion = np.real(shape * np.exp(1j * blade * job.phase))
-        # from the tip the shrouds are shown at rest: exaggerated motion would draw them through each other
-        mesh = grid(sector, motion, 0.0 if from_tip else job.deformation, blade * pitch)
+        # the view from the tip shows the undeformed shrouds: exaggerated motion would draw them through each other
+        mesh = ring.grid(sector, motion, 0.0 if from_tip else job.deformation, blade * pitch)
         surface = mesh.extract_surface(algorithm="dataset_surface")
         if blade == 0:
             _add_own(plotter, surface, from_tip)
-            add_contacts(plotter, sector, mesh.points)
+            ring.add_contacts(plotter, sector, mesh.points)
         else:
-            plotter.add_mesh(surface, **NEIGHBOUR)
-            plotter.add_mesh(edges(surface), **NEIGHBOUR_EDGES)
+            ring.add_neighbour(plotter, surface)
 
 
 def _add_own(plotter: Any, surface: Any, from_tip: bool) -> None:
@@ -116,18 +101,18 @@ def _add_own(plotter: Any, surface: Any, from_tip: bool) -> None:
         line_width=0.5,
         opacity=0.45 if from_tip else 1.0,
         show_scalar_bar=not from_tip,
-        scalar_bar_args=scalar_bar("displacement / largest"),
+        scalar_bar_args=ring.scalar_bar("displacement / largest"),
     )
-    plotter.add_mesh(edges(surface), color="black", line_width=2.0)
+    plotter.add_mesh(ring.edges(surface), color="black", line_width=2.0)
 
 
 def _aim_from_tip(plotter: Any, sector: SectorMesh, blades: int) -> None:
-    """Along -z without perspective, circumference upwards, as the shroud angle is defined; the legend below."""
+    """Camera along -z without perspective, circumference upwards, as for the shroud angle; legend below."""
     low, high = sector.points.min(axis=0), sector.points.max(axis=0)
     pitch = 2.0 * np.pi / sector.n_blades * high[2]
     height = (blades - 1) * pitch + (high[1] - low[1])
     scale = max(0.5 * height / 0.76, 0.55 * (high[0] - low[0]) / TIP_VIEW_ASPECT)
-    upwards = 0.5 * pitch if blades % 2 == 0 else 0.0  # an even number has one neighbour more on the +y side
+    upwards = 0.5 * pitch if blades % 2 == 0 else 0.0  # an even number has one more neighbour on the +y side
     middle = np.array([(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0 + upwards - 0.12 * scale, high[2]])
     plotter.enable_parallel_projection()
     plotter.camera_position = [middle + np.array([0.0, 0.0, 1.0]), middle, (0.0, 1.0, 0.0)]
@@ -136,8 +121,4 @@ def _aim_from_tip(plotter: Any, sector: SectorMesh, blades: int) -> None:
 
 
 if __name__ == "__main__":
-    end_with_parent()
-    try:
-        draw(RenderJob.from_json(sys.argv[1]))
-    except Exception as error:  # the caller shows the last line to its user
-        sys.exit(one_line(f"{type(error).__name__}: {error}"))
+    drawing_main(draw, RenderJob)

@@ -1,4 +1,4 @@
-"""Linear limits of a sweep: the response with the shrouds free and fully stuck."""
+"""Linear limits of a sweep: the frequency response with free and with fully stuck shrouds."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ from pipeline.stages.scene_to_solver import contact_parameters
 if TYPE_CHECKING:
     from rom import ModalModel, ReducedModel
 
-_EVEN, _NEAR, _REACH = 600, 121, 0.04
+_EVEN = 600  # evenly spaced frequencies
+_NEAR, _WIDTH = 121, 0.04  # frequencies around each resonance, and their relative distance from it at most
 
 
 @dataclass(frozen=True)
 class Limit:
-    """Amplitude of harmonic 1, m, over frequency, Hz; `curves`: indices of the plotted curves that it belongs to."""
+    """Amplitude of harmonic 1, m, over frequency, Hz, and the indices of the plotted curves with this limit."""
 
     kind: str
     frequency_hz: Array
@@ -49,7 +50,7 @@ def linear_limits(curves: Sequence[PlottedCurve]) -> list[Limit]:
 
 
 def _case(curve: PlottedCurve, kind: str) -> object:
-    """What the linear response depends on; all but friction, interference and preload."""
+    """The values that the linear response depends on: all but friction, interference and preload."""
     scene, contact = curve.scene, curve.contact
     response = scene.response
     case = (curve.rom, scene.excitation.force, response.damping_ratio, response.rayleigh, response.frequency)
@@ -80,7 +81,7 @@ def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: l
 
 
 def _grid(low: float, high: float, resonances: Array) -> Array:
-    """Frequencies, Hz, dense where a lightly damped resonance needs it."""
-    near = np.linspace(-1.0, 1.0, _NEAR) ** 3 * _REACH
+    """Frequencies, Hz, dense around resonances, which are narrow for light damping."""
+    near = np.linspace(-1.0, 1.0, _NEAR) ** 3 * _WIDTH
     grid = np.concatenate([np.linspace(low, high, _EVEN), *(f * (1.0 + near) for f in resonances)])
     return np.unique(grid[(grid >= low) & (grid <= high)])

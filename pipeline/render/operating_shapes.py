@@ -1,28 +1,15 @@
-"""Draw an operating deflection shape offscreen: `python -m pipeline.render.operate JOB` with the job as JSON."""
+"""Operating deflection shapes drawn offscreen: `python -m pipeline.render.operating_shapes JOB`, the job as JSON."""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.errors import one_line
+from pipeline.render import ring
+from pipeline.render.drawing_process import drawing_main
 from pipeline.render.job import OperatingJob
-from pipeline.render.process import end_with_parent
-from pipeline.render.ring import (
-    NEIGHBOUR,
-    NEIGHBOUR_EDGES,
-    add_contacts,
-    add_outline,
-    aim_from_side,
-    blades_of,
-    edges,
-    grid,
-    scalar_bar,
-    turned,
-)
 from pipeline.scene.labels import prefixed
 from pipeline.stages.operating_shape import OperatingShape, operating_shape
 
@@ -35,11 +22,12 @@ COLOURS = 256  # of the animation's palette
 
 
 def draw(job: OperatingJob) -> None:
-    """The instant of the largest displacement as `<name>.png`, and a period as `<name>.gif`.
+    """The instant of the largest displacement as `<name>.png`, one period as `<name>.gif`.
 
     Raises
     ------
-    ValueError : the curve has no peak.
+    ValueError
+        The curve has no peak.
     """
     from rom import load_sector
 
@@ -81,7 +69,7 @@ def _plotter(
     largest: float,
     window: tuple[int, int],
 ) -> Any:
-    """The ring at one instant: the fundamental blade by its displacement, neighbours pale, at rest as lines."""
+    """The ring at one instant: the fundamental blade coloured by displacement, pale neighbours, undeformed edges."""
     import pyvista as pv
 
     factor, unit = prefixed(largest, "m")
@@ -91,33 +79,32 @@ def _plotter(
     plotter.enable_anti_aliasing("ssaa")
     scale = job.deformation / largest if largest > 0.0 else 0.0
     pitch = 2.0 * np.pi / sector.n_blades
-    for blade in blades_of(job.blades):
+    for blade in ring.blades_of(job.blades):
         # the colours show the motion itself, the drawn positions are exaggerated
         motion = shape.at(angle, blade) * factor
-        mesh = grid(sector, motion, scale / factor, blade * pitch)
+        mesh = ring.grid(sector, motion, scale / factor, blade * pitch)
         surface = mesh.extract_surface(algorithm="dataset_surface")
         if blade == 0:
-            bar = scalar_bar(f"displacement [{unit}]", "%.3g")
+            bar = ring.scalar_bar(f"displacement [{unit}]", "%.3g")
             bar |= {"title_font_size": round(22 * small), "label_font_size": round(20 * small)}
             limits = (0.0, largest * factor or 1.0)
             plotter.add_mesh(surface, scalars="displacement", cmap="viridis", clim=limits, scalar_bar_args=bar)
-            plotter.add_mesh(edges(surface), color="black", line_width=2.0 * small)
-            add_contacts(plotter, sector, mesh.points)
+            plotter.add_mesh(ring.edges(surface), color="black", line_width=2.0 * small)
+            ring.add_contacts(plotter, sector, mesh.points)
         else:
-            plotter.add_mesh(surface, **NEIGHBOUR)
-            plotter.add_mesh(edges(surface), **NEIGHBOUR_EDGES)
-    add_outline(plotter, sector)
+            ring.add_neighbour(plotter, surface)
+    ring.add_outline(plotter, sector)
     heading = f"{job.title}\n{shape.frequency_hz:.1f} Hz, drawn {_rounded(scale)} times as large"
     plotter.add_text(heading, position="upper_left", font_size=round(15 * small), color="black")
-    aim_from_side(plotter, sector)
+    ring.aim_from_side(plotter, sector)
     plotter.reset_camera(bounds=_bounds(job, sector))  # the same in every frame
     return plotter
 
 
 def _bounds(job: OperatingJob, sector: SectorMesh) -> list[float]:
-    """Room of the ring at rest and of the drawn motion: x, y and z from and to, m."""
+    """Bounding box (x, y, z from and to, m) of the undeformed ring and of the drawn motion."""
     pitch = 2.0 * np.pi / sector.n_blades
-    points = np.concatenate([turned(sector.points, blade * pitch) for blade in blades_of(job.blades)])
+    points = np.concatenate([ring.turned(sector.points, blade * pitch) for blade in ring.blades_of(job.blades)])
     low, high = points.min(axis=0) - 0.5 * job.deformation, points.max(axis=0) + 0.5 * job.deformation
     return np.column_stack([low, high]).ravel().tolist()
 
@@ -128,8 +115,4 @@ def _rounded(number: float) -> str:
 
 
 if __name__ == "__main__":
-    end_with_parent()
-    try:
-        draw(OperatingJob.from_json(sys.argv[1]))
-    except Exception as error:  # the caller shows the last line to its user
-        sys.exit(one_line(f"{type(error).__name__}: {error}"))
+    drawing_main(draw, OperatingJob)

@@ -1,4 +1,4 @@
-"""Everything that the page is made from, and the key that says whether an earlier page still holds."""
+"""Everything that the page shows, and its hash, which tells whether an earlier page is still valid."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from pipeline.stages.request import Run, RunOutcome
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import file_fingerprint, fingerprint, source_fingerprint
-from pipeline.verify.cases import Measuring, distinct_cases
-from pipeline.verify.stage import Measured
+from pipeline.verify.cases import Verifier, distinct_cases
+from pipeline.verify.stage import VerifiedCase
 
 _ROOMS = ("geometry", "rom", "nonlinear", "pipeline/report", "pipeline/figures", "pipeline/render")
 _FILES = ("contact_values", "labels", "operating", "tables", "verify/model_errors")
@@ -28,10 +28,30 @@ _LIBRARIES = ("jinja2", "matplotlib", "numpy", "pillow", "scipy")
 class ReportSource:
     """Results of a run.
 
-    models: by index of the member; model_rows: `models` of summary.json; pictures: files in `out`; measured: what
-    `shroud verify` has found, empty where it has not been run; costs: stage -> seconds that making its results took,
-    in this run or an earlier one; results: stage -> how many; results_key: by which a later run knows
-    whether the page is still about them.
+    Attributes
+    ----------
+    out : Path
+        Output folder.
+    scene_file, scene_text : Path, str
+        The scene.
+    swept : tuple of str
+        Swept keys.
+    curves : sequence of CurveResult
+        The response curves.
+    models : mapping of int to BuiltModel or None
+        Reduced model of each member of the sweep, by its index.
+    model_rows : sequence of dict
+        `models` of summary.json.
+    pictures : sequence of str
+        Files in `out`.
+    verified : sequence of VerifiedCase
+        Errors found by `shroud verify`, empty where it has not been run.
+    costs, results : mapping of str
+        Seconds that the results of a stage took, in this run or an earlier one, and the number of results.
+    problems : sequence of str
+        What could not be computed, one line each.
+    results_key : str
+        Hash of the results, by which a later run knows whether the page is still about them.
     """
 
     out: Path
@@ -42,7 +62,7 @@ class ReportSource:
     models: Mapping[int, BuiltModel | None]
     model_rows: Sequence[dict[str, Any]]
     pictures: Sequence[str]
-    measured: Sequence[Measured]
+    verified: Sequence[VerifiedCase]
     costs: Mapping[str, float]
     results: Mapping[str, int]
     problems: Sequence[str]
@@ -59,7 +79,7 @@ class ReportSource:
         return self.first.title or self.first.name
 
     def picture(self, name: str) -> Path | None:
-        """A picture of this run by its name in the output folder, `figures/response.svg`."""
+        """A picture of this run by its path in the output folder, such as `figures/response.svg`."""
         return self.out / name if name in self.pictures else None
 
     def key(self) -> str:
@@ -75,7 +95,7 @@ class ReportSource:
                 "models": {str(index): model.key for index, model in self.models.items() if model is not None},
                 "rows": list(self.model_rows),
                 "pictures": {name: file_fingerprint(self.out / name) for name in self.pictures},
-                "measured": [[case.label, repr(errors)] for case, errors in self.measured],
+                "verified": [[case.label, repr(errors)] for case, errors in self.verified],
                 "costs": dict(self.costs),
                 "problems": list(self.problems),
                 "results": self.results_key,
@@ -100,7 +120,7 @@ def report_source(run: Run, models: Models, outcome: RunOutcome) -> ReportSource
         models=models,
         model_rows=outcome.models,
         pictures=outcome.pictures,
-        measured=_measured(run, models),
+        verified=_verified(run, models),
         costs={stage: round(seconds, 2) for stage, seconds in costs.items() if counts[stage]},
         results=counts,
         problems=outcome.problems,
@@ -108,8 +128,8 @@ def report_source(run: Run, models: Models, outcome: RunOutcome) -> ReportSource
     )
 
 
-def _measured(run: Run, models: Models) -> list[Measured]:
-    """Errors that an earlier `shroud verify` left in the store; nothing is measured for the page."""
-    measuring = Measuring(replace(run, store=replace(run.store, force=False)))
-    found = [(case, measuring.known(case)) for case in distinct_cases(run, models)]
+def _verified(run: Run, models: Models) -> list[VerifiedCase]:
+    """Errors that an earlier `shroud verify` left in the store; none are computed for the page."""
+    verifier = Verifier(replace(run, store=replace(run.store, force=False)))
+    found = [(case, verifier.cached_errors(case)) for case in distinct_cases(run, models)]
     return [(case, errors) for case, errors in found if errors is not None]

@@ -1,33 +1,31 @@
-"""The stage figures: drawn once for a set of curves, kept in the store, put into `figures/` of the output folder."""
+"""The stage `figures`: every figure that the curves of a run allow, in `figures/` of the output folder."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipeline.results.publishing import published, remove_outdated
 from pipeline.stages.request import Run
 from pipeline.stages.respond import CurveResult
 from pipeline.store.fingerprints import fingerprint
-from pipeline.store.publishing import publish, retire
 
 NAMES = ("response", "peaks", "hysteresis", "hysteresis_sweep", "nodal_diameters", "campbell")
 
 
 def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
-    """Draw what is missing; returns the files in the output folder."""
+    """The figures of the run; those that are missing are drawn."""
     title = _title(run)
     content = {
         "title": title,
         "curves": [[c.file.parent.name if c.file else None, c.reason, dict(c.member.parameters)] for c in curves],
         "code": run.versions.figures,
     }
-    entry = run.store.find("figures", key := fingerprint(content))
-    if entry is None:
-        with run.reporter.working("drawing figures"):
-            entry = run.store.get("figures", key, lambda folder: draw(folder, curves, title))
-    run.log.note("figures", entry.ran, entry.seconds)
-    files = publish(run.store, entry.folder, run.request.out / "figures")
-    retire(run.request.out / "figures", [f"{name}.*" for name in NAMES], files)
+    folder = run.request.out / "figures"
+    files = published(
+        run, "figures", fingerprint(content), "drawing figures", lambda into: draw(into, curves, title), folder
+    )
+    remove_outdated(folder, [f"{name}.*" for name in NAMES], files)
     return files
 
 
@@ -36,7 +34,7 @@ def draw(folder: Path, curves: Sequence[CurveResult], title: str) -> None:
     from pipeline.figures.campbell import campbell_figure
     from pipeline.figures.data import plotted_curves
     from pipeline.figures.hysteresis import most_damped, node_figure, sweep_figure
-    from pipeline.figures.limits import linear_limits
+    from pipeline.figures.linear_limits import linear_limits
     from pipeline.figures.nodal_diameters import nodal_diameter_figure
     from pipeline.figures.response import response_figure
     from pipeline.figures.style import save, styled
@@ -50,8 +48,8 @@ def draw(folder: Path, curves: Sequence[CurveResult], title: str) -> None:
         save(response_figure(shown, limits, title), folder, "response")
         if len(shown) > 1:
             save(trend_figure(shown, limits, title), folder, "peaks")
-        telling = most_damped(shown)
-        loops = None if telling is None else node_figure(telling, title)
+        damped = most_damped(shown)
+        loops = None if damped is None else node_figure(damped, title)
         if loops is not None:
             save(loops, folder, "hysteresis")
         others = {

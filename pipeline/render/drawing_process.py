@@ -1,4 +1,4 @@
-"""Drawing in a process of its own: without a GL library VTK does not raise, it crashes."""
+"""Drawing in a process of its own, because VTK crashes where there is no GL library."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ import stat
 import subprocess
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from pipeline.errors import one_line
 from pipeline.process.interrupts import kept_from_children
+from pipeline.render.job import Job
 
+J = TypeVar("J", bound=Job)
 _REMEDY = "apt-get install -y libegl1 libgl1 libxrender1"
 
 
@@ -21,11 +24,12 @@ class RenderError(Exception):
 
 
 def draw_apart(module: str, job: str, pictures: Sequence[Path]) -> None:
-    """Run `python -m module job`, which is to make the pictures. It ends when this process does.
+    """Run `python -m module job`, which draws the pictures. It ends when this process does.
 
     Raises
     ------
-    RenderError : the process died or a picture is missing; the message says what usually mends it.
+    RenderError
+        The process died or a picture is missing; the message names the usual remedy.
     """
     command = [sys.executable, "-m", module, job]
     with kept_from_children():
@@ -42,12 +46,12 @@ def draw_apart(module: str, job: str, pictures: Sequence[Path]) -> None:
     if status < 0:
         raise RenderError(f"the drawing process crashed, most likely for want of a GL library: {_REMEDY}")
     if status > 0 or not all(picture.is_file() for picture in pictures):
-        said = one_line((output.strip().splitlines() or ["no picture"])[-1])
-        raise RenderError(f"{said} (if a GL library is missing: {_REMEDY})")
+        last_line = one_line((output.strip().splitlines() or ["no picture"])[-1])
+        raise RenderError(f"{last_line} (if a GL library is missing: {_REMEDY})")
 
 
 def end_with_parent() -> None:
-    """In the drawing process: end when the one that started it is gone, however that ended."""
+    """In the drawing process: end when the process that started it has ended."""
     if not stat.S_ISFIFO(os.fstat(0).st_mode):
         return  # started by hand
 
@@ -56,3 +60,12 @@ def end_with_parent() -> None:
         os._exit(1)
 
     threading.Thread(target=watch, name="watch parent", daemon=True).start()
+
+
+def drawing_main(draw: Callable[[J], None], kind: type[J]) -> None:
+    """Entry point of the drawing process: draw the job on the command line; an error is one line on stderr."""
+    end_with_parent()
+    try:
+        draw(kind.from_json(sys.argv[1]))
+    except Exception as error:  # the calling process shows the last line
+        sys.exit(one_line(f"{type(error).__name__}: {error}"))

@@ -1,0 +1,132 @@
+"""The error budget of a run: every known error, its size, a verdict and its meaning."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from pipeline.figures.data import PlottedCurve
+from pipeline.report.report_source import ReportSource
+from pipeline.results.tables import TOLERATED, share
+
+SMALL, FAIR, LARGE, UNKNOWN = "small", "noticeable", "large", "not known"
+
+
+@dataclass(frozen=True)
+class ErrorRow:
+    """One error: the largest value found, a verdict, what it means and what reduces it."""
+
+    name: str
+    found: str
+    verdict: str
+    meaning: str
+
+
+def error_rows(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[ErrorRow]:
+    """Truncation error, energy error, modal truncation error, mesh error, stability."""
+    return [_truncation(source), _energy(source), *_model(source), _stability(source, shown)]
+
+
+def _truncation(source: ReportSource) -> ErrorRow:
+    meaning = (
+        "Estimated error of the peak from the neglected harmonics: the peak is solved again with more of them. "
+        'Where it is large, raise response.harmonics or set it to "auto".'
+    )
+    errors = {i: c.facts.truncation_error for i, c in enumerate(source.curves) if c.facts is not None}
+    known = {number: error for number, error in errors.items() if not math.isnan(error)}
+    if not known:
+        return ErrorRow("truncation error", "not estimated", UNKNOWN, meaning)
+    worst = max(known, key=known.__getitem__)
+    verdict = _verdict(known[worst], 0.01, TOLERATED)
+    where = f", curve {worst}" if len(source.curves) > 1 and known[worst] > 1e-4 else ""
+    return ErrorRow("truncation error", f"{share(known[worst])} of the peak{where}", verdict, meaning)
+
+
+def _energy(source: ReportSource) -> ErrorRow:
+    meaning = (
+        "Relative mismatch of work input and dissipation per cycle, the largest over all points. For a solution the "
+        "two are equal; what remains is round-off or, with sampled contact, the error of sampling."
+    )
+    errors = {i: c.facts.energy_error for i, c in enumerate(source.curves) if c.facts is not None}
+    known = {number: error for number, error in errors.items() if math.isfinite(error)}
+    if not known:
+        return ErrorRow("energy error", "not known", UNKNOWN, meaning)
+    worst = max(known, key=known.__getitem__)
+    where = f", curve {worst}" if len(source.curves) > 1 else ""
+    return ErrorRow("energy error", f"{known[worst]:.0e}{where}", _verdict(known[worst], 1e-6, 1e-2), meaning)
+
+
+def _model(source: ReportSource) -> list[ErrorRow]:
+    modes_mean = (
+        "Error of the natural frequencies and receptances of the reduced model from the neglected fixed-interface "
+        'modes. Where it is large, raise rom.modes or set it to "auto".'
+    )
+    mesh_mean = (
+        "Error of the natural frequencies, estimated with a second mesh. Where it is large, lower mesh.size. The "
+        "amplitude under a given force depends on the compliance of the loaded point, which converges more slowly."
+    )
+    not_measured = f"not measured; run: shroud verify {source.scene_file.name}"
+    errors = [each for _, each in source.verified]
+    truncation = _estimated(source)
+    if errors:
+        truncation = max(each.modes_frequency for each in errors), max(each.receptance for each in errors)
+    modes = ErrorRow("modal truncation error", not_measured, UNKNOWN, modes_mean)
+    if truncation is not None:
+        found = f"{share(truncation[0])} of a frequency, {share(truncation[1])} of a receptance"
+        modes = replace(modes, found=found, verdict=_verdict(max(truncation), 0.01, TOLERATED))
+    if not errors:
+        return [modes, ErrorRow("mesh error", not_measured, UNKNOWN, mesh_mean)]
+    known = [each.mesh_frequency for each in errors if not math.isnan(each.mesh_frequency)]
+    mesh = max(known, default=math.nan)
+    return [
+        modes,
+        ErrorRow(
+            "mesh error",
+            f"{share(mesh)} of a frequency" if known else f"not known ({errors[0].reason})",
+            _verdict(mesh, 0.01, TOLERATED) if known else UNKNOWN,
+            mesh_mean,
+        ),
+    ]
+
+
+def _estimated(source: ReportSource) -> tuple[float, float] | None:
+    """Modal truncation errors of frequencies and receptances that a run estimates; None where a model has none."""
+    rows = source.model_rows
+    if not rows or any(row["modes_error"] is None for row in rows):
+        return None
+    return max(row["modes_frequency_error"] for row in rows), max(row["receptance_error"] for row in rows)
+
+
+def _stability(source: ReportSource, shown: Sequence[PlottedCurve]) -> ErrorRow:
+    lost = [curve.index for curve in shown if curve.peak_index >= 0 and not curve.stable[curve.peak_index]]
+    other = {
+        curve.index: [item["kind"] for item in curve.bifurcations if item["kind"] != "fold"]
+        for curve in shown
+        if any(item["kind"] != "fold" for item in curve.bifurcations)
+    }
+    if source.first.response.stability == "floquet":
+        how = (
+            "Floquet exponents tell whether a small disturbance of the motion dies out. The motion of an unstable "
+            "(dashed) part of a curve does not persist. Only disturbances with the inter-blade phase of the "
+            "travelling wave are included."
+        )
+    else:
+        how = "From folds only: a curve is unstable between two folds; other bifurcations are not detected."
+    findings = []
+    if lost:
+        findings.append(f"the peak is unstable on curve{'s' if len(lost) > 1 else ''} {', '.join(map(str, lost))}")
+    if other:
+        kinds = ", ".join(dict.fromkeys(kind for each in other.values() for kind in each))
+        curves = ", ".join(map(str, other))
+        findings.append(f"bifurcations other than folds ({kinds}) on curve{'s' if len(other) > 1 else ''} {curves}")
+    verdict = LARGE if lost else FAIR if other else SMALL
+    if not shown:
+        return ErrorRow("stability", "no curve", UNKNOWN, how)
+    return ErrorRow("stability", "; ".join(findings) or "every peak is stable", verdict, how)
+
+
+def _verdict(error: float, small: float, fair: float) -> str:
+    if math.isnan(error):
+        return UNKNOWN
+    return SMALL if error <= small else FAIR if error <= fair else LARGE
