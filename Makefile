@@ -4,8 +4,7 @@
 # make bench  run time against error of every stage and of the whole, into out/bench; make bench-docs puts it into docs
 # make bench-peers  beside pyHarm (installed into an environment of its own) and CalculiX (where ccx is)
 # make docs   the documentation site, into out/docs/index.html; make tutorials runs the tutorials and renews their output and pictures
-# make stress the stability matrix: hard cases solved, every one written down, into out/stress
-# make fuzz   bytes of all kinds into the readers of scenes and HDF5 files, findings into out/fuzz; FUZZ=seconds each
+# make stress the stability matrix: hard cases solved, every one recorded, into out/stress
 #
 # SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes
 # (by default as many as there are cores, where the work is worth it);
@@ -15,7 +14,6 @@ SCENE ?= scenes/dummy.toml
 OUT ?=
 JOBS ?=
 STRESS ?=
-FUZZ ?= 60
 BENCH ?=
 PYTHON ?= python3
 VENV := .venv
@@ -23,7 +21,7 @@ BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) $(if $(JOBS),--jobs $(JOBS))
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond render figures report test docs tutorials stress fuzz bench bench-peers bench-docs clean
+.PHONY: setup run mesh assemble reduce respond render figures report test docs tutorials stress bench bench-peers bench-docs clean
 
 setup: $(VENV)/.installed
 
@@ -60,11 +58,6 @@ tutorials: setup
 stress: setup
 	@$(BIN)/python benchmarks/stress.py $(if $(JOBS),--jobs $(JOBS)) $(STRESS)
 
-# Where atheris has no wheel, the program says so.
-fuzz: setup
-	@$(BIN)/python -c 'import atheris' 2>/dev/null || $(BIN)/pip install --quiet --disable-pip-version-check -e '.[fuzz]' 2>/dev/null || true
-	@$(BIN)/python benchmarks/fuzz.py --seconds $(FUZZ)
-
 # Times of one thread each, as the pipeline itself asks for.
 bench bench-peers bench-docs: export OPENBLAS_NUM_THREADS = 1
 bench: setup
@@ -72,7 +65,6 @@ bench: setup
 ifeq ($(BENCH),)
 	@$(BIN)/python benchmarks/family.py
 	@$(BIN)/python benchmarks/reduction.py
-	@$(BIN)/python benchmarks/skipping.py
 	@$(BIN)/python benchmarks/parallel.py
 endif
 

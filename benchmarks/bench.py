@@ -3,10 +3,9 @@
     python benchmarks/bench.py                  # every study, some ten minutes: out/bench
     python benchmarks/bench.py --only modes     # one of them; may be given several times
     python benchmarks/bench.py --full           # more points and finer meshes, about an hour and 12 GB
-    python benchmarks/bench.py --draw           # measure nothing: tables and figures again from the CSV files
     python benchmarks/bench.py --docs           # measure nothing: docs/performance.md from the CSV files
 
-A study leaves NAME.csv, NAME.md, NAME.png and NAME.svg. References on fine meshes are kept in out/bench/store.
+A study leaves NAME.csv, NAME.md and NAME.png. References on fine meshes are cached in out/bench/store.
 """
 
 from __future__ import annotations
@@ -14,137 +13,101 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from machine import this_machine
-from work_precision.curves import CurveCase
-from work_precision.document import update_document, with_block
+from document import update_document
+from problems import built_mesh, curve_problem, scene_with
+from tables import OUT, ROOT, machine_facts
+from work_precision import curve_studies, mesh, modes, whole
+from work_precision.curve_studies import CurveCase
 from work_precision.figure import save_figure
-from work_precision.study import Study
-from work_precision.summary import summary
-from work_precision.tables import markdown, read_csv, write_csv
+from work_precision.study import Study, markdown, write_csv
 
-HOUSE = Path(__file__).resolve().parents[1]
-SCENE = HOUSE / "scenes" / "dummy.toml"
+SCENE = ROOT / "scenes" / "dummy.toml"
 LIFT_OFF = (  # contacts that open in a part of the period: the hardest for harmonics and integration
     CurveCase(SCENE, -20e-6, "default, v0 = -20 µm"),
-    CurveCase(HOUSE / "scenes" / "figure6.toml", 40e-6, "figure 6, v0 = 40 µm"),
+    CurveCase(ROOT / "scenes" / "figure6.toml", 40e-6, "figure 6, v0 = 40 µm"),
 )
-REPORTS = ("family", "reduction", "skipping", "parallel", "scaling", "peers", "linear")  # of the other benchmarks
-THREADS = 1  # the pipeline asks for one as well: its matrices are small
+STUDIES = ("mesh", "modes", "harmonics", "integration", "continuation", "whole")
+REPORTS = ("family", "reduction", "parallel", "scaling", "peers", "linear")  # of the other benchmarks
+DEFAULT_PLANS = {
+    "harmonics": curve_studies.harmonics_plan((*range(1, 8), 9, 11, 13, 15), (1e-1, 1e-2, 1e-3), 19, 25),
+    "integration": curve_studies.integration_plan(3, [2**n for n in range(5, 13)]),
+    "continuation": curve_studies.continuation_plan(
+        3, (1.0, 0.5, 0.25, 0.125, 0.06, 0.03), (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-13), 0.02, 0.01
+    ),
+}
+FULL_PLANS = {
+    "harmonics": curve_studies.harmonics_plan((*range(1, 16), 19, 23), (1e-1, 1e-2, 1e-3, 1e-4), 27, 35),
+    "integration": curve_studies.integration_plan(5, [2**n for n in range(5, 15)]),
+    "continuation": curve_studies.continuation_plan(
+        5, (2.0, 1.0, 0.5, 0.25, 0.125, 0.06, 0.03, 0.015), [10.0**-n for n in range(1, 14)], 0.01, 0.005
+    ),
+}
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Measure, draw or write the document; the exit status."""
-    options = _parser().parse_args(arguments)
-    names = options.only or list(STUDIES)
-    if not (options.docs or options.draw):
-        _measure(names, options.full, options.out)
-    if options.draw:
-        for name in names:
-            _write(read_csv(options.out / f"{name}.csv"), options.out)
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Measure or write the document; the exit status."""
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
+    parser.add_argument("--only", action="append", choices=STUDIES, metavar="NAME", help=", ".join(STUDIES))
+    parser.add_argument("--full", action="store_true", help="more points, finer meshes and references")
+    parser.add_argument("--docs", action="store_true", help="only docs/performance.md, from what was measured")
+    parser.add_argument("--out", type=Path, default=OUT, help="output folder")
+    options = parser.parse_args(arguments)
     if options.docs:
-        reports = {name: options.out / name / f"{name}.md" for name in REPORTS}
-        written = update_document(HOUSE / "docs", options.out, list(STUDIES), reports)
-        readme = HOUSE / "README.md"
-        block = f"{this_machine(THREADS).short()}\n\n{summary(options.out)}"
-        readme.write_text(with_block(readme.read_text(encoding="utf-8"), "summary", block), encoding="utf-8")
-        print(f"written: {', '.join(str(path) for path in (*written, readme))}")
+        written = update_document(ROOT / "docs" / "performance.md", options.out, STUDIES, REPORTS)
+        print(f"written: {', '.join(str(path) for path in written)}")
+    else:
+        measure(options.only or STUDIES, options.full, options.out)
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(description="Run time against error of every stage and of the whole pipeline.")
-    parser.add_argument("--only", action="append", choices=list(STUDIES), metavar="NAME", help=", ".join(STUDIES))
-    parser.add_argument("--full", action="store_true", help="more points, finer meshes and references")
-    parser.add_argument("--draw", action="store_true", help="only tables and figures, from what was measured")
-    parser.add_argument("--docs", action="store_true", help="only docs/performance.md, from what was measured")
-    parser.add_argument("--out", type=Path, default=HOUSE / "out" / "bench", help="output folder")
-    return parser
-
-
-def _measure(names: list[str], full: bool, out: Path) -> None:
+def measure(names: Sequence[str], full: bool, out: Path) -> None:
+    """Run the studies with one BLAS thread, as the pipeline does, and write each."""
     from threadpoolctl import threadpool_limits
 
     out.mkdir(parents=True, exist_ok=True)
-    with threadpool_limits(limits=THREADS):
+    with threadpool_limits(limits=1):
         warm_up(LIFT_OFF[0])
         for name in names:
             start = time.perf_counter()
-            study = STUDIES[name](full, out / "store")
-            _write(replace(study, facts=this_machine(THREADS).facts()), out)
-            print(f"{name}: {len(study.rows)} settings in {time.perf_counter() - start:.0f} s", file=sys.stderr)
+            made = replace(study(name, full, out / "store"), facts=machine_facts())
+            write(made, out)
+            print(f"{name}: {len(made.rows)} settings in {time.perf_counter() - start:.0f} s", file=sys.stderr)
 
 
-def _write(study: Study, out: Path) -> None:
-    text = f"# {study.title}\n\n{markdown(study)}\n"
-    write_csv(out / f"{study.name}.csv", study)
-    (out / f"{study.name}.md").write_text(text, encoding="utf-8")
-    save_figure(study, out)
+def study(name: str, full: bool, store: Path) -> Study:
+    """One of `STUDIES`."""
+    if name == "mesh":
+        return mesh.mesh_study(SCENE, mesh.FULL if full else mesh.DEFAULT, store)
+    if name == "modes":
+        return modes.modes_study(SCENE, modes.FULL if full else modes.DEFAULT)
+    if name == "whole":
+        return whole.whole_study(SCENE, whole.FULL if full else whole.DEFAULT, store)
+    return curve_studies.curve_study(LIFT_OFF, (FULL_PLANS if full else DEFAULT_PLANS)[name], store)
+
+
+def write(made: Study, out: Path) -> None:
+    """The study as CSV, Markdown and figure."""
+    text = f"# {made.title}\n\n{markdown(made)}\n"
+    write_csv(out / f"{made.name}.csv", made)
+    (out / f"{made.name}.md").write_text(text, encoding="utf-8")
+    save_figure(made, out / f"{made.name}.png")
     print(text)
 
 
 def warm_up(case: CurveCase) -> None:
     """Load the libraries and compile the kernels, on a mesh that is too coarse for anything else."""
-    from work_precision.curves import problem_on
-    from work_precision.stages import built_mesh, with_values
-
-    from pipeline.scene.reading import read_scene
-
     coarse = {"mesh.size": 0.01, "mesh.element": "hex8", "rom.modes": 5, "contact.interference": case.interference}
-    scene = with_values(read_scene(case.scene).first, coarse)
-    with built_mesh(scene) as mesh:
-        problem = problem_on(mesh.reduced({}).file, scene)
+    scene = scene_with(case.scene, coarse)
+    with built_mesh(scene) as built:
+        problem = curve_problem(built.reduced().file, scene)
     problem.solve(harmonics=3, stability="floquet", truncation=True)
     problem.solve(integration="sampled", samples=32)
 
-
-def _mesh(full: bool, store: Path) -> Study:
-    from work_precision import mesh
-
-    return mesh.mesh_study(SCENE, mesh.FULL if full else mesh.USUAL, store)
-
-
-def _modes(full: bool, store: Path) -> Study:
-    from work_precision import modes
-
-    return modes.modes_study(SCENE, modes.FULL if full else modes.USUAL)
-
-
-def _harmonics(full: bool, store: Path) -> Study:
-    from work_precision import harmonics
-
-    return harmonics.harmonics_study(LIFT_OFF, harmonics.FULL if full else harmonics.USUAL, store)
-
-
-def _integration(full: bool, store: Path) -> Study:
-    from work_precision import integration
-
-    return integration.integration_study(LIFT_OFF, integration.FULL if full else integration.USUAL, store)
-
-
-def _continuation(full: bool, store: Path) -> Study:
-    from work_precision import continuation
-
-    return continuation.continuation_study(LIFT_OFF, continuation.FULL if full else continuation.USUAL, store)
-
-
-def _whole(full: bool, store: Path) -> Study:
-    from work_precision import whole
-
-    return whole.whole_study(SCENE, whole.FULL if full else whole.USUAL, store)
-
-
-STUDIES: dict[str, Callable[[bool, Path], Study]] = {
-    "mesh": _mesh,
-    "modes": _modes,
-    "harmonics": _harmonics,
-    "integration": _integration,
-    "continuation": _continuation,
-    "whole": _whole,
-}
 
 if __name__ == "__main__":
     sys.exit(main())

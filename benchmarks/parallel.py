@@ -9,85 +9,60 @@ processes and their imports included. Writes parallel.csv and parallel.md into o
 
 from __future__ import annotations
 
-import argparse
 import json
 import shutil
 import sys
 import tempfile
-import tomllib
-from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from machine import hardware, load, today
-from markdown_table import markdown_table
-from results import write_results
-from skipping import call, to_toml
+from problems import scene_with
+from tables import in_a_process, machine_line, options_of, table_of, write_results
 
-HOUSE = Path(__file__).resolve().parents[1]
+from pipeline import Member, read_scene, run_scene
+
 LOWEST, HIGHEST = -20e-6, 60e-6  # interferences, m: lift-off and slip
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure and write the tables; the exit status."""
-    parser = argparse.ArgumentParser(description="Curves of a sweep in worker processes.")
+    """Measure and write the table; the exit status."""
+    parser = options_of(__doc__, "parallel")
     parser.add_argument("--curves", type=int, nargs="+", default=[8, 32])
     parser.add_argument("--jobs", type=int, nargs="+", default=[1, 2])
-    parser.add_argument("--scene", type=Path, default=HOUSE / "scenes" / "dummy.toml")
-    parser.add_argument("--out", type=Path, default=HOUSE / "out" / "bench" / "parallel", help="output folder")
     options = parser.parse_args(arguments)
-    with tempfile.TemporaryDirectory() as folder:
-        rows = measure(options.scene, options.curves, options.jobs, Path(folder))
-    write_results(options.out, "parallel", rows, report(rows))
+    rows: list[dict[str, Any]] = []
+    for count in options.curves:
+        with tempfile.TemporaryDirectory() as folder:
+            first: float | None = None  # seconds with the first number of processes
+            for number in options.jobs:
+                row = in_a_process("parallel", options.scene, count, number, folder)
+                first = first or row["seconds"]
+                rows.append(
+                    {**row, "seconds": round(row["seconds"], 2), "speed-up": round(first / row["seconds"], 2)}
+                )
+                print(f"{count} curves, {number} processes: {row['seconds']:.1f} s", file=sys.stderr)
+    title, where = "Curves of a sweep in worker processes", f"{machine_line()}. Seconds of the stage respond."
+    write_results(options.out, "parallel", rows, f"# {title}\n\n{where}\n\n{table_of(rows)}\n")
     return 0
 
 
-def measure(scene_file: Path, curves: Sequence[int], jobs: Sequence[int], folder: Path) -> list[dict[str, Any]]:
-    """A row for each number of curves and of processes; the speed-up is relative to the first number of processes."""
-    scene = tomllib.loads(scene_file.read_text(encoding="utf-8"))
-    scene.pop("render", None)
-    rows: list[dict[str, Any]] = []
-    for count in curves:
-        scene["sweep"] = {"contact.interference": np.linspace(LOWEST, HIGHEST, count).round(12).tolist()}
-        file = folder / f"{count}.toml"
-        file.write_text(to_toml(scene), encoding="utf-8")
-        model = folder / f"{count}"
-        call(["-m", "pipeline", "run", str(file), "--out", str(model), "--until", "reduce", "--quiet"])
-        for number in jobs:
-            seconds, complete = _solved(file, model, folder / "run", number)
-            first = rows[-1]["first"] if rows and rows[-1]["curves"] == count else seconds
-            rows.append(
-                {
-                    "curves": count,
-                    "processes": number,
-                    "seconds": round(seconds, 2),
-                    "a curve": round(seconds / count, 3),
-                    "speed-up": round(first / seconds, 2),
-                    "complete": complete,
-                    "first": first,
-                }
-            )
-            print(f"{count} curves, {number} processes: {seconds:.1f} s", file=sys.stderr)
-    return [{name: value for name, value in row.items() if name != "first"} for row in rows]
-
-
-def _solved(scene: Path, model: Path, out: Path, jobs: int) -> tuple[float, int]:
-    """Seconds of the stage respond from a folder that holds the reduced model only, and complete curves."""
-    shutil.copytree(model, out)
-    call(
-        ["-m", "pipeline", "run", str(scene), "--out", str(out), "--until", "respond", "--jobs", str(jobs), "--quiet"]
-    )
-    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    shutil.rmtree(out)
-    return summary["stages"]["respond"]["seconds"], sum(curve["complete"] for curve in summary["curves"])
-
-
-def report(rows: Sequence[dict[str, Any]]) -> str:
-    """The table in Markdown, with the machine."""
-    table = markdown_table(tuple(rows[0]), [tuple(row.values()) for row in rows])
-    where = f"{today()}, {hardware()}, load of the machine {load():.1f} at the end. Seconds of the stage respond."
-    return f"# Curves of a sweep in worker processes\n\n{where}\n\n{table}\n"
+def measure(scene_file: str, count: int, jobs: int, folder: str) -> dict[str, Any]:
+    """Seconds of the stage respond for so many curves and processes, from the reduced model that `folder` holds."""
+    file = read_scene(scene_file)
+    key = "contact.interference"
+    swept = [{key: value} for value in np.linspace(LOWEST, HIGHEST, count)]
+    members = tuple(Member(number, scene_with(file.first, values), values) for number, values in enumerate(swept))
+    sweep = replace(file, members=members, swept=(key,))
+    run_scene(sweep, Path(folder) / "model", until="reduce")
+    out = Path(folder) / f"{jobs}"
+    shutil.copytree(Path(folder) / "model", out)
+    results = run_scene(sweep, out, until="respond", jobs=jobs)
+    seconds = json.loads((out / "summary.json").read_text(encoding="utf-8"))["stages"]["respond"]["seconds"]
+    complete = sum(curve.complete for curve in results.curves)
+    row = {"curves": count, "processes": jobs, "seconds": seconds, "a curve": round(seconds / count, 3)}
+    return row | {"speed-up": 1.0, "complete": complete}
 
 
 if __name__ == "__main__":

@@ -21,12 +21,11 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import machine
 from peers_blade import write_blade
 from peers_programs import Request
 from peers_report import name, report
+from tables import OUT, ROOT, hardware, load, today
 
-HOUSE = Path(__file__).resolve().parents[1]
 PEER, PEER_VERSION = "pyHarm-os", "1.2.2"
 TOLERANCE, REFERENCE_TOLERANCE = 1e-9, 1e-13
 CHECK_SAMPLES = 16384
@@ -76,7 +75,7 @@ class Bench:
             environment["NUMBA_CACHE_DIR"] = str(cache)
         python = sys.executable if request.program == "shroud" else str(self.peer)
         command = [python, str(Path(__file__).with_name("peers_programs.py")), json.dumps(asdict(request))]
-        done = subprocess.run(command, env=environment, cwd=HOUSE, capture_output=True, text=True, check=False)
+        done = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise ProgramError(f"{request.program} failed: {_last_line(done.stderr)}")
         answer: dict[str, Any] = json.loads(_last_line(done.stdout))
@@ -137,7 +136,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             without = "it could not be installed"
     blade = options.out / "blade.npz"
     if any(CASES[case][0] == "S" for case in options.cases):
-        write_blade(blade, HOUSE / "scenes" / "dummy.toml", options.out.parent / "store")
+        write_blade(blade, ROOT / "scenes" / "dummy.toml", options.out.parent / "store")
     bench = Bench(peer, options.env, options.curves, not options.no_first_use, str(blade.resolve()))
     results = compare(bench, options.cases) | {"without_peer": without}
     (options.out / "peers.json").write_text(json.dumps(results, indent=1), encoding="utf-8")
@@ -150,7 +149,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    out = HOUSE / "out" / "bench" / "peers"
+    out = OUT / "peers"
     parser = argparse.ArgumentParser(description="This program and pyHarm on the peers' problem.")
     parser.add_argument("--skip-pyharm", action="store_true", help="this program only; needs no network")
     parser.add_argument(
@@ -197,7 +196,7 @@ def _installed(python: Path) -> bool:
 
 def compare(bench: Bench, cases: Sequence[str]) -> dict[str, Any]:
     """All rows and references, as `peers.json` holds them."""
-    before = machine.load()
+    before = load()
     rows: list[dict[str, Any]] = []
     failures: list[str] = []
     for case in cases:
@@ -219,9 +218,9 @@ def compare(bench: Bench, cases: Sequence[str]) -> dict[str, Any]:
                 row["faster"] = [min(times[i] for times in theirs) / row["ms_a_point"][i] for i in (0, 1)]
         rows += of_case
     return {
-        "when": machine.today(),
-        "machine": machine.hardware(),
-        "load": [before, machine.load()],
+        "when": today(),
+        "machine": hardware(),
+        "load": [before, load()],
         "tolerance": TOLERANCE,
         "check_samples": CHECK_SAMPLES,
         "frequencies": {case: frequencies(case) for case in cases},

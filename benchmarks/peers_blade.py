@@ -21,22 +21,20 @@ LOADS = (4e-6, 5e-6, 6e-6)  # preloads of the contacts in turn, as interferences
 SPAN = (0.9, 1.2)  # round the resonance of the slipping contacts
 
 
-def write_blade(file: Path, scene_file: Path, store: Path) -> None:
+def write_blade(target: Path, scene_file: Path, store: Path) -> None:
     """Write matrices, contacts and force as `peers_programs.Problem` reads them."""
-    from work_precision.stages import kept_model, with_values
+    from problems import cached_model, curve_problem, scene_with
 
-    from pipeline.scene.reading import read_scene
-    from pipeline.stages.scene_to_solver import stiffness_by_node
     from rom import read_reduced_model
 
-    scene = with_values(read_scene(scene_file).first, {"rom.modes": MODES})
-    model = read_reduced_model(kept_model(store, scene), with_basis=False)
+    scene = scene_with(scene_file, {"rom.modes": MODES})
+    file = cached_model(store, scene)
+    model, contact = read_reduced_model(file, with_basis=False), curve_problem(file, scene).contact
     contacts, size = model.n_contacts, model.size
     change = relative_coordinates(model)
     mass, stiffness = (change.T @ matrix @ change for matrix in (model.mass, model.stiffness))
     place = int(np.flatnonzero(model.force_excitation)[0])  # a unit load on one dof of the tip
-    normal = stiffness_by_node(scene.contact.normal_stiffness, contacts)
-    tangential = stiffness_by_node(scene.contact.tangential_stiffness, contacts)
+    normal, tangential = contact.normal_stiffness, contact.tangential_stiffness
     omega, per_length = 2.0 * np.pi * HERTZ, LENGTH / FORCE
     arrays: dict[str, Any] = {
         "mass": mass * per_length * omega**2,
@@ -52,8 +50,8 @@ def write_blade(file: Path, scene_file: Path, store: Path) -> None:
         "span": np.array(SPAN),
     }
     assert size % 3 == 0
-    file.parent.mkdir(parents=True, exist_ok=True)
-    np.savez(file, **arrays)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    np.savez(target, **arrays)
 
 
 def relative_coordinates(model: Any) -> np.ndarray:

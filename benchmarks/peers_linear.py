@@ -7,7 +7,6 @@ each. Writes linear.csv and linear.md into out/bench/linear.
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 import tempfile
@@ -17,60 +16,52 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from machine import hardware, load, today
-from markdown_table import markdown_table
-from results import write_results
+from problems import clamped_modes, full_model_of, material_of, mesh_of, scene_with
+from tables import ROOT, machine_line, options_of, table_of, write_results
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
     from rom import Material
 
-HOUSE = Path(__file__).resolve().parents[1]
 COUNT = 10
+Found = tuple[float, int, Sequence[float]]  # seconds, dofs, Hz
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure and write the tables; the exit status."""
-    parser = argparse.ArgumentParser(description="Natural frequencies beside SciPy alone and CalculiX.")
+    """Measure and write the table; the exit status."""
+    parser = options_of(__doc__, "linear")
     parser.add_argument("--sizes", type=float, nargs="+", default=[6.0, 4.0, 2.8], help="mesh sizes, mm")
-    parser.add_argument("--scene", type=Path, default=HOUSE / "scenes" / "dummy.toml", help="whose blade to use")
-    parser.add_argument("--out", type=Path, default=HOUSE / "out" / "bench" / "linear", help="output folder")
     options = parser.parse_args(arguments)
     rows = [row for size in options.sizes for row in measure(options.scene, size)]
-    table = markdown_table(tuple(rows[0]), [tuple(row.values()) for row in rows])
-    where = f"{today()}, {hardware()}, load of the machine {load():.1f} at the end, one thread each."
-    what = (
-        "Seconds from the mesh to ten natural frequencies; largest relative difference from the first row of a size."
+    text = (
+        f"# The linear part beside others\n\n{machine_line()}, one thread each. Seconds from the mesh to ten natural "
+        f"frequencies; largest relative difference from the first row of a size.\n\n{table_of(rows)}\n"
     )
-    text = f"# The linear part beside others\n\n{where} {what}\n\n{table}\n"
     write_results(options.out, "linear", rows, text)
     return 0
 
 
 def measure(scene_file: Path, size: float) -> list[dict[str, Any]]:
     """A row for each program on the mesh of a size in mm."""
-    from geometry import build_sector
-    from pipeline.scene.consistency import geometry_parameters
-    from pipeline.scene.reading import read_scene
-    from rom import Material
+    scene = scene_with(scene_file, {"mesh.size": 1e-3 * size})
+    sector = mesh_of(scene)
 
-    blade = read_scene(scene_file).first
-    assert blade.mesh is not None
-    assert blade.material is not None
-    blade = blade.model_copy(update={"mesh": blade.mesh.model_copy(update={"size": 1e-3 * size})})
-    sector = build_sector(*geometry_parameters(blade))
-    material = Material(**blade.material.model_dump())
-    answers = {
-        "this program, CHOLMOD": own_frequencies(sector, material, "cholmod"),
-        "this program, SciPy alone": own_frequencies(sector, material, "superlu"),
-        "CalculiX": calculix_frequencies(sector, material),
+    def own(backend: str) -> Found:
+        start = time.perf_counter()
+        full = full_model_of(scene, sector)
+        omega, _ = clamped_modes(full, COUNT, backend)
+        return time.perf_counter() - start, full.n_dofs, omega / (2.0 * np.pi)
+
+    first = own("cholmod")
+    found: dict[str, Found | None] = {
+        "this program, CHOLMOD": first,
+        "this program, SciPy alone": own("superlu"),
+        "CalculiX": calculix_frequencies(sector, material_of(scene)),
     }
-    first = next(iter(answers.values()))
-    assert first is not None
     rows = []
-    for name, found in answers.items():
-        if found is not None:
-            seconds, dofs, hertz = found
+    for name, answer in found.items():
+        if answer is not None:
+            seconds, dofs, hertz = answer
             off = float(np.abs(np.asarray(hertz) / first[2] - 1.0).max())
             shown = {"seconds": round(seconds, 2), "times slower": round(seconds / first[0], 1), "off": f"{off:.1e}"}
             rows.append({"mm": size, "dofs": dofs, "program": name, **shown})
@@ -78,26 +69,9 @@ def measure(scene_file: Path, size: float) -> list[dict[str, Any]]:
     return rows
 
 
-def own_frequencies(sector: SectorMesh, material: Material, backend: str) -> tuple[float, int, Sequence[float]]:
-    """Seconds, dofs and frequencies (Hz) of this program: assembly, factor, shift-invert Lanczos."""
-    from threadpoolctl import threadpool_limits
-
-    from rom import assemble
-    from rom.linear_algebra.factorisation import factorise
-    from rom.reduction.fixed_interface_modes import lowest_modes
-
-    with threadpool_limits(limits=1):
-        start = time.perf_counter()
-        full = assemble(sector, material)
-        moves = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
-        stiffness, mass = (matrix[moves][:, moves] for matrix in (full.stiffness, full.mass))
-        angular, _ = lowest_modes(mass, factorise(stiffness, backend), COUNT)
-        return time.perf_counter() - start, full.n_dofs, angular / (2.0 * np.pi)
-
-
-def calculix_frequencies(sector: SectorMesh, material: Material) -> tuple[float, int, Sequence[float]] | None:
+def calculix_frequencies(sector: SectorMesh, material: Material) -> Found | None:
     """The same of CalculiX on the same mesh; None where it is not installed."""
-    sys.path.insert(0, str(HOUSE / "tests" / "rom"))
+    sys.path.insert(0, str(ROOT / "tests" / "rom"))
     import calculix
 
     if calculix.PROGRAM is None:
@@ -107,8 +81,8 @@ def calculix_frequencies(sector: SectorMesh, material: Material) -> tuple[float,
     text = calculix.deck(mesh, material, COUNT)
     with tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()
-        found = calculix.run(Path(folder), text)
-        return time.perf_counter() - start, 3 * len(mesh.points), found
+        hertz = calculix.run(Path(folder), text)
+        return time.perf_counter() - start, 3 * len(mesh.points), hertz
 
 
 if __name__ == "__main__":

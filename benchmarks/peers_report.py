@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from markdown_table import markdown_table
+from tables import markdown_table
 
 Row = dict[str, Any]
 

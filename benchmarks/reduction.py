@@ -1,7 +1,7 @@
 """Time and memory from the blade to its reduced model, phase by phase: `python benchmarks/reduction.py`.
 
-    python benchmarks/reduction.py                      # 24 000 to 160 000 dofs, a minute
-    python benchmarks/reduction.py --full               # 485 000 dofs too, three minutes and 7 GB
+    python benchmarks/reduction.py                      # 26 000 to 142 000 dofs, a minute
+    python benchmarks/reduction.py --full               # 484 000 dofs too, three minutes and 7 GB
     python benchmarks/reduction.py --sizes 4 2 --modes 20 40 80
     python benchmarks/reduction.py --backend superlu
 
@@ -11,118 +11,66 @@ reduction.md into out/bench/reduction.
 
 from __future__ import annotations
 
-import argparse
-import json
-import resource
-import subprocess
+import cProfile
+import pstats
 import sys
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
-import machine
-from markdown_table import markdown_table
-from results import write_results
+from problems import full_model_of, mesh_of, scene_with
+from tables import in_a_process, machine_line, markdown_table, options_of, peak_memory_gb, write_results
 
-HOUSE = Path(__file__).resolve().parents[1]
 SIZES, LARGEST = (4.0, 2.8, 1.9), 1.17  # mm
-PHASES = ("mesh", "assembly", "ordering", "factorisation", "constraint modes", "fixed-interface modes", "projection")
+# Phase -> the functions of `rom` whose time it is, added or, with a minus, taken off.
+PHASES = {
+    "mesh": ("mesh_of",),
+    "assembly": ("full_model_of",),
+    "ordering": ("analyse",),
+    "factorisation": ("factor",),
+    "constraint modes": ("split", "-full_model_of", "-analyse", "-factor"),
+    "fixed-interface modes": ("lowest_modes",),
+    "projection": ("craig_bampton_model",),
+}
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure and write the tables; the exit status."""
-    options = _parser().parse_args(arguments)
-    if options.measure is not None:
-        print(json.dumps(measure(options.scene, *options.measure, options.backend)))
-        return 0
-    sizes = [*options.sizes, LARGEST] if options.full else options.sizes
+    """Measure and write the table; the exit status."""
+    parser = options_of(__doc__, "reduction")
+    parser.add_argument("--sizes", type=float, nargs="+", default=list(SIZES), help="mesh sizes, mm")
+    parser.add_argument("--modes", type=int, nargs="+", default=[40], help="fixed-interface modes")
+    parser.add_argument("--backend", default="auto", choices=("auto", "cholmod", "superlu"), help="what factorises")
+    parser.add_argument("--full", action="store_true", help=f"with {LARGEST:g} mm")
+    options = parser.parse_args(arguments)
     rows = []
-    for size in sizes:
+    for size in [*options.sizes, *([LARGEST] if options.full else [])]:
         for modes in options.modes:
-            row = _in_a_process(options.scene, size, modes, options.backend)
-            rows.append(row)
-            print(f"{size:g} mm, {row['dofs']} dofs, {modes} modes: {row['total']:.1f} s, {row['memory_gb']:.1f} GB")
+            rows.append(in_a_process("reduction", options.scene, size, modes, options.backend))
+            print(f"{size:g} mm: {rows[-1]['total']:.1f} s, {rows[-1]['memory_gb']:.1f} GB", file=sys.stderr)
     write_results(options.out, "reduction", rows, report(rows))
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(description="Time and memory from the blade to its reduced model.")
-    parser.add_argument("--sizes", type=float, nargs="+", default=list(SIZES), help="mesh sizes, mm")
-    parser.add_argument("--modes", type=int, nargs="+", default=[40], help="fixed-interface modes kept")
-    parser.add_argument("--backend", default="auto", choices=("auto", "cholmod", "superlu"), help="what factorises")
-    parser.add_argument("--full", action="store_true", help=f"with {LARGEST:g} mm")
-    parser.add_argument("--scene", type=Path, default=HOUSE / "scenes" / "dummy.toml", help="whose blade to use")
-    parser.add_argument("--out", type=Path, default=HOUSE / "out" / "bench" / "reduction", help="output folder")
-    parser.add_argument("--measure", type=float, nargs=2, help=argparse.SUPPRESS)
-    return parser
-
-
-def _in_a_process(scene: Path, size: float, modes: int, backend: str) -> dict[str, Any]:
-    command = [sys.executable, str(Path(__file__)), "--scene", str(scene), "--backend", backend]
-    command += ["--measure", str(size), str(modes)]
-    done = subprocess.run(command, cwd=HOUSE, check=True, capture_output=True, text=True)
-    row: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return row
-
-
-def measure(scene: Path, size: float, modes: float, backend: str = "auto") -> dict[str, Any]:
+def measure(scene_file: str, size: float, modes: int, backend: str) -> dict[str, Any]:
     """Seconds of each phase, dofs and largest memory of this process, for a mesh size in mm."""
-    import rom.reduction.substructure
-    from geometry import build_sector
-    from pipeline.scene.consistency import geometry_parameters
-    from pipeline.scene.reading import read_scene
-    from rom import Material, assemble
-    from rom.linear_algebra.threads import one_blas_thread
-    from rom.reduction.craig_bampton import craig_bampton_model
-    from rom.reduction.fixed_interface_modes import lowest_modes
+    from rom import ReductionOptions, reduce_sector
 
-    blade = read_scene(scene).first
-    assert blade.mesh is not None
-    assert blade.material is not None
-    blade = blade.model_copy(update={"mesh": blade.mesh.model_copy(update={"size": 1e-3 * size})})
+    scene = scene_with(scene_file, {"mesh.size": 1e-3 * size})
+    profile = cProfile.Profile()
+    profile.enable()
+    sector = mesh_of(scene)
+    reduction = reduce_sector(lambda: full_model_of(scene, sector), sector, ReductionOptions(modes, backend=backend))
+    profile.disable()
     seconds: dict[str, float] = {}
-
-    @contextmanager
-    def timed(phase: str) -> Iterator[None]:
-        start = time.perf_counter()
-        yield
-        seconds[phase] = time.perf_counter() - start
-
-    analyse = rom.reduction.substructure.analyse
-
-    class TimedAnalysis:
-        def __init__(self, *arguments: Any) -> None:
-            with timed("ordering"):
-                self._analysis = analyse(*arguments)
-
-        def factor(self) -> Any:
-            with timed("factorisation"):
-                return self._analysis.factor()
-
-    rom.reduction.substructure.analyse = TimedAnalysis
-    with timed("mesh"):
-        sector = build_sector(*geometry_parameters(blade))
-    with timed("assembly"):
-        full = [assemble(sector, Material(**blade.material.model_dump()), blade.mesh.element)]
-    with one_blas_thread():
-        with timed("constraint modes"):
-            parts = rom.reduction.substructure.split(full.pop, sector, blade.excitation.at, backend)
-        seconds["constraint modes"] -= seconds["ordering"] + seconds["factorisation"]
-        with timed("fixed-interface modes"):
-            found = lowest_modes(parts.inner_mass, parts.factor, int(modes))
-        with timed("projection"):
-            model = craig_bampton_model(sector, parts, *found, blade.excitation.unit_direction, True)
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    row = {"size_mm": size, "dofs": parts.n_dofs, "modes": int(modes), "reduced": model.size}
+    for (_, _, function), (_, _, _, cumulative, _) in pstats.Stats(profile).stats.items():  # type: ignore[attr-defined]
+        seconds[function] = max(cumulative, seconds.get(function, 0.0))  # of namesakes the one that takes long
+    row = {"size_mm": size, "dofs": reduction.dofs, "modes": reduction.modes, "reduced": reduction.model.size}
+    for phase, functions in PHASES.items():
+        row[phase] = round(sum(-seconds[name[1:]] if name[0] == "-" else seconds[name] for name in functions), 3)
+    solver = str(reduction.model.producer).rsplit(", ", maxsplit=1)[-1]
     return {
         **row,
-        **{phase: round(seconds[phase], 3) for phase in PHASES},
-        "total": round(sum(seconds.values()), 3),
-        "memory_gb": round(memory, 3),
-        "backend": parts.factor.backend,
+        "total": round(sum(row[phase] for phase in PHASES), 3),
+        "memory_gb": round(peak_memory_gb(), 3),
+        "backend": solver,
     }
 
 
@@ -132,10 +80,9 @@ def report(rows: list[dict[str, Any]]) -> str:
     lines = []
     for row in rows:
         phases = [f"{row[phase]:.2f}" for phase in PHASES]
-        ends = [f"{row['total']:.1f}", f"{row['memory_gb']:.2f}", row["backend"]]
-        lines.append([f"{row['size_mm']:g}", str(row["dofs"]), str(row["modes"]), *phases, *ends])
-    where = f"{machine.today()}, {machine.hardware()}, load of the machine {machine.load():.1f} at the end. Seconds."
-    return f"# From blade to reduced model\n\n{where}\n\n{markdown_table(heads, lines)}\n"
+        sizes = (f"{row['size_mm']:g}", row["dofs"], row["modes"])
+        lines.append((*sizes, *phases, f"{row['total']:.1f}", f"{row['memory_gb']:.2f}", row["backend"]))
+    return f"# From blade to reduced model\n\n{machine_line()}. Seconds.\n\n{markdown_table(heads, lines)}\n"
 
 
 if __name__ == "__main__":

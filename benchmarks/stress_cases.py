@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-if TYPE_CHECKING:
-    from nonlinear.contact.parameters import Law
-
+Law = Literal["two_sliders", "cone"]
 BLOCK = 200  # every block is a Latin hypercube of its own: case INDEX of a seed is the same however many are drawn
 SCALES = tuple(np.logspace(-8.0, -3.0, 10).tolist())  # m/N; the free peak moves 3e-4 m/N at zeta 1e-4
 
@@ -66,6 +64,12 @@ class StressCase:
         """Class of the stiffness for tables."""
         decade = min(int(np.floor(np.log10(self.normal_stiffness))), 8)
         return f"1e{decade} .. 1e{decade + 1}"
+
+    def shown(self) -> tuple[object, ...]:
+        """Angle, EO / N_b, kn, v0 / F, mu, zeta and H for tables."""
+        numbers = (self.order_ratio, self.normal_stiffness, self.interference)
+        shown = (f"{number:.4g}" for number in numbers)
+        return f"{self.angle:g}", *shown, f"{self.friction:g}", f"{self.damping_ratio:g}", self.harmonics
 
     def values(self) -> dict[str, Any]:
         """Field name -> value."""

@@ -1,34 +1,41 @@
-"""The results of the matrix as a table of cases and as a summary in Markdown."""
+"""The results of the stability matrix: a summary in Markdown, a picture of all cases, and one of a curve."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from markdown_table import markdown_table
-from stress_cases import FACTORS, LEVELS, StressCase
+from stress_cases import FACTORS, LEVELS, STIFFNESS_RANGE
 from stress_solving import StressResult
+from tables import markdown_table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from nonlinear import ResponseCurve
 
 SHOWN = 10
 ENERGY_LIMIT = 1e-8
-COLUMNS = ("alpha", "EO/N_b", "kn N/m", "v0/F m/N", "mu", "zeta", "H")
+MARKERS = {1: "o", 3: "s", 7: "D"}
+PARAMETERS = ("alpha", "EO/N_b", "kn N/m", "v0/F m/N", "mu", "zeta", "H")
+Results = Sequence[StressResult]
 
 
-def print_summary(results: Sequence[StressResult]) -> None:
-    """The summary on standard output."""
-    print(summary_text(results))
-
-
-def summary_text(results: Sequence[StressResult]) -> str:
-    """Counts by outcome and by level, times, slowest cases, worst energy errors, every incomplete case in full."""
+def summary_text(results: Results) -> str:
+    """Counts by termination and by level, times, slowest cases, worst energy errors, every incomplete case."""
+    case = results[0].case
+    hard = ", hard corner" if case.hard else ""
     incomplete = [result for result in results if not result.complete]
+    by_reason = Counter(result.ending for result in results).most_common()
     parts = [
-        _title(results[0].case),
+        f"# Stability matrix, seed {case.seed}{hard}{', cone law' if case.law == 'cone' else ''}",
         f"{len(results)} curves, {len(results) - len(incomplete)} complete, {len(incomplete)} incomplete; "
         f"{sum(r.seconds for r in results):.0f} s of solving, {sum(r.points for r in results)} points; "
         f"{sum(r.detached > 0 for r in results)} curves with detached branches.",
-        _outcomes(results),
+        markdown_table(("termination", "curves"), by_reason),
         "## By harmonics",
         _by_harmonics(results),
         "## By level of each factor",
@@ -44,108 +51,101 @@ def summary_text(results: Sequence[StressResult]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _title(case: StressCase) -> str:
-    hard = ", hard corner" if case.hard else ""
-    return f"# Stability matrix, seed {case.seed}{hard}{', cone law' if case.law == 'cone' else ''}"
-
-
-def _outcomes(results: Sequence[StressResult]) -> str:
-    counts = Counter(result.ending for result in results)
-    return markdown_table(("outcome", "curves"), ((ending, count) for ending, count in counts.most_common()))
-
-
-def _by_harmonics(results: Sequence[StressResult]) -> str:
-    header = (
-        "H",
-        "curves",
-        "incomplete",
-        "median points",
-        "median s",
-        "largest s",
-        "median ms a point",
-        "its a point",
-    )
+def _by_harmonics(results: Results) -> str:
+    times = ("median points", "median s", "largest s", "median ms a point", "iterations a point")
     rows = []
     for level in LEVELS["harmonics"]:
         chosen = [result for result in results if result.case.harmonics == level and result.points]
         if not chosen:
             continue
         points, seconds = [r.points for r in chosen], [r.seconds for r in chosen]
-        rows.append(
-            (
-                level,
-                len(chosen),
-                sum(not r.complete for r in chosen),
-                f"{np.median(points):.0f}",
-                f"{np.median(seconds):.2f}",
-                f"{max(seconds):.1f}",
-                f"{np.median([r.milliseconds_a_point for r in chosen]):.2f}",
-                f"{sum(r.iterations for r in chosen) / sum(points):.2f}",
-            )
-        )
-    return markdown_table(header, rows)
+        shown = [f"{np.median(points):.0f}", f"{np.median(seconds):.2f}", f"{max(seconds):.1f}"]
+        shown.append(f"{1e3 * np.median([r.seconds / r.points for r in chosen]):.2f}")
+        shown.append(f"{sum(r.iterations for r in chosen) / sum(points):.2f}")
+        rows.append((level, len(chosen), sum(not r.complete for r in chosen), *shown))
+    return markdown_table(("H", "curves", "incomplete", *times), rows)
 
 
-def _by_level(results: Sequence[StressResult]) -> str:
+def _by_level(results: Results) -> str:
     rows = []
     for factor in FACTORS:
         by_value = sorted(results, key=lambda result: getattr(result.case, factor))
         for level in dict.fromkeys(result.case.level(factor) for result in by_value):
             chosen = [result for result in results if result.case.level(factor) == level]
-            points, seconds = [r.points for r in chosen], [r.seconds for r in chosen]
-            failed = sum(not r.complete for r in chosen)
-            turning = sum(r.turning_points > 0 for r in chosen)
-            row = (
-                factor,
-                level,
-                len(chosen),
-                failed,
-                turning,
-                f"{np.median(points):.0f}",
-                f"{np.median(seconds):.2f}",
-            )
-            rows.append(row)
+            counts = (sum(not r.complete for r in chosen), sum(r.turning_points > 0 for r in chosen))
+            points, seconds = (np.median([getattr(r, name) for r in chosen]) for name in ("points", "seconds"))
+            rows.append((factor, level, len(chosen), *counts, f"{points:.0f}", f"{seconds:.2f}"))
     header = ("factor", "level", "curves", "incomplete", "with turning points", "median points", "median s")
     return markdown_table(header, rows)
 
 
-def _ranked(results: Sequence[StressResult], key: Callable[[StressResult], float]) -> str:
-    header = ("case", *COLUMNS, "points", "iterations", "seconds", "energy error", "turning points", "outcome")
-    chosen = sorted(results, key=key, reverse=True)[:SHOWN]
-    return markdown_table(header, (_line(result) for result in chosen))
-
-
-def _line(result: StressResult) -> tuple[object, ...]:
-    return (
-        result.case.index,
-        *_parameters(result.case),
-        result.points,
-        result.iterations,
-        f"{result.seconds:.2f}",
-        f"{result.energy_error:.1e}",
-        result.turning_points,
-        result.ending,
-    )
-
-
-def _parameters(case: StressCase) -> tuple[object, ...]:
-    return (
-        f"{case.angle:g}",
-        f"{case.order_ratio:.3g}",
-        f"{case.normal_stiffness:.4g}",
-        f"{case.interference:.4g}",
-        f"{case.friction:g}",
-        f"{case.damping_ratio:g}",
-        case.harmonics,
-    )
+def _ranked(results: Results, key: Callable[[StressResult], float]) -> str:
+    columns = ("points", "iterations", "seconds", "energy error", "turning points", "termination")
+    rows = []
+    for r in sorted(results, key=key, reverse=True)[:SHOWN]:
+        values = (r.points, r.iterations, f"{r.seconds:.2f}", f"{r.energy_error:.1e}", r.turning_points, r.ending)
+        rows.append((r.case.index, *r.case.shown(), *values))
+    return markdown_table(("case", *PARAMETERS, *columns), rows)
 
 
 def _in_full(result: StressResult) -> str:
     case = result.case
-    named = ", ".join(f"{name} {value}" for name, value in zip(COLUMNS, _parameters(case), strict=True))
+    named = ", ".join(f"{name} {value}" for name, value in zip(PARAMETERS, case.shown(), strict=True))
     return (
         f"Case {case.index}: {named}; {result.low_hz:.2f} to {result.high_hz:.2f} Hz.\n"
         f"{result.ending}: {result.message} ({result.points} points, {result.turning_points} turning points, "
-        f"{result.seconds:.1f} s).\n"
-        f"`{case.replay}`"
+        f"{result.seconds:.1f} s).\n`{case.replay}`"
     )
+
+
+def draw_matrix(path: Path, results: Results) -> None:
+    """Cases over stiffness and interference, coloured by points and by time; a red cross is an incomplete curve."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(12.0, 5.6), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
+    _scatter(axes[0], results, [result.points for result in results], "solved points")
+    _scatter(axes[1], results, [result.seconds for result in results], "seconds")
+    axes[0].set_ylabel("interference v0 / F  [m/N]   (gap below 0)")
+    failed = sum(not result.complete for result in results)
+    figure.suptitle(f"Stability matrix, seed {results[0].case.seed}: {len(results)} curves, {failed} incomplete")
+    figure.savefig(path, dpi=110)
+
+
+def _scatter(axes: Axes, results: Results, values: Any, name: str) -> None:
+    from matplotlib.colors import LogNorm
+
+    values = np.maximum(np.asarray(values, dtype=float), 1e-3)
+    height = {value: place for place, value in enumerate(LEVELS["interference"])}
+    x = np.array([result.case.normal_stiffness for result in results])
+    # The levels are equidistant; a small offset keeps cases of similar stiffness apart.
+    y = np.array([height[r.case.interference] + 0.25 * (r.case.index % 3 - 1) for r in results])
+    norm = LogNorm(values.min(), max(values.max(), 1.01 * values.min()))
+    for harmonics, marker in MARKERS.items():
+        at = np.array([result.case.harmonics == harmonics for result in results])
+        points = axes.scatter(x[at], y[at], c=values[at], norm=norm, marker=marker, s=34, label=f"H = {harmonics}")
+    failed = np.array([not result.complete for result in results])
+    axes.scatter(x[failed], y[failed], marker="x", color="red", s=110, linewidths=2.0, label="incomplete")
+    axes.figure.colorbar(points, ax=axes, label=name)
+    axes.set(xscale="log", xlim=(0.8 * STIFFNESS_RANGE[0], 1.25 * STIFFNESS_RANGE[1]))
+    axes.set_yticks(range(len(height)), [f"{value:.1e}" if value else "0" for value in height])
+    axes.axhline(height[0.0], color="0.8", zorder=0)
+    axes.set_xlabel("normal contact stiffness of the face [N/m]")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.08), ncols=4, frameon=False)
+
+
+def draw_curve(path: Path, curve: ResponseCurve, result: StressResult) -> None:
+    """Amplitude over frequency of one case, unstable points hollow, and frequency over the arc length."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(12.0, 5.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    left.semilogy(curve.frequency_hz, curve.amplitude_m, "-", color="0.7", linewidth=0.8)
+    for name, at, colour, fill in (("stable", curve.stable, "C0", "C0"), ("unstable", ~curve.stable, "C1", "none")):
+        left.semilogy(curve.frequency_hz[at], curve.amplitude_m[at], ".", color=colour, mfc=fill, label=name)
+    left.set(xlabel="frequency [Hz]", ylabel="amplitude [m]", xlim=(result.low_hz, result.high_hz))
+    left.legend()
+    right.plot(curve.arc, curve.frequency_hz, ".-", markersize=3)
+    right.set(xlabel="arc length", ylabel="frequency [Hz]")
+    figure.suptitle(f"case {result.case.index}, seed {result.case.seed}: {result.ending}", fontsize=10)
+    figure.savefig(path, dpi=110)

@@ -1,11 +1,14 @@
-"""One case of the matrix solved, and what is written down of it."""
+"""One case of the stability matrix solved, what is recorded of it, and many cases in worker processes."""
 
 from __future__ import annotations
 
+import argparse
+import os
 import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from stress_cases import TANGENTIAL_RATIO, StressCase
@@ -16,11 +19,14 @@ if TYPE_CHECKING:
 
 BELOW_FREE, ABOVE_STUCK = 0.8, 1.2
 OUT_OF_TIME, RAISED = "out of time", "raised an exception"
+THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+NAN = float("nan")
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
 class StressResult:
-    """Outcome of a case. `ending` is that of the solver, or why there is none; errors are NaN without a curve."""
+    """Result of a case; `ending` is the termination reason, or why there is none; errors are NaN without a curve."""
 
     case: StressCase
     low_hz: float
@@ -29,18 +35,13 @@ class StressResult:
     ending: str
     message: str
     points: int
-    iterations: int
     seconds: float
-    energy_error: float
-    turning_points: int
-    peaks: int
-    truncation_error: float
-    detached: int
-
-    @property
-    def milliseconds_a_point(self) -> float:
-        """Time a point; NaN where there is none."""
-        return 1e3 * self.seconds / self.points if self.points else float("nan")
+    iterations: int = 0
+    energy_error: float = NAN
+    turning_points: int = 0
+    peaks: int = 0
+    truncation_error: float = NAN
+    detached: int = 0
 
     def row(self) -> dict[str, Any]:
         """Column -> value, the parameters first."""
@@ -53,7 +54,7 @@ class OutOfTimeError(Exception):
 
 
 def solve_case(case: StressCase, model: Path, limit: float) -> StressResult:
-    """Solve one curve on one BLAS thread; whatever happens to it becomes part of the result.
+    """Solve one curve on one BLAS thread; an exception becomes part of the result.
 
     `limit`: seconds after which the curve is given up at the next solved point.
     """
@@ -64,40 +65,44 @@ def attempt(case: StressCase, model: Path, limit: float) -> tuple[StressResult, 
     """As `solve_case`, with the curve, if there is one."""
     from threadpoolctl import threadpool_limits
 
+    from nonlinear import forced_response
+
     began = time.perf_counter()
-    low = high = float("nan")
-    reached = [0]
+    low = high = NAN
+    reached = 0
 
     def watch(frequency_hz: float, points: int) -> None:
-        reached[0] = points
+        nonlocal reached
+        reached = points
         if time.perf_counter() - began > limit:
             raise OutOfTimeError(f"given up at {frequency_hz:.6g} Hz after {limit:g} s")
 
     with threadpool_limits(1):
         try:
             low, high = frequency_range(case, model)
-            curve = curve_of(case, model, (low, high), watch)
+            curve = forced_response(*posed(case, model, (low, high)), watch)
+        except OutOfTimeError as error:
+            ending, message = OUT_OF_TIME, str(error)
         except Exception as error:  # a case that breaks is a finding, not the end of the run
-            ending = OUT_OF_TIME if isinstance(error, OutOfTimeError) else RAISED
-            message = str(error) if isinstance(error, OutOfTimeError) else f"{type(error).__name__}: {error}"
-            seconds, nan = time.perf_counter() - began, float("nan")
-            failed = StressResult(case, low, high, False, ending, message, reached[0], 0, seconds, nan, 0, 0, nan, 0)
-            return failed, None
-    return _result(case, low, high, curve), curve
+            ending, message = RAISED, f"{type(error).__name__}: {error}"
+        else:
+            return _result(case, low, high, curve), curve
+    seconds = time.perf_counter() - began
+    return StressResult(case, low, high, False, ending, message, reached, seconds), None
 
 
 def _result(case: StressCase, low: float, high: float, curve: ResponseCurve) -> StressResult:
     return StressResult(
-        case=case,
-        low_hz=low,
-        high_hz=high,
-        complete=curve.termination.complete,
-        ending=curve.termination.kind,
-        message=curve.termination.message,
-        points=curve.points,
+        case,
+        low,
+        high,
+        curve.termination.complete,
+        curve.termination.kind,
+        curve.termination.message,
+        curve.points,
+        curve.seconds,
         iterations=int(curve.iterations.sum()),
-        seconds=curve.seconds,
-        energy_error=float(np.max(curve.energy_error, initial=0.0)) if curve.points else float("nan"),
+        energy_error=float(np.max(curve.energy_error, initial=0.0)) if curve.points else NAN,
         turning_points=int(curve.turning_points.size),
         peaks=len(curve.peaks),
         truncation_error=curve.truncation_error,
@@ -118,9 +123,9 @@ def frequency_range(case: StressCase, model: Path) -> tuple[float, float]:
 
 
 def posed(
-    case: StressCase, model: Path, frequency: tuple[float, float]
+    case: StressCase, model: Path, frequency_hz: tuple[float, float]
 ) -> tuple[ModalModel, ContactParameters, Excitation, SolverOptions]:
-    """What a case asks to solve, under 1 N: the arguments of `forced_response`."""
+    """The arguments of `forced_response` for a case under 1 N."""
     from nonlinear import ContactParameters, Excitation, SolverOptions
     from rom import modal_model, read_reduced_model
 
@@ -138,11 +143,35 @@ def posed(
         law=case.law,
     )
     modal = modal_model(reduced, damping_ratio=case.damping_ratio)
-    return modal, contact, Excitation(order, 1.0), SolverOptions(frequency, harmonics=case.harmonics)
+    return modal, contact, Excitation(order, 1.0), SolverOptions(frequency_hz, harmonics=case.harmonics)
 
 
-def curve_of(case: StressCase, model: Path, frequency: tuple[float, float], watch: Any = None) -> ResponseCurve:
-    """The response curve of a case under 1 N."""
-    from nonlinear import forced_response
+def each(
+    solve: Callable[[StressCase, Path, float], Result],
+    cases: Sequence[StressCase],
+    models: dict[float, Path],
+    limit: float,
+    jobs: int,
+) -> Iterator[Result]:
+    """solve(case, model, limit) of every case as it comes, by `jobs` processes with one BLAS thread each."""
+    if jobs == 1:
+        for case in cases:
+            yield solve(case, models[case.angle], limit)
+        return
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor, as_completed
 
-    return forced_response(*posed(case, model, frequency), watch)
+    for name in THREAD_VARIABLES:
+        os.environ[name] = "1"  # the workers inherit it before they load any library
+    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
+        futures = [pool.submit(solve, case, models[case.angle], limit) for case in cases]
+        for future in as_completed(futures):
+            yield future.result()
+
+
+def positive(text: str) -> int:
+    """A whole number of an option, 1 or more."""
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text}, allowed: 1 or more")
+    return value

@@ -1,4 +1,8 @@
-"""The highest peak with 31 harmonics: that of a wider curve, and the peak at hand, each carried up step by step."""
+"""The truth of a truncated peak: the highest peak with 31 harmonics.
+
+A whole curve is solved with more harmonics than the case has. Its highest peaks, and the peak of the case itself, are
+continued to 31 harmonics in steps and located again each time; the higher of the two results is the truth.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stress_cases import StressCase
-from stress_solving import OutOfTimeError, frequency_range, posed
+from stress_solving import NAN, OutOfTimeError, frequency_range, posed
 
 if TYPE_CHECKING:
     from nonlinear.branches.branch import Branch
@@ -20,12 +24,12 @@ if TYPE_CHECKING:
     from nonlinear.harmonic_balance.balance_family import BalanceFamily
 
 STEPS_UP = (3, 5, 7, 9, 11, 15, 21, 31)
-REFERENCES = {1: (7, 11), 3: (7, 11), 5: (9, 13), 7: (11, 15)}  # harmonics of the wider curves, by those at hand
-NEAR_THE_TOP = 0.75  # peaks of the wider curve this high, relative to the highest, are carried up too
+REFERENCES = {1: (7, 11), 3: (7, 11), 5: (9, 13), 7: (11, 15)}  # harmonics of the case -> those of the whole curve
+NEAR_THE_TOP = 0.75  # peaks of that curve this high, relative to the highest, are continued too
 MOST_PEAKS = 3
-WILD = 15  # harmonics above which a peak that jumps is another one
+WILD = 15  # with more harmonics than these a peak whose height jumps is another one
 JUMP = 0.1  # relative change of the height that is a jump
-FEW, JUMP_OF_FEW = 7, 0.3  # the same up to so many harmonics, whose peaks move more
+FEW, JUMP_OF_FEW = 7, 0.3  # with at most so many harmonics a larger change is allowed
 MOST_STEPS = 40
 FIRST_STEP = 0.05
 AROUND = 4  # points on each side of a peak from which it is sought with more harmonics
@@ -39,12 +43,13 @@ class Problem:
     family: BalanceFamily
     static: Array
 
-    def trace(self, n_harmonics: int, seconds: float) -> Branch:
-        """The main curve with so many harmonics.
+    def branch(self, n_harmonics: int, seconds: float) -> Branch:
+        """The main branch with so many harmonics.
 
         Raises
         ------
-        OutOfTimeError : it takes longer than `seconds`.
+        OutOfTimeError
+            It takes longer than `seconds`.
         """
         from nonlinear.branches.range_continuation import continue_over_range
 
@@ -84,59 +89,76 @@ def problem_of(case: StressCase, model: Path) -> Problem:
 
 @dataclass(frozen=True)
 class Truth:
-    """Height (m) of the highest peak: of the wider curve, or of the branch on which the peak at hand lies.
+    """Highest peak with more harmonics.
 
-    `harmonics`: with which it was solved at last; `before`: height with the number before, to judge the convergence.
-    `curve`: the highest of the wider curve alone; the branch of the peak at hand may have come off it.
-    `reference`: harmonics with which the whole curve was traced.
+    Attributes
+    ----------
+    height : float
+        Its amplitude, m.
+    harmonics : int
+        Harmonics of the last solution.
+    before : float
+        Height with the number of harmonics before, m, to judge the convergence.
+    curve : float
+        The highest peak of the whole curve alone, m; the branch of the case's peak may have detached from it.
+    reference : int
+        Harmonics of the whole curve.
     """
 
-    height: float
-    harmonics: int
-    before: float
-    curve: float
-    reference: int
+    height: float = NAN
+    harmonics: int = 0
+    before: float = NAN
+    curve: float = NAN
+    reference: int = 0
 
 
-def truth_of(problem: Problem, trace: Branch, seconds: float) -> Truth:
-    """The truth about a traced curve.
+def estimate_of(problem: Problem, branch: Branch) -> float:
+    """The truncation error of the highest peak of a branch as the program estimates it."""
+    from nonlinear.harmonic_selection.truncation_error import Truncation
+
+    return Truncation(problem.continuation, problem.family).at_peak(branch.points, branch.peak_indices)
+
+
+def truth_of(problem: Problem, branch: Branch, seconds: float) -> Truth:
+    """The truth about a solved curve.
 
     Raises
     ------
-    OutOfTimeError : no wider curve was complete in `seconds`.
+    OutOfTimeError
+        No whole curve was complete in `seconds`.
     """
-    own = max(trace.peak_indices, key=lambda place: problem.height(trace.points[place]))
-    reference, of_curve = _top_of_wider_curve(problem, seconds)
-    of_branch = carried(problem, trace.points, own, gradually=True)
+    own = max(branch.peak_indices, key=lambda place: problem.height(branch.points[place]))
+    reference, of_curve = _top_of_whole_curve(problem, seconds)
+    of_branch = continued(problem, branch.points, own, gradually=True)
     as_far = max(of_branch) >= max(WILD, max(of_curve))
     best = of_branch if as_far and _last(of_branch) > _last(of_curve) else of_curve
     solved = sorted(best)
     return Truth(best[solved[-1]], solved[-1], best[solved[max(len(solved) - 2, 0)]], _last(of_curve), reference)
 
 
-def _top_of_wider_curve(problem: Problem, seconds: float) -> tuple[int, dict[int, float]]:
-    """Harmonics of a wider curve, and the highest of its peaks as `carried` up.
+def _top_of_whole_curve(problem: Problem, seconds: float) -> tuple[int, dict[int, float]]:
+    """Harmonics of a whole curve, and the highest of its peaks as `continued`.
 
-    A peak that gets lost on the way may be one that there is no more: then the next curve decides.
+    A peak that is lost on the way may not exist with more harmonics: then the next curve decides.
     """
     own = problem.continuation.balance.n_harmonics
     reasons: list[str] = []
     result: tuple[int, dict[int, float]] | None = None
     for n_harmonics in (*REFERENCES[own], own + 2):
         if (n_harmonics == own + 2) if result is not None else (reasons and n_harmonics != own + 2):
-            continue  # the curve with the next harmonics only where those with more take too long
+            continue  # own + 2 harmonics only where the curves with more take too long
         try:
-            wider = problem.trace(n_harmonics, seconds)
+            whole = problem.branch(n_harmonics, seconds)
         except OutOfTimeError as error:
             reasons.append(str(error))
             continue
-        if not wider.termination.complete or not wider.peak_indices:
-            reasons.append(f"H = {n_harmonics}: {wider.termination.message}")
+        if not whole.termination.complete or not whole.peak_indices:
+            reasons.append(f"H = {n_harmonics}: {whole.termination.message}")
             continue
-        heights = {place: problem.height(wider.points[place]) for place in wider.peak_indices}
+        heights = {place: problem.height(whole.points[place]) for place in whole.peak_indices}
         tops = sorted(heights, key=lambda place: -heights[place])[:MOST_PEAKS]
         near = [place for place in tops if heights[place] >= NEAR_THE_TOP * heights[tops[0]]]
-        peaks = [carried(problem, wider.points, place) for place in near]
+        peaks = [continued(problem, whole.points, place) for place in near]
         result = n_harmonics, max(peaks, key=_last)
         if max(peaks[0]) == STEPS_UP[-1]:
             return result
@@ -149,7 +171,7 @@ def _last(heights: dict[int, float]) -> float:
     return heights[max(heights)]
 
 
-def carried(
+def continued(
     problem: Problem, points: Sequence[SolutionPoint], place: int, gradually: bool = False
 ) -> dict[int, float]:
     """Number of harmonics -> height of a located peak, as far up to 31 as it can be followed.
@@ -159,17 +181,17 @@ def carried(
     peak = points[place]
     heights = {peak.balance.n_harmonics: problem.height(peak)}
     beside = points[max(place - AROUND, 0) : place + AROUND + 1]
-    stretch = sorted(beside, key=lambda point: abs(point.arc - points[place].arc))
+    starts = sorted(beside, key=lambda point: abs(point.arc - points[place].arc))
     while (reached := max(heights)) < STEPS_UP[-1]:
         for n_harmonics in (next(number for number in STEPS_UP if number > reached), reached + 2):
-            found = _peak_near(problem, n_harmonics, stretch, heights[reached])
+            found = _peak_near(problem, n_harmonics, starts, heights[reached])
             free = n_harmonics <= WILD and not gradually
             jump = JUMP_OF_FEW if n_harmonics <= FEW else JUMP
             if found is not None and (free or _alike(problem.height(found[0]), heights[reached], jump)):
                 break
         else:
             break
-        stretch = found
+        starts = found
         heights[n_harmonics] = problem.height(found[0])
     return heights
 
@@ -179,7 +201,7 @@ def _alike(height: float, other: float, jump: float = JUMP) -> bool:
 
 
 def _peak_near(
-    problem: Problem, n_harmonics: int, stretch: Sequence[SolutionPoint], height: float
+    problem: Problem, n_harmonics: int, starts: Sequence[SolutionPoint], height: float
 ) -> list[SolutionPoint] | None:
     """A located peak with more harmonics, reached from one of the points, and the points around it.
 
@@ -189,7 +211,7 @@ def _peak_near(
 
     here = problem.at(n_harmonics)
     others = []
-    for start in stretch:
+    for start in starts:
         found = here.refit(start)
         if found is None:
             continue

@@ -1,4 +1,4 @@
-"""Modes kept: error of the reduced model against the full one on the same mesh, over seconds of the reduction."""
+"""Fixed-interface modes: error of the reduced model against the full one on the same mesh, over seconds."""
 
 from __future__ import annotations
 
@@ -7,96 +7,82 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.scene.reading import read_scene
+from problems import BuiltMesh, built_mesh, scene_with
+
 from pipeline.stages.linear_operation import linear_operation
-from work_precision.stages import BuiltMesh, BuiltModel, built_mesh
-from work_precision.study import Measured, Quantity, Study, said
-from work_precision.timing import timed
+from work_precision.study import Measured, Study, announced, timed
 
 if TYPE_CHECKING:
-    from rom import LinearError, ReducedModel
+    from rom import LinearOperation, LinearResponse, ReducedModel
 
-MUCH = 20.0  # how much further than usual the modes of the reference reach
+BEYOND = 20.0  # highest mode of the reference over that of the usual one
 FREE, STUCK = "natural frequencies, free", "natural frequencies, stuck"
 CONTACT, OUTPUT = "receptance of the contact nodes", "receptance of the tip"
 
 
 @dataclass(frozen=True)
 class ModesSettings:
-    """Numbers of fixed-interface modes, and tolerances of the automatic choice."""
+    """Numbers of fixed-interface modes, and tolerances of "auto"."""
 
     modes: Sequence[int]
     tolerances: Sequence[float] = ()
 
 
-USUAL = ModesSettings((2, 5, 10, 20, 30, 40, 60, 80), (1e-2, 1e-3))
+DEFAULT = ModesSettings((2, 5, 10, 20, 30, 40, 60, 80), (1e-2, 1e-3))
 FULL = ModesSettings((1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 60, 80, 120, 160), (1e-1, 1e-2, 1e-3, 1e-4))
 
 
 def modes_study(scene_file: Path, settings: ModesSettings) -> Study:
-    """Errors of natural frequencies in the range and of receptances over it, for each number of modes.
+    """Errors of natural frequencies in the range and of receptances over it, for each number of modes."""
+    from rom import linear_responses
 
-    Raises
-    ------
-    InputError : the scene cannot be read.
-    """
-    from rom import linear_errors, linear_responses
-
-    scene = read_scene(scene_file).first
-    with built_mesh(scene) as mesh:
-        operation = linear_operation(scene, mesh.sector())
-        exact = linear_responses(_full_reference(mesh, MUCH), operation)
-        nearly = linear_errors(
-            linear_responses(_full_reference(mesh, 1.0), operation, exact), exact, operation.frequency_hz
-        )
-        unsure = _errors(nearly)
-        rows = []
-        for name, key, values in (
-            ("number of modes", "rom.modes", settings.modes),
-            ('tolerance of "auto"', "rom.tolerance", settings.tolerances),
-        ):
-            for value in values:
-                choice = {key: value} if key == "rom.modes" else {"rom.modes": "auto", key: value}
-                made, seconds = timed(lambda choice=choice: mesh.reduced(choice))
-                found = linear_errors(linear_responses(made.model(), operation, exact), exact, operation.frequency_hz)
-                rows.append(said(_row(name, value, made, seconds, _errors(found))))
+    rows = []
+    with built_mesh(scene_with(scene_file, {})) as mesh:
+        operation = linear_operation(mesh.scene, mesh.sector())
+        exact = linear_responses(_full_reference(mesh, BEYOND), operation)
+        uncertainty = _errors(_full_reference(mesh, 1.0), operation, exact)
+        choices = [("number of modes", f"{number}", {"rom.modes": number}) for number in settings.modes]
+        for tolerance in settings.tolerances:
+            values = {"rom.modes": "auto", "rom.tolerance": tolerance}
+            choices.append(('tolerance of "auto"', f"{tolerance:g}", values))
+        for series, setting, values in choices:
+            made, seconds = timed(lambda values=values: mesh.reduced(values))
+            errors, counts = _errors(made.model(), operation, exact), {"modes": int(made.facts["modes"])}
+            rows.append(announced(Measured(series, setting, seconds, errors, counts)))
     return Study(
         "modes",
-        "Modes kept",
+        "Fixed-interface modes",
         "Seconds of the reduction of the assembled matrices, reading and writing included; largest error of the "
         "natural frequencies in the frequency range and of the receptances over it.",
-        "Reference: the full model on the same mesh by its free modes far beyond the range with static answers; "
-        f"its uncertainty is what modes that reach {MUCH:g} times less far change.",
-        tuple(Quantity(name, unsure[name]) for name in unsure),
+        "Reference: the full model on the same mesh, represented by its free modes far beyond the range and static "
+        f"responses; its uncertainty is the change when the highest mode lies {BEYOND:g} times lower.",
+        uncertainty,
         tuple(rows),
-        {},
     )
 
 
 def _full_reference(mesh: BuiltMesh, beyond: float) -> ReducedModel:
-    """The full model's answers for `beyond` times the frequency range."""
+    """A model of the full one's responses, good up to `beyond` times the frequency range."""
     from rom import full_reference
 
+    highest, excitation = beyond * mesh.scene.response.frequency[1], mesh.scene.excitation
     return full_reference(
         mesh.full_model(),
         mesh.sector(),
-        beyond * mesh.scene.response.frequency[1],
-        excitation_direction=mesh.scene.excitation.unit_direction,
-        excitation_at=mesh.scene.excitation.at,
+        highest,
+        excitation_direction=excitation.unit_direction,
+        excitation_at=excitation.at,
     ).model
 
 
-def _errors(errors: Sequence[LinearError]) -> dict[str, float]:
+def _errors(model: ReducedModel, operation: LinearOperation, exact: Sequence[LinearResponse]) -> dict[str, float]:
+    from rom import linear_errors, linear_responses
+
+    errors = linear_errors(linear_responses(model, operation, exact), exact, operation.frequency_hz)
     by_joint = {error.joint: error for error in errors}
-    free, stuck = by_joint["free"], by_joint.get("stuck", by_joint["free"])
     return {
-        FREE: free.frequency,
-        STUCK: stuck.frequency,
+        FREE: by_joint["free"].frequency,
+        STUCK: by_joint.get("stuck", by_joint["free"]).frequency,
         CONTACT: max(error.contact for error in errors),
         OUTPUT: max(error.output for error in errors),
     }
-
-
-def _row(series: str, value: float, made: BuiltModel, seconds: float, errors: dict[str, float]) -> Measured:
-    kept = int(made.facts["modes"])
-    return Measured(series, f"{value:g}", seconds, errors, {"modes": kept})

@@ -2,31 +2,28 @@
 
 from __future__ import annotations
 
-import tempfile
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline.scene.presets import PRESETS, preset_values
-from pipeline.scene.reading import read_scene
-from pipeline.scene.schema import Scene
-from pipeline.stages.curve_file import CURVE, CurveSummary, CurveTask, read_summary, solve_curve
-from work_precision.curves import FREQUENCY, PEAK, problem_on
-from work_precision.figure import PRESET_LINE
-from work_precision.mesh import ORDER, REFERENCE, REFERENCE_MODES, reference_scene, reference_text
-from work_precision.stages import BuiltModel, built_mesh, extrapolated, kept_model, with_values
-from work_precision.study import Measured, Quantity, Study, relative_error, said
+from problems import BuiltModel, built_mesh, cached_model, curve_of_run, curve_problem, scene_with
 
-Peaks = dict[float, tuple[float, float]]  # interference, m -> amplitude, m, and frequency, Hz, of the highest peak
+from pipeline.scene.presets import PRESETS, preset_values
+from pipeline.scene.schema import Scene
+from work_precision.curve_studies import FREQUENCY, PEAK
+from work_precision.figure import PRESET_SERIES
+from work_precision.mesh import REFERENCE, REFERENCE_MODES, extrapolated, reference_scene, reference_text
+from work_precision.study import Measured, Study, announced, relative_error
+
+Peaks = dict[float, dict[str, float]]  # interference, m -> amplitude, m, and frequency, Hz, of the highest peak
 
 
 @dataclass(frozen=True)
 class WholeSettings:
     """The grid: meshes (element, mm), modes, harmonics; interferences (m) of the curves; presets; the reference.
 
-    `reference_harmonics`: of the reference and, before them, those that tell its uncertainty.
+    `reference_harmonics` are those of the reference and, before them, those that tell its uncertainty.
     """
 
     meshes: Sequence[tuple[str, float]]
@@ -39,7 +36,7 @@ class WholeSettings:
     reference_harmonics: tuple[int, int] = (11, 15)
 
 
-USUAL = WholeSettings(
+DEFAULT = WholeSettings(
     (("hex8", 4.0), ("hex20", 8.0), ("hex20", 6.0), ("hex20", 4.0), ("hex20", 2.8)), (5, 20), (1, 3, 5, 9)
 )
 FULL = WholeSettings(
@@ -52,117 +49,82 @@ FULL = WholeSettings(
 
 
 def whole_study(scene_file: Path, settings: WholeSettings, store: Path) -> Study:
-    """Largest error of the peaks of a sweep over the interference, for each combination and each preset.
-
-    Raises
-    ------
-    InputError : the scene cannot be read. GeometryError, MeshingError : a size does not fit the blade.
-    """
-    scene = read_scene(scene_file).first
-    truth, unsure = _reference(scene, settings, store)
+    """Largest error of the peaks of a sweep over the interference, for each combination and each preset."""
+    scene = scene_with(scene_file, {})
+    truth, uncertainty = _reference(scene, settings, store)
     rows: list[Measured] = []
     for element, size in settings.meshes:
-        there = with_values(scene, {"mesh.element": element, "mesh.size": 1e-3 * size})
-        with built_mesh(there) as mesh:
+        with built_mesh(scene_with(scene, {"mesh.element": element, "mesh.size": 1e-3 * size})) as mesh:
             for modes in settings.modes:
                 made = mesh.reduced({"rom.modes": modes})
                 for harmonics in settings.harmonics:
-                    seconds = mesh.seconds + made.seconds
-                    label = f"{modes} modes, H = {harmonics}"
                     values = {"response.harmonics": harmonics}
-                    rows.append(
-                        said(
-                            _measure(
-                                f"{element} {size:g} mm", label, made, values, settings.interferences, seconds, truth
-                            )
-                        )
-                    )
-    rows += (said(_preset(scene, name, settings, truth)) for name in settings.presets)
-    coarse, fine = settings.reference_harmonics
+                    counts, seconds, errors, note = _sweep(made, values, truth)
+                    name, label = f"{element} {size:g} mm", f"{modes} modes, H = {harmonics}"
+                    seconds += mesh.seconds + made.seconds
+                    rows.append(announced(Measured(name, label, seconds, errors, counts, note)))
+    for preset in settings.presets:
+        assert scene.blade is not None
+        with built_mesh(scene_with(scene, preset_values(preset, scene.blade.chord))) as mesh:
+            made = mesh.reduced()
+            counts, seconds, errors, note = _sweep(made, {}, truth)
+            seconds += mesh.seconds + made.seconds
+            rows.append(announced(Measured(PRESET_SERIES, f'"{preset}"', seconds, errors, counts, note)))
+    coarser, finest = settings.reference_harmonics
     shown = ", ".join(f"{1e6 * value:g}" for value in settings.interferences)
     return Study(
         "whole",
         "The whole pipeline",
         "Seconds of meshing, assembling, reducing and solving the curves one after another as `shroud run` does, "
-        "files included, with all that the response does by default (Floquet exponents, detached branches, the "
-        f"estimate of the harmonics left out); largest error of the peaks at interferences of {shown} um.",
-        f"{reference_text(settings.reference, settings.reference_modes)} Each peak with {fine} harmonics; what "
-        f"{coarse} change is part of the uncertainty, which is that of the worst peak.",
-        tuple(Quantity(name, value) for name, value in unsure.items()),
+        "files included, with all that the response has by default (Floquet exponents, detached branches, "
+        f"truncation error); largest error of the peaks at interferences of {shown} um.",
+        f"{reference_text(settings.reference, settings.reference_modes)} Each peak with {finest} harmonics; the "
+        f"change from {coarser} is part of the uncertainty, which is that of the worst peak.",
+        uncertainty,
         tuple(rows),
-        {},
     )
 
 
 def _reference(scene: Scene, settings: WholeSettings, store: Path) -> tuple[Peaks, dict[str, float]]:
     """Peaks for vanishing element size, and their relative uncertainty by quantity."""
-    coarse, fine = settings.reference_harmonics
+    coarser, finest = settings.reference_harmonics
     truth: Peaks = {}
-    unsure = {PEAK: 0.0, FREQUENCY: 0.0}
+    uncertainty = {PEAK: 0.0, FREQUENCY: 0.0}
     for interference in settings.interferences:
-        found = []
+        problems = []
         for size in settings.reference:
             finer = reference_scene(scene, size, settings.reference_modes)
-            finer = with_values(finer, {"contact.interference": interference})
-            found.append(_peak(problem_on(kept_model(store, finer), finer).solve(harmonics=fine)))
-        fewer = _peak(problem_on(kept_model(store, finer), finer).solve(harmonics=coarse))
-        both = []
-        for place, name in enumerate((PEAK, FREQUENCY)):
-            limit, spread = extrapolated(settings.reference, [peak[place] for peak in found], ORDER)
-            unsure[name] = max(unsure[name], spread + relative_error(fewer[place], found[-1][place]))
-            both.append(limit)
-        truth[interference] = both[0], both[1]
-    return truth, unsure
+            finer = scene_with(finer, {"contact.interference": interference})
+            problems.append(curve_problem(cached_model(store, finer), finer))
+        found = [_peak(problem.solve(harmonics=finest)) for problem in problems]
+        fewer = _peak(problems[-1].solve(harmonics=coarser))
+        truth[interference] = {}
+        for name in (PEAK, FREQUENCY):
+            limit, spread = extrapolated(settings.reference, [peak[name] for peak in found])
+            uncertainty[name] = max(uncertainty[name], spread + relative_error(fewer[name], found[-1][name]))
+            truth[interference][name] = limit
+    return truth, uncertainty
 
 
-def _peak(curve: Any) -> tuple[float, float]:
+def _peak(curve: Any) -> dict[str, float]:
     """Amplitude, m, and frequency, Hz, of the highest peak of a `ResponseCurve`."""
-    return curve.peak.amplitude_m, curve.peak.frequency_hz
+    return {PEAK: curve.peak.amplitude_m, FREQUENCY: curve.peak.frequency_hz}
 
 
-def _measure(
-    series: str,
-    label: str,
-    made: BuiltModel,
-    values: Mapping[str, Any],
-    interferences: Sequence[float],
-    seconds: float,
-    truth: Peaks,
-) -> Measured:
-    """The row of a reduced model that took `seconds`, its curves solved with other values of dotted keys."""
+def _sweep(
+    made: BuiltModel, values: Mapping[str, Any], truth: Peaks
+) -> tuple[dict[str, int], float, dict[str, float], str]:
+    """Sizes, seconds, largest errors and a note on the curves of a reduced model with other values of dotted keys."""
     worst = {PEAK: 0.0, FREQUENCY: 0.0}
-    missing, highest = 0, 0
-    for interference in interferences:
-        scene = with_values(made.scene, {**values, "contact.interference": interference})
-        facts, more = _solved(made.file, scene)
+    seconds, incomplete, highest = 0.0, 0, 0
+    for interference, true in truth.items():
+        summary, more = curve_of_run(
+            made.file, scene_with(made.scene, {**values, "contact.interference": interference})
+        )
         seconds += more
-        missing += not facts.complete
-        highest = max(highest, facts.harmonics)
-        for name, value, true in zip(
-            worst, (facts.peak_amplitude_m, facts.peak_frequency_hz), truth[interference], strict=True
-        ):
-            worst[name] = max(worst[name], relative_error(value, true))
+        incomplete += not summary.complete
+        highest = max(highest, summary.harmonics)
+        found = {PEAK: summary.peak_amplitude_m, FREQUENCY: summary.peak_frequency_hz}
+        worst = {name: max(worst[name], relative_error(found[name], true[name])) for name in worst}
     counts = {"dofs": int(made.facts["dofs"]), "modes": int(made.facts["modes"]), "harmonics": highest}
-    return Measured(series, label, seconds, worst, counts, f"{missing} incomplete" if missing else "")
-
-
-def _solved(rom: Path, scene: Scene) -> tuple[CurveSummary, float]:
-    """What came of a curve, and its seconds."""
-    import h5py
-
-    with tempfile.TemporaryDirectory(prefix="shroud-bench-") as name:
-        start = time.perf_counter()
-        solve_curve(Path(name), CurveTask(rom, scene, {}))
-        seconds = time.perf_counter() - start
-        with h5py.File(Path(name) / CURVE, "r") as file:
-            return read_summary(file), seconds
-
-
-def _preset(scene: Scene, name: str, settings: WholeSettings, truth: Peaks) -> Measured:
-    """The row of a preset."""
-    assert scene.blade is not None
-    values = preset_values(name, scene.blade.chord)
-    with built_mesh(with_values(scene, values)) as mesh:
-        made = mesh.reduced({})
-        seconds = mesh.seconds + made.seconds
-        return _measure(PRESET_LINE, f'"{name}"', made, {}, settings.interferences, seconds, truth)
+    return counts, seconds, worst, f"{incomplete} incomplete" if incomplete else ""

@@ -98,10 +98,12 @@ def test_newton_converges_quadratically(interference, harmonics):
             x, w = x + dx, w + dw
         # a root of the plane near the point: the start is moved off it along the plane, so the end may be beside it
         reached.append(balance.relative_error(balance.evaluate(x, w).residual, x))
-        drift = [abs(one - errors[-1]) for one in errors[:-1]]
-        rates.append(drift[1] < 1e-2 * drift[0] and (drift[2] < 1e-10 or drift[2] < 1e3 * drift[1] ** 2))
+        # e1 <= C e0^2 and e2 <= C e1^2: C = 100 is five times the largest seen, the errors are relative, and what a
+        # step leaves of them cannot be less than round-off. The error at the start is 1e-4, so e1 < 1e-6, e2 < 1e-10
+        first, second, third = (abs(error - errors[-1]) for error in errors[:3])
+        rates.append(second < 100.0 * first**2 and third < 100.0 * second**2 + 1e-13)
     assert max(reached) < 1e-12
-    assert np.mean(rates) >= 0.9  # a kink within the first step costs that step its square
+    assert np.mean(rates) >= 0.9  # the law has kinks: a step across one does not square the error
 
 
 @pytest.mark.parametrize("law", ["two_sliders", "cone"])

@@ -156,7 +156,11 @@ def rest_by_small_steps(rows, normal, tangential, friction, interference, sample
 
 @pytest.mark.parametrize(("seed", "harmonics", "node"), [(1560, 1, 0), (1024, 3, 1), (933, 3, 2)])
 def test_it_rests_where_its_own_path_leads(seed, harmonics, node):
-    """Not where Newton's method put it on trial, from where it does not move either."""
+    """Not where Newton's method put it on trial, from where it does not move either.
+
+    In these three random states the slider had made as many periods of its own path as are allowed before it
+    was put aside for a trial. It did not move from there, so the trial was taken for the end: a wrong force.
+    """
     rng = np.random.default_rng(seed + 10**6)
     friction, interference = rng.uniform(0.0, 3.0), rng.uniform(-2.0, 2.0)
     rows = motion(seed, harmonics, 3)[:, node : node + 1]

@@ -1,4 +1,7 @@
-"""docs/robustness.md says what the program says."""
+"""docs/robustness.md in step with the program: its tables are made by `robustness_cases`.
+
+That the messages are right is asserted elsewhere: test_scene_mutations, test_bad_files, tests/rom/test_damaged_*.
+"""
 
 from robustness_cases import DOCUMENT, FILES, SCENES, WARNED, with_tables
 

@@ -1,4 +1,4 @@
-"""The stability matrix: how its cases are drawn, and a small run from the command line to its files."""
+"""The stability matrix and the truncation errors of its hard cases: how they are drawn, judged and replayed."""
 
 import csv
 import subprocess
@@ -50,13 +50,12 @@ def stress(*arguments: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
-def test_a_run_writes_every_case_down_and_one_can_be_replayed(tmp_path: Path) -> None:
+def test_every_case_is_recorded_and_one_can_be_replayed(tmp_path: Path) -> None:
     scene = write_scene(tmp_path / "small.toml", small_scene())
     common = ("--seed", 1, "--scene", scene, "--out", tmp_path / "out")
     result = stress("--cases", 2, *common)
     assert result.returncode == 0, result.stderr
-    assert "2 curves, 2 complete, 0 incomplete" in result.stdout
-    assert (tmp_path / "out" / "summary.md").read_text() in result.stdout
+    assert "2 curves, 2 complete, 0 incomplete" in (tmp_path / "out" / "summary.md").read_text()
     assert (tmp_path / "out" / "matrix.png").stat().st_size > 10_000
     with (tmp_path / "out" / "cases.csv").open() as file:
         rows = list(csv.DictReader(file))
@@ -80,3 +79,41 @@ def test_a_case_out_of_time_is_an_incomplete_curve(tmp_path: Path) -> None:
     assert "| out of time | 1 |" in text
     assert "--replay 0 --seed 1" in text
     assert "given up at" in text
+
+
+@pytest.fixture
+def truncation(monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.syspath_prepend(str(BENCHMARKS))
+    import truncation
+
+    return truncation
+
+
+def test_a_truncation_error_within_a_factor_of_three_is_bounded_and_unknown_is_not(
+    truncation: Any, stress_cases: Any
+) -> None:
+    """True error 10 %."""
+    case = stress_cases.draw_cases(1, seed=1, hard=True)[0]
+    truth = truncation.Truth(1.0, 31, 1.0, 1.0, 7)
+    judged = [
+        truncation.Validation(case, "", 100.0, 1.1, estimate, truth, 2.0, 1.0)
+        for estimate in (0.033, 0.034, 0.99, 1.01, float("inf"), float("nan"))
+    ]
+    assert [result.bounded for result in judged] == [False, True, True, True, False, False]
+    assert [result.far_over for result in judged] == [False, False, False, True, False, False]
+    assert [result.known for result in judged] == [True, True, True, True, False, False]
+    results = [*judged, truncation.Validation(case, "no peak")]
+    assert truncation.share_bounded(results) == 0.5
+    text = truncation.report_text(results)
+    assert "at most 3 times the estimate in 3 of 6" in text
+    assert "over 10 times the true error in 1; unknown in 2" in text
+    assert "no peak" in text.split("## Left out")[1]
+
+
+def test_a_curve_out_of_time_leaves_a_truncation_error_without_a_truth(
+    truncation: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = write_scene(tmp_path / "small.toml", small_scene())
+    command = ["--replay", "0", "--limit", "0", "--scene", str(scene), "--out", str(tmp_path / "out")]
+    assert truncation.main(command) == 1
+    assert "given up at" in capsys.readouterr().out

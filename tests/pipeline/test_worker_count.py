@@ -1,5 +1,6 @@
 """As many processes as asked for; by default those of the cores, where there is work for them."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,11 @@ def test_many_cores_do_not_take_all_memory(tmp_path: Path, monkeypatch: pytest.M
     assert worker_count(200, [scene(tmp_path, 9)] * 1000) == 200
 
 
-def test_this_machine_has_a_core(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.undo()
-    assert pipeline.process.worker_count._cores() >= 1
+def test_only_the_cores_that_this_process_may_use_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.undo()  # the four cores of the other tests
+    monkeypatch.setattr(os, "cpu_count", lambda: 64)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {3, 5, 7}, raising=False)
+    assert worker_count(None, [scene(tmp_path, 9)] * 1000) == 3
+    monkeypatch.delattr(os, "sched_getaffinity")  # as on systems without it
+    monkeypatch.setattr(os, "cpu_count", lambda: 5)
+    assert worker_count(None, [scene(tmp_path, 9)] * 1000) == 5
