@@ -2,7 +2,6 @@
 
     python benchmarks/bench.py                  # every study, some ten minutes: out/bench
     python benchmarks/bench.py --only modes     # one of them; may be given several times
-    python benchmarks/bench.py --full           # more points and finer meshes, about an hour and 12 GB
     python benchmarks/bench.py --docs           # measure nothing: docs/performance.md from the CSV files
 
 A study leaves NAME.csv, NAME.md and NAME.png. References on fine meshes are cached in out/bench/store.
@@ -32,18 +31,11 @@ LIFT_OFF = (  # contacts that open in a part of the period: the hardest for harm
 )
 STUDIES = ("mesh", "modes", "harmonics", "integration", "continuation", "whole")
 REPORTS = ("family", "reduction", "parallel", "scaling", "peers", "linear")  # of the other benchmarks
-DEFAULT_PLANS = {
+PLANS = {
     "harmonics": curve_studies.harmonics_plan((*range(1, 8), 9, 11, 13, 15), (1e-1, 1e-2, 1e-3), 19, 25),
     "integration": curve_studies.integration_plan(3, [2**n for n in range(5, 13)]),
     "continuation": curve_studies.continuation_plan(
         3, (1.0, 0.5, 0.25, 0.125, 0.06, 0.03), (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-13), 0.02, 0.01
-    ),
-}
-FULL_PLANS = {
-    "harmonics": curve_studies.harmonics_plan((*range(1, 16), 19, 23), (1e-1, 1e-2, 1e-3, 1e-4), 27, 35),
-    "integration": curve_studies.integration_plan(5, [2**n for n in range(5, 15)]),
-    "continuation": curve_studies.continuation_plan(
-        5, (2.0, 1.0, 0.5, 0.25, 0.125, 0.06, 0.03, 0.015), [10.0**-n for n in range(1, 14)], 0.01, 0.005
     ),
 }
 
@@ -53,7 +45,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
     parser.add_argument("--only", action="append", choices=STUDIES, metavar="NAME", help=", ".join(STUDIES))
-    parser.add_argument("--full", action="store_true", help="more points, finer meshes and references")
     parser.add_argument("--docs", action="store_true", help="only docs/performance.md, from what was measured")
     parser.add_argument("--out", type=Path, default=OUT, help="output folder")
     options = parser.parse_args(arguments)
@@ -61,11 +52,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         written = update_document(ROOT / "docs" / "performance.md", options.out, STUDIES, REPORTS)
         print(f"written: {', '.join(str(path) for path in written)}")
     else:
-        measure(options.only or STUDIES, options.full, options.out)
+        measure(options.only or STUDIES, options.out)
     return 0
 
 
-def measure(names: Sequence[str], full: bool, out: Path) -> None:
+def measure(names: Sequence[str], out: Path) -> None:
     """Run the studies with one BLAS thread, as the pipeline does, and write each."""
     from threadpoolctl import threadpool_limits
 
@@ -74,20 +65,20 @@ def measure(names: Sequence[str], full: bool, out: Path) -> None:
         warm_up(LIFT_OFF[0])
         for name in names:
             start = time.perf_counter()
-            made = replace(study(name, full, out / "store"), facts=machine_facts())
+            made = replace(study(name, out / "store"), facts=machine_facts())
             write(made, out)
             print(f"{name}: {len(made.rows)} settings in {time.perf_counter() - start:.0f} s", file=sys.stderr)
 
 
-def study(name: str, full: bool, store: Path) -> Study:
+def study(name: str, store: Path) -> Study:
     """One of `STUDIES`."""
     if name == "mesh":
-        return mesh.mesh_study(SCENE, mesh.FULL if full else mesh.DEFAULT, store)
+        return mesh.mesh_study(SCENE, mesh.DEFAULT, store)
     if name == "modes":
-        return modes.modes_study(SCENE, modes.FULL if full else modes.DEFAULT)
+        return modes.modes_study(SCENE, modes.DEFAULT)
     if name == "whole":
-        return whole.whole_study(SCENE, whole.FULL if full else whole.DEFAULT, store)
-    return curve_studies.curve_study(LIFT_OFF, (FULL_PLANS if full else DEFAULT_PLANS)[name], store)
+        return whole.whole_study(SCENE, whole.DEFAULT, store)
+    return curve_studies.curve_study(LIFT_OFF, PLANS[name], store)
 
 
 def write(made: Study, out: Path) -> None:

@@ -66,7 +66,8 @@ class Bench:
 
         Raises
         ------
-        ProgramError : the process failed.
+        ProgramError
+            The process failed.
         """
         environment = os.environ | ONE_THREAD
         if request.program == "pyHarm":  # it writes its settings at home and its state where it is started
@@ -167,7 +168,8 @@ def peer_python(folder: Path) -> Path:
 
     Raises
     ------
-    ProgramError : pip did not install it, or `folder` is the environment of this program.
+    ProgramError
+        pip did not install it, or `folder` is the environment of this program.
     """
     if folder.resolve() == Path(sys.prefix).resolve():
         raise ProgramError(f"--env: {folder} is the environment of this program, allowed: any other folder")

@@ -41,14 +41,24 @@ class Request:
 
     Attributes
     ----------
-    program, variant : "shroud" with "exact" or "sampled", "pyHarm" with a key of `PYHARM_VARIANTS`.
-    kind, harmonics : problem A, V or S, H.
-    file : matrices of problem S, NPZ.
-    tolerance : of Newton's method.
-    samples : instants a period of the sampled elements.
-    curves : how many curves are timed after the first; no more once `seconds` are spent and three are done.
-    points : points a curve that the step of pyHarm is fitted to (0: no fit).
-    frequencies : w at which the response is wanted. curve : False to solve at these only.
+    program, variant : str
+        "shroud" with "exact" or "sampled", "pyHarm" with a key of `PYHARM_VARIANTS`.
+    kind, harmonics : str, int
+        Problem A, V or S, and H.
+    tolerance : float
+        Of Newton's method.
+    samples : int
+        Samples per period of the sampled elements.
+    curves, seconds : int, float
+        Curves timed after the first; no more once `seconds` are spent and three are done.
+    points : int
+        Points per curve that the step of pyHarm is fitted to (0: no fit).
+    frequencies : tuple of float
+        omega at which the response is wanted.
+    curve : bool
+        False to solve at these frequencies only.
+    file : str
+        Matrices of problem S, NPZ.
     """
 
     program: str
@@ -71,11 +81,20 @@ class Problem:
 
     Attributes
     ----------
-    mass, stiffness : (n, n); damping : C = damping K.
-    contacts : (n_c,) nodes against ground. forces : (node, dof, amplitude of the cosine).
-    output : node and dof whose |q^(1)| is compared.
-    normal, tangential, friction, load : kn, kt, mu and N0 of the contacts, (n_c,); kn is 0 where N0 does not vary.
-    span : w, from and to.
+    mass, stiffness : (n, n)
+        M and K.
+    damping : float
+        C = damping K.
+    contacts : (n_c,) int
+        Nodes against ground.
+    forces : list of (int, int, float)
+        Node, dof, amplitude of the cosine.
+    output : (int, int)
+        Node and dof whose first harmonic is compared.
+    normal, tangential, friction, load : (n_c,)
+        kn, kt, mu and N0 of the contacts; kn is 0 where the normal load is constant.
+    span : (float, float)
+        First and last omega.
     """
 
     mass: Array

@@ -5,7 +5,7 @@
     python benchmarks/scaling.py --grids 3 5 --harmonics 1 3
 
 A slipping contact of the default blade around its peak. Each row is measured in a process of its own, so that its
-largest memory is its own. Writes scaling.csv, scaling.md and the figure scaling.png into out/bench/scaling. The
+largest memory is its own. Writes scaling.csv and scaling.md into out/bench/scaling. The
 fitted power laws also say where each size stops being practical, for dofs of the mesh and curves of a sweep too where
 out/bench holds the tables of reduction.py and parallel.py.
 """
@@ -27,7 +27,6 @@ GRIDS, MORE_GRIDS = (3, 4, 5, 7, 10), (12, 15)  # contact nodes along each side 
 HARMONICS, MORE_HARMONICS = (1, 2, 3, 5, 7, 11, 15), (21, 31)
 INTERFERENCE, RANGE = 5e-6, (400.0, 418.0)  # m, Hz: slip without lift-off, the peak of the default blade
 NODES, H, MODEL, POINT, MEMORY = "contact nodes", "harmonics", "model s", "ms a point", "memory GB"
-NAMES = {MODEL: "mesh to reduced model, s", POINT: "a point of the curve, ms", MEMORY: "largest memory, GB"}
 FITTED = {NODES: (MODEL, POINT, MEMORY), H: (POINT,)}  # size -> what depends on it
 FLAT = 0.1  # exponents below it are noise
 TEN_MINUTES, MEMORY_LIMIT = ("10 minutes", 600.0), ("24 GB", 24.0)
@@ -43,7 +42,7 @@ Rows = Sequence[dict[str, Any]]
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure and write tables and figure; the exit status."""
+    """Measure and write the tables; the exit status."""
     parser = options_of(__doc__, "scaling")
     parser.add_argument("--grids", type=int, nargs="+", default=list(GRIDS), help="contact nodes along a side")
     parser.add_argument("--harmonics", type=int, nargs="+", default=list(HARMONICS), help="harmonics, first grid")
@@ -58,7 +57,6 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"{grid * grid} nodes, H = {number}: {rows[-1][POINT]:.3g} ms a point", file=sys.stderr)
     by_nodes, by_harmonics = rows[: len(grids)], rows[len(grids) :]
     write_results(options.out, "scaling", rows, report(by_nodes, by_harmonics, options.out.parent))
-    draw(options.out, by_nodes, by_harmonics)
     return 0
 
 
@@ -149,22 +147,6 @@ def _read(file: Path) -> list[dict[str, str]]:
         return []
     with file.open(encoding="utf-8") as source:
         return list(csv.DictReader(source))
-
-
-def draw(folder: Path, by_nodes: Rows, by_harmonics: Rows) -> None:
-    """Time and memory over both sizes, with the fitted exponents in the legends."""
-    from matplotlib import pyplot as plt
-
-    figure, panels = plt.subplots(1, 2, figsize=(9.6, 4.2), layout="constrained", sharey=True)
-    for axes, rows, size in zip(panels, (by_nodes, by_harmonics), (NODES, H), strict=True):
-        for marker, name in zip("os^", FITTED[size], strict=False):
-            label = f"{NAMES[name]}: exponent {fitted(rows, size, name)[1]:.2f}"
-            axes.loglog([row[size] for row in rows], [row[name] for row in rows], marker=marker, label=label)
-        axes.set_xlabel(f"{size} of a face" if size == NODES else size)
-        axes.legend(fontsize=8)
-    panels[0].set_ylabel("seconds; milliseconds; GB")
-    figure.savefig(folder / "scaling.png", dpi=110)
-    plt.close(figure)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@
     make stress STRESS="--full --seed 5 --jobs 2"   # 1000 cases
     python benchmarks/stress.py --replay 17 --seed 5 --draw   # one of them again, with a picture of its curve
 
-Writes cases.csv, summary.md and matrix.png. Exit status 1 if a curve is incomplete.
+Writes cases.csv and summary.md. Exit status 1 if a curve is incomplete.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from bisect import insort
 
 from problems import models_by_angle
 from stress_cases import draw_cases
-from stress_report import draw_curve, draw_matrix, summary_text
+from stress_report import draw_curve, summary_text
 from stress_solving import StressResult, attempt, each, positive, solve_case
 from tables import ROOT, options_of, write_rows
 
@@ -50,7 +50,6 @@ def _run(options: argparse.Namespace) -> int:
         print(f"{place}: {result.message}, {result.seconds:.2f} s", file=sys.stderr)
     text = summary_text(results)
     (options.out / "summary.md").write_text(text, encoding="utf-8")
-    draw_matrix(options.out / "matrix.png", results)
     print(text)
     return 0 if all(result.complete for result in results) else 1
 

@@ -36,9 +36,16 @@ TANGENTIAL_RATIO = 0.75
 class StressCase:
     """One curve of the matrix. SI units, angle in degrees.
 
-    order_ratio : EO / N_b. normal_stiffness : N/m of the whole face; tangential is 0.75 of it.
-    interference : v0 over the force amplitude, m/N, negative for a gap. The force is 1 N: the problem is homogeneous.
-    law : of the friction, the same for all cases of a draw.
+    Attributes
+    ----------
+    order_ratio : float
+        EO / N_b.
+    normal_stiffness : float
+        N/m of the whole face; the tangential stiffness is 0.75 of it.
+    interference : float
+        v0 over the force amplitude, m/N, negative for a gap. The force is 1 N: the problem is homogeneous.
+    law : str
+        Friction law, the same for all cases of a draw.
     """
 
     seed: int

@@ -1,25 +1,22 @@
-"""The results of the stability matrix: a summary in Markdown, a picture of all cases, and one of a curve."""
+"""The results of the stability matrix: a summary in Markdown, and a picture of one curve."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from stress_cases import FACTORS, LEVELS, STIFFNESS_RANGE
+from stress_cases import FACTORS, LEVELS
 from stress_solving import StressResult
 from tables import markdown_table
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from nonlinear import ResponseCurve
 
 SHOWN = 10
 ENERGY_LIMIT = 1e-8
-MARKERS = {1: "o", 3: "s", 7: "D"}
 PARAMETERS = ("alpha", "EO/N_b", "kn N/m", "v0/F m/N", "mu", "zeta", "H")
 Results = Sequence[StressResult]
 
@@ -96,42 +93,6 @@ def _in_full(result: StressResult) -> str:
         f"{result.ending}: {result.message} ({result.points} points, {result.turning_points} turning points, "
         f"{result.seconds:.1f} s).\n`{case.replay}`"
     )
-
-
-def draw_matrix(path: Path, results: Results) -> None:
-    """Cases over stiffness and interference, coloured by points and by time; a red cross is an incomplete curve."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(12.0, 5.6), layout="constrained")
-    axes = figure.subplots(1, 2, sharey=True)
-    _scatter(axes[0], results, [result.points for result in results], "solved points")
-    _scatter(axes[1], results, [result.seconds for result in results], "seconds")
-    axes[0].set_ylabel("interference v0 / F  [m/N]   (gap below 0)")
-    failed = sum(not result.complete for result in results)
-    figure.suptitle(f"Stability matrix, seed {results[0].case.seed}: {len(results)} curves, {failed} incomplete")
-    figure.savefig(path, dpi=110)
-
-
-def _scatter(axes: Axes, results: Results, values: Any, name: str) -> None:
-    from matplotlib.colors import LogNorm
-
-    values = np.maximum(np.asarray(values, dtype=float), 1e-3)
-    height = {value: place for place, value in enumerate(LEVELS["interference"])}
-    x = np.array([result.case.normal_stiffness for result in results])
-    # The levels are equidistant; a small offset keeps cases of similar stiffness apart.
-    y = np.array([height[r.case.interference] + 0.25 * (r.case.index % 3 - 1) for r in results])
-    norm = LogNorm(values.min(), max(values.max(), 1.01 * values.min()))
-    for harmonics, marker in MARKERS.items():
-        at = np.array([result.case.harmonics == harmonics for result in results])
-        points = axes.scatter(x[at], y[at], c=values[at], norm=norm, marker=marker, s=34, label=f"H = {harmonics}")
-    failed = np.array([not result.complete for result in results])
-    axes.scatter(x[failed], y[failed], marker="x", color="red", s=110, linewidths=2.0, label="incomplete")
-    axes.figure.colorbar(points, ax=axes, label=name)
-    axes.set(xscale="log", xlim=(0.8 * STIFFNESS_RANGE[0], 1.25 * STIFFNESS_RANGE[1]))
-    axes.set_yticks(range(len(height)), [f"{value:.1e}" if value else "0" for value in height])
-    axes.axhline(height[0.0], color="0.8", zorder=0)
-    axes.set_xlabel("normal contact stiffness of the face [N/m]")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.08), ncols=4, frameon=False)
 
 
 def draw_curve(path: Path, curve: ResponseCurve, result: StressResult) -> None:

@@ -5,7 +5,7 @@
     python benchmarks/truncation.py --replay 17            # one of them again
 
 Case i is solved with 1, 3, 5, 7 harmonics in turn. The true error is that of the highest peak, see
-`truncation_truth.py`. Writes truncation.csv, truncation.md and truncation.png into out/bench/truncation. Exit status
+`truncation_truth.py`. Writes truncation.csv and truncation.md into out/bench/truncation. Exit status
 1 if the estimate bounds the true error within a factor of 3 in less than 95 % of the cases.
 """
 
@@ -102,7 +102,6 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"{name:>18}  {value}")
         return 0 if results[0].bounded else 1
     write_results(options.out, "truncation", [result.row() for result in results], report_text(results))
-    draw(options.out / "truncation.png", [result for result in results if not result.left_out])
     return 0 if share_bounded(results) >= REQUIRED else 1
 
 
@@ -197,26 +196,6 @@ def _cost(judged: Sequence[Validation]) -> str:
         f"90 % of the cases; {sum(r.estimate_seconds for r in judged):.0f} s for curves of "
         f"{sum(r.curve_seconds for r in judged):.0f} s in all."
     )
-
-
-def draw(path: Path, judged: Sequence[Validation]) -> None:
-    """Estimate over true error with the required band; unknown ones at the upper edge."""
-    from matplotlib.figure import Figure
-
-    low, high = FLOOR, 1e3
-    figure = Figure(figsize=(6.4, 5.6), layout="constrained")
-    axes = figure.subplots()
-    line = np.array([low, high])
-    axes.fill_between(line, line / FACTOR, line * MUCH, color="0.92", zorder=0)
-    axes.plot(line, line, color="0.6", linewidth=0.8, zorder=1)
-    for harmonics, marker in zip(HARMONICS, "osD^", strict=True):
-        chosen = [result for result in judged if result.case.harmonics == harmonics]
-        x = np.clip([result.error for result in chosen], low, high)
-        y = np.clip([result.estimate if result.known else high for result in chosen], low, high)
-        axes.loglog(x, y, marker, markersize=5, label=f"H = {harmonics}")
-    axes.set(xlim=(low, high), ylim=(low, high), xlabel="true relative error of the peak", ylabel="estimate")
-    axes.legend(title=f"band: 1/{FACTOR:g} to {MUCH:g}")
-    figure.savefig(path, dpi=110)
 
 
 if __name__ == "__main__":

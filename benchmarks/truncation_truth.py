@@ -27,7 +27,7 @@ STEPS_UP = (3, 5, 7, 9, 11, 15, 21, 31)
 REFERENCES = {1: (7, 11), 3: (7, 11), 5: (9, 13), 7: (11, 15)}  # harmonics of the case -> those of the whole curve
 NEAR_THE_TOP = 0.75  # peaks of that curve this high, relative to the highest, are continued too
 MOST_PEAKS = 3
-WILD = 15  # with more harmonics than these a peak whose height jumps is another one
+STRICT_ABOVE = 15  # with more harmonics than these a peak whose height jumps is another one
 JUMP = 0.1  # relative change of the height that is a jump
 FEW, JUMP_OF_FEW = 7, 0.3  # with at most so many harmonics a larger change is allowed
 MOST_STEPS = 40
@@ -130,7 +130,7 @@ def truth_of(problem: Problem, branch: Branch, seconds: float) -> Truth:
     own = max(branch.peak_indices, key=lambda place: problem.height(branch.points[place]))
     reference, of_curve = _top_of_whole_curve(problem, seconds)
     of_branch = continued(problem, branch.points, own, gradually=True)
-    as_far = max(of_branch) >= max(WILD, max(of_curve))
+    as_far = max(of_branch) >= max(STRICT_ABOVE, max(of_curve))
     best = of_branch if as_far and _last(of_branch) > _last(of_curve) else of_curve
     solved = sorted(best)
     return Truth(best[solved[-1]], solved[-1], best[solved[max(len(solved) - 2, 0)]], _last(of_curve), reference)
@@ -185,7 +185,7 @@ def continued(
     while (reached := max(heights)) < STEPS_UP[-1]:
         for n_harmonics in (next(number for number in STEPS_UP if number > reached), reached + 2):
             found = _peak_near(problem, n_harmonics, starts, heights[reached])
-            free = n_harmonics <= WILD and not gradually
+            free = n_harmonics <= STRICT_ABOVE and not gradually
             jump = JUMP_OF_FEW if n_harmonics <= FEW else JUMP
             if found is not None and (free or _alike(problem.height(found[0]), heights[reached], jump)):
                 break

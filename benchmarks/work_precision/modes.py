@@ -29,7 +29,6 @@ class ModesSettings:
 
 
 DEFAULT = ModesSettings((2, 5, 10, 20, 30, 40, 60, 80), (1e-2, 1e-3))
-FULL = ModesSettings((1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 60, 80, 120, 160), (1e-1, 1e-2, 1e-3, 1e-4))
 
 
 def modes_study(scene_file: Path, settings: ModesSettings) -> Study:

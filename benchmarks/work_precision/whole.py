@@ -39,13 +39,6 @@ class WholeSettings:
 DEFAULT = WholeSettings(
     (("hex8", 4.0), ("hex20", 8.0), ("hex20", 6.0), ("hex20", 4.0), ("hex20", 2.8)), (5, 20), (1, 3, 5, 9)
 )
-FULL = WholeSettings(
-    (("hex8", 4.0), ("hex8", 2.0), *(("hex20", size) for size in (8.0, 6.0, 5.0, 4.0, 3.2, 2.8, 2.4, 2.0))),
-    (5, 20, 40),
-    (1, 3, 5, 7, 9),
-    (-250e-6, -20e-6, -5e-6, 0.0, 5e-6, 20e-6, 60e-6, 400e-6),
-    reference_harmonics=(15, 21),
-)
 
 
 def whole_study(scene_file: Path, settings: WholeSettings, store: Path) -> Study:

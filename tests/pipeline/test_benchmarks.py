@@ -97,7 +97,7 @@ def studies(benchmark: Any, tmp_path_factory: pytest.TempPathFactory) -> dict[st
             "integration": curves.integration_plan(1, (32, 512)),
             "continuation": curves.continuation_plan(1, (0.5, 0.1), (1e-2, 1e-9), 0.1, 0.05),
         }
-        patch.setattr(bench, "DEFAULT_PLANS", plans)
+        patch.setattr(bench, "PLANS", plans)
         patch.setattr(mesh, "DEFAULT", mesh.MeshSettings({"hex8": (12.0, 9.0)}, (), coarse, 4, 4))
         patch.setattr(modes, "DEFAULT", modes.ModesSettings((1, 6), (0.1,)))
         tiny = whole.WholeSettings((("hex8", 9.0),), (2, 4), (1,), (1e-5, 1e-3), (), coarse, 4, (1, 2))

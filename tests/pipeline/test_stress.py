@@ -56,7 +56,6 @@ def test_every_case_is_recorded_and_one_can_be_replayed(tmp_path: Path) -> None:
     result = stress("--cases", 2, *common)
     assert result.returncode == 0, result.stderr
     assert "2 curves, 2 complete, 0 incomplete" in (tmp_path / "out" / "summary.md").read_text()
-    assert (tmp_path / "out" / "matrix.png").stat().st_size > 10_000
     with (tmp_path / "out" / "cases.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [row["index"] for row in rows] == ["0", "1"]
