@@ -23,7 +23,7 @@ autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 default_role = "code"
 
-# Docstrings are numpydoc. Parameters and attributes are lists: their types are words, shapes and units, not references.
+# Docstrings are numpydoc. Types in them are words, shapes and units, not references: parameters become plain lists.
 napoleon_google_docstring = False
 napoleon_numpy_docstring = True
 napoleon_use_param = False
