@@ -69,7 +69,7 @@ def test_links_work_in_a_plain_browser_of_the_repository(page: Path) -> None:
 
 def test_parameters_become_a_list(site: Path) -> None:
     page = (site / "api" / "nonlinear.html").read_text()
-    assert re.search(r"<li><p><strong>normal_stiffness</strong>", page)
+    assert re.search(r"<li><p><strong>friction</strong>", page)
 
 
 @pytest.mark.parametrize(
