@@ -30,6 +30,8 @@ def parameters(item: Any) -> list[str]:
     if inspect.isclass(item):
         if hasattr(item, "_fields"):
             return list(item._fields)
+        if getattr(item, "_is_protocol", False):  # its __init__ is that of typing.Protocol
+            return []
         item = vars(item).get("__init__", lambda: None)
     names = inspect.signature(item).parameters
     return [name for name in names if name not in ("self", "cls")]
