@@ -7,10 +7,10 @@ from typing import Any
 DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS))
 
-from site_text import commands_text, docstring_lines, short_signature  # noqa: E402
+from site_text import commands_text, short_signature  # noqa: E402
 
 project = "shroud"
-extensions = ["myst_parser", "sphinx.ext.autodoc"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 root_doc = "index"
 exclude_patterns = ["images/*"]
 needs_sphinx = "9.0"
@@ -22,6 +22,15 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 default_role = "code"
+
+# Docstrings are numpydoc. Types in them are words, shapes and units, not references: parameters become plain lists.
+napoleon_google_docstring = False
+napoleon_numpy_docstring = True
+napoleon_use_param = False
+napoleon_use_rtype = False
+napoleon_attr_annotations = False
+napoleon_custom_sections = [("Attributes", "params_style")]
+
 add_module_names = False
 toc_object_entries_show_parents = "hide"
 maximum_signature_line_length = 88
@@ -35,15 +44,10 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 
 
-def process_docstring(app: Any, what: str, name: str, item: Any, options: Any, lines: list[str]) -> None:
-    """Docstrings are plain text in the style of the house: make them what Sphinx reads."""
-    lines[:] = docstring_lines(lines)
-
-
 def process_signature(
     app: Any, what: str, name: str, item: Any, options: Any, signature: str | None, returns: str | None
 ) -> tuple[str | None, str | None]:
-    """Signatures with array types as people call them."""
+    """Signatures with short names of the array types."""
     return short_signature(signature), short_signature(returns)
 
 
@@ -54,6 +58,5 @@ def read_source(app: Any, name: str, content: list[str]) -> None:
 
 def setup(app: Any) -> None:
     """Called by Sphinx."""
-    app.connect("autodoc-process-docstring", process_docstring)
     app.connect("autodoc-process-signature", process_signature)
     app.connect("source-read", read_source)

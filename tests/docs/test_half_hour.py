@@ -13,7 +13,7 @@ import pytest
 
 from docs.execute import check, run_page
 
-HOUSE = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[2]
 QUICK = {
     r"^size = 0\.004 ": "size = 0.009 ",
     r"^modes = 20 ": "modes = 6 ",
@@ -25,10 +25,10 @@ QUICK = {
 
 
 @pytest.fixture
-def copied_house(tmp_path: Path) -> Path:
+def copied_repository(tmp_path: Path) -> Path:
     """The sources with small scenes, an environment that is set up, and nothing of earlier runs."""
     ignored = shutil.ignore_patterns(".venv", ".git", "out", "build", "*.egg-info", "*_cache", "tests")
-    copy = Path(shutil.copytree(HOUSE, tmp_path / "shroud", ignore=ignored))
+    copy = Path(shutil.copytree(ROOT, tmp_path / "shroud", ignore=ignored))
     (copy / ".venv").symlink_to(sys.prefix)
     os.utime(copy / "pyproject.toml", (0, 0))  # older than the environment: there is nothing to set up
     for scene in (copy / "scenes" / "dummy.toml", copy / "pipeline" / "scene" / "template" / "scene.toml"):
@@ -40,17 +40,17 @@ def copied_house(tmp_path: Path) -> Path:
     return copy
 
 
-def test_the_first_half_hour(copied_house: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = (HOUSE / "README.md").read_text()
+def test_the_first_half_hour(copied_repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (ROOT / "README.md").read_text()
     page = tmp_path / "half_hour.md"
     page.write_text(text.partition("<!-- half hour -->")[2].partition("<!-- half hour ends -->")[0])
-    monkeypatch.setenv("PYTHONPATH", str(copied_house))  # the copy's own packages and templates
-    pieces = run_page(page, copied_house)
+    monkeypatch.setenv("PYTHONPATH", str(copied_repository))  # the copy's own packages and templates
+    pieces = run_page(page, copied_repository)
     assert len(pieces) == 9
     check(page, pieces, numbers=False)
     for name in ("figures/response.png", "figures/peaks.png"):
-        assert (copied_house / "out" / "dummy" / name).is_file()
-    assert (copied_house / "out" / "mine" / "report.html").is_file()
-    run_page(HOUSE / "docs" / "howto.md", copied_house)
-    assert (copied_house / "one_curve.png").is_file()
-    assert "angle = 180.0" in (copied_house / "scenes" / "mine" / "scene.toml").read_text()
+        assert (copied_repository / "out" / "dummy" / name).is_file()
+    assert (copied_repository / "out" / "mine" / "report.html").is_file()
+    run_page(ROOT / "docs" / "howto.md", copied_repository)
+    assert (copied_repository / "one_curve.png").is_file()
+    assert "angle = 180.0" in (copied_repository / "scenes" / "mine" / "scene.toml").read_text()
