@@ -38,7 +38,7 @@ def spring_jacobian(stiffness, n_harmonics):
 
 
 def coupled_exponents(modal, phase, kappa, stiffness, n_harmonics, omega):
-    """lambda = s - i h omega in the strip, s of the blade with springs to its neighbours at the phase h psi + kappa."""
+    """lambda = s - i h omega in the strip, s of the blade with its springs at the phase h psi + kappa."""
     found = []
     count = modal.angular_frequency.size
     for h in range(-n_harmonics, n_harmonics + 1):
