@@ -94,11 +94,12 @@ class HillProblem:
         if self.static:
             harmonics = np.append(0.0, harmonics)
         left = 0.0 if self.modal.left is None else self.modal.left
-        shift = np.exp(1j * (harmonics * self.phase + self.kappa))[:, None, None]
+        phases = harmonics * self.phase + self.kappa
+        relative = self.modal.right - left * np.exp(1j * phases)[:, None, None]
         return ContactFreeModel(
             self.modal,
             harmonics,
-            self.modal.right - left * shift,
+            relative,
             self.retention_radius,
             self.retention_harmonic,
             self.conjugate_pairs,

@@ -38,7 +38,7 @@ def spring_jacobian(stiffness, n_harmonics):
 
 
 def coupled_exponents(modal, phase, kappa, stiffness, n_harmonics, omega):
-    """lambda = s - i h w in the strip, s of the blade with springs to its neighbours at the phase h psi + kappa."""
+    """lambda = s - i h omega in the strip, s of the blade with its springs at the phase h psi + kappa."""
     found = []
     count = modal.angular_frequency.size
     for h in range(-n_harmonics, n_harmonics + 1):
@@ -104,7 +104,7 @@ class TestLinearContacts:
         assert found[0].real == pytest.approx(expected.real.max(), abs=1e-4)
 
     def test_kappas_are_copies_of_each_other(self):
-        """lambda + i w for kappa + psi, but for what would come from a harmonic that is left out."""
+        """lambda + i omega for kappa + psi, but for what would come from a truncated harmonic."""
         modal = modal_model(lumped_blade(3), damping_ratio=0.02)
         jacobian = spring_jacobian(np.full((2, 3), 5.0), 2)
         one, other = (
@@ -118,7 +118,7 @@ class TestLinearContacts:
 
 
 class TestMathieu:
-    """x'' + c x' + (a - 2 q cos n theta) x = 0, w = 1: one mode, and a contact whose stiffness varies by hand."""
+    """x'' + c x' + (a - 2 q cos n theta) x = 0, omega = 1: one mode, and a contact whose stiffness varies by hand."""
 
     def problem(self, radius=np.inf, damping=0.0, n_harmonics=14):
         modal = modal_model(oscillator(stiffness=0.3, tangential=False), rayleigh=(damping, 0.0))
@@ -166,11 +166,11 @@ class TestMathieu:
     def test_growth_in_a_tongue(self, a, q, order, expected):
         damping = 0.05
 
-        def slope(t, x):
+        def rate(t, x):
             return [x[1], -damping * x[1] - (a - 2.0 * q * np.cos(order * t)) * x[0]]
 
         columns = [
-            solve_ivp(slope, (0.0, 2.0 * np.pi), start, method="DOP853", rtol=1e-11, atol=1e-13).y[:, -1]
+            solve_ivp(rate, (0.0, 2.0 * np.pi), start, method="DOP853", rtol=1e-11, atol=1e-13).y[:, -1]
             for start in ([1.0, 0.0], [0.0, 1.0])
         ]
         multiplier = max(np.linalg.eigvals(np.array(columns).T), key=abs)
@@ -201,7 +201,7 @@ class TestFold:
         return static, moments(static)[1]
 
     def omega(self, amplitude):
-        """The larger w at which |1 + N_1 / A - w^2 + 0.04 i w| A = 1."""
+        """The larger omega at which |1 + N_1 / A - omega^2 + 0.04 i omega| A = 1."""
         total = 1.0 + self.stiffness(amplitude)[1]
         half = total - 0.5 * 0.04**2
         return np.sqrt(half + np.sqrt(half**2 - total**2 + amplitude**-2))
@@ -262,54 +262,54 @@ def test_the_determinant_changes_its_sign_with_a_real_exponent(n_blades, interfe
         assert Instability.REAL in crossings(exponents[index], exponents[index + 1], omega)
 
 
-class TestFrictionMemory:
-    """Forces on a slider under u + e^(lambda theta) p(theta), marched in small steps, less those under u alone."""
+class TestSliderMemory:
+    """Forces on a slider under u + e^(sigma theta) p(theta), integrated in small steps, less those under u alone."""
 
     contact = ContactParameters(np.array([1.0]), np.array([0.8]), np.array([0.5]), np.array([0.2]), np.zeros(1))
     n_harmonics, samples = 3, 60000
 
-    def march(self, motion):
-        """Friction force over two turns from a slider at rest in its steady cycle, (2 samples,)."""
+    def friction_force(self, motion):
+        """Friction force over two periods, the slider starting at 0, (2 samples,)."""
         forces, position = np.empty(len(motion)), 0.0
         load = np.maximum(0.2 + motion[:, 1], 0.0)
-        reach = 0.5 * load / 0.8
-        low, high = motion[:, 0] - reach, motion[:, 0] + reach
+        limit = 0.5 * load / 0.8
+        low, high = motion[:, 0] - limit, motion[:, 0] + limit
         for k, (below, above) in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
             position = min(max(position, below), above)
             forces[k] = -0.8 * (motion[k, 0] - position)
         return forces
 
-    @pytest.mark.parametrize("exponent", [0.3, 0.4j, 0.1 - 0.3j])
-    def test_growing_perturbation(self, exponent):
+    @pytest.mark.parametrize("sigma", [0.3, 0.4j, 0.1 - 0.3j])
+    def test_growing_perturbation(self, sigma):
         """A cycle in which the slider sticks after slip and after re-contact."""
         rng = np.random.default_rng(1)
         size = 2 * self.n_harmonics + 1
         base, shape = rng.normal(size=(size, 1, 3)) * 0.3, rng.normal(size=(size, 3))
-        turn = basis_table(self.n_harmonics, self.samples)
-        table = np.concatenate([turn, turn])
+        period = basis_table(self.n_harmonics, self.samples)
+        table = np.concatenate([period, period])
         theta = 2.0 * np.pi * np.arange(2 * self.samples) / self.samples
-        growth = np.exp(exponent * theta)[:, None] * (table @ shape)
+        growth = np.exp(sigma * theta)[:, None] * (table @ shape)
         motion, change, step = table @ base[:, 0, :], 0.0, 5e-4
         for part, unit in ((growth.real, 1.0), (growth.imag, 1j)):
-            up, down = (self.march((motion + sign * step * part)[:, [0, 2]]) for sign in (1.0, -1.0))
+            up, down = (self.friction_force((motion + sign * step * part)[:, [0, 2]]) for sign in (1.0, -1.0))
             change = change + unit * (up - down) / (2.0 * step)
-        relative = (change * np.exp(-exponent * theta))[self.samples :]
-        measured = 2.0 * turn.T @ relative / self.samples
+        relative = (change * np.exp(-sigma * theta))[self.samples :]
+        measured = 2.0 * period.T @ relative / self.samples
         measured[0] /= 2.0
 
         jacobian = EventDrivenJenkins(self.contact, self.n_harmonics).evaluate(base).jacobian[0, 0]
-        at_rest = np.einsum("bij,jb->i", jacobian, shape)
+        periodic = np.einsum("bij,jb->i", jacobian, shape)
         memory = MemorySampler(self.contact, self.n_harmonics, 4096).memory(base)
-        places = memory.basis @ shape
-        origin = places[np.arange(memory.node.size), memory.direction] + memory.dw_dn * places[:, 2]
+        at_start = memory.basis @ shape
+        slider = at_start[np.arange(memory.node.size), memory.direction] + memory.dw_dn * at_start[:, 2]
         of_t1 = memory.direction == 0
-        force, slope = memory.force(complex(exponent))
-        expected = at_rest + (origin[of_t1, None] * force[of_t1]).sum(axis=0)
+        force, derivative = memory.force(complex(sigma))
+        expected = periodic + (slider[of_t1, None] * force[of_t1]).sum(axis=0)
         size = np.abs(measured).max()
         assert np.abs(expected - measured).max() < 0.01 * size
-        assert np.abs(at_rest - measured).max() > 0.05 * size  # without memory
-        nearby = (memory.force(exponent + 1e-5)[0] - memory.force(exponent - 1e-5)[0]) / 2e-5
-        assert slope == pytest.approx(nearby, abs=1e-6)
+        assert np.abs(periodic - measured).max() > 0.05 * size  # without memory
+        nearby = (memory.force(sigma + 1e-5)[0] - memory.force(sigma - 1e-5)[0]) / 2e-5
+        assert derivative == pytest.approx(nearby, abs=1e-6)
         assert memory.force(0.0)[0] == pytest.approx(0.0, abs=1e-15)
 
     def test_there_is_none_without_events(self):
@@ -323,50 +323,50 @@ class TestFrictionMemory:
         assert sampler.memory(moving).node.size == 2  # slip at both ends of the stroke
 
 
-class TestConeMemory:
-    """The same under the friction cone: the direction of slip remembers as well as the place of stick."""
+class TestConeSliderMemory:
+    """The same under the friction cone: the direction of slip is remembered as well as the place of stick."""
 
-    contact = replace(TestFrictionMemory.contact, law="cone")
+    contact = replace(TestSliderMemory.contact, law="cone")
     n_harmonics, samples = 3, 30000
 
-    def march(self, motion):
-        """Friction force of a slider over three turns from rest, (3 samples, 2)."""
+    def friction_force(self, motion):
+        """Friction force over three periods, the slider starting at 0, (3 samples, 2)."""
         forces, x, y = np.empty((len(motion), 2)), 0.0, 0.0
-        reach = 0.5 * np.maximum(0.2 + motion[:, 2], 0.0) / 0.8
-        for k, (u, v, r) in enumerate(zip(*motion[:, :2].T.tolist(), reach.tolist(), strict=True)):
+        limit = 0.5 * np.maximum(0.2 + motion[:, 2], 0.0) / 0.8
+        for k, (u, v, r) in enumerate(zip(*motion[:, :2].T.tolist(), limit.tolist(), strict=True)):
             far = np.hypot(u - x, v - y)
             if far > r:
                 x, y = u - r * (u - x) / far, v - r * (v - y) / far
             forces[k] = -0.8 * (u - x), -0.8 * (v - y)
         return forces
 
-    @pytest.mark.parametrize(("seed", "exponent"), [(3, 0.3), (4, 0.4j), (5, 0.1 - 0.3j)])
-    def test_growing_perturbation(self, seed, exponent):
+    @pytest.mark.parametrize(("seed", "sigma"), [(3, 0.3), (4, 0.4j), (5, 0.1 - 0.3j)])
+    def test_growing_perturbation(self, seed, sigma):
         rng = np.random.default_rng(seed)
         size = 2 * self.n_harmonics + 1
         base, shape = rng.normal(size=(size, 1, 3)) * 0.3, rng.normal(size=(size, 3))
-        turn = basis_table(self.n_harmonics, self.samples)
-        table = np.concatenate([turn, turn, turn])
+        period = basis_table(self.n_harmonics, self.samples)
+        table = np.concatenate([period, period, period])
         theta = 2.0 * np.pi * np.arange(len(table)) / self.samples
-        growth = np.exp(exponent * theta)[:, None] * (table @ shape)
+        growth = np.exp(sigma * theta)[:, None] * (table @ shape)
         motion, change, step = table @ base[:, 0, :], 0.0, 3e-5
         for part, unit in ((growth.real, 1.0), (growth.imag, 1j)):
-            up, down = (self.march(motion + sign * step * part) for sign in (1.0, -1.0))
+            up, down = (self.friction_force(motion + sign * step * part) for sign in (1.0, -1.0))
             change = change + unit * (up - down) / (2.0 * step)
-        relative = (change * np.exp(-exponent * theta)[:, None])[-self.samples :]
-        measured = 2.0 * turn.T @ relative / self.samples
+        relative = (change * np.exp(-sigma * theta)[:, None])[-self.samples :]
+        measured = 2.0 * period.T @ relative / self.samples
         measured[0] /= 2.0
 
         jacobian = EventDrivenCoulombCone(self.contact, self.n_harmonics).evaluate(base).jacobian[0, :2]
-        at_rest = np.einsum("abij,jb->ia", jacobian, shape)
+        periodic = np.einsum("abij,jb->ia", jacobian, shape)
         memory = MemorySampler(self.contact, self.n_harmonics).memory(base)
-        beyond, slope = memory.jacobian(complex(exponent))
-        expected = at_rest + np.einsum("abij,jb->ia", beyond[0], shape)
+        jacobian_change, derivative = memory.jacobian(complex(sigma))
+        expected = periodic + np.einsum("abij,jb->ia", jacobian_change[0], shape)
         largest = np.abs(measured).max()
         assert np.abs(expected - measured).max() < 0.005 * largest
-        assert np.abs(at_rest - measured).max() > 0.08 * largest  # without memory
-        nearby = (memory.jacobian(exponent + 1e-5)[0] - memory.jacobian(exponent - 1e-5)[0]) / 2e-5
-        assert slope == pytest.approx(nearby, abs=1e-6)
+        assert np.abs(periodic - measured).max() > 0.08 * largest  # without memory
+        nearby = (memory.jacobian(sigma + 1e-5)[0] - memory.jacobian(sigma - 1e-5)[0]) / 2e-5
+        assert derivative == pytest.approx(nearby, abs=1e-6)
         assert memory.jacobian(0.0)[0] == pytest.approx(0.0, abs=1e-15)
 
     def test_there_is_none_without_slip(self):

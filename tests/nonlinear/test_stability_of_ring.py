@@ -62,7 +62,7 @@ def ring_kappas(n_blades):
 
 
 def exponents(balance, contact, unknown, omega, n_blades):
-    """kappa -> exponents / w."""
+    """kappa -> exponents / omega."""
     displacement, jacobian = balance.displacement(unknown), balance.forces(unknown).jacobian
     return {
         kappa: FloquetAnalysis.of(balance.receptance, contact, kappa=kappa).exponents(displacement, jacobian, omega)
@@ -72,7 +72,7 @@ def exponents(balance, contact, unknown, omega, n_blades):
 
 
 CASES = [
-    # blades, interference, friction, w, branch; what grows with the symmetry of the wave, and what without
+    # blades, interference, friction, omega, branch; what grows with the symmetry of the wave, and what without
     (2, -4.0, 0.4, 1.17, 0, None, Instability.REAL),  # upper branch: the two blades stop moving alike
     (2, -4.0, 0.4, 1.17, 1, Instability.REAL, None),  # between the folds
     (2, -4.0, 0.4, 1.17, 2, None, None),  # lower branch: open
