@@ -82,7 +82,7 @@ def validate(case: StressCase, model: Path, limit: float) -> Validation:
     """Solve a case, estimate its truncation error and find the truth; `limit`: seconds for each whole curve."""
     from threadpoolctl import threadpool_limits
 
-    from nonlinear.harmonic_selection.truncation_error import Truncation
+    from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
 
     with threadpool_limits(1):
         try:
@@ -95,7 +95,8 @@ def validate(case: StressCase, model: Path, limit: float) -> Validation:
             peak = max((trace.points[place] for place in trace.peak_indices), key=problem.height)
             if max(problem.height(end) for end in (trace.points[0], trace.points[-1])) > problem.height(peak):
                 return Validation(case, "no peak: the amplitude is higher at an end of the range")
-            estimate = Truncation(problem.continuation, problem.family).at_peak(trace.points, trace.peak_indices)
+            estimator = TruncationErrorEstimator(problem.continuation, problem.balances)
+            estimate = estimator.at_peak(trace.points, trace.peak_indices)
             estimated = time.perf_counter()
             truth = truth_of(problem, trace, limit)
         except OutOfTimeError as error:

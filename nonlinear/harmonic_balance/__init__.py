@@ -1,1 +1,1 @@
-"""The harmonic balance equations at one frequency: residual, Newton's method, first solution."""
+"""The harmonic balance equations at one frequency: residual, Newton's method, initial solution."""
