@@ -1,4 +1,10 @@
-"""Location of special points between two points of a curve: zeros of a test function, changes of stability."""
+"""Location of special points between two points of a curve: zeros of a test function, changes of stability.
+
+References
+----------
+M. Dowell, P. Jarratt, "A modified regula falsi method for computing the root of an equation", BIT 11, 1971,
+pp. 168-174. (Illinois variant)
+"""
 
 from collections.abc import Callable
 

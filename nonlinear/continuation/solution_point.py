@@ -38,10 +38,11 @@ class SolutionPoint:
     contact : ContactForces
         Contact forces.
     jacobian_sign : int
-        Sign of det dR/dx. It is -1 where an odd number of real Floquet exponents is positive.
+        Sign of det dR/dx, a test function of folds and branch points. It is -1 where an odd number of real Floquet
+        exponents is positive.
     bordered_sign : int
-        Sign of det [dR/dx, dR/domega; tangent]. It is the same all along a curve, kinks included, and changes at a
-        branch point.
+        Sign of det [dR/dx, dR/domega; tangent], a test function of branch points. It is the same all along a curve,
+        folds and kinks included, and changes at a branch point.
     iterations : int
         Newton iterations.
     arc : float

@@ -1,4 +1,4 @@
-"""Derivatives of the whole balance and of the amplitude along the curve against finite differences."""
+"""Derivatives of the balance and of the amplitude along the curve against finite differences."""
 
 from dataclasses import replace
 
@@ -82,7 +82,7 @@ def test_newton_converges_quadratically(interference, harmonics):
     points = continue_over_range(continuation, static)[0].points
     hard = [point for point in points if point.contact.state.max() > 0 and point.linear is None]
     assert len(hard) > 20
-    reached, rates = [], []
+    residuals, converges = [], []
     for point in hard[:: len(hard) // 12]:
         plane = point.unknown, point.omega
         metric = continuation.solver.metric(point.unknown)
@@ -94,18 +94,19 @@ def test_newton_converges_quadratically(interference, harmonics):
             linearised = balance.evaluate(x, w)
             dx, dw = BorderedSystem.factorise(linearised, direction, metric).newton_step(linearised.residual)
             x, w = x + dx, w + dw
-        # a root of the plane near the point: the start is moved off it along the plane, so the end may be beside it
-        reached.append(balance.relative_error(balance.evaluate(x, w).residual, x))
-        drift = [abs(one - errors[-1]) for one in errors[:-1]]
-        rates.append(drift[1] < 1e-2 * drift[0] and (drift[2] < 1e-10 or drift[2] < 1e3 * drift[1] ** 2))
-    assert max(reached) < 1e-12
-    assert np.mean(rates) >= 0.9  # a kink within the first step costs that step its square
+        # the start is moved off the point, partly out of its plane: the errors count from the last iterate
+        residuals.append(balance.relative_error(balance.evaluate(x, w).residual, x))
+        first, second, third = (abs(error - errors[-1]) for error in errors[:3])
+        is_quadratic = third < 1e-10 or third < 1e3 * second**2
+        converges.append(second < 1e-2 * first and is_quadratic)
+    assert max(residuals) < 1e-12
+    assert np.mean(converges) >= 0.9  # a kink within the first step costs that step its square
 
 
 @pytest.mark.parametrize("law", ["two_sliders", "cone"])
 @pytest.mark.parametrize("preload", [0.6, 3.0])
 def test_even_harmonics_that_nothing_excites_are_left_out(preload, law):
-    """Friction under a constant load: half a turn later the vibration has the opposite forces."""
+    """Friction under a constant load: half a period later motion and forces have the opposite sign."""
     model = lumped_blade(3)
     modal = modal_model(replace(model, force_static=0.3 * model.force_excitation), damping_ratio=0.02)
     contact = ContactParameters.shared(
@@ -114,22 +115,22 @@ def test_even_harmonics_that_nothing_excites_are_left_out(preload, law):
     options = SolverOptions((0.1, 0.8), harmonics=6)
     balance = build_harmonic_balance(modal, contact, Excitation(1, 1.0), options)
     assert balance.odd
-    whole = replace(balance, odd=False)
+    all_harmonics = replace(balance, odd=False)
     static = static_displacement(balance.receptance, contact, options)
     points = continue_over_range(Continuation(balance, options, contact=contact), static)[0].points
     slipping = [point for point in points if point.contact.state.max() == SLIP]
     assert len(slipping) > 10
     for point in slipping[::5]:
-        linearised = whole.evaluate(point.unknown, point.omega)  # the whole balance holds
-        assert whole.relative_error(linearised.residual, point.unknown) < 1e-11
+        linearised = all_harmonics.evaluate(point.unknown, point.omega)  # the even harmonics are balanced too
+        assert all_harmonics.relative_error(linearised.residual, point.unknown) < 1e-11
         assert np.abs(point.displacement[[3, 4, 7, 8, 11, 12]]).max() < 1e-15 * np.abs(point.displacement).max()
-        left, all_of_them = (part.evaluate(point.unknown, point.omega) for part in (balance, whole))
-        assert left.coupling[1].size == 7 * 4  # of 13 rows harmonics 0, 1, 3 and 5; no normal displacement
-        assert all_of_them.coupling[1].size == 13 * 4
+        odd, full = (part.evaluate(point.unknown, point.omega) for part in (balance, all_harmonics))
+        assert odd.coupling[1].size == 7 * 4  # of 13 rows harmonics 0, 1, 3 and 5; no normal displacement
+        assert full.coupling[1].size == 13 * 4
         shift = np.sin(1.0 + np.arange(point.unknown.size)).reshape(13, -1)
         shift[3:5] = shift[7:9] = shift[11:13] = 0.0
-        difference = (left.jacobian - all_of_them.jacobian) @ shift.reshape(-1)
-        assert np.abs(difference).max() < 1e-7 * np.abs(all_of_them.jacobian).max()
+        difference = (odd.jacobian - full.jacobian) @ shift.reshape(-1)
+        assert np.abs(difference).max() < 1e-7 * np.abs(full.jacobian).max()
 
 
 def test_a_load_that_varies_excites_all_harmonics():
