@@ -12,7 +12,13 @@ MOST_UNKNOWNS = 10_000  # of a harmonic balance; its dense Jacobian then takes 0
 
 
 def least_samples(n_harmonics: int) -> int:
-    """Smallest number of instants per period, 4 H + 4, at which the contact force of H harmonics is sampled."""
+    """Smallest number of instants per period at which the contact force of H harmonics is sampled: 4 H + 4.
+
+    Parameters
+    ----------
+    n_harmonics : int
+        Number of harmonics H.
+    """
     return 4 * n_harmonics + 4
 
 

@@ -41,7 +41,7 @@ def test_symmetric_motions_are_followed_through_the_branch_points(curve):
 
 
 def asymmetry_growth(curve, index, periods=30):
-    """Growth rate (1/s) of x(t + T/2) + x(t), integrated in time from the balanced motion; its truncation error perturbs it."""
+    """Growth rate (1/s) of x(t + T/2) + x(t) in time integration; the truncation error of its start perturbs it."""
     omega = 2.0 * np.pi * curve.frequency_hz[index]
     order = np.arange(HARMONICS + 1)
     start = (curve.output[index] * np.array([np.ones(HARMONICS + 1), 1j * order * omega])).sum(axis=1).real
