@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from nonlinear.contact.parameters import Array
     from nonlinear.continuation.arclength_continuation import Continuation
     from nonlinear.continuation.solution_point import SolutionPoint
-    from nonlinear.harmonic_balance.balance_family import BalanceFamily
+    from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
 
 STEPS_UP = (3, 5, 7, 9, 11, 15, 21, 31)
 REFERENCES = {1: (7, 11), 3: (7, 11), 5: (9, 13), 7: (11, 15)}  # harmonics of the case -> those of the whole curve
@@ -40,7 +40,7 @@ class Problem:
     """What a case asks to solve, ready for any number of harmonics; `static` (n_c, 3) to start from."""
 
     continuation: Continuation
-    family: BalanceFamily
+    balances: TruncatedBalances
     static: Array
 
     def branch(self, n_harmonics: int, seconds: float) -> Branch:
@@ -63,13 +63,13 @@ class Problem:
 
     def at(self, n_harmonics: int) -> Continuation:
         """The continuation with so many harmonics."""
-        return self.continuation.of(self.family.balance(n_harmonics))
+        return self.continuation.with_balance(self.balances.balance(n_harmonics))
 
     def height(self, point: SolutionPoint) -> float:
         """Amplitude of the output at a point, m."""
-        from nonlinear.continuation.response_quantities import largest_amplitude, output_harmonics
+        from nonlinear.continuation.response_quantities import output_amplitude
 
-        return largest_amplitude(output_harmonics(point, self.continuation.options.output)).value
+        return output_amplitude(point, self.continuation.options.output)
 
 
 def problem_of(case: StressCase, model: Path) -> Problem:
@@ -77,14 +77,14 @@ def problem_of(case: StressCase, model: Path) -> Problem:
     from nonlinear import build_harmonic_balance
     from nonlinear.continuation.arclength_continuation import Continuation
     from nonlinear.continuation.resonances import find_resonances
-    from nonlinear.harmonic_balance.balance_family import BalanceFamily
     from nonlinear.harmonic_balance.initial_solution import static_displacement
+    from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
 
     modal, contact, excitation, options = posed(case, model, frequency_range(case, model))
     balance = build_harmonic_balance(modal, contact, excitation, options)
     continuation = Continuation(balance, options, find_resonances(balance.receptance, contact, options), contact)
     static = static_displacement(balance.receptance, contact, options)
-    return Problem(continuation, BalanceFamily(balance, contact, options), static)
+    return Problem(continuation, TruncatedBalances(balance, contact, options), static)
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,10 @@ class Truth:
 
 def estimate_of(problem: Problem, branch: Branch) -> float:
     """The truncation error of the highest peak of a branch as the program estimates it."""
-    from nonlinear.harmonic_selection.truncation_error import Truncation
+    from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
 
-    return Truncation(problem.continuation, problem.family).at_peak(branch.points, branch.peak_indices)
+    estimator = TruncationErrorEstimator(problem.continuation, problem.balances)
+    return estimator.at_peak(branch.points, branch.peak_indices)
 
 
 def truth_of(problem: Problem, branch: Branch, seconds: float) -> Truth:
@@ -212,7 +213,7 @@ def _peak_near(
     here = problem.at(n_harmonics)
     others = []
     for start in starts:
-        found = here.refit(start)
+        found = here.solver.refit(start)
         if found is None:
             continue
         walk = list(_up_and_over(here, found))
@@ -228,12 +229,11 @@ def _peak_near(
 
 def _up_and_over(here: Continuation, start: SolutionPoint) -> Iterator[SolutionPoint]:
     """Points along the curve from `start` to the first one beyond a peak."""
-    from nonlinear.continuation.response_quantities import amplitude_slope
+    from nonlinear.continuation.response_quantities import amplitude_derivative
 
-    if amplitude_slope(start, here.options.output) < 0.0:
-        tangent = -start.tangent[0], -start.tangent[1]
-        start = replace(start, tangent=tangent, orientation=-start.orientation)
-    for point in islice(here.trace(replace(start, step=FIRST_STEP)), MOST_STEPS):
+    if amplitude_derivative(start, here.options.output) < 0.0:
+        start = start.reversed()
+    for point in islice(here.continue_branch(replace(start, step=FIRST_STEP)), MOST_STEPS):
         yield point
-        if point.amplitude_slope < 0.0:
+        if point.dA_ds < 0.0:
             return

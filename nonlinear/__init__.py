@@ -1,6 +1,15 @@
 """Nonlinear forced response: contact element, harmonic balance and continuation on a modal model.
 
+The sub-packages, each built on those before it: `contact` (contact forces), `harmonic_balance` (the equations),
+`stability` (Floquet exponents), `continuation` (points along a curve), `branches` (whole branches with peaks and
+bifurcations), `harmonic_selection` (truncation error). `response_solver` puts them together.
+
 A name is imported from its file when it is first asked for: options and limits need neither NumPy nor numba.
+
+References
+----------
+A. Gulisano, C. M. Firrone, S. Zucca, "Forced response of shrouded blades with a coupled static/dynamic approach",
+Proc. 7th European Nonlinear Dynamics Conference (ENOC 2011), Rome, 2011. Cited as "Gulisano et al. 2011".
 """
 
 from importlib import import_module
@@ -22,8 +31,7 @@ if TYPE_CHECKING:
         ContactParameters,
         punch_stiffness,
     )
-    from nonlinear.harmonic_balance.residual import BalanceAt, HarmonicBalance
-    from nonlinear.linear import linear_response
+    from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
     from nonlinear.options import MOST_UNKNOWNS, Excitation, OptionsError, SolverOptions, least_samples
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_solver import build_harmonic_balance, forced_response
@@ -33,7 +41,6 @@ __all__ = [
     "MOST_UNKNOWNS",
     "SLIP",
     "STICK",
-    "BalanceAt",
     "Bifurcation",
     "BifurcationKind",
     "ContactCycle",
@@ -43,6 +50,7 @@ __all__ = [
     "ContactParameters",
     "Excitation",
     "HarmonicBalance",
+    "LinearisedResidual",
     "OptionsError",
     "Peak",
     "ResponseCurve",
@@ -53,7 +61,6 @@ __all__ = [
     "contact_element",
     "forced_response",
     "least_samples",
-    "linear_response",
     "punch_stiffness",
 ]
 
@@ -62,7 +69,6 @@ _PLACES = {
     "MOST_UNKNOWNS": "nonlinear.options",
     "SLIP": "nonlinear.contact.parameters",
     "STICK": "nonlinear.contact.parameters",
-    "BalanceAt": "nonlinear.harmonic_balance.residual",
     "Bifurcation": "nonlinear.branches.bifurcations",
     "BifurcationKind": "nonlinear.branches.bifurcations",
     "ContactCycle": "nonlinear.contact.contact_cycle",
@@ -72,6 +78,7 @@ _PLACES = {
     "ContactParameters": "nonlinear.contact.parameters",
     "Excitation": "nonlinear.options",
     "HarmonicBalance": "nonlinear.harmonic_balance.residual",
+    "LinearisedResidual": "nonlinear.harmonic_balance.residual",
     "OptionsError": "nonlinear.options",
     "Peak": "nonlinear.branches.peaks",
     "ResponseCurve": "nonlinear.response_curve",
@@ -82,7 +89,6 @@ _PLACES = {
     "forced_response": "nonlinear.response_solver",
     "build_harmonic_balance": "nonlinear.response_solver",
     "least_samples": "nonlinear.options",
-    "linear_response": "nonlinear.linear",
     "punch_stiffness": "nonlinear.contact.parameters",
 }
 

@@ -1,5 +1,6 @@
-"""What the solver is asked to do and how precisely."""
+"""Options of the solver: excitation, frequency range, harmonics, tolerances."""
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -7,12 +8,17 @@ Method = Literal["coupled", "static-first"]
 Integration = Literal["exact", "sampled"]
 Stability = Literal["floquet", "folds"]
 
-
-MOST_UNKNOWNS = 10_000  # of a harmonic balance: its Jacobian is full, 0.8 GB, and is factorised at every step
+MOST_UNKNOWNS = 10_000  # of a harmonic balance; its dense Jacobian then takes 0.8 GB
 
 
 def least_samples(n_harmonics: int) -> int:
-    """Fewest instants a period, 4 H + 4, at which the contact force of H harmonics is sampled."""
+    """Smallest number of instants per period at which the contact force of H harmonics is sampled: 4 H + 4.
+
+    Parameters
+    ----------
+    n_harmonics : int
+        Number of harmonics H.
+    """
     return 4 * n_harmonics + 4
 
 
@@ -22,7 +28,15 @@ class OptionsError(ValueError):
 
 @dataclass(frozen=True)
 class Excitation:
-    """Travelling-wave excitation of engine order `engine_order` and amplitude `force` (N on one blade)."""
+    """Travelling-wave excitation.
+
+    Attributes
+    ----------
+    engine_order : int
+        Engine order.
+    force : float
+        Amplitude on one blade, N.
+    """
 
     engine_order: int
     force: float
@@ -34,23 +48,38 @@ class SolverOptions:
 
     Attributes
     ----------
-    frequency_hz : (low, high), Hz.
-    harmonics : H, harmonics 0 .. H are balanced; "auto": as many as `harmonic_tolerance` asks for.
-    harmonic_tolerance : largest estimated truncation error, relative to the peak amplitude, that "auto" accepts.
-    integration : how the contact force is integrated over the cycle; "exact": from event to event (in closed form for
-        the uncoupled law, with a controlled error for the coupled one), "sampled": at `samples` instants.
-    samples : instants a period, at least 4 H + 4.
-    method : "coupled" (static and dynamic balance together) or "static-first" (the classical two steps).
-    detached : whether branches that hang on the curve nowhere are looked for.
-    stability : "floquet": the Floquet exponents of every point; "folds": only the sign of a determinant, which sees
-        the unstable part between two folds.
-    truncation : whether the error of the harmonics left out is estimated, for half the cost of the curve or so.
-    output : name of the output that peaks are sought for.
-    tolerance : residual relative to the displacement at which Newton's method stops; where round-off stands in the
-        way, it stops when nothing improves below `round_off`.
-    step, max_step, min_step : first, largest and smallest arc length, relative to the local vibration amplitude.
-    max_points : points after which a curve is given up.
-    peak_tolerance : relative error of a peak's frequency.
+    frequency_hz : (low, high) float
+        Frequency range, Hz.
+    harmonics : int or "auto"
+        Number of harmonics H: harmonics 0 .. H are balanced. "auto": as many as `harmonic_tolerance` asks for.
+    harmonic_tolerance : float
+        Largest estimated truncation error, relative to the peak amplitude, that "auto" accepts.
+    integration : str
+        How the contact force is integrated over the period. "exact": from event to event, in closed form for the
+        two-slider law, with a controlled error for the cone. "sampled": at `samples` instants (AFT).
+    samples : int
+        Instants per period, at least 4 H + 4.
+    method : str
+        "coupled": static and dynamic balance together. "static-first": the classical two steps.
+    detached : bool
+        Whether isolated branches are searched for.
+    stability : str
+        "floquet": Floquet exponents of every point. "folds": only the sign of det dR/dx, which tells the unstable
+        part between two folds.
+    truncation : bool
+        Whether the truncation error is estimated. This takes about half the time of the curve.
+    output : str
+        Name of the output whose peaks are located.
+    tolerance : float
+        Residual, relative to the displacement, at which Newton's method stops.
+    round_off : float
+        Relative residual below which Newton's method also stops as soon as it stagnates.
+    step, max_step, min_step : float
+        First, largest and smallest step: arc lengths, relative to the local vibration amplitude.
+    max_points : int
+        Number of points after which a curve is given up.
+    peak_tolerance : float
+        Relative error of the frequency of a peak.
     """
 
     frequency_hz: tuple[float, float]
@@ -91,12 +120,19 @@ class SolverOptions:
             raise OptionsError(f'method: {self.method!r}, allowed: "coupled" or "static-first"')
 
     @property
+    def omega_range(self) -> tuple[float, float]:
+        """Frequency range in rad/s."""
+        low, high = self.frequency_hz
+        return 2.0 * math.pi * low, 2.0 * math.pi * high
+
+    @property
     def fixed_harmonics(self) -> int:
-        """H as a number.
+        """Number of harmonics H as an integer.
 
         Raises
         ------
-        OptionsError : it is "auto", which only `forced_response` resolves.
+        OptionsError
+            It is "auto", which only `forced_response` resolves.
         """
         if isinstance(self.harmonics, str):
             raise OptionsError('harmonics: "auto", allowed here: a number')

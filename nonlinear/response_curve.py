@@ -12,37 +12,71 @@ from nonlinear.branches.peaks import Peak
 from nonlinear.branches.termination import TerminationReason
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
-from nonlinear.continuation.response_quantities import largest_amplitude, responses
+from nonlinear.continuation.response_quantities import evaluate_responses, largest_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 
-LONGEST_PIECE = 500
-JUMP = 0.02  # the amplitude may jump by less than this where the number of harmonics changes
+MAX_BATCH = 500  # points whose modal coordinates are in memory at a time
+AMPLITUDE_JUMP = 0.02  # largest relative jump of the amplitude where the number of harmonics changes
+SAME_AMPLITUDE = 1e-9  # relative difference of two amplitudes that count as one
 
 
 @dataclass(frozen=True)
 class ResponseCurve:
-    """A nonlinear forced response: P solved points in the order of the arc, H harmonics.
+    """A nonlinear forced response: P solved points in the order of the arc length, H harmonics.
 
     Attributes
     ----------
-    termination : how the curve ended.
-    frequency_hz, amplitude_m, static_m, phase_rad, arc : (P,); amplitude is the largest |x(t)| of the output over a
-        period, static harmonic 0, phase that of harmonic 1, arc the length along the curve (relative measure).
-    harmonic_m : (P, H), |x^(h)|. output : (P, H+1) complex, x^(h).
-    stable : (P,) bool; whether all Floquet exponents have negative real parts, for perturbations with the symmetry of
-        the travelling wave. growth_rate : (P,), the largest of these real parts, 1/s; NaN where not asked for: then
-        `stable` is False only where an odd number of real exponents is positive, between two folds.
-    sticking, slipping, separating : (P,) nodes whose worst state in the cycle is that.
-    dissipated_j : (P,) friction work a cycle on one contact face, J (one blade owns one face pair).
-    energy_error : (P,) relative mismatch of the work put in and dissipated.
-    iterations : (P,) Newton iterations. kept_harmonics : (P,) harmonics balanced at the point, H or fewer.
-    relative_displacement, contact_force : (P, H+1, n_c, 3) complex, d^(h) and f_R^(h) in (t1, t2, n).
-    bifurcations : folds and other changes of stability, located.
-    peak, peaks : the highest local maximum (an end of the curve if there is none higher), and all of them.
-    seconds : time of the solution. truncation_error : estimated relative error of the peak amplitude by the
-        harmonics left out.
-    detached : curves of the branches that were found beside this one, and of the far side of an incomplete curve.
+    termination : TerminationReason
+        Why the continuation ended.
+    frequency_hz : (P,) float
+        Frequency, Hz.
+    amplitude_m : (P,) float
+        Largest abs(x(t)) of the output over a period, m.
+    harmonic_m : (P, H) float
+        Amplitudes of the harmonics of the output, abs(x^(h)), m.
+    static_m : (P,) float
+        Harmonic 0 of the output, m.
+    phase_rad : (P,) float
+        Phase of harmonic 1 of the output, rad.
+    stable : (P,) bool
+        Whether all Floquet exponents have negative real parts, for perturbations with the symmetry of the travelling
+        wave. Without exponents: False only where an odd number of real exponents is positive, between two folds.
+    growth_rate : (P,) float
+        Largest real part of the Floquet exponents, 1/s; NaN without exponents.
+    sticking, slipping, separating : (P,) int
+        Number of contact nodes that stick all the time, that slip at some time without opening, that open at some
+        time.
+    dissipated_j : (P,) float
+        Friction work per cycle on one contact face, J. Each blade has one pair of faces.
+    iterations : (P,) int
+        Newton iterations.
+    kept_harmonics : (P,) int
+        Harmonics balanced at the point, H or fewer.
+    arc : (P,) float
+        Arc length along the curve, in relative measure.
+    energy_error : (P,) float
+        Difference of work input and dissipated work per cycle, relative to the larger of the two.
+    output : (P, H+1) complex
+        Fourier coefficients x^(h) of the output, m.
+    relative_displacement : (P, H+1, n_c, 3) complex
+        Fourier coefficients d^(h) in (t1, t2, n), m.
+    contact_force : (P, H+1, n_c, 3) complex
+        Fourier coefficients f_R^(h) in (t1, t2, n), N.
+    peak : Peak or None
+        The highest local maximum; an end of the curve if that is higher.
+    peaks : tuple of Peak
+        All local maxima.
+    bifurcations : tuple of Bifurcation
+        Folds and other bifurcations.
+    seconds : float
+        Time of the solution, s.
+    harmonics : int
+        Number of harmonics H.
+    truncation_error : float
+        Estimated relative error of the peak amplitude by neglected harmonics; NaN without an estimate.
+    detached : tuple of ResponseCurve
+        Isolated branches, and the far part of an incomplete curve.
     """
 
     termination: TerminationReason
@@ -79,40 +113,40 @@ class ResponseCurve:
 
     @property
     def turning_points(self) -> NDArray[np.int64]:
-        """Indices of the points at which the frequency turns around."""
+        """Indices of the points at which the frequency turns back (folds)."""
         direction = np.sign(np.diff(self.frequency_hz))
         return np.flatnonzero(direction[1:] * direction[:-1] < 0) + 1
 
 
 def assemble_curve(
-    balance: HarmonicBalance, trace: Branch, output: str, truncation_error: float = float("nan")
+    balance: HarmonicBalance, branch: Branch, output: str, truncation_error: float = float("nan")
 ) -> ResponseCurve:
-    """Evaluate the quantities of every point and arrange them as arrays; `balance` counts where there is no point."""
-    points = trace.points
+    """The quantities of all points of a branch as arrays; `balance` gives the sizes of a branch without points."""
+    points = branch.points
     n_contacts = balance.n_contacts
     n_harmonics = max((point.balance.n_harmonics for point in points), default=balance.n_harmonics)
 
     def stacked(rows: Iterable[ComplexArray], *shape: int) -> ComplexArray:
-        """Coefficients of all points, those that were not kept at a point being zero there."""
+        """Coefficients of all points, zero in the harmonics that a point does not have."""
         result = np.zeros((len(points), n_harmonics + 1, *shape), dtype=complex)
         for index, row in enumerate(rows):
             result[index, : row.shape[0]] = row
         return result
 
     response = np.zeros((len(points), n_harmonics + 1), dtype=complex)
-    friction, mismatch = np.zeros((2, len(points)))
-    for some in _pieces(points):
-        found = responses(points[some], output)
-        response[some, : found.output.shape[1]] = found.output
-        friction[some], mismatch[some] = found.friction, found.mismatch
-    kept = {point.balance.n_harmonics for point in points}
+    friction, energy_error = np.zeros((2, len(points)))
+    for batch in _batches(points):
+        found = evaluate_responses(points[batch], output)
+        response[batch, : found.output.shape[1]] = found.output
+        friction[batch], energy_error[batch] = found.friction, found.energy_error
+    numbers = {point.balance.n_harmonics for point in points}
     state = np.array([point.contact.state for point in points], dtype=int).reshape(len(points), n_contacts)
-    omega = np.array([point.omega for point in points]) / (2.0 * np.pi)
+    frequency_hz = np.array([point.omega for point in points]) / (2.0 * np.pi)
     amplitude = np.array([largest_amplitude(row).value for row in response])
-    peaks = tuple(Peak(float(omega[i]), float(amplitude[i]), i) for i in trace.peak_indices)
+    peaks = tuple(Peak(float(frequency_hz[i]), float(amplitude[i]), i) for i in branch.peak_indices)
     return ResponseCurve(
-        termination=trace.termination,
-        frequency_hz=omega,
+        termination=branch.termination,
+        frequency_hz=frequency_hz,
         amplitude_m=amplitude,
         harmonic_m=np.abs(response[:, 1:]),
         static_m=response[:, 0].real,
@@ -126,14 +160,14 @@ def assemble_curve(
         iterations=np.array([point.iterations for point in points], dtype=int),
         kept_harmonics=np.array([point.balance.n_harmonics for point in points], dtype=int),
         arc=np.array([point.arc for point in points]),
-        energy_error=mismatch,
+        energy_error=energy_error,
         output=response,
         relative_displacement=stacked((to_complex(point.displacement) for point in points), n_contacts, 3),
         contact_force=stacked((to_complex(point.contact.force) for point in points), n_contacts, 3),
-        peak=_highest(peaks, omega, amplitude, 1e-9 if len(kept) < 2 else JUMP),
+        peak=_highest(peaks, frequency_hz, amplitude, SAME_AMPLITUDE if len(numbers) < 2 else AMPLITUDE_JUMP),
         peaks=peaks,
         bifurcations=tuple(
-            Bifurcation(kind, float(omega[i]), float(amplitude[i]), i) for kind, i in trace.bifurcations
+            Bifurcation(kind, float(frequency_hz[i]), float(amplitude[i]), i) for kind, i in branch.bifurcations
         ),
         seconds=0.0,
         harmonics=n_harmonics,
@@ -141,22 +175,22 @@ def assemble_curve(
     )
 
 
-def _pieces(points: list[SolutionPoint]) -> Iterator[slice]:
-    """Runs of neighbours that have the same balance, not too long for their modal coordinates to be kept."""
+def _batches(points: list[SolutionPoint]) -> Iterator[slice]:
+    """Runs of successive points that have the same balance."""
     start = 0
     for index in range(1, len(points) + 1):
         last = index == len(points)
-        if last or points[index].balance is not points[start].balance or index - start == LONGEST_PIECE:
+        if last or points[index].balance is not points[start].balance or index - start == MAX_BATCH:
             yield slice(start, index)
             start = index
 
 
-def _highest(peaks: tuple[Peak, ...], omega: Array, amplitude: Array, slack: float) -> Peak | None:
-    """The highest located peak; the largest amplitude, if that is higher by more than the relative `slack`."""
+def _highest(peaks: tuple[Peak, ...], frequency_hz: Array, amplitude: Array, tolerance: float) -> Peak | None:
+    """The highest located peak; the largest amplitude, if that is higher by more than the relative `tolerance`."""
     if amplitude.size == 0:
         return None
     largest = int(np.argmax(amplitude))
-    inside = max(peaks, key=lambda peak: peak.amplitude_m, default=None)
-    if inside is not None and inside.amplitude_m >= (1.0 - slack) * amplitude[largest]:
-        return inside
-    return Peak(float(omega[largest]), float(amplitude[largest]), largest, located=False)
+    located = max(peaks, key=lambda peak: peak.amplitude_m, default=None)
+    if located is not None and located.amplitude_m >= (1.0 - tolerance) * amplitude[largest]:
+        return located
+    return Peak(float(frequency_hz[largest]), float(amplitude[largest]), largest, located=False)

@@ -1,4 +1,4 @@
-"""The nonlinear forced response of a blade: one call from modes, contact and excitation to a curve."""
+"""The nonlinear forced response of a blade from its modes, the contact and the excitation."""
 
 import time
 from dataclasses import replace
@@ -8,23 +8,27 @@ from threadpoolctl import ThreadpoolController
 
 from nonlinear.branches.branch import Branch, with_stability
 from nonlinear.branches.detached_branches import detached_branches
-from nonlinear.branches.range_continuation import Progress, continue_over_range
+from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.branches.termination import TerminationReason
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactElement, ContactError, ContactParameters
-from nonlinear.continuation.arclength_continuation import Continuation
+from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.point_stability import PointStability
 from nonlinear.continuation.resonances import find_resonances
-from nonlinear.harmonic_balance.balance_family import BalanceFamily
 from nonlinear.harmonic_balance.initial_solution import static_displacement
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from nonlinear.harmonic_selection.adaptive_harmonics import LADDER, HarmonicSelection, ladder
-from nonlinear.harmonic_selection.truncation_error import Truncation
+from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
+from nonlinear.harmonic_selection.adaptive_harmonics import (
+    HARMONIC_NUMBERS,
+    HarmonicSelection,
+    feasible_harmonic_numbers,
+)
+from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.response_curve import ResponseCurve, assemble_curve
 from rom import ModalModel, RelativeReceptance
 
-STRICTER = 2.0  # the choice of harmonics along a curve, where its outcome was not good enough
+STRICTER = 2.0  # factor on the tolerance along the curve, where the truncation error came out too large
 
 
 def forced_response(
@@ -34,31 +38,47 @@ def forced_response(
     options: SolverOptions,
     progress: Progress | None = None,
 ) -> ResponseCurve:
-    """Trace the steady forced response over `options.frequency_hz` through its turning points.
+    """The steady forced response over the frequency range, through its folds.
 
-    modal: the modes of the blade, with damping; contact: parameters of its contact nodes; excitation: engine order
-    and force; options: frequency range, harmonics and the rest. `progress(frequency_hz, points)` is called at each
-    solved point. A curve that could not be completed comes back with what was reached; its outcome says where and
-    why.
+    Parameters
+    ----------
+    modal : rom.ModalModel
+        Modes of the blade with free contacts, with their damping.
+    contact : ContactParameters
+        Parameters of the contact nodes.
+    excitation : Excitation
+        Engine order and force.
+    options : SolverOptions
+        Frequency range, harmonics, tolerances.
+    progress : callable, optional
+        Called with the frequency (Hz) and the number of points at each new point.
+
+    Returns
+    -------
+    ResponseCurve
+        The main branch, with other branches in `detached`. An incomplete curve is returned as far as it was solved;
+        its `termination` says why it ended.
 
     Raises
     ------
-    ContactError : the contact parameters are not for the nodes of the model.
+    ContactError
+        The number of contact nodes differs from that of the model.
     """
     if contact.n_contacts != modal.n_contacts:
         raise ContactError(
             f"contact: parameters of {contact.n_contacts} nodes, allowed: {modal.n_contacts}, as the model"
         )
-    # The matrices are small: more threads than one make each product slower.
+    started = time.perf_counter()
+    # The matrices are small: more than one thread makes each product slower.
     with _threads().limit(limits=1, user_api="blas"):
-        began = time.perf_counter()
-        solved = _solve(modal, contact, excitation, options, progress)
-        return replace(solved, seconds=max(0.0, time.perf_counter() - began))
+        curve = _solve(modal, contact, excitation, options, progress)
+    # even this clock may be set back, when a virtual machine moves
+    return replace(curve, seconds=max(0.0, time.perf_counter() - started))
 
 
 @lru_cache(maxsize=1)
 def _threads() -> ThreadpoolController:
-    """The libraries that have been loaded: numpy's and SciPy's by now. To look for them takes 2 ms."""
+    """The BLAS libraries loaded by NumPy and SciPy. The search for them takes 2 ms."""
     return ThreadpoolController()
 
 
@@ -69,14 +89,14 @@ def _solve(
     options: SolverOptions,
     progress: Progress | None,
 ) -> ResponseCurve:
-    fixed = replace(options, harmonics=LADDER[0]) if options.harmonics == "auto" else options
+    fixed = replace(options, harmonics=HARMONIC_NUMBERS[0]) if options.harmonics == "auto" else options
     receptance, element = _parts(modal, contact, excitation, fixed)
     try:
         static = static_displacement(receptance, contact, options)
     except ArithmeticError as error:
         message = f"no start at {options.frequency_hz[0]:.6g} Hz: {error}"
-        nothing = Branch([], [], [], TerminationReason("start failed", options.frequency_hz[0], message))
-        return assemble_curve(HarmonicBalance(receptance, element), nothing, options.output)
+        empty = Branch([], [], [], TerminationReason("start failed", options.frequency_hz[0], message))
+        return assemble_curve(HarmonicBalance(receptance, element), empty, options.output)
     frozen = static if options.method == "static-first" else None
     balance = HarmonicBalance(receptance, element, frozen, odd=contact.odd)
     continuation = Continuation(
@@ -84,69 +104,80 @@ def _solve(
         options,
         find_resonances(receptance, contact, options),
         contact,
-        stability=_stability(contact, options),
+        stability=PointStability(contact) if options.stability == "floquet" else None,
     )
-    truncation = Truncation(continuation, BalanceFamily(balance, contact, fixed))
+    estimator = TruncationErrorEstimator(continuation, TruncatedBalances(balance, contact, fixed))
     if options.harmonics == "auto":
-        traces, left_out = _with_enough_harmonics(continuation, truncation, static, progress)
+        branches, truncation_error = _with_adaptive_harmonics(continuation, estimator, static, progress)
     else:
-        traces, left_out = continue_over_range(continuation, static, progress), float("nan")
+        branches, truncation_error = continue_over_range(continuation, static, progress), float("nan")
         if options.truncation:
-            left_out = truncation.at_peak(traces[0].points, traces[0].peak_indices)
-    curve = assemble_curve(balance, traces[0], options.output, left_out)
-    pieces = traces[1:]
+            truncation_error = estimator.at_peak(branches[0].points, branches[0].peak_indices)
+    curve = assemble_curve(balance, branches[0], options.output, truncation_error)
+    others = branches[1:]
     if options.detached:
-        pieces = [*pieces, *detached_branches(continuation, truncation.family, traces, static, progress)]
-    return replace(curve, detached=tuple(assemble_curve(balance, piece, options.output) for piece in pieces))
+        others = [*others, *detached_branches(continuation, estimator.balances, branches, static, progress)]
+    return replace(curve, detached=tuple(assemble_curve(balance, branch, options.output) for branch in others))
 
 
-def _stability(contact: ContactParameters, options: SolverOptions) -> PointStability | None:
-    """The analysis that the options ask for."""
-    if options.stability == "folds":
-        return None
-    return PointStability(contact)
-
-
-def _with_enough_harmonics(
-    continuation: Continuation, truncation: Truncation, static: Array, progress: Progress | None
+def _with_adaptive_harmonics(
+    continuation: Continuation, estimator: TruncationErrorEstimator, static: Array, progress: Progress | None
 ) -> tuple[list[Branch], float]:
-    """Traces with as many harmonics at each point as the estimated error of those left out asks for, and that error.
+    """Branches with as many harmonics at each point as the tolerance asks for, and the truncation error of the peak.
 
-    The choice along the curve rests on an estimate of one sweep. The peaks and places along the curve are then solved
-    with more harmonics; where that tells of a larger error, the curve is traced again with a stricter choice. So it
-    is where the curve ends because the branch that it followed is another one with more harmonics.
+    The selection along the curve rests on a cheap estimate. Then the peaks and some points along the curve are solved
+    with more harmonics. If these tell of a larger error, or if the curve is incomplete, which may be due to the
+    truncation, the curve is solved again with a stricter selection.
     """
     tolerance = continuation.options.harmonic_tolerance
     stability, continuation = continuation.stability, replace(continuation, stability=None)
-    choice = HarmonicSelection(truncation.family, tolerance / STRICTER)
-    tried = ladder(truncation.family.base.n_contacts)
-    for least in tried:
-        choice.least = least
-        start = continuation.of(truncation.family.balance(least))
-        traces = continue_over_range(replace(start, adapt=choice), static, progress)
-        main = traces[0]
-        left_out = truncation.at_peak(main.points, main.peak_indices)
-        complete = main.termination.complete or least == tried[-1]
-        if complete and left_out <= tolerance and truncation.along(main.points, main.peak_indices) <= tolerance:
+    selection = HarmonicSelection(estimator.balances, tolerance / STRICTER)
+    numbers = feasible_harmonic_numbers(estimator.balances.base.n_contacts)
+    for n_harmonics in numbers:
+        selection.min_harmonics = n_harmonics
+        start = continuation.with_balance(estimator.balances.balance(n_harmonics))
+        branches = continue_over_range(replace(start, adapt=selection), static, progress)
+        main = branches[0]
+        at_peak = estimator.at_peak(main.points, main.peak_indices)
+        if (
+            (main.termination.complete or n_harmonics == numbers[-1])
+            and at_peak <= tolerance
+            and estimator.along_curve(main.points, main.peak_indices) <= tolerance
+        ):
             break
-        choice.tolerance /= STRICTER
+        selection.tolerance /= STRICTER
     else:
-        message = f"{main.termination.message}; {tried[-1]} harmonics, the most there are, do not reach {tolerance:g}"
-        traces = [main._replace(termination=replace(main.termination, message=message)), *traces[1:]]
-    if stability is not None:  # only now: the exponents of a curve that is traced again would be lost
-        asked = replace(continuation, stability=stability)
-        traces = [with_stability(asked, trace) for trace in traces]
-    return traces, left_out
+        most = f"{numbers[-1]} harmonics, the most there are, do not reach {tolerance:g}"
+        termination = replace(main.termination, message=f"{main.termination.message}; {most}")
+        branches = [main._replace(termination=termination), *branches[1:]]
+    if stability is not None:  # only now: the exponents of a curve that is solved again would be lost
+        with_exponents = replace(continuation, stability=stability)
+        branches = [with_stability(with_exponents, branch) for branch in branches]
+    return branches, at_peak
 
 
 def build_harmonic_balance(
     modal: ModalModel, contact: ContactParameters, excitation: Excitation, options: SolverOptions
 ) -> HarmonicBalance:
-    """The balance that `forced_response` solves for the same modal, contact, excitation and options.
+    """The balance that `forced_response` solves, for a fixed number of harmonics.
+
+    Parameters
+    ----------
+    modal : rom.ModalModel
+        Modes of the blade with free contacts, with their damping.
+    contact : ContactParameters
+        Parameters of the contact nodes.
+    excitation : Excitation
+        Engine order and force.
+    options : SolverOptions
+        Harmonics, method and contact integration.
 
     Raises
     ------
-    ArithmeticError : method "static-first" and no static equilibrium.
+    ArithmeticError
+        Method "static-first" and no static equilibrium.
+    OptionsError
+        The number of harmonics is "auto".
     """
     receptance, element = _parts(modal, contact, excitation, options)
     static = static_displacement(receptance, contact, options) if options.method == "static-first" else None
@@ -156,6 +187,7 @@ def build_harmonic_balance(
 def _parts(
     modal: ModalModel, contact: ContactParameters, excitation: Excitation, options: SolverOptions
 ) -> tuple[RelativeReceptance, ContactElement]:
+    """The two parts of a balance: structure and contact."""
     n_harmonics = options.fixed_harmonics
     phase = modal.phase(excitation.engine_order)
     receptance = RelativeReceptance(modal, phase, tuple(range(n_harmonics + 1)), excitation.force)

@@ -14,9 +14,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from nonlinear import Excitation, linear_response
 from pipeline.cli import command
-from rom import modal_model, natural_frequencies, read_reduced_model
+from rom import linear_response, modal_model, natural_frequencies, read_reduced_model
 
 # one worker solves the scenes once for all of these
 pytestmark = pytest.mark.xdist_group("paper")
@@ -101,8 +100,9 @@ def limit(number: int, rom: Path, stuck: bool) -> tuple[float, float]:
     hertz = float(natural_frequencies(model, np.pi, count=1, **springs)[0])
     modal = modal_model(model, damping_ratio=scene["response"]["damping_ratio"])
     near = hertz * np.linspace(0.999, 1.001, 2001)
-    excitation = Excitation(engine_order=half, force=scene["excitation"]["force"])
-    return hertz, float(np.abs(linear_response(modal, excitation, near, **springs)).max())
+    force = scene["excitation"]["force"]
+    response = linear_response(modal, near, phase=modal.phase(half), force=force, **springs)
+    return hertz, float(np.abs(response).max())
 
 
 def load(number: int) -> dict[str, Any]:

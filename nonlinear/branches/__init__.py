@@ -1,1 +1,1 @@
-"""Branches of a response curve: continued over a range, with their special points; detached branches."""
+"""Branches of a response curve: over the frequency range, with their special points; isolated branches."""

@@ -1,4 +1,4 @@
-"""Bifurcations of a response curve: folds, and where the motion loses its stability in another way."""
+"""Bifurcations of a response curve: folds, and other losses of stability."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from nonlinear.continuation.solution_point import SolutionPoint
 
 
 class BifurcationKind(Enum):
-    """What happens there. The value is the name for people and files."""
+    """Kind of a bifurcation. The value is its name in text and files."""
 
     FOLD = "fold"
     BRANCH_POINT = "branch point"
@@ -20,11 +20,21 @@ class BifurcationKind(Enum):
 
 @dataclass(frozen=True)
 class Bifurcation:
-    """A bifurcation; `index` is its place among the curve's points.
+    """A bifurcation of a response curve.
 
-    `kind`: what happens there; `frequency_hz`, `amplitude_m`: where. A fold turns the frequency round. At a branch
-    point another family of motions leaves. Beyond a Neimark-Sacker bifurcation the motion has a second frequency,
-    beyond a period doubling every other cycle is another one.
+    At a fold the curve turns back in frequency. At a branch point another branch crosses it. Beyond a Neimark-Sacker
+    bifurcation the motion is quasi-periodic, beyond a period doubling it repeats after two periods.
+
+    Attributes
+    ----------
+    kind : BifurcationKind
+        Kind of the bifurcation.
+    frequency_hz : float
+        Frequency, Hz.
+    amplitude_m : float
+        Amplitude of the output, m.
+    index : int
+        Index among the points of the curve.
     """
 
     kind: BifurcationKind
@@ -37,8 +47,8 @@ def locate_bifurcations(
     continuation: Continuation, before: SolutionPoint, after: SolutionPoint
 ) -> Iterator[tuple[BifurcationKind, SolutionPoint]]:
     """Bifurcations between two neighbouring points, each as its kind and the point there."""
-    turns = before.tangent[1] * after.tangent[1] < 0.0
-    if turns:
+    has_fold = before.tangent[1] * after.tangent[1] < 0.0
+    if has_fold:
         fold = locate_zero(continuation, before, after, lambda point: point.tangent[1])
         if fold is not None:
             yield BifurcationKind.FOLD, fold
@@ -46,7 +56,7 @@ def locate_bifurcations(
         return
     unstable = before.unstable
     for kind in _crossings(before, after):
-        if kind is BifurcationKind.BRANCH_POINT and turns:
+        if kind is BifurcationKind.BRANCH_POINT and has_fold:
             continue  # the real exponent that passes zero is that of the fold
         found = locate_change(continuation, before, after, lambda point: point.unstable != unstable)
         if found is not None:
@@ -54,6 +64,7 @@ def locate_bifurcations(
 
 
 def _crossings(before: SolutionPoint, after: SolutionPoint) -> list[BifurcationKind]:
+    """Kinds of bifurcation that the exponents of two neighbouring points tell of."""
     from nonlinear.stability.floquet import Instability, crossings
 
     assert before.exponents is not None

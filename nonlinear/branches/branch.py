@@ -1,4 +1,4 @@
-"""A traced piece of a curve: its points, its peaks and how it ended."""
+"""A branch of a response curve: its points, peaks and bifurcations, and why it ended."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -12,7 +12,19 @@ from nonlinear.continuation.solution_point import SolutionPoint
 
 
 class Branch(NamedTuple):
-    """Points of growing arc, indices of peaks and of bifurcations among them, and how the tracing ended."""
+    """Points of a branch.
+
+    Attributes
+    ----------
+    points : list of SolutionPoint
+        In the order of growing arc length.
+    peak_indices : list of int
+        Indices of the peaks among the points.
+    bifurcations : list of (BifurcationKind, int)
+        Kinds of the bifurcations and their indices among the points.
+    termination : TerminationReason
+        Why the continuation ended.
+    """
 
     points: list[SolutionPoint]
     peak_indices: list[int]
@@ -20,7 +32,7 @@ class Branch(NamedTuple):
     termination: TerminationReason
 
     def reversed(self) -> "Branch":
-        """The same trace the other way round."""
+        """The same branch in the opposite direction."""
         last = len(self.points) - 1
         peaks = [last - index for index in reversed(self.peak_indices)]
         bifurcations = [(kind, last - index) for kind, index in reversed(self.bifurcations)]
@@ -30,45 +42,46 @@ class Branch(NamedTuple):
 def with_special_points(
     continuation: Continuation, points: list[SolutionPoint], termination: TerminationReason
 ) -> Branch:
-    """The trace with the located maxima and bifurcations among its points."""
-    trace = Branch(points[:1], [], [], termination)
+    """The branch of these points, with its peaks and bifurcations located and inserted."""
+    branch = Branch(points[:1], [], [], termination)
     for before, after in pairwise(points):
         peak = locate_peak(continuation, before, after)
         found: list[tuple[BifurcationKind | None, SolutionPoint]] = [] if peak is None else [(None, peak)]
         found += locate_bifurcations(continuation, before, after)
-        for kind, point in sorted(found, key=lambda event: event[1].arc):
-            index = _insert(trace.points, point, before, after)
+        for kind, point in sorted(found, key=lambda special: special[1].arc):
+            index = _insert(branch.points, point, before, after)
             if kind is None:
-                trace.peak_indices.append(index)
+                branch.peak_indices.append(index)
             else:
-                trace.bifurcations.append((kind, index))
-        trace.points.append(after)
-    return trace
+                branch.bifurcations.append((kind, index))
+        branch.points.append(after)
+    return branch
 
 
-def with_stability(continuation: Continuation, trace: Branch) -> Branch:
-    """A trace that was made without exponents, with those of its points, and with the bifurcations that they tell of.
+def with_stability(continuation: Continuation, branch: Branch) -> Branch:
+    """A branch solved without exponents, with the exponents of its points and the bifurcations that follow from them.
 
-    Folds, which are known without, are located again: so that they lie in their place among the others.
+    Folds, known without exponents, are located again, so that all bifurcations are in order.
     """
-    folds, peaks = {index for _, index in trace.bifurcations}, set(trace.peak_indices)
-    found = Branch([], [], [], trace.termination)
-    for index, point in enumerate(trace.points):
-        if index in folds and index not in peaks and 0 < index < len(trace.points) - 1:
+    folds, peaks = {index for _, index in branch.bifurcations}, set(branch.peak_indices)
+    result = Branch([], [], [], branch.termination)
+    for index, point in enumerate(branch.points):
+        if index in folds and index not in peaks and 0 < index < len(branch.points) - 1:
             continue
-        after = continuation.of(point.balance).with_exponents(point)
-        if found.points:
-            before = found.points[-1]
-            for kind, event in sorted(locate_bifurcations(continuation, before, after), key=lambda item: item[1].arc):
-                found.bifurcations.append((kind, _insert(found.points, event, before, after)))
+        current = continuation.with_balance(point.balance)
+        after = current.recorder.with_exponents(point)
+        if result.points:
+            before = result.points[-1]
+            for kind, special in sorted(locate_bifurcations(current, before, after), key=lambda item: item[1].arc):
+                result.bifurcations.append((kind, _insert(result.points, special, before, after)))
         if index in peaks:
-            found.peak_indices.append(len(found.points))
-        found.points.append(after)
-    return found
+            result.peak_indices.append(len(result.points))
+        result.points.append(after)
+    return result
 
 
 def _insert(points: list[SolutionPoint], point: SolutionPoint, before: SolutionPoint, after: SolutionPoint) -> int:
-    """Append a point unless it is one of its neighbours; its index, or theirs."""
+    """Append a special point unless it is one of its neighbours; its index, or theirs."""
     if point is after:
         return len(points)
     if point is not before and point is not points[-1]:
@@ -77,21 +90,12 @@ def _insert(points: list[SolutionPoint], point: SolutionPoint, before: SolutionP
 
 
 def reverse(points: list[SolutionPoint]) -> list[SolutionPoint]:
-    """The same points the other way round."""
-    whole = points[-1].arc
-    return [
-        replace(
-            point,
-            arc=whole - point.arc,
-            tangent=(-point.tangent[0], -point.tangent[1]),
-            orientation=-point.orientation,
-            amplitude_slope=-point.amplitude_slope,
-        )
-        for point in reversed(points)
-    ]
+    """The same points in the opposite direction."""
+    length = points[-1].arc
+    return [replace(point.reversed(), arc=length - point.arc) for point in reversed(points)]
 
 
-def joined(backward: list[SolutionPoint], forward: list[SolutionPoint]) -> list[SolutionPoint]:
-    """One curve of two that leave the same point in opposite directions."""
+def join(backward: list[SolutionPoint], forward: list[SolutionPoint]) -> list[SolutionPoint]:
+    """One curve from two that leave the same point in opposite directions."""
     first = reverse(backward)
     return [*first, *(replace(point, arc=first[-1].arc + point.arc) for point in forward[1:])]

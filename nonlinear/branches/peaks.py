@@ -1,4 +1,4 @@
-"""Peaks of a response curve: where the slope of the amplitude along the arc changes sign, solved for."""
+"""Peaks of a response curve, where dA/ds changes its sign from positive to negative."""
 
 from dataclasses import dataclass
 
@@ -9,11 +9,19 @@ from nonlinear.continuation.solution_point import SolutionPoint
 
 @dataclass(frozen=True)
 class Peak:
-    """A local maximum of the amplitude along the curve: `amplitude_m` at `frequency_hz`.
+    """A local maximum of the amplitude along a response curve.
 
-    `index`: its place among the curve's points.
-
-    `located`: solved for to the peak tolerance; False where the largest amplitude lies at an end of the curve.
+    Attributes
+    ----------
+    frequency_hz : float
+        Frequency, Hz.
+    amplitude_m : float
+        Amplitude of the output, m.
+    index : int
+        Index among the points of the curve.
+    located : bool
+        Whether the maximum was solved for, to the peak tolerance. False where the largest amplitude lies at an end of
+        the curve.
     """
 
     frequency_hz: float
@@ -23,7 +31,7 @@ class Peak:
 
 
 def locate_peak(continuation: Continuation, before: SolutionPoint, after: SolutionPoint) -> SolutionPoint | None:
-    """The maximum between two neighbouring points; None where the amplitude does not turn from growing to falling."""
-    if not before.amplitude_slope > 0.0 > after.amplitude_slope:
+    """The maximum of the amplitude between two neighbouring points; None if there is none."""
+    if not before.dA_ds > 0.0 > after.dA_ds:
         return None
-    return locate_zero(continuation, before, after, lambda point: point.amplitude_slope)
+    return locate_zero(continuation, before, after, lambda point: point.dA_ds)

@@ -1,100 +1,120 @@
-"""The main curve over the whole frequency range: from the low end, and where that fails, from the high end."""
+"""The main branch over the whole frequency range: from the low end, and where that fails, from the high end."""
 
-from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from nonlinear.branches.branch import Branch, with_special_points
 from nonlinear.branches.termination import TerminationReason
 from nonlinear.contact.parameters import Array
-from nonlinear.continuation.arclength_continuation import Continuation
+from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import periodic_start
 from nonlinear.options import SolverOptions
 
-Progress = Callable[[float, int], None]
-UP, DOWN = "from the low end up", "from the high end down"
-FINER = 4.0  # how much shorter the longest step of a second attempt is
-MUCH_FINER = 100.0  # the same of its shortest step
+FINER_MAX_STEP = 4.0  # ratio of the longest steps of the first and of the finer attempts
+FINER_MIN_STEP = 100.0  # the same of the shortest steps
+
+
+class Attempt(NamedTuple):
+    """One attempt to continue the main branch: its name, direction in frequency and options."""
+
+    name: str
+    upwards: bool
+    options: SolverOptions
 
 
 def continue_over_range(continuation: Continuation, static: Array, progress: Progress | None = None) -> list[Branch]:
-    """Branch from the low end of the range; if the high end is not reached, from there down, then with finer steps.
+    """Continue the main branch from one end of the frequency range to the other.
 
-    `static` (n_c, 3): static displacement to start from. The first trace is the curve. Where no attempt is complete,
-    it is the longest one, and the longest that came from the other end follows it.
+    It starts at the low end. If the high end is not reached, it starts there, then with finer steps at either end.
+
+    Parameters
+    ----------
+    continuation : Continuation
+        The continuation, with the number of harmonics to start with.
+    static : (n_c, 3) float
+        Static displacement to start from, m.
+    progress : callable, optional
+        Called with the frequency (Hz) and the number of points at each new point.
+
+    Returns
+    -------
+    list of Branch
+        The main branch. If no attempt is complete: the longest branch, then the longest one that started at the other
+        end.
     """
-    failed: list[tuple[str, Branch]] = []
-    for way, upwards, options in _attempts(continuation.options):
-        trace = _trace_from_end(replace(continuation, options=options), static, upwards, progress)
-        if trace.termination.complete:
-            return [_rising(trace, _told(way, trace, failed))]
-        failed.append((way, trace))
-        if trace.termination.kind == "too many points":
+    failed: list[tuple[Attempt, Branch]] = []
+    for attempt in _attempts(continuation.options):
+        branch = _continue_from_end(replace(continuation, options=attempt.options), static, attempt.upwards, progress)
+        if branch.termination.complete:
+            return [_in_rising_order(branch, _with_failures(attempt, branch, failed))]
+        failed.append((attempt, branch))
+        if branch.termination.kind == "too many points":
             break
-    way, longest = max(failed, key=lambda attempt: len(attempt[1].points))
-    others = [attempt for attempt in failed if attempt[1] is not longest]
-    far_side = [trace for other, trace in others if (UP in other) != (UP in way) and trace.points]
-    pieces = sorted(far_side, key=lambda trace: -len(trace.points))[:1]
+    attempt, longest = max(failed, key=lambda item: len(item[1].points))
+    others = [item for item in failed if item[1] is not longest]
+    far_side = [branch for other, branch in others if other.upwards != attempt.upwards and branch.points]
+    branches = sorted(far_side, key=lambda branch: -len(branch.points))[:1]
+    longest = longest._replace(termination=_with_failures(attempt, longest, others))
+    return [_in_rising_order(branch, branch.termination) for branch in (longest, *branches)]
+
+
+def _attempts(options: SolverOptions) -> list[Attempt]:
+    """The attempts in their order."""
+    finer = replace(options, max_step=options.max_step / FINER_MAX_STEP, min_step=options.min_step / FINER_MIN_STEP)
     return [
-        _rising(piece, piece.termination)
-        for piece in (longest._replace(termination=_told(way, longest, others)), *pieces)
+        Attempt("from the low end up", True, options),
+        Attempt("from the high end down", False, options),
+        Attempt("from the low end up with finer steps", True, finer),
+        Attempt("from the high end down with finer steps", False, finer),
     ]
 
 
-def _attempts(options: SolverOptions) -> list[tuple[str, bool, SolverOptions]]:
-    """What is tried one after another: its name, whether it goes up in frequency, and its options."""
-    finer = replace(options, max_step=options.max_step / FINER, min_step=options.min_step / MUCH_FINER)
-    return [
-        (UP, True, options),
-        (DOWN, False, options),
-        (f"{UP} with finer steps", True, finer),
-        (f"{DOWN} with finer steps", False, finer),
-    ]
-
-
-def _told(way: str, kept: Branch, others: list[tuple[str, Branch]]) -> TerminationReason:
-    """The outcome of the trace that is kept, with what became of the other ones."""
+def _with_failures(attempt: Attempt, branch: Branch, others: list[tuple[Attempt, Branch]]) -> TerminationReason:
+    """The termination of the branch that is returned, with the messages of the other attempts."""
     if not others:
-        return kept.termination
-    story = "; ".join(f"{other}: {trace.termination.message}" for other, trace in others)
-    return replace(kept.termination, message=f"{kept.termination.message}, {way}; {story}")
+        return branch.termination
+    failures = "; ".join(f"{other.name}: {failed.termination.message}" for other, failed in others)
+    return replace(branch.termination, message=f"{branch.termination.message}, {attempt.name}; {failures}")
 
 
-def _rising(trace: Branch, termination: TerminationReason) -> Branch:
-    """The trace in the order of rising frequency of its ends."""
-    points = trace.points
+def _in_rising_order(branch: Branch, termination: TerminationReason) -> Branch:
+    """The branch from its end of lower frequency to the other one."""
+    points = branch.points
     if not points or points[0].omega <= points[-1].omega:
-        return trace._replace(termination=termination)
-    return trace.reversed()._replace(termination=termination)
+        return branch._replace(termination=termination)
+    return branch.reversed()._replace(termination=termination)
 
 
-def _trace_from_end(continuation: Continuation, static: Array, upwards: bool, progress: Progress | None) -> Branch:
+def _continue_from_end(continuation: Continuation, static: Array, upwards: bool, progress: Progress | None) -> Branch:
+    """The branch from one end of the range."""
     options = continuation.options
-    end, direction = continuation.span[0 if upwards else 1], 1.0 if upwards else -1.0
-    hertz = options.frequency_hz[0 if upwards else 1]
-    first = continuation.linear.start(end, direction, options.step) if continuation.linear else None
+    omega, direction = options.omega_range[0 if upwards else 1], 1.0 if upwards else -1.0
+    frequency_hz = options.frequency_hz[0 if upwards else 1]
+    first = continuation.linear.start(omega, direction, options.step) if continuation.linear else None
     if first is None:
-        start = periodic_start(continuation.balance, end, static, options, continuation.contact)
+        start = periodic_start(continuation.balance, omega, static, options, continuation.contact)
         if not start.converged:
             error = f"relative residual {start.residual:.2g}"
-            message = f"no start at {hertz:.6g} Hz: no periodic solution found, {error}"
-            return Branch([], [], [], TerminationReason("start failed", hertz, message))
-        first = continuation.onward(start.solution, end, direction, start.iterations)
-    points = list(continuation.trace(first, progress))
-    return with_special_points(continuation, points, _outcome(points, options, upwards))
+            message = f"no start at {frequency_hz:.6g} Hz: no periodic solution found, {error}"
+            return Branch([], [], [], TerminationReason("start failed", frequency_hz, message))
+        first = continuation.solver.starting_point(start.solution, omega, direction, start.iterations)
+    points = list(continuation.continue_branch(first, progress))
+    return with_special_points(continuation, points, _termination(points, options, upwards))
 
 
-def _outcome(points: list[SolutionPoint], options: SolverOptions, upwards: bool) -> TerminationReason:
+def _termination(points: list[SolutionPoint], options: SolverOptions, upwards: bool) -> TerminationReason:
+    """Why the branch from one end of the range ended."""
     low, high = options.frequency_hz
     last = points[-1].omega / (2.0 * np.pi)
     at_high, at_low = last >= high * (1.0 - 1e-12), len(points) > 1 and last <= low * (1.0 + 1e-12)
     if at_high if upwards else at_low:
         return TerminationReason("complete", last, f"complete: {low:g} to {high:g} Hz in {len(points)} points")
     if len(points) > 1 and (at_low or at_high):
-        side, hertz, way = ("low", low, "lower") if upwards else ("high", high, "higher")
-        message = f"the curve turned back and left the range at its {side} end, {hertz:g} Hz: start {way}"
+        side, limit, proposal = ("low", low, "lower") if upwards else ("high", high, "higher")
+        message = f"the curve turned back and left the range at its {side} end, {limit:g} Hz: start {proposal}"
         return TerminationReason("turned back", last, message)
     if len(points) >= options.max_points:
         return TerminationReason("too many points", last, f"given up at {last:.6g} Hz after {len(points)} points")

@@ -1,99 +1,111 @@
-"""Places on a curve where a quantity is zero: peaks of the amplitude, folds, and changes of stability."""
+"""Location of special points between two points of a curve: zeros of a test function, changes of stability.
+
+References
+----------
+M. Dowell, P. Jarratt, "A modified regula falsi method for computing the root of an equation", BIT 11, 1971,
+pp. 168-174. (Illinois variant)
+"""
 
 from collections.abc import Callable
 
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
 
-MAX_TRIALS = 60
+MAX_ITERATIONS = 60
+MAX_ARC_BRACKET = 1e-3  # arc length of a bracket that is narrow enough in frequency
+SMALLEST_ARC_BRACKET = 1e-13
 HALVINGS = 12
 
-Quantity = Callable[[SolutionPoint], float]
+TestFunction = Callable[[SolutionPoint], float]
 
 
 def locate_zero(
-    continuation: Continuation, before: SolutionPoint, after: SolutionPoint, quantity: Quantity
+    continuation: Continuation, before: SolutionPoint, after: SolutionPoint, test_function: TestFunction
 ) -> SolutionPoint | None:
-    """The point between two neighbours at which `quantity` changes sign; None if it does not.
+    """The point between two neighbours at which a test function changes its sign; None if it does not.
 
-    The arc length beyond `before` is narrowed by regula falsi (Illinois), with a corrector solve at each trial, until
-    the bracket is shorter than the peak tolerance asks for.
+    The arc length beyond `before` is bracketed by regula falsi (Illinois variant), with a corrector solve in each
+    iteration, until the frequency is known to the peak tolerance.
     """
     options = continuation.options
     left, right = 0.0, after.arc - before.arc
-    first, last = quantity(before), quantity(after)
-    if not first * last < 0.0:
+    left_value, right_value = test_function(before), test_function(after)
+    if not left_value * right_value < 0.0:
         return None
     common = _with_equal_harmonics(continuation, before, after)
     if common is None:
         return None
-    before, continuation = common, continuation.of(common.balance)
-    best, side = (before if abs(first) < abs(last) else after), 0
+    before, continuation = common, continuation.with_balance(common.balance)
+    best, side = (before if abs(left_value) < abs(right_value) else after), 0
     frequencies = (before.omega, after.omega)
-    for _ in range(MAX_TRIALS):
-        trial = (left * last - right * first) / (last - first)
-        if not left < trial < right:
-            trial = 0.5 * (left + right)
-        point = continuation.correct(before, trial, sharp=True)
+    for _ in range(MAX_ITERATIONS):
+        arc = (left * right_value - right * left_value) / (right_value - left_value)
+        if not left < arc < right:
+            arc = 0.5 * (left + right)
+        point = continuation.solver.step(before, arc, refactorise=True)
         if point is None:
             break
-        point = continuation.recorded(point, exponents=False)
-        value = quantity(point)
-        moved, best = abs(point.omega - best.omega), point
-        if value * first > 0.0:
-            left, first = trial, value
-            last, side = (last / 2.0 if side == 1 else last), 1
+        point = continuation.recorder.record(point, exponents=False)
+        value = test_function(point)
+        change, best = abs(point.omega - best.omega), point
+        if value * left_value > 0.0:
+            left, left_value = arc, value
+            right_value, side = (right_value / 2.0 if side == 1 else right_value), 1
             frequencies = (point.omega, frequencies[1])
         else:
-            right, last = trial, value
-            first, side = (first / 2.0 if side == -1 else first), -1
+            right, right_value = arc, value
+            left_value, side = (left_value / 2.0 if side == -1 else left_value), -1
             frequencies = (frequencies[0], point.omega)
-        allowed = options.peak_tolerance * point.omega
-        if abs(frequencies[1] - frequencies[0]) <= allowed and moved <= allowed and right - left < 1e-3:
+        tolerance = options.peak_tolerance * point.omega
+        if (
+            abs(frequencies[1] - frequencies[0]) <= tolerance
+            and change <= tolerance
+            and right - left < MAX_ARC_BRACKET
+        ):
             break
-        if value == 0.0 or right - left < 1e-13:
+        if value == 0.0 or right - left < SMALLEST_ARC_BRACKET:
             break
     if best is before or best is after:
         return best
-    return continuation.with_exponents(best)
+    return continuation.recorder.with_exponents(best)
 
 
 def locate_change(
     continuation: Continuation, before: SolutionPoint, after: SolutionPoint, changed: Callable[[SolutionPoint], bool]
 ) -> SolutionPoint | None:
-    """A point at which `changed` is true, as at `after`, hardly beyond one where it is not, as at `before`.
+    """The first point, to the resolution of 12 bisections, at which `changed` is true, as it is at `after`.
 
-    The exponent that passes the imaginary axis tells where to look; bisection guards that.
+    The real part of the exponent that crosses the imaginary axis is interpolated, safeguarded by bisection.
     """
     common = _with_equal_harmonics(continuation, before, after)
     if common is None:
         return None
-    before, continuation = common, continuation.of(common.balance)
+    before, continuation = common, continuation.with_balance(common.balance)
     rank = min(before.unstable, after.unstable)
     left, right, best = 0.0, after.arc - before.arc, after
-    first, last = _growth(before, rank), _growth(after, rank)
-    wanted = right / 2**HALVINGS
+    left_rate, right_rate = _growth_rate(before, rank), _growth_rate(after, rank)
+    resolution = right / 2**HALVINGS
     for count in range(2 * HALVINGS):
-        trial = 0.5 * (left + right)
-        if first * last < 0.0 and count % 3 < 2:
-            guess = (left * last - right * first) / (last - first)
-            # a little into the longer part: if the guess is good, all of that is cut off
-            trial = guess + (wanted if guess < trial else -wanted)
-        point = continuation.correct(before, trial)
+        arc = 0.5 * (left + right)
+        if left_rate * right_rate < 0.0 and count % 3 < 2:
+            zero = (left * right_rate - right * left_rate) / (right_rate - left_rate)
+            # a little into the longer part: if the interpolation is good, all of that part is cut off
+            arc = zero + (resolution if zero < arc else -resolution)
+        point = continuation.solver.step(before, arc)
         if point is None:
             break
-        point = continuation.recorded(point)
+        point = continuation.recorder.record(point)
         if changed(point):
-            right, last, best = trial, _growth(point, rank), point
+            right, right_rate, best = arc, _growth_rate(point, rank), point
         else:
-            left, first = trial, _growth(point, rank)
-        if right - left <= 2.0 * wanted:
+            left, left_rate = arc, _growth_rate(point, rank)
+        if right - left <= 2.0 * resolution:
             break
     return best
 
 
-def _growth(point: SolutionPoint, rank: int) -> float:
-    """Real part (1/s) of the exponent of this rank, the least stable being 0; NaN if there are not so many."""
+def _growth_rate(point: SolutionPoint, rank: int) -> float:
+    """Real part (1/s) of the exponent of this rank, 0 being the least stable; NaN if there are fewer exponents."""
     exponents = point.exponents
     return float("nan") if exponents is None or exponents.size <= rank else float(exponents[rank].real)
 
@@ -104,5 +116,5 @@ def _with_equal_harmonics(
     """The first point with the harmonics of the second."""
     if before.balance is after.balance:
         return before
-    refitted = continuation.of(after.balance).refit(before)
-    return None if refitted is None else continuation.recorded(refitted)
+    refitted = continuation.with_balance(after.balance).solver.refit(before)
+    return None if refitted is None else continuation.recorder.record(refitted)

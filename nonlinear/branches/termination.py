@@ -12,14 +12,14 @@ class TerminationReason:
 
     Attributes
     ----------
-    kind
-        "complete": the frequency range is covered. "start failed": no solution at its low end. "step too small":
-        Newton's method found no next point. "too many points": `max_points` of the options. "turned back": the curve
-        left the range at the end where it began.
-    frequency_hz
+    kind : str
+        "complete": the frequency range is covered, or the branch is closed. "start failed": no solution at its start.
+        "step too small": no next point was found with the smallest step. "too many points": `max_points` of the
+        options was reached. "turned back": the branch left the range at the end where it began.
+    frequency_hz : float
         Frequency of the last point, Hz.
-    message
-        A sentence for people.
+    message : str
+        The reason in a sentence.
     """
 
     kind: Kind
@@ -28,5 +28,5 @@ class TerminationReason:
 
     @property
     def complete(self) -> bool:
-        """Whether the whole frequency range was covered."""
+        """Whether the frequency range was covered, or the branch is closed."""
         return self.kind == "complete"

@@ -1,4 +1,4 @@
-"""Newton's method in a plane across the curve: from a predicted point to the solution."""
+"""Corrector: Newton's method in the plane normal to the tangent, from a predicted point to the solution."""
 
 from dataclasses import dataclass
 
@@ -7,68 +7,99 @@ import numpy as np
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.bordered_system import BorderedSystem
 from nonlinear.continuation.metric import Metric, Tangent
-from nonlinear.harmonic_balance.newton import Convergence
-from nonlinear.harmonic_balance.residual import BalanceAt, HarmonicBalance
+from nonlinear.harmonic_balance.newton import ConvergenceMonitor
+from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
 from nonlinear.options import SolverOptions
 
 MAX_CORRECTIONS = 12
-SAME_SYSTEM = 1e-3  # part of the error that a step leaves if its system may give the tangent too
+SAME_SYSTEM = 1e-3  # contraction of the error by a step, below which its Jacobian also gives the tangent
 
 
 @dataclass(frozen=True)
 class Corrected:
-    """A solution (x, w), its balance, iterations, and the last step's system if it is as good as that of the end."""
+    """A solution of the corrector.
+
+    Attributes
+    ----------
+    unknown : (n,) float
+        x, m.
+    omega : float
+        Frequency, rad/s.
+    linearised : LinearisedResidual
+        Residual and derivatives at the solution.
+    system : BorderedSystem or None
+        System of the last step, if it is as good as the one at the solution.
+    iterations : int
+        Newton iterations.
+    """
 
     unknown: Array
     omega: float
-    at: BalanceAt
+    linearised: LinearisedResidual
     system: BorderedSystem | None
     iterations: int
 
 
 @dataclass(frozen=True)
-class Plane:
-    """The plane through (x, w) normal to a unit `direction`; solutions farther than `farthest` count as none."""
+class NormalPlane:
+    """The arc-length constraint: the plane through the predicted point (x, omega), normal to a unit direction.
+
+    Attributes
+    ----------
+    unknown : (n,) float
+        x, m.
+    omega : float
+        Frequency, rad/s.
+    direction : Tangent
+        Normal of the plane.
+    metric : Metric
+        Scales of displacement and frequency.
+    max_distance : float
+        Distance from the predicted point beyond which a solution is refused.
+    """
 
     unknown: Array
     omega: float
     direction: Tangent
     metric: Metric
-    farthest: float
+    max_distance: float
 
     def distance(self, unknown: Array, omega: float) -> float:
-        """From the base point of the plane."""
+        """Distance of (x, omega) from the predicted point."""
         return self.metric.norm(unknown - self.unknown, omega - self.omega)
 
 
 def correct(
-    balance: HarmonicBalance, options: SolverOptions, plane: Plane, offset: Tangent | None = None
+    balance: HarmonicBalance, options: SolverOptions, plane: NormalPlane, offset: Tangent | None = None
 ) -> Corrected | None:
-    """Solve R(x, w) = 0 in the plane from its base point, or from `offset` beside it; None if that does not succeed.
+    """Solve R(x, omega) = 0 in the plane; None if the iteration fails.
 
-    Factors of the Jacobian serve a second and third step where the errors so far tell that these then suffice: with
-    an error e and a contraction c of the last step, the next with the same factors leaves 2 c e or less.
+    The iteration starts at the predicted point, or at `offset` beside it in the plane. The factors of a Jacobian
+    serve up to three steps, as long as the errors predict that these suffice: with an error e and a contraction c of
+    the last step, the next step with the same factors leaves 2 c e or less.
     """
-    x, w = plane.unknown, plane.omega
+    x, omega = plane.unknown, plane.omega
     if offset is not None:
-        x, w = x + offset[0], w + offset[1]
-    watch = Convergence(options.tolerance, options.round_off)
-    system, before, first = None, np.inf, np.inf
+        x, omega = x + offset[0], omega + offset[1]
+    monitor = ConvergenceMonitor(options.tolerance, options.round_off)
+    system, previous_error, first_contraction = None, np.inf, np.inf
     for iteration in range(MAX_CORRECTIONS + 1):
-        at = balance.evaluate(x, w)
-        error = balance.relative_error(at.residual, x)
-        contraction = error / before
-        if first == np.inf:  # of this system; the next ones may be round-off
-            first = contraction
-        if watch.reached(error):
-            return Corrected(x, w, at, system if first <= SAME_SYSTEM else None, iteration)
+        linearised = balance.evaluate(x, omega)
+        error = balance.relative_error(linearised.residual, x)
+        contraction = error / previous_error
+        if first_contraction == np.inf:  # of this system; the later ones may be round-off
+            first_contraction = contraction
+        if monitor.converged(error):
+            reusable = system if first_contraction <= SAME_SYSTEM else None
+            return Corrected(x, omega, linearised, reusable, iteration)
         if iteration == MAX_CORRECTIONS or not np.isfinite(error):
             return None
         if system is None or error * (2.0 * contraction) ** 2 > options.tolerance:
-            system, first = BorderedSystem.factorise(at, plane.direction, plane.metric), np.inf
-        dx, dw = system.step(at.residual)
-        x, w, before = x + dx, w + dw, error
-        # a step that is no number fails here too
-        if not (w > 0.0 and plane.distance(x, w) <= plane.farthest):
+            system = BorderedSystem.factorise(linearised, plane.direction, plane.metric)
+            first_contraction = np.inf
+        dx, domega = system.newton_step(linearised.residual)
+        x, omega, previous_error = x + dx, omega + domega, error
+        # a NaN fails this comparison too
+        if not (omega > 0.0 and plane.distance(x, omega) <= plane.max_distance):
             return None
     return None

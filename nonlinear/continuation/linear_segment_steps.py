@@ -1,4 +1,4 @@
-"""Steps of the continuation along a linear stretch, up to its very end."""
+"""Steps of the continuation along a linear segment, up to its very end."""
 
 import math
 from collections.abc import Callable
@@ -12,51 +12,58 @@ from nonlinear.continuation.linear_segments import LinearSegments
 from nonlinear.continuation.metric import Metric
 from nonlinear.continuation.solution_point import SolutionPoint
 
-SHORTEST = 1e-10  # relative step in frequency that is none: the end of the stretch is reached
+SHORTEST_STEP = 1e-10  # relative to the frequency; a shorter step means that the end of the segment is reached
 END_TOLERANCE = 1e-14
 
 
 @dataclass(frozen=True)
 class LinearSegmentSteps:
-    """Follows linear solutions in the frequency; `output` is the one whose amplitude counts.
+    """Follows linear solutions in the frequency.
 
-    `metric` gives the scales at an unknown.
+    Attributes
+    ----------
+    segments : LinearSegments
+        The linear solutions.
+    metric : callable
+        Scales at an unknown (n,).
+    output : str
+        Name of the output whose amplitude is recorded.
     """
 
-    stretches: LinearSegments
+    segments: LinearSegments
     metric: Callable[[Array], Metric]
     output: str
 
     def step(self, point: SolutionPoint, step: float) -> SolutionPoint | None:
-        """The point about `step` beyond `point` on its linear stretch, or the end of that if it comes before.
+        """The point about `step` beyond `point` on its linear segment, or the end of the segment if that is nearer.
 
-        None: `point` is on no linear stretch, or this is its end. The arc of the new point is its distance along the
-        tangent; its own `step` is the one made.
+        None if `point` is on no linear segment, or at its end. The arc length of the new point is its distance along
+        the tangent; its own `step` is the one made.
         """
-        state = point.linear or self.stretches.state(point.displacement)
+        state = point.linear or self.segments.state(point.displacement)
         if state is None:
             return None
-        system = self.stretches.system(state)
-        ahead = point.omega + step * point.tangent[1]
-        motion = system.motion(ahead)
+        system = self.segments.system(state)
+        omega = point.omega + step * point.tangent[1]
+        motion = system.motion(omega)
         if system.margin(motion.displacement) < 0.0:
-            ahead = _end(system, point.omega, ahead)
-            if abs(ahead - point.omega) <= SHORTEST * point.omega:
+            omega = _end(system, point.omega, omega)
+            if abs(omega - point.omega) <= SHORTEST_STEP * point.omega:
                 return None
-            motion = system.motion(ahead)
-        unknown = self.stretches.balance.unknown(motion.displacement)
-        along = point.metric.product((unknown - point.unknown, ahead - point.omega), point.tangent)
+            motion = system.motion(omega)
+        unknown = self.segments.balance.unknown(motion.displacement)
+        length = point.metric.product((unknown - point.unknown, omega - point.omega), point.tangent)
         direction = math.copysign(1.0, point.tangent[1])
-        return self._point(system, motion, ahead, (direction, point.arc + along, along))
+        return self._point(system, motion, omega, (direction, point.arc + length, length))
 
     def start(self, omega: float, direction: float, first_step: float) -> SolutionPoint | None:
-        """The linear solution at w = `omega`, all contacts open or all stuck; None if neither is one.
+        """The linear solution at `omega` (rad/s), all contacts open or all stuck; None if neither is a solution.
 
-        `direction`: +1 or -1, the way that the curve is to go in frequency.
+        `direction`: +1 or -1, the direction of the branch in frequency.
         """
-        for system in self.stretches.uniform():
+        for system in self.segments.uniform():
             motion = system.motion(omega)
-            found = self.stretches.state(motion.displacement)
+            found = self.segments.state(motion.displacement)
             if found is not None and np.array_equal(found.pressed, system.state.pressed):
                 return self._point(system, motion, omega, (direction, 0.0, first_step))
         return None
@@ -64,12 +71,12 @@ class LinearSegmentSteps:
     def _point(
         self, system: LinearSegmentSystem, motion: LinearMotion, omega: float, record: tuple[float, float, float]
     ) -> SolutionPoint:
-        """The solved point; record: direction, arc and step. A stable linear structure has det dR/dx > 0."""
+        """The solved point; `record`: direction, arc and step. A stable linear structure has det dR/dx > 0."""
         direction, arc, step = record
         balance = system.balance
-        unknown, slope = balance.unknown(motion.displacement), balance.unknown(motion.slope)
+        unknown, dx_domega = balance.unknown(motion.displacement), balance.unknown(motion.slope)
         metric = self.metric(unknown)
-        tangent = metric.unit((direction * slope, direction))
+        tangent = metric.unit((direction * dx_domega, direction))
         return SolutionPoint(
             balance=balance,
             unknown=unknown,
@@ -77,18 +84,18 @@ class LinearSegmentSteps:
             tangent=tangent,
             metric=metric,
             contact=system.forces(motion.displacement),
-            determinant_sign=1,
-            orientation=int(direction),
+            jacobian_sign=1,
+            bordered_sign=int(direction),
             iterations=0,
             arc=arc,
             step=step,
-            amplitude_slope=tangent[1] * motion.growth(balance.receptance.modal.outputs[self.output]),
+            dA_ds=tangent[1] * motion.growth(balance.receptance.modal.outputs[self.output]),
             linear=system.state,
         )
 
 
 def _end(system: LinearSegmentSystem, inside: float, outside: float) -> float:
-    """The last frequency on the near side of the end of a stretch, to round-off."""
+    """The last frequency (rad/s) inside a segment between `inside` and `outside`, to round-off."""
     from scipy.optimize import brentq
 
     def margin(omega: float) -> float:

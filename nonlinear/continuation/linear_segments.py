@@ -1,4 +1,4 @@
-"""Stretches of a curve on which no contact changes its state: which ones there are, and their equations."""
+"""Linear segments of a curve, on which no contact changes its state: which ones there are, and their equations."""
 
 from dataclasses import dataclass, field
 
@@ -9,27 +9,34 @@ from nonlinear.continuation.linear_segment_system import LinearSegmentSystem
 from nonlinear.continuation.solution_point import LinearState
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 
-NO_VIBRATION = 1e-12  # higher harmonics below this part of the displacement are round-off
+NEGLIGIBLE_HARMONICS = 1e-12  # higher harmonics below this part of the displacement are round-off
 
 
 @dataclass(frozen=True)
 class LinearSegments:
-    """The linear solutions of a `balance`: every node open, or pressed and stuck with its slider at rest.
+    """The linear solutions of a balance: every node open, or pressed and stuck with its slider at rest.
 
-    A node without friction slides; a node of the coupled law counts as stuck where that follows from bounds of its
-    tangential motion and of its load, which is a little sooner left than its stick.
+    A node without friction slides. A node with a friction cone counts as stuck where bounds of its tangential motion
+    and of its load imply it; these fail a little before the node slips.
+
+    Attributes
+    ----------
+    balance : HarmonicBalance
+        The equations.
+    contact : ContactParameters
+        Parameters of the contact nodes.
     """
 
     balance: HarmonicBalance
     contact: ContactParameters
-    met: dict[bytes, LinearSegmentSystem] = field(default_factory=dict)  # by state
+    _systems: dict[bytes, LinearSegmentSystem] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def system(self, state: LinearState) -> LinearSegmentSystem:
-        """The equations of a state."""
+        """The equations in one state of the contacts."""
         key = state.pressed.tobytes()
-        if key not in self.met:
-            self.met[key] = LinearSegmentSystem(self.balance, self.contact, state)
-        return self.met[key]
+        if key not in self._systems:
+            self._systems[key] = LinearSegmentSystem(self.balance, self.contact, state)
+        return self._systems[key]
 
     def uniform(self) -> tuple[LinearSegmentSystem, LinearSegmentSystem]:
         """All contacts open, and all pressed together."""
@@ -40,12 +47,12 @@ class LinearSegments:
         """The linear state of a motion (2H+1, n_c, 3); None if a contact opens, closes or slips in it."""
         if displacement.shape[0] > 3:
             scale = float(np.abs(displacement).max())
-            if np.abs(displacement[3:]).max() > NO_VIBRATION * scale:
+            if np.abs(displacement[3:]).max() > NEGLIGIBLE_HARMONICS * scale:
                 return None
         stiffness = self.contact.normal_stiffness
         mean = self.contact.preload + stiffness * (self.contact.interference + displacement[0, :, 2])
-        swing = stiffness * np.hypot(displacement[1, :, 2], displacement[2, :, 2])
-        if (np.abs(mean) < swing).any():
+        amplitude = stiffness * np.hypot(displacement[1, :, 2], displacement[2, :, 2])
+        if (np.abs(mean) < amplitude).any():
             return None
         state = LinearState(mean > 0.0)
         return state if self.system(state).margin(displacement) >= 0.0 else None

@@ -1,22 +1,34 @@
-"""Lengths along a curve: how displacement and frequency count in a step."""
+"""Arc length along a curve: the scales of displacement and frequency.
+
+Lengths are relative to the present vibration and to a part of the frequency range. So a step means the same at the
+top of a resonance and far below it, and force and interference scaled together give the same steps.
+"""
 
 import math
 from dataclasses import dataclass
 
 from nonlinear.contact.parameters import Array
 
-Tangent = tuple[Array, float]  # dx/ds (n,), dw/ds
+Tangent = tuple[Array, float]  # dx/ds (n,), domega/ds
 
 
 @dataclass(frozen=True)
 class Metric:
-    """Scales of an arc length: of the displacement (m) and of the frequency (rad/s)."""
+    """Norm and scalar product of steps (dx, domega): ds^2 = (dx . dx) / length^2 + domega^2 / omega^2.
+
+    Attributes
+    ----------
+    length : float
+        Scale of the displacement, m.
+    omega : float
+        Scale of the frequency, rad/s.
+    """
 
     length: float
     omega: float
 
     def norm(self, displacement: Array, omega: float) -> float:
-        """Length of a step."""
+        """Length of the step (displacement (n,), omega)."""
         return math.hypot(math.sqrt(displacement @ displacement) / self.length, omega / self.omega)
 
     def product(self, one: Tangent, other: Tangent) -> float:

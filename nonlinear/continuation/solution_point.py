@@ -1,6 +1,6 @@
 """One solved point of a response curve."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,25 +9,52 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactForces
 from nonlinear.continuation.metric import Metric, Tangent
 from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.harmonic_balance.truncated_balances import pad_or_truncate
 
 
 @dataclass(frozen=True)
 class LinearState:
-    """Which contacts are pressed together all the time, (n_c,), the others being open all the time."""
+    """State of all contacts on a linear segment: `pressed` (n_c,) together all the time, or open all the time."""
 
     pressed: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class SolutionPoint:
-    """One solved point of `balance`: unknown x (n,), w (rad/s), unit tangent (dx/ds, dw/ds), and how it was found.
+    """One solution (x, omega) of the balance, and how it was found.
 
-    The tangent points to growing `arc`; its length is 1 in `metric`, the scales at the point. `determinant_sign` is
-    that of det dR/dx: -1 where an odd number of real Floquet exponents is positive. `orientation` is the sign of
-    det [dR/dx, dR/dw; tangent], the same along a curve, kinks included. `step` is the arc length proposed for the
-    next step, `amplitude_slope` the derivative of the output's amplitude in the arc. `linear`: the state of the
-    contacts if the point was solved as a linear problem. `exponents`: the Floquet exponents (1/s), the least stable
-    first.
+    Attributes
+    ----------
+    balance : HarmonicBalance
+        The equations.
+    unknown : (n,) float
+        x, m.
+    omega : float
+        Frequency, rad/s.
+    tangent : Tangent
+        (dx/ds, domega/ds), of unit length in `metric`, towards growing `arc`.
+    metric : Metric
+        Scales of displacement and frequency at the point.
+    contact : ContactForces
+        Contact forces.
+    jacobian_sign : int
+        Sign of det dR/dx, a test function of folds and branch points. It is -1 where an odd number of real Floquet
+        exponents is positive.
+    bordered_sign : int
+        Sign of det [dR/dx, dR/domega; tangent], a test function of branch points. It is the same all along a curve,
+        folds and kinks included, and changes at a branch point.
+    iterations : int
+        Newton iterations.
+    arc : float
+        Arc length from the start of the curve.
+    step : float
+        Arc length proposed for the next step.
+    dA_ds : float
+        Derivative of the amplitude of the output with respect to the arc length, m.
+    linear : LinearState or None
+        State of the contacts, if the point was solved as a linear problem.
+    exponents : (k,) complex or None
+        Floquet exponents, 1/s, the least stable first.
     """
 
     balance: HarmonicBalance
@@ -36,12 +63,12 @@ class SolutionPoint:
     tangent: Tangent
     metric: Metric
     contact: ContactForces
-    determinant_sign: int
-    orientation: int
+    jacobian_sign: int
+    bordered_sign: int
     iterations: int
     arc: float
     step: float
-    amplitude_slope: float = float("nan")
+    dA_ds: float = float("nan")
     linear: LinearState | None = None
     exponents: ComplexArray | None = None
 
@@ -59,10 +86,24 @@ class SolutionPoint:
 
     @property
     def stable(self) -> bool:
-        """Whether no exponent grows, as far as they are known; that the number of real ones is even, in any case."""
-        return self.determinant_sign > 0 and self.unstable == 0
+        """Whether det dR/dx is positive and no known exponent has a positive real part."""
+        return self.jacobian_sign > 0 and self.unstable == 0
 
     @property
     def displacement(self) -> Array:
         """Real Fourier coefficients of d, (2H+1, n_c, 3)."""
         return self.balance.displacement(self.unknown)
+
+    def reversed(self) -> "SolutionPoint":
+        """The same point on the curve in the opposite direction; its `arc` is not changed."""
+        return replace(
+            self,
+            tangent=(-self.tangent[0], -self.tangent[1]),
+            bordered_sign=-self.bordered_sign,
+            dA_ds=-self.dA_ds,
+        )
+
+    def with_balance(self, balance: HarmonicBalance) -> "SolutionPoint":
+        """The point with the harmonics of `balance`, zeros added or the highest cut off. Nothing is solved."""
+        tangent = pad_or_truncate(self.tangent[0], balance), self.tangent[1]
+        return replace(self, balance=balance, unknown=pad_or_truncate(self.unknown, balance), tangent=tangent)

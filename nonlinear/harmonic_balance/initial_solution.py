@@ -1,4 +1,4 @@
-"""Where a curve begins: the static equilibrium, and the periodic solution at one frequency from it."""
+"""Where a curve begins: the static equilibrium, and from it the periodic solution at one frequency."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -8,26 +8,29 @@ import numpy as np
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.harmonic_balance.newton import MAX_ITERATIONS, NewtonResult, newton
-from nonlinear.harmonic_balance.residual import BalanceAt, HarmonicBalance
+from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
 from nonlinear.options import SolverOptions
 from rom import RelativeReceptance
 
-FIRST_FRACTION = 0.1
-SMALLEST_FRACTION = 1e-5
+FIRST_INCREMENT = 0.1  # of the homotopy parameter, which goes from 0 to 1
+SMALLEST_INCREMENT = 1e-5
+
+Homotopy = Callable[[float], HarmonicBalance]  # the balance asked for at parameter 1, an easier one at 0
 
 
 def static_displacement(receptance: RelativeReceptance, contact: ContactParameters, options: SolverOptions) -> Array:
-    """Static relative displacement (n_c, 3) with contact and without excitation, sliders starting at rest.
+    """Static relative displacement (n_c, 3) with contact and without excitation, from sliders at rest.
 
     Raises
     ------
-    ArithmeticError : no equilibrium was found.
+    ArithmeticError
+        No equilibrium was found.
     """
     static = replace(receptance, harmonics=(0,), force=0.0)
     balance = HarmonicBalance(static, contact_element(contact, 0, options))
     result = solve_at(balance, 0.0, np.zeros(balance.size), options)
     if not result.converged:
-        # Friction off, then on by degrees: the sliders then leave the frictionless equilibrium one after another.
+        # Friction is raised from zero: so the sliders leave the frictionless equilibrium one after another.
         guess = np.zeros(balance.size)
         for factor in (0.0, 0.1, 0.3, 0.6, 1.0):
             softened = replace(contact, friction=factor * contact.friction)
@@ -46,27 +49,28 @@ def periodic_start(
     options: SolverOptions,
     contact: ContactParameters | None = None,
 ) -> NewtonResult:
-    """Solve the balance at `omega` (rad/s) from the static state; by a homotopy if need be.
+    """The periodic solution at `omega` (rad/s) from the static displacement (n_c, 3), by homotopy if need be.
 
-    The force grows from nothing; with the `contact` given, then also its friction, and then its stiffness.
+    The first homotopy raises the excitation from zero. With the `contact` given, a second one raises the friction
+    coefficients, and a third the contact stiffness.
     """
-    rest = np.zeros((2 * len(balance.receptance.harmonics) - 1, balance.n_contacts, 3))
-    rest[0] = static
-    guess = balance.unknown(rest)
+    at_rest = np.zeros((2 * len(balance.receptance.harmonics) - 1, balance.n_contacts, 3))
+    at_rest[0] = static
+    guess = balance.unknown(at_rest)
     result = solve_at(balance, omega, guess, options)
     iterations = result.iterations
-    for family in _homotopies(balance, options, contact):
+    for homotopy in _homotopies(balance, options, contact):
         if result.converged:
             break
-        result = _grow(family, omega, guess, options)
+        result = _continue_homotopy(homotopy, omega, guess, options)
         iterations += result.iterations
     return replace(result, iterations=iterations)
 
 
 def _homotopies(
     balance: HarmonicBalance, options: SolverOptions, contact: ContactParameters | None
-) -> Iterator[Callable[[float], HarmonicBalance]]:
-    """Families of balances over a fraction from 0 to 1, where they are the one asked for."""
+) -> Iterator[Homotopy]:
+    """The homotopies in excitation, friction and contact stiffness."""
     n_harmonics = len(balance.receptance.harmonics) - 1
 
     def with_contact(changed: ContactParameters) -> HarmonicBalance:
@@ -85,23 +89,21 @@ def _homotopies(
     )
 
 
-def _grow(
-    family: Callable[[float], HarmonicBalance], omega: float, guess: Array, options: SolverOptions
-) -> NewtonResult:
-    """Follow a family from 0 to 1 in steps of adaptive length."""
-    result = solve_at(family(0.0), omega, guess, options)
-    iterations, reached, step = result.iterations, 0.0, FIRST_FRACTION
+def _continue_homotopy(homotopy: Homotopy, omega: float, guess: Array, options: SolverOptions) -> NewtonResult:
+    """Natural continuation of a homotopy from 0 to 1 with an adaptive increment."""
+    result = solve_at(homotopy(0.0), omega, guess, options)
+    iterations, solved, increment = result.iterations, 0.0, FIRST_INCREMENT
     if result.converged:
         guess = result.solution
-    while reached < 1.0 and step > SMALLEST_FRACTION:
-        target = min(reached + step, 1.0)
-        result = solve_at(family(target), omega, guess, options)
+    while solved < 1.0 and increment > SMALLEST_INCREMENT:
+        target = min(solved + increment, 1.0)
+        result = solve_at(homotopy(target), omega, guess, options)
         iterations += result.iterations
         if result.converged:
-            guess, reached, step = result.solution, target, 2.0 * step
+            guess, solved, increment = result.solution, target, 2.0 * increment
         else:
-            step /= 4.0
-    return replace(result, iterations=iterations, converged=reached == 1.0)
+            increment /= 4.0
+    return replace(result, iterations=iterations, converged=solved == 1.0)
 
 
 def solve_at(
@@ -111,9 +113,9 @@ def solve_at(
     options: SolverOptions,
     max_iterations: int = MAX_ITERATIONS,
 ) -> NewtonResult:
-    """Newton's method at w = `omega` (rad/s) from an unknown."""
+    """Newton's method at the frequency `omega` (rad/s) from the unknown `guess` (n,)."""
 
-    def linearise(unknown: Array) -> BalanceAt:
+    def linearise(unknown: Array) -> LinearisedResidual:
         return balance.evaluate(unknown, omega)
 
     return newton(

@@ -1,4 +1,4 @@
-"""Newton's method at a fixed frequency, damped where the full step does not help."""
+"""Damped Newton's method at a fixed frequency (backtracking on the norm of the residual)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,18 +17,30 @@ class Linearised(Protocol):
 
     @property
     def residual(self) -> Array:
-        """(n,)."""
+        """R, (n,)."""
         ...
 
     @property
     def jacobian(self) -> Array:
-        """(n, n)."""
+        """dR/dx, (n, n)."""
         ...
 
 
 @dataclass(frozen=True)
 class NewtonResult:
-    """Last iterate (n,), whether it solves the equations, iterations done, and the relative residual."""
+    """Result of an iteration.
+
+    Attributes
+    ----------
+    solution : (n,) float
+        Last iterate.
+    converged : bool
+        Whether it solves the equations.
+    iterations : int
+        Iterations done.
+    residual : float
+        Relative residual of the last iterate.
+    """
 
     solution: Array
     converged: bool
@@ -37,24 +49,27 @@ class NewtonResult:
 
 
 @dataclass
-class Convergence:
-    """Watches the relative error of an iteration: solved within `tolerance`, or as near as round-off lets it come.
+class ConvergenceMonitor:
+    """Decides from the relative errors of an iteration whether it has converged.
 
-    How near that is depends on the stiffness of the contacts against that of the structure: an error below
-    `round_off` that stops falling counts as solved, and so does one a thousand times larger that has stopped thrice.
+    The smallest error within reach depends on the stiffness of the contacts relative to that of the structure.
+    Therefore an iteration has also converged if it stagnates: once at an error below `round_off`, or three times in
+    a row at an error below 1000 `round_off`.
     """
 
     tolerance: float
     round_off: float
-    before: float = np.inf
-    stops: int = 0
+    previous: float = np.inf
+    stagnations: int = 0
 
-    def reached(self, error: float) -> bool:
-        """Take the error of the next iterate."""
-        self.stops = self.stops + 1 if error >= 0.3 * self.before else 0
-        self.before = error
-        stopped = (error <= self.round_off and self.stops >= 1) or (error <= 1e3 * self.round_off and self.stops >= 3)
-        return error <= self.tolerance or stopped
+    def converged(self, error: float) -> bool:
+        """Take the relative error of the next iterate."""
+        self.stagnations = self.stagnations + 1 if error >= 0.3 * self.previous else 0
+        self.previous = error
+        stagnates = (error <= self.round_off and self.stagnations >= 1) or (
+            error <= 1e3 * self.round_off and self.stagnations >= 3
+        )
+        return error <= self.tolerance or stagnates
 
 
 def newton(
@@ -66,31 +81,44 @@ def newton(
     round_off: float,
     max_iterations: int = MAX_ITERATIONS,
 ) -> NewtonResult:
-    """Solve R(x) = 0 from `guess`; `linearise(x)` returns R with its derivative.
+    """Solve R(x) = 0 by damped Newton steps.
 
-    `error(R, x)` is the relative error that `Convergence` watches. A step that does not reduce |R| is
-    halved, down to a 256th; the shortest one is taken as it is, which lets a piecewise smooth problem leave a kink.
+    A step that does not reduce the norm of R is halved, down to 1/256. The shortest step is taken in any case: so
+    the iteration can leave a kink of a piecewise smooth residual.
+
+    Parameters
+    ----------
+    linearise : callable
+        Returns R and dR/dx at x.
+    guess : (n,) float
+        First iterate.
+    error : callable
+        Relative error from R and x, as `ConvergenceMonitor` judges it.
+    tolerance, round_off : float
+        See `ConvergenceMonitor`.
+    max_iterations : int
+        Iterations after which the iteration is given up.
     """
-    watch = Convergence(tolerance, round_off)
+    monitor = ConvergenceMonitor(tolerance, round_off)
     x = guess
-    at = linearise(x)
-    relative = error(at.residual, x)
+    linearised = linearise(x)
+    relative = error(linearised.residual, x)
     for iteration in range(max_iterations):
-        solved = watch.reached(relative)
-        if solved or not np.isfinite(relative):
-            return NewtonResult(x, solved, iteration, relative)
+        converged = monitor.converged(relative)
+        if converged or not np.isfinite(relative):
+            return NewtonResult(x, converged, iteration, relative)
         try:
-            step = np.linalg.solve(at.jacobian, -at.residual)
+            step = np.linalg.solve(linearised.jacobian, -linearised.residual)
         except np.linalg.LinAlgError:
             return NewtonResult(x, False, iteration, relative)
-        size = np.linalg.norm(at.residual)
+        norm = np.linalg.norm(linearised.residual)
         damping = 1.0
         while True:
             trial = x + damping * step
-            at = linearise(trial)
-            if np.linalg.norm(at.residual) < (1.0 - 0.25 * damping) * size or damping <= SMALLEST_DAMPING:
+            linearised = linearise(trial)
+            if np.linalg.norm(linearised.residual) < (1.0 - 0.25 * damping) * norm or damping <= SMALLEST_DAMPING:
                 break
             damping /= 2.0
         x = trial
-        relative = error(at.residual, x)
-    return NewtonResult(x, watch.reached(relative), max_iterations, relative)
+        relative = error(linearised.residual, x)
+    return NewtonResult(x, monitor.converged(relative), max_iterations, relative)

@@ -1,4 +1,16 @@
-"""Harmonic balance on the relative contact displacements: residual, Jacobian and derivative in the frequency."""
+"""Harmonic balance in the relative contact displacements: residual, Jacobian, derivative in the frequency.
+
+The balance of the contact dofs (Gulisano et al. 2011, eq. 6), written in the relative displacements of the contact
+nodes (eq. 17) with the contact forces on both faces (eq. 18), is
+
+    R^(h)(d, omega) = d^(h) - d_lin^(h)(omega) - G^(h)(omega) f^(h)(d) = 0,    h = 0 .. H,
+
+    G^(h) = B_h r^(h) B_h^H,    B_h q^(h) = q_R^(h) - q_L^(h) exp(i h psi),
+
+with the receptance r^(h) of the blade, its inter-blade phase angle psi, the response d_lin without contact forces and
+the contact forces f on the right nodes. d_lin and G come from `rom.RelativeReceptance`, f and df/dd from the contact
+element.
+"""
 
 import math
 from dataclasses import dataclass, replace
@@ -11,46 +23,64 @@ from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactElement, ContactForces
 from rom import RelativeReceptance
 
-FINEST_VIBRATION = 1e-6
-RESOLUTION = 1e-3  # a tolerance of 1e-13 of it is the round-off of one side
+SMALLEST_VIBRATION = 1e-6  # relative to the whole displacement; a smaller one is lost in round-off of the forces
+STATIC_RESOLUTION = 1e-3  # a tolerance of 1e-13 of it is the round-off of the motion of one side
 
 
 @dataclass(frozen=True)
-class BalanceAt:
-    """A balance at one state: what Newton's method needs there, the Jacobian when asked for.
+class LinearisedResidual:
+    """The residual R and its derivatives at one state (x, omega).
 
     Attributes
     ----------
-    balance : the equations. omega : w, rad/s.
-    residual : (n,) R. slope : (n,) its derivative in w.
-    contact : the contact forces.
+    balance : HarmonicBalance
+        The equations.
+    omega : float
+        Excitation frequency, rad/s.
+    residual : (n,) float
+        R, m.
+    dR_domega : (n,) float
+        Derivative of R with respect to omega at constant x.
+    contact : ContactForces
+        Contact forces and their Jacobian.
     """
 
     balance: "HarmonicBalance"
     omega: float
     residual: Array
-    slope: Array
+    dR_domega: Array
     contact: ContactForces
 
     @cached_property
     def coupling(self) -> tuple[Array, NDArray[np.intp]]:
-        """G df/dx without columns that are zero or meet zeros only, (n, n_active), and the unknowns that remain."""
-        first = self.balance.first_row
-        matrix = self.balance.receptance.matrix(self.omega)
-        product = _chain(matrix, self.contact.jacobian, first)
-        n_contacts, rows = self.balance.n_contacts, product.shape[0] // (3 * self.balance.n_contacts)
-        unknowns = np.arange(product.shape[0]).reshape(rows, n_contacts, 3).transpose(1, 0, 2)
+        """G df/dx in the columns of the active unknowns, (n, n_active), and the indices of these unknowns.
+
+        An unknown is active if a contact force depends on it. The other columns of G df/dx are zero.
+        """
+        balance = self.balance
+        matrix = balance.receptance.matrix(self.omega)
+        product = _receptance_times_force_jacobian(matrix, self.contact.jacobian, balance.first_row)
+        rows = product.shape[0] // (3 * balance.n_contacts)
+        unknowns = np.arange(product.shape[0]).reshape(rows, balance.n_contacts, 3).transpose(1, 0, 2)
+        active = self._active(rows)
+        if active is None:
+            return product, unknowns.reshape(-1)
+        return product[:, active.reshape(-1)], unknowns[active]
+
+    def _active(self, rows: int) -> NDArray[np.bool_] | None:
+        """Which unknowns are active, (n_c, rows, 3); None if all are. An odd balance has no even harmonics."""
         depends: NDArray[np.bool_] = np.any(self.contact.jacobian, axis=(1, 3, 4))
         if depends.all() and not self.balance.odd:
-            return product, unknowns.reshape(-1)
+            return None
         active = np.repeat(depends[:, None, :], rows, axis=1)
         if self.balance.odd:
+            first = self.balance.first_row
             active[:, 3 - first :: 4] = active[:, 4 - first :: 4] = False
-        return product[:, active.reshape(-1)], unknowns[active]
+        return active
 
     @cached_property
     def jacobian(self) -> Array:
-        """dR/dx, (n, n)."""
+        """dR/dx = I - G df/dx, (n, n)."""
         product, active = self.coupling
         jacobian = np.eye(self.residual.size)
         jacobian[:, active] -= product
@@ -59,13 +89,23 @@ class BalanceAt:
 
 @dataclass(frozen=True)
 class HarmonicBalance:
-    """R^(h) = d^(h) - d_lin^(h)(w) - G^(h)(w) f^(h)(d) = 0 (paper eq. 6 in relative displacements).
+    """R^(h) = d^(h) - d_lin^(h)(omega) - G^(h)(omega) f^(h)(d) = 0 (Gulisano et al. 2011, eqs. 6, 17 and 18).
 
-    The unknown x holds the real Fourier coefficients of d, rows (0, Re 1, Im 1, ...) of 3 n_c numbers each. With
-    `frozen_static` (n_c, 3) harmonic 0 of d is given and not balanced: the second of the classical two steps.
-    `tiny` is a length far below any displacement of interest; it keeps relative errors finite where nothing moves.
-    `receptance`: the structure, `element`: the contact. `odd`: the contact excites no even harmonics (see
-    `ContactParameters.odd`); they stay zero and are not solved for.
+    The unknown x holds the real Fourier coefficients of d: rows (0, Re 1, Im 1, Re 2, ...) of 3 n_c numbers each,
+    metres.
+
+    Attributes
+    ----------
+    receptance : rom.RelativeReceptance
+        The structure: G, d_lin and the harmonics 0 .. H.
+    element : ContactElement
+        The contact forces f(d).
+    frozen_static : (n_c, 3) float or None
+        Given harmonic 0 of d, which is then not balanced: the second step of the classical two-step method.
+    tiny : float
+        Length far below any displacement of interest, m. It keeps relative errors finite where nothing moves.
+    odd : bool
+        The contact excites no even harmonics (see `ContactParameters.odd`). They stay zero and are not solved for.
     """
 
     receptance: RelativeReceptance
@@ -76,98 +116,118 @@ class HarmonicBalance:
 
     @property
     def n_contacts(self) -> int:
-        """Number of contact nodes."""
+        """Number of contact nodes n_c."""
         return self.receptance.modal.n_contacts
 
     @property
     def n_harmonics(self) -> int:
-        """H."""
+        """Number of harmonics H; harmonic 0 not counted."""
         return len(self.receptance.harmonics) - 1
 
     @property
     def first_row(self) -> int:
-        """First row of coefficients that is unknown: 1 if harmonic 0 is frozen, else 0."""
+        """First unknown row of coefficients: 1 if harmonic 0 is frozen, else 0."""
         return 0 if self.frozen_static is None else 1
 
     @property
     def size(self) -> int:
-        """Number of real unknowns."""
+        """Number of real unknowns n."""
         return (2 * len(self.receptance.harmonics) - 1 - self.first_row) * 3 * self.n_contacts
 
     def displacement(self, unknown: Array) -> Array:
-        """Coefficients of d, (2H+1, n_c, 3), frozen harmonic 0 included."""
+        """Real Fourier coefficients of d from the unknown (n,): (2H+1, n_c, 3), frozen harmonic 0 included."""
         rows = unknown.reshape(-1, self.n_contacts, 3)
         return rows if self.frozen_static is None else np.concatenate([self.frozen_static[None], rows])
 
     def unknown(self, displacement: Array) -> Array:
-        """The inverse of `displacement`."""
+        """The unknown (n,) from real Fourier coefficients (2H+1, n_c, 3): the inverse of `displacement`."""
         return displacement[self.first_row :].reshape(-1)
 
     def forces(self, unknown: Array) -> ContactForces:
-        """Contact forces and Jacobian at `unknown`."""
+        """Contact forces and their Jacobian at the unknown (n,)."""
         forces = self.element.evaluate(self.displacement(unknown))
         if self.odd:
-            forces.force[3::4] = forces.force[4::4] = 0.0  # round-off, which stiff contacts would make grow
+            forces.force[3::4] = forces.force[4::4] = 0.0  # round-off, which stiff contacts would amplify
         return forces
 
     def with_force(self, force: float) -> "HarmonicBalance":
         """The same balance under another excitation amplitude `force` (N)."""
         return replace(self, receptance=replace(self.receptance, force=force))
 
-    def evaluate(self, unknown: Array, omega: float) -> BalanceAt:
-        """Residual and derivatives at `unknown` and w = `omega` (rad/s)."""
+    def evaluate(self, unknown: Array, omega: float) -> LinearisedResidual:
+        """Residual and derivatives.
+
+        Parameters
+        ----------
+        unknown : (n,) float
+            x, m.
+        omega : float
+            Excitation frequency, rad/s.
+        """
         contact = self.forces(unknown)
         force = to_complex(contact.force.reshape(contact.force.shape[0], -1))
-        response, slope = self.receptance.response(omega, force)
+        response, dresponse_domega = self.receptance.response(omega, force)
         first = self.first_row
         residual = unknown - to_real(response)[first:].reshape(-1)
-        return BalanceAt(self, omega, residual, -to_real(slope)[first:].reshape(-1), contact)
+        return LinearisedResidual(self, omega, residual, -to_real(dresponse_domega)[first:].reshape(-1), contact)
 
     def vibration(self, unknown: Array) -> float:
-        """2-norm of the dynamic part (harmonics 1 .. H) of `unknown`, metres."""
-        dynamic = self._dynamic(unknown)
+        """2-norm of harmonics 1 .. H of the unknown (n,), metres."""
+        dynamic = unknown[(1 - self.first_row) * 3 * self.n_contacts :]
         return math.sqrt(dynamic @ dynamic)
 
     def relative_error(self, residual: Array, unknown: Array) -> float:
-        """A `residual` (n,) relative to the displacement: static rows to all of it, dynamic rows to the vibration.
+        """Norm of a residual (n,) relative to the displacement.
 
-        A vibration that is a million times smaller than the static displacement is resolved no further: round-off
-        of the contact forces stands in the way.
+        The static rows count relative to the whole displacement, the dynamic rows relative to the vibration. A
+        vibration a million times smaller than the static displacement is not resolved further: round-off of the
+        contact forces does not allow it.
         """
-        whole = math.sqrt(unknown @ unknown) + self.tiny + self._static_resolution
-        vibration = max(self.vibration(unknown), FINEST_VIBRATION * whole)
+        total = math.sqrt(unknown @ unknown) + self.tiny + self._static_resolution
+        vibration = max(self.vibration(unknown), SMALLEST_VIBRATION * total)
         dynamic = self.vibration(residual) / vibration
-        return max(dynamic, math.sqrt(residual @ residual) / whole)
+        return max(dynamic, math.sqrt(residual @ residual) / total)
 
     @cached_property
     def _static_resolution(self) -> float:
-        """Static relative displacement (m) that is solved to round-off of the motion of either side, no further.
+        """Static relative displacement (m) below which the difference of both sides is round-off.
 
-        A static force that moves both sides alike leaves a difference that is round-off.
+        A static force that moves both sides alike causes a relative displacement of pure round-off.
         """
         receptance = self.receptance
         if receptance.harmonics[0] != 0 or self.frozen_static is not None:
             return 0.0
         free = np.abs(receptance.modal_force[0] / receptance.modal.angular_frequency**2)
-        return RESOLUTION * float(np.linalg.norm(np.abs(receptance.modal.right) @ free))
-
-    def _dynamic(self, unknown: Array) -> Array:
-        return unknown[(1 - self.first_row) * 3 * self.n_contacts :]
+        return STATIC_RESOLUTION * float(np.linalg.norm(np.abs(receptance.modal.right) @ free))
 
 
-def _chain(matrix: ComplexArray, jacobian: Array, first: int) -> Array:
-    """Product of the receptance with the derivative of the contact forces, in the rows and columns from `first`.
+def _receptance_times_force_jacobian(receptance: ComplexArray, jacobian: Array, first: int) -> Array:
+    """G df/dx in real coefficients, in the rows and columns of coefficients from `first` on.
 
-    Matrix (n_h, 3 n_c, 3 n_c), jacobian (n_c, 3, 3, 2H+1, 2H+1) block diagonal in the nodes: one small product a node
-    and harmonic. The columns come in the order node, coefficient, component.
+    The force Jacobian is block diagonal in the nodes: a node needs one small product per harmonic.
+
+    Parameters
+    ----------
+    receptance : (H+1, 3 n_c, 3 n_c) complex
+        G^(h), m/N.
+    jacobian : (n_c, 3, 3, 2H+1, 2H+1) float
+        df/dd of each node: force component, displacement component, force coefficient, displacement coefficient.
+    first : int
+        First row of coefficients that is unknown, 0 or 1.
+
+    Returns
+    -------
+    (n, n) float
+        Rows in the order of the unknown: coefficient, node, component. Columns in the order node, coefficient,
+        component.
     """
-    n_h, n_contacts, rows = matrix.shape[0], jacobian.shape[0], jacobian.shape[3]
+    n_h, n_contacts, rows = receptance.shape[0], jacobian.shape[0], jacobian.shape[3]
     columns = 3 * (rows - first)
     by_row = jacobian[..., first:].transpose(3, 0, 1, 4, 2).reshape(rows, n_contacts, 3, columns)
     derivative = np.zeros((n_h, n_contacts, 3, columns), dtype=complex)
     derivative[0] = by_row[0]
     derivative.real[1:], derivative.imag[1:] = by_row[1::2], by_row[2::2]
-    blocks = matrix.reshape(n_h, 3 * n_contacts, n_contacts, 3).transpose(0, 2, 1, 3)
+    blocks = receptance.reshape(n_h, 3 * n_contacts, n_contacts, 3).transpose(0, 2, 1, 3)
     product = (blocks @ derivative).transpose(0, 2, 1, 3)
     result = np.empty((rows, 3 * n_contacts, n_contacts, columns))
     result[0] = product[0].real

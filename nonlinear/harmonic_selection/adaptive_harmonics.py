@@ -1,126 +1,156 @@
-"""As many harmonics as a point needs: what those left out would change is estimated at every point of a trace."""
+"""Adaptive number of harmonics: the truncation error is estimated at every point of a branch."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.bordered_system import BorderedSystem
-from nonlinear.continuation.response_quantities import largest_amplitude, output_harmonics, output_under
+from nonlinear.continuation.response_quantities import (
+    largest_amplitude,
+    output_amplitude,
+    output_harmonics,
+    output_under_forces,
+)
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.harmonic_balance.balance_family import BalanceFamily, resized
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from nonlinear.harmonic_selection.truncation_error import wider_harmonics
+from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
+from nonlinear.harmonic_selection.truncation_error import reference_harmonics
 from nonlinear.options import MOST_UNKNOWNS
 
-LADDER = (1, 3, 5, 7, 9, 11, 15, 21, 31)  # numbers of harmonics that are tried
-DIVERGES = 0.5  # part of the residual of the new harmonics that one sweep may leave
-CLEARLY_ENOUGH = 0.02  # part of the tolerance below which the highest harmonics are dropped again
-CLEARLY_BELOW = 0.2  # part of the tolerance below which an estimate is believed for the next few points too
-PATIENCE = 4  # points in a row of which that must be true
+HARMONIC_NUMBERS = (1, 3, 5, 7, 9, 11, 15, 21, 31)  # numbers of harmonics that are tried
+MAX_CONTRACTION = 0.5  # of the residual of the added harmonics by one sweep; above, the sweep counts as divergent
+NEGLIGIBLE = 0.02  # part of the tolerance below which the highest harmonics count as negligible
+CLEARLY_BELOW = 0.2  # part of the tolerance below which an estimate is used for the next few points too
+CONSECUTIVE_POINTS = 4  # so many with negligible harmonics before these are dropped; so many without a new estimate
 
 
-def ladder(n_contacts: int) -> tuple[int, ...]:
-    """The numbers of harmonics that are tried with so many contact nodes; one harmonic always."""
-    return tuple(n for n in LADDER if n == LADDER[0] or 3 * n_contacts * (2 * n + 1) <= MOST_UNKNOWNS)
+def feasible_harmonic_numbers(n_contacts: int) -> tuple[int, ...]:
+    """The numbers of harmonics that are tried with `n_contacts` contact nodes; one harmonic always."""
+    return tuple(
+        n for n in HARMONIC_NUMBERS if n == HARMONIC_NUMBERS[0] or 3 * n_contacts * (2 * n + 1) <= MOST_UNKNOWNS
+    )
 
 
 @dataclass
 class HarmonicSelection:
-    """Raises and lowers the number of harmonics along a trace, so that `tolerance` holds relative to the peak so far.
+    """Raises and lowers the number of harmonics along a branch, so that the truncation error stays below a tolerance.
 
-    `least`: never fewer than these. The highest amplitude met so far is kept from one trace to the next.
+    Attributes
+    ----------
+    balances : TruncatedBalances
+        The balances with other numbers of harmonics.
+    tolerance : float
+        Largest truncation error, relative to the highest amplitude so far.
+    min_harmonics : int
+        Smallest number of harmonics.
+    highest_amplitude : float
+        Highest amplitude so far, m. It is kept from one branch to the next.
+    negligible_points : int
+        Number of successive points, up to now, whose highest harmonics are negligible.
+    points_without_estimate : int
+        Number of points that the last estimate still holds for.
     """
 
-    family: BalanceFamily
+    balances: TruncatedBalances
     tolerance: float
-    least: int = 1
-    highest: float = 0.0
-    quiet: int = field(default=0)
-    believed: int = field(default=0)
+    min_harmonics: int = 1
+    highest_amplitude: float = 0.0
+    negligible_points: int = 0
+    points_without_estimate: int = 0
 
     def __call__(self, continuation: Continuation, point: SolutionPoint) -> SolutionPoint | None:
         """The point with as many harmonics as it needs; None if it is not found with them."""
-        self.highest = max(self.highest, self._height(point))
+        self.highest_amplitude = max(self.highest_amplitude, self._amplitude(point))
         if continuation.is_linear(point):
-            self.quiet = self.believed = 0
-            return self._with(continuation, point, self.least)
-        if self.believed:
-            self.believed -= 1
+            self.negligible_points = self.points_without_estimate = 0
+            return self._with_harmonics(continuation, point, self.min_harmonics)
+        if self.points_without_estimate:
+            self.points_without_estimate -= 1
             return point
-        while (missing := self.missing(continuation, point)) > self.tolerance:
-            self.quiet = 0
-            more = [n for n in ladder(self.family.base.n_contacts) if n > point.balance.n_harmonics]
-            if not more:
+        while (error := self.estimate(continuation, point)) > self.tolerance:
+            self.negligible_points = 0
+            feasible = feasible_harmonic_numbers(self.balances.base.n_contacts)
+            higher = [n for n in feasible if n > point.balance.n_harmonics]
+            if not higher:
                 break
-            raised = self._raised(continuation, point, more)
+            raised = self._raise_harmonics(continuation, point, higher)
             if raised is None:
                 return None
             point = raised
-        self.believed = PATIENCE if missing < CLEARLY_BELOW * self.tolerance else 0
-        return self._lowered(continuation, point)
+        self.points_without_estimate = CONSECUTIVE_POINTS if error < CLEARLY_BELOW * self.tolerance else 0
+        return self._lower_harmonics(continuation, point)
 
-    def missing(self, continuation: Continuation, point: SolutionPoint) -> float:
-        """Estimated relative change of the amplitude by the harmonics left out; inf where it cannot be told.
+    def estimate(self, continuation: Continuation, point: SolutionPoint) -> float:
+        """Truncation error of the amplitude at a point, relative to the highest amplitude; inf if it is unknown.
 
-        One sweep of a block iteration: the new harmonics of the displacement from the forces that the old ones
-        cause, the old ones again from those by a Newton step normal to the curve. Where that iteration would
-        diverge, the point is solved with more harmonics.
+        One sweep of a block Gauss-Seidel iteration: the added harmonics of the displacement follow from the contact
+        forces that the old ones cause, and the old ones are corrected by a Newton step normal to the curve. Where the
+        iteration would diverge, the point is solved with the added harmonics instead.
         """
         n_old = point.unknown.size
-        wider = self.family.balance(wider_harmonics(point.balance.n_harmonics))
-        x = resized(point, wider).unknown
+        wider = self.balances.balance(reference_harmonics(point.balance.n_harmonics))
+        x = point.with_balance(wider).unknown
         first = wider.evaluate(x, point.omega).residual[n_old:]
         x[n_old:] -= first
         second = wider.evaluate(x, point.omega)
-        if np.linalg.norm(second.residual[n_old:]) > DIVERGES * np.linalg.norm(first):
-            return self._missing_by_solution(continuation, point, wider)
-        metric = continuation.metric(point.unknown)
-        at = point.balance.evaluate(point.unknown, point.omega)
-        system = BorderedSystem.factorise(at, metric.unit(point.tangent), metric)
-        moved, shift = system.step(second.residual[:n_old])
-        x[:n_old] += moved
-        output = output_under(wider.receptance, point.omega + shift, wider.forces(x), self._output)
-        changed = largest_amplitude(output)
-        return abs(changed.value - self._height(point)) / max(self.highest, 1e-300)
+        if np.linalg.norm(second.residual[n_old:]) > MAX_CONTRACTION * np.linalg.norm(first):
+            return self._estimate_by_solution(continuation, point, wider)
+        metric = continuation.solver.metric(point.unknown)
+        linearised = point.balance.evaluate(point.unknown, point.omega)
+        system = BorderedSystem.factorise(linearised, metric.unit(point.tangent), metric)
+        dx, domega = system.newton_step(second.residual[:n_old])
+        x[:n_old] += dx
+        output = output_under_forces(wider.receptance, point.omega + domega, wider.forces(x), self._output)
+        return self._relative_change(largest_amplitude(output).value, point)
 
-    def _missing_by_solution(self, continuation: Continuation, point: SolutionPoint, wider: HarmonicBalance) -> float:
-        found = continuation.of(wider).refit(point)
-        if found is None:
-            return float("inf")
-        return abs(self._height(found) - self._height(point)) / max(self.highest, 1e-300)
+    def _estimate_by_solution(
+        self, continuation: Continuation, point: SolutionPoint, wider: HarmonicBalance
+    ) -> float:
+        """The same from the solution with more harmonics."""
+        found = continuation.with_balance(wider).solver.refit(point)
+        return float("inf") if found is None else self._relative_change(self._amplitude(found), point)
+
+    def _relative_change(self, amplitude: float, point: SolutionPoint) -> float:
+        return abs(amplitude - self._amplitude(point)) / max(self.highest_amplitude, 1e-300)
 
     @property
     def _output(self) -> str:
-        return self.family.options.output
+        return self.balances.options.output
 
-    def _height(self, point: SolutionPoint) -> float:
-        return largest_amplitude(output_harmonics(point, self._output)).value
+    def _amplitude(self, point: SolutionPoint) -> float:
+        return output_amplitude(point, self._output)
 
-    def _with(self, continuation: Continuation, point: SolutionPoint, n_harmonics: int) -> SolutionPoint | None:
+    def _with_harmonics(
+        self, continuation: Continuation, point: SolutionPoint, n_harmonics: int
+    ) -> SolutionPoint | None:
         if point.balance.n_harmonics == n_harmonics:
             return point
-        return continuation.of(self.family.balance(n_harmonics)).refit(point)
+        return continuation.with_balance(self.balances.balance(n_harmonics)).solver.refit(point)
 
-    def _raised(self, continuation: Continuation, point: SolutionPoint, more: list[int]) -> SolutionPoint | None:
-        """The point with the fewest more harmonics with which it is found."""
-        for n_harmonics in more:
-            found = self._with(continuation, point, n_harmonics)
+    def _raise_harmonics(
+        self, continuation: Continuation, point: SolutionPoint, higher: list[int]
+    ) -> SolutionPoint | None:
+        """The point with the first of the `higher` numbers of harmonics with which it is found."""
+        for n_harmonics in higher:
+            found = self._with_harmonics(continuation, point, n_harmonics)
             if found is not None:
                 return found
         return None
 
-    def _lowered(self, continuation: Continuation, point: SolutionPoint) -> SolutionPoint:
-        """The point, with one step fewer harmonics if the last few points could have done without those."""
-        fewer = [n for n in LADDER if self.least <= n < point.balance.n_harmonics]
-        if not fewer:
+    def _lower_harmonics(self, continuation: Continuation, point: SolutionPoint) -> SolutionPoint:
+        """The point, with the next lower number of harmonics if the highest were negligible at the last points."""
+        lower = [n for n in HARMONIC_NUMBERS if self.min_harmonics <= n < point.balance.n_harmonics]
+        if not lower:
             return point
-        rest = slice(2 * fewer[-1] + 1, None)
+        dropped = slice(2 * lower[-1] + 1, None)
         vibration = max(point.balance.vibration(point.unknown), point.balance.tiny)
-        surplus = float(np.linalg.norm(point.displacement[rest])) / vibration
-        share = np.abs(output_harmonics(point, self._output)[fewer[-1] + 1 :]).sum() / max(self.highest, 1e-300)
-        self.quiet = self.quiet + 1 if surplus + share < CLEARLY_ENOUGH * self.tolerance else 0
-        if self.quiet < PATIENCE:
+        of_displacement = float(np.linalg.norm(point.displacement[dropped])) / vibration
+        dropped_output = np.abs(output_harmonics(point, self._output)[lower[-1] + 1 :]).sum()
+        of_output = dropped_output / max(self.highest_amplitude, 1e-300)
+        negligible = of_displacement + of_output < NEGLIGIBLE * self.tolerance
+        self.negligible_points = self.negligible_points + 1 if negligible else 0
+        if self.negligible_points < CONSECUTIVE_POINTS:
             return point
-        self.quiet = 0
-        return self._with(continuation, point, fewer[-1]) or point
+        self.negligible_points = 0
+        return self._with_harmonics(continuation, point, lower[-1]) or point

@@ -60,8 +60,7 @@ def _case(curve: PlottedCurve, kind: str) -> object:
 
 
 def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: list[int]) -> Limit:
-    from nonlinear import Excitation, linear_response
-    from rom import natural_frequencies
+    from rom import linear_response, natural_frequencies
 
     curve = curves[at[0]]
     scene = curve.scene
@@ -75,8 +74,7 @@ def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: l
     phase = modal.phase(scene.excitation.engine_order)
     resonances = natural_frequencies(model, phase, count=min(10, model.size), **springs)
     frequency = _grid(*scene.response.frequency, resonances)
-    excitation = Excitation(engine_order=scene.excitation.engine_order, force=scene.excitation.force)
-    amplitude = np.abs(linear_response(modal, excitation, frequency, **springs))
+    amplitude = np.abs(linear_response(modal, frequency, phase=phase, force=scene.excitation.force, **springs))
     return Limit(kind, frequency, amplitude, tuple(at))
 
 

@@ -1,4 +1,4 @@
-"""Derivatives of the whole balance and of the amplitude along the curve against finite differences."""
+"""Derivatives of the balance and of the amplitude along the curve against finite differences."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from nonlinear import SLIP, ContactParameters, Excitation, SolverOptions, build_
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.bordered_system import BorderedSystem
-from nonlinear.continuation.response_quantities import amplitude_slope, largest_amplitude, output_harmonics
+from nonlinear.continuation.response_quantities import amplitude_derivative, largest_amplitude, output_amplitude
 from nonlinear.harmonic_balance.initial_solution import periodic_start, static_displacement
 from rom import modal_model
 
@@ -31,33 +31,31 @@ def test_jacobian_and_frequency_derivative(method, law):
     rng = np.random.default_rng(0)
     x = rng.normal(size=balance.size)
     omega, step = 2.1, 1e-6
-    at = balance.evaluate(x, omega)
+    linearised = balance.evaluate(x, omega)
     ahead, behind = (balance.evaluate(x, omega + shift).residual for shift in (step, -step))
-    assert at.slope == pytest.approx((ahead - behind) / (2 * step), rel=1e-7, abs=1e-8)
+    assert linearised.dR_domega == pytest.approx((ahead - behind) / (2 * step), rel=1e-7, abs=1e-8)
     for _ in range(6):
         direction = rng.normal(size=balance.size)
         ahead, behind = (balance.evaluate(x + shift * direction, omega).residual for shift in (step, -step))
-        assert at.jacobian @ direction == pytest.approx((ahead - behind) / (2 * step), rel=1e-6, abs=2e-7)
+        assert linearised.jacobian @ direction == pytest.approx((ahead - behind) / (2 * step), rel=1e-6, abs=2e-7)
 
 
 @pytest.mark.parametrize("harmonics", [1, 3])
 @pytest.mark.parametrize("interference", [-2.0, 0.5])
-def test_slope_of_the_amplitude_along_the_curve(harmonics, interference):
+def test_derivative_of_the_amplitude_along_the_curve(harmonics, interference):
     balance, contact, options = build(harmonics, interference=interference)
-    continuation = Continuation(balance, options)
+    solver = Continuation(balance, options).solver
     static = static_displacement(balance.receptance, contact, options)
     omega = 2.0 * np.pi * 0.2
     start = periodic_start(balance, omega, static, options)
-    at = balance.evaluate(start.solution, omega)
-    onward = np.linalg.solve(at.jacobian, -at.slope), 1.0
-    point = continuation.point(start.solution, omega, onward, 0, 0.0, 0.05)
+    point = solver.starting_point(start.solution, omega, 1.0, 0)
     for _ in range(12):
         step = 1e-4
-        points = [point, *(continuation.correct(point, n * step) for n in (1, 2))]
-        heights = [largest_amplitude(output_harmonics(p, "tip")).value for p in points]
+        points = [point, *(solver.step(point, n * step) for n in (1, 2))]
+        heights = [output_amplitude(p, "tip") for p in points]
         numerical = (-3.0 * heights[0] + 4.0 * heights[1] - heights[2]) / (2.0 * step)
-        assert amplitude_slope(point, "tip") == pytest.approx(numerical, rel=1e-4, abs=1e-6 * heights[0])
-        point = continuation.correct(point, 0.1, sharp=True)
+        assert amplitude_derivative(point, "tip") == pytest.approx(numerical, rel=1e-4, abs=1e-6 * heights[0])
+        point = solver.step(point, 0.1, refactorise=True)
 
 
 def test_largest_amplitude_of_several_harmonics():
@@ -84,32 +82,32 @@ def test_newton_converges_quadratically(interference, harmonics):
     points = continue_over_range(continuation, static)[0].points
     hard = [point for point in points if point.contact.state.max() > 0 and point.linear is None]
     assert len(hard) > 20
-    reached, rates = [], []
+    residuals, converges = [], []
     for point in hard[:: len(hard) // 12]:
         plane = point.unknown, point.omega
-        metric = continuation.metric(point.unknown)
+        metric = continuation.solver.metric(point.unknown)
         direction = metric.unit(point.tangent)
         ripple = 1e-4 * metric.length * np.sin(1.0 + np.arange(point.unknown.size)) / np.sqrt(point.unknown.size)
         x, w, errors = plane[0] + ripple, plane[1], []
         for _ in range(5):
             errors.append(metric.norm(x - plane[0], w - plane[1]))
-            at = balance.evaluate(x, w)
-            dx, dw = BorderedSystem.factorise(at, direction, metric).step(at.residual)
+            linearised = balance.evaluate(x, w)
+            dx, dw = BorderedSystem.factorise(linearised, direction, metric).newton_step(linearised.residual)
             x, w = x + dx, w + dw
         # a root of the plane near the point: the start is moved off it along the plane, so the end may be beside it
-        reached.append(balance.relative_error(balance.evaluate(x, w).residual, x))
+        residuals.append(balance.relative_error(balance.evaluate(x, w).residual, x))
         # e1 <= C e0^2 and e2 <= C e1^2: C = 100 is five times the largest seen, the errors are relative, and what a
         # step leaves of them cannot be less than round-off. The error at the start is 1e-4, so e1 < 1e-6, e2 < 1e-10
         first, second, third = (abs(error - errors[-1]) for error in errors[:3])
-        rates.append(second < 100.0 * first**2 and third < 100.0 * second**2 + 1e-13)
-    assert max(reached) < 1e-12
-    assert np.mean(rates) >= 0.9  # the law has kinks: a step across one does not square the error
+        converges.append(second < 100.0 * first**2 and third < 100.0 * second**2 + 1e-13)
+    assert max(residuals) < 1e-12
+    assert np.mean(converges) >= 0.9  # the law has kinks: a step across one does not square the error
 
 
 @pytest.mark.parametrize("law", ["two_sliders", "cone"])
 @pytest.mark.parametrize("preload", [0.6, 3.0])
 def test_even_harmonics_that_nothing_excites_are_left_out(preload, law):
-    """Friction under a constant load: half a turn later the vibration has the opposite forces."""
+    """Friction under a constant load: half a period later motion and forces have the opposite sign."""
     model = lumped_blade(3)
     modal = modal_model(replace(model, force_static=0.3 * model.force_excitation), damping_ratio=0.02)
     contact = ContactParameters.shared(
@@ -118,22 +116,22 @@ def test_even_harmonics_that_nothing_excites_are_left_out(preload, law):
     options = SolverOptions((0.1, 0.8), harmonics=6)
     balance = build_harmonic_balance(modal, contact, Excitation(1, 1.0), options)
     assert balance.odd
-    whole = replace(balance, odd=False)
+    all_harmonics = replace(balance, odd=False)
     static = static_displacement(balance.receptance, contact, options)
     points = continue_over_range(Continuation(balance, options, contact=contact), static)[0].points
     slipping = [point for point in points if point.contact.state.max() == SLIP]
     assert len(slipping) > 10
     for point in slipping[::5]:
-        at = whole.evaluate(point.unknown, point.omega)  # the whole balance holds
-        assert whole.relative_error(at.residual, point.unknown) < 1e-11
+        linearised = all_harmonics.evaluate(point.unknown, point.omega)  # the even harmonics are balanced too
+        assert all_harmonics.relative_error(linearised.residual, point.unknown) < 1e-11
         assert np.abs(point.displacement[[3, 4, 7, 8, 11, 12]]).max() < 1e-15 * np.abs(point.displacement).max()
-        left, all_of_them = (part.evaluate(point.unknown, point.omega) for part in (balance, whole))
-        assert left.coupling[1].size == 7 * 4  # of 13 rows harmonics 0, 1, 3 and 5; no normal displacement
-        assert all_of_them.coupling[1].size == 13 * 4
+        odd, full = (part.evaluate(point.unknown, point.omega) for part in (balance, all_harmonics))
+        assert odd.coupling[1].size == 7 * 4  # of 13 rows harmonics 0, 1, 3 and 5; no normal displacement
+        assert full.coupling[1].size == 13 * 4
         shift = np.sin(1.0 + np.arange(point.unknown.size)).reshape(13, -1)
         shift[3:5] = shift[7:9] = shift[11:13] = 0.0
-        difference = (left.jacobian - all_of_them.jacobian) @ shift.reshape(-1)
-        assert np.abs(difference).max() < 1e-7 * np.abs(all_of_them.jacobian).max()
+        difference = (odd.jacobian - full.jacobian) @ shift.reshape(-1)
+        assert np.abs(difference).max() < 1e-7 * np.abs(full.jacobian).max()
 
 
 def test_a_load_that_varies_excites_all_harmonics():

@@ -1,4 +1,4 @@
-"""Branch points: the curve of symmetric motions goes straight on through them, and loses its stability there."""
+"""Branch points: the branch of symmetric motions goes straight on through them and loses its stability there."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_symmetric_motions_are_followed_through_the_branch_points(curve):
 
 
 def asymmetry_growth(curve, index, periods=30):
-    """Growth rate (1/s) of x(t + T/2) + x(t), marched from the balanced motion; its truncation is the push."""
+    """Growth rate (1/s) of x(t + T/2) + x(t) in time integration; the truncation error of its start perturbs it."""
     omega = 2.0 * np.pi * curve.frequency_hz[index]
     order = np.arange(HARMONICS + 1)
     start = (curve.output[index] * np.array([np.ones(HARMONICS + 1), 1j * order * omega])).sum(axis=1).real
@@ -52,8 +52,8 @@ def asymmetry_growth(curve, index, periods=30):
         return v, FORCE * np.cos(omega * t) - 2.0 * DAMPING * v - x - stop
 
     half = np.pi / omega * np.arange(2 * periods + 1)
-    marched = solve_ivp(motion, (0.0, half[-1]), start, t_eval=half, rtol=1e-11, atol=1e-12).y
-    sums = np.linalg.norm(marched[:, 1:] + marched[:, :-1], axis=0)
+    states = solve_ivp(motion, (0.0, half[-1]), start, t_eval=half, rtol=1e-11, atol=1e-12).y
+    sums = np.linalg.norm(states[:, 1:] + states[:, :-1], axis=0)
     small = slice(3, int(np.argmax(np.append(sums, 1.0) > 0.1)))  # settled, and still a small perturbation
     return np.polyfit(half[:-1][small], np.log(sums[small]), 1)[0]
 

@@ -1,4 +1,4 @@
-"""Continuation: turning points, the located peak, outcomes of curves that cannot be completed, two-step method."""
+"""Continuation: folds, the located peak, termination reasons of incomplete curves, two-step method."""
 
 from dataclasses import replace
 
@@ -15,10 +15,9 @@ from nonlinear import (
     SolverOptions,
     build_harmonic_balance,
     forced_response,
-    linear_response,
 )
 from nonlinear.contact.fourier import to_real
-from rom import ReducedModel, modal_model
+from rom import ReducedModel, linear_response, modal_model
 
 
 def stop(interference, stiffness=1.0):
@@ -78,7 +77,7 @@ def test_the_peak_is_located_to_a_millionth():
     assert 2.0 * np.pi * curve.peak.frequency_hz == pytest.approx(frequencies(highest * (1 - 1e-15))[0], rel=1e-6)
 
 
-def test_stability_changes_at_the_turning_points():
+def test_stability_changes_at_the_folds():
     curve = gap_curve()
     first, second = curve.turning_points
     assert np.all(curve.stable[: first - 1])
@@ -142,8 +141,8 @@ def test_a_start_that_fails_says_so():
     assert f"no start at {low:.6g} Hz" in curve.termination.message
 
 
-def test_a_range_that_starts_badly_is_traced_from_its_high_end():
-    """A softening stop, range cut in its overhang: the branch at rest turns back, the other goes through."""
+def test_the_high_end_is_the_start_where_the_low_end_fails():
+    """A softening stop, range cut in its overhang: the branch from below turns back, the other covers the range."""
     modal = modal_model(oscillator(tangential=False), damping_ratio=0.02)
     whole = forced_response(modal, stop(3.0), Excitation(0, 1.0), SolverOptions((0.05, 0.4)))
     assert len(whole.turning_points) == 2
@@ -205,7 +204,7 @@ class TestStaticFirst:
         for interference in (-1e3, 1e3):
             curve = self.solve(interference, "static-first")
             springs = {"normal": 2.0, "tangential": 1.5} if interference > 0 else {}
-            linear = linear_response(modal, Excitation(4, 1.0), curve.frequency_hz, **springs)
+            linear = linear_response(modal, curve.frequency_hz, phase=modal.phase(4), force=1.0, **springs)
             assert np.max(np.abs(curve.output[:, 1] - linear)) < 1e-10 * np.max(np.abs(linear))
 
     def test_freezes_the_static_displacement(self):

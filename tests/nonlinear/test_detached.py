@@ -1,4 +1,4 @@
-"""Branches that hang on the main curve nowhere: found, closed or open, and true solutions of a ring of blades."""
+"""Isolated and detached branches: they are found, closed or open, and solve the equations of a ring of blades."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_an_isola_is_found_and_closes(parameters):
     assert isola.turning_points.size == 2
     assert LOW < isola.frequency_hz.min() < isola.frequency_hz.max() < HIGH
     assert isola.energy_error.max() < 1e-8
-    # and it is none of the main curve: at each of its frequencies its solution is far from all of that
+    # and it is apart from the main branch at all of its frequencies
     options = SolverOptions((LOW, HIGH), harmonics=parameters.get("harmonics", 1))
     balance = build_harmonic_balance(modal, contact, Excitation(1, 1.0), options)
     for index in range(0, isola.points, 5):
@@ -56,12 +56,12 @@ def test_an_isola_is_found_and_closes(parameters):
         assert apart[near].min() > 1e-2 * np.abs(isola.relative_displacement[index]).max()
 
 
-def test_it_is_not_looked_for_unless_asked():
+def test_there_is_no_search_unless_asked_for():
     assert solve(detached=False)[2].detached == ()
 
 
-def test_the_open_blade_at_rest_beside_the_rattling_one():
-    """Above its folds the curve with contacts and the blade that vibrates inside its gap exist side by side."""
+def test_motion_inside_the_gap_beside_motion_with_contact():
+    """Above the folds motions with contact coexist with motions inside the gap."""
     parameters = {"damping": 0.02, "stiffness": 85.28, "friction": 0.4, "interference": -0.3}
     _, _, curve = solve(**parameters)
     assert curve.termination.complete
@@ -69,7 +69,7 @@ def test_the_open_blade_at_rest_beside_the_rattling_one():
     branch = curve.detached[0]
     assert branch.frequency_hz.max() == pytest.approx(HIGH)
     open_part = branch.separating == 2
-    assert np.any(open_part & (branch.iterations == 0))  # part of it is the linear response of the open blade
+    assert np.any(open_part & (branch.iterations == 0))  # part of it is the linear response without contact
 
 
 def test_a_stable_point_of_the_isola_holds_in_time():
@@ -90,8 +90,8 @@ def test_a_stable_point_of_the_isola_holds_in_time():
     theta = 2.0 * np.pi * np.arange(steps) / steps
     wave = (np.exp(1j * np.outer(theta, np.arange(harmonics + 1))) @ balanced).real
     point = omega, coordinates, displacement
-    marched = integrate_ring(modal, contact, point, engine_order=1, force=1.0, periods=200, steps_per_period=steps)
-    assert np.max(np.abs(np.roll(marched, 1) - wave)) < 3e-3 * np.max(np.abs(wave))
+    integrated = integrate_ring(modal, contact, point, engine_order=1, force=1.0, periods=200, steps_per_period=steps)
+    assert np.max(np.abs(np.roll(integrated, 1) - wave)) < 3e-3 * np.max(np.abs(wave))
 
 
 def rows(displacement):

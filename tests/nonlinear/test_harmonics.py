@@ -1,4 +1,4 @@
-"""How many harmonics: the estimate of the truncation error against many harmonics, and the automatic choice."""
+"""How many harmonics: the estimate of the truncation error against many harmonics, and the adaptive selection."""
 
 import numpy as np
 import pytest
@@ -52,8 +52,8 @@ def test_auto_keeps_one_harmonic_where_the_response_is_linear():
         assert curve.truncation_error < 1e-9
 
 
-def test_one_harmonic_that_lies_is_told():
-    """A pressed contact that opens: one harmonic is wrong by per cents and says so."""
+def test_the_estimate_tells_that_one_harmonic_is_too_few():
+    """A pressed contact that opens: one harmonic is wrong by some per cent, and the estimate says so."""
     curve = solve(0.5, 4, 1)
     reference = solve(0.5, 4, MANY).peak.amplitude_m
     true = abs(curve.peak.amplitude_m / reference - 1.0)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response, linear_response
-from rom import modal_model
+from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
+from rom import linear_response, modal_model
 
 RANGE = (0.10, 0.70)
 NORMAL, TANGENTIAL = 4.0, 3.0
@@ -42,7 +42,7 @@ def relative_difference(curve, linear):
 def test_far_gap_is_the_linear_free_response(law, harmonics):
     modal = modal_model(lumped_blade(), damping_ratio=0.01)
     curve = solve(-1e4, law=law, harmonics=harmonics, modal=modal)
-    linear = linear_response(modal, Excitation(4, 1.0), curve.frequency_hz)
+    linear = linear_response(modal, curve.frequency_hz, phase=modal.phase(4), force=1.0)
     assert curve.termination.complete
     assert relative_difference(curve, linear) < 1e-12
     assert np.all(curve.separating == 2)
@@ -55,7 +55,7 @@ def test_deep_interference_is_the_linear_stuck_response(law, harmonics):
     modal = modal_model(lumped_blade(), damping_ratio=0.01)
     curve = solve(1e4, law=law, harmonics=harmonics, modal=modal)
     linear = linear_response(
-        modal, Excitation(4, 1.0), curve.frequency_hz, normal=NORMAL / 2, tangential=TANGENTIAL / 2
+        modal, curve.frequency_hz, phase=modal.phase(4), force=1.0, normal=NORMAL / 2, tangential=TANGENTIAL / 2
     )
     assert curve.termination.complete
     assert relative_difference(curve, linear) < 1e-10
@@ -65,7 +65,7 @@ def test_deep_interference_is_the_linear_stuck_response(law, harmonics):
 def test_no_friction_slides_on_normal_springs():
     modal = modal_model(lumped_blade(), damping_ratio=0.01)
     curve = solve(1e4, friction=0.0, modal=modal)
-    linear = linear_response(modal, Excitation(4, 1.0), curve.frequency_hz, normal=NORMAL / 2)
+    linear = linear_response(modal, curve.frequency_hz, phase=modal.phase(4), force=1.0, normal=NORMAL / 2)
     assert relative_difference(curve, linear) < 1e-10
     assert np.max(np.abs(curve.dissipated_j)) < 1e-11 * np.max(np.abs(curve.amplitude_m))
 
@@ -74,7 +74,7 @@ def test_very_large_friction_never_slips_while_pressed():
     modal = modal_model(lumped_blade(), damping_ratio=0.01)
     curve = solve(40.0, friction=1e9, modal=modal)
     linear = linear_response(
-        modal, Excitation(4, 1.0), curve.frequency_hz, normal=NORMAL / 2, tangential=TANGENTIAL / 2
+        modal, curve.frequency_hz, phase=modal.phase(4), force=1.0, normal=NORMAL / 2, tangential=TANGENTIAL / 2
     )
     assert np.all(curve.slipping + curve.separating == 0)
     assert relative_difference(curve, linear) < 1e-10
@@ -137,7 +137,9 @@ def test_direction_of_the_travelling_wave():
     for hertz in (0.15, 0.2, 0.31):
         omega = 2.0 * np.pi * hertz
         ring = np.linalg.solve(stiffness - omega**2 * mass + 1j * omega * 0.02 * mass, force)
-        one = linear_response(modal, Excitation(2, 1.0), [hertz], normal=NORMAL / 2, tangential=TANGENTIAL / 2)
+        one = linear_response(
+            modal, [hertz], phase=modal.phase(2), force=1.0, normal=NORMAL / 2, tangential=TANGENTIAL / 2
+        )
         tips = ring.reshape(5, n) @ model.outputs["tip"]
         assert tips[0] == pytest.approx(one[0], rel=1e-9)
         assert tips[1] == pytest.approx(one[0] * np.exp(1j * psi), rel=1e-9)

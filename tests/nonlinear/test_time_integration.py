@@ -50,7 +50,7 @@ def test_grazing(n_blades):
     modal = modal_model(lumped_blade(n_blades), damping_ratio=0.02)
     parameters, excitation = contact(-3.0), Excitation(1, 1.0)  # wider gaps make other patterns of the ring unstable
     coarse = forced_response(modal, parameters, excitation, SolverOptions((0.1, 0.8), harmonics=3))
-    first = int(np.argmax(coarse.iterations > 0))  # the first point beyond the linear stretch of the open blade
+    first = int(np.argmax(coarse.iterations > 0))  # the first point beyond the linear segment without contact
     assert first > 1
     assert coarse.separating[first] == 2
     depth = parameters.interference + np.abs(coarse.relative_displacement[first, 1, :, 2])
@@ -60,7 +60,7 @@ def test_grazing(n_blades):
 
 
 def against_the_ring(modal, parameters, excitation, coarse, start):
-    """States of the nodes at a point of a curve, and how far a marched ring of blades is from it, relative."""
+    """States of the nodes at a point of a curve, and its relative difference from a ring integrated in time."""
     omega = 2.0 * np.pi * coarse.frequency_hz[start]
     options = SolverOptions((0.1, 0.8), harmonics=HARMONICS)
     balance = build_harmonic_balance(modal, parameters, excitation, options)
@@ -81,7 +81,7 @@ def against_the_ring(modal, parameters, excitation, coarse, start):
     theta = 2.0 * np.pi * np.arange(STEPS) / STEPS
     harmonics = coordinates @ modal.outputs["tip"]
     balanced = (np.exp(1j * np.outer(theta, np.arange(HARMONICS + 1))) @ harmonics).real
-    marched = integrate_ring(
+    integrated = integrate_ring(
         modal,
         parameters,
         (omega, coordinates, displacement),
@@ -91,7 +91,7 @@ def against_the_ring(modal, parameters, excitation, coarse, start):
         steps_per_period=STEPS,
     )
     # the last sample is theta = 2 pi: it belongs at theta = 0
-    difference = np.max(np.abs(np.roll(marched, 1) - balanced)) / np.max(np.abs(balanced))
+    difference = np.max(np.abs(np.roll(integrated, 1) - balanced)) / np.max(np.abs(balanced))
     return balance.forces(solved).state, difference
 
 

@@ -11,10 +11,10 @@ from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmon
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.resonances import find_resonances
-from nonlinear.continuation.response_quantities import largest_amplitude, output_harmonics
-from nonlinear.harmonic_balance.balance_family import BalanceFamily
+from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.harmonic_balance.initial_solution import static_displacement
-from nonlinear.harmonic_selection.truncation_error import Truncation, wider_harmonics
+from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
+from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator, reference_harmonics
 from rom import modal_model
 
 DAMPING = 0.02
@@ -35,7 +35,7 @@ def segment(stiffness, omega, start, phase):
 
 
 class Bilinear:
-    """Exact periodic motion of x'' + c x' + x + k max(x, 0) = cos(omega t): one stretch on each side a period."""
+    """Exact periodic motion of x'' + c x' + x + k max(x, 0) = cos(omega t): one interval on each side per period."""
 
     def __init__(self, stiffness):
         self.stiffness = stiffness
@@ -114,7 +114,6 @@ def test_a_range_that_ends_before_the_peak():
     problem = (*bilinear(3.0), Excitation(0, 1.0))
     for harmonics in (2, 3, 5):
         curve = solve(problem, (0.14, omega / (2.0 * np.pi)), harmonics)
-        print(curve.peak, exact, curve.truncation_error)
         assert not curve.peak.located
         error = abs(curve.peak.amplitude_m / exact - 1.0)
         assert error <= 3.0 * curve.truncation_error
@@ -134,10 +133,10 @@ def test_a_range_that_ends_before_the_peak():
 def test_a_peak_that_is_lost_in_its_plane(engine_order, damping, stiffness, interference, harmonics):
     """Its error is bounded too, against 11 harmonics (good to half a per cent here)."""
     problem = opening(engine_order, damping, stiffness, interference)
-    truncation, main = traced(problem, (0.1, 0.9), harmonics)
+    truncation, main = main_branch(problem, (0.1, 0.9), harmonics)
     peak = max((main.points[place] for place in main.peak_indices), key=lambda point: height(truncation, point))
-    sets = (harmonics + 2, wider_harmonics(harmonics), wider_harmonics(wider_harmonics(harmonics)))
-    found = [truncation.continuation.of(truncation.family.balance(n)).refit(peak) for n in sets]
+    sets = (harmonics + 2, reference_harmonics(harmonics), reference_harmonics(reference_harmonics(harmonics)))
+    found = [truncation.continuation.with_balance(truncation.balances.balance(n)).solver.refit(peak) for n in sets]
     assert any(point is None for point in found)
     reference = solve(problem, (0.1, 0.9), 11).peak.amplitude_m
     estimate = truncation.at_peak(main.points, main.peak_indices)
@@ -145,20 +144,20 @@ def test_a_peak_that_is_lost_in_its_plane(engine_order, damping, stiffness, inte
     assert np.isfinite(estimate)
 
 
-def traced(problem, frequency, harmonics):
+def main_branch(problem, frequency, harmonics):
     """The estimator and the main curve, as `forced_response` makes them."""
     modal, contact, excitation = problem
     options = SolverOptions(frequency, harmonics=harmonics)
     balance = build_harmonic_balance(modal, contact, excitation, options)
-    marks = find_resonances(balance.receptance, contact, options)
-    continuation = Continuation(balance, options, marks, contact)
+    resonances = find_resonances(balance.receptance, contact, options)
+    continuation = Continuation(balance, options, resonances, contact)
     main = continue_over_range(continuation, static_displacement(balance.receptance, contact, options))[0]
     assert main.termination.complete
-    return Truncation(continuation, BalanceFamily(balance, contact, options)), main
+    return TruncationErrorEstimator(continuation, TruncatedBalances(balance, contact, options)), main
 
 
 def height(truncation, point):
-    return largest_amplitude(output_harmonics(point, truncation.continuation.options.output)).value
+    return output_amplitude(point, truncation.continuation.options.output)
 
 
 @pytest.mark.parametrize("method", ["coupled", "static-first"])
@@ -173,9 +172,9 @@ def test_force_and_interference_scale_together(method):
 
 def test_nothing_to_look_at():
     modal, contact, excitation = opening(4, 0.03, 4.0, 0.5)
-    truncation, main = traced((modal, contact, excitation), (0.1, 0.2), 1)
+    truncation, main = main_branch((modal, contact, excitation), (0.1, 0.2), 1)
     assert np.isnan(truncation.at_peak([], []))
-    assert np.isnan(truncation.along([], []))
-    still, main = traced((modal, contact, Excitation(4, 0.0)), (0.1, 0.2), 1)
+    assert np.isnan(truncation.along_curve([], []))
+    still, main = main_branch((modal, contact, Excitation(4, 0.0)), (0.1, 0.2), 1)
     assert still.at_peak(main.points, main.peak_indices) == 0.0
-    assert still.along(main.points, main.peak_indices) == 0.0
+    assert still.along_curve(main.points, main.peak_indices) == 0.0

@@ -1,4 +1,4 @@
-"""Linear stretches of a curve: no iterations, the linear response to the last digit, and their ends in place."""
+"""Linear segments of a curve: no iterations, the linear response to the last digit, and their ends in place."""
 
 from itertools import pairwise
 
@@ -14,15 +14,14 @@ from nonlinear import (
     contact_cycle,
     contact_element,
     forced_response,
-    linear_response,
 )
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.contact.fourier import to_complex
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.linear_segments import LinearSegments
-from nonlinear.continuation.response_quantities import largest_amplitude, output_harmonics
+from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.harmonic_balance.initial_solution import static_displacement
-from rom import modal_model
+from rom import linear_response, modal_model
 
 SPAN = (0.1, 0.8)
 
@@ -54,7 +53,7 @@ def test_the_whole_curve_is_linear(interference, friction, springs, law):
     modal, contact, excitation, options = problem(interference, friction, law, harmonics=3)
     curve = forced_response(modal, contact, excitation, options)
     assert curve.termination.complete
-    linear = linear_response(modal, excitation, curve.frequency_hz, **springs)
+    linear = linear_response(modal, curve.frequency_hz, phase=modal.phase(4), force=1.0, **springs)
     assert curve.output[:, 1] == pytest.approx(linear, rel=1e-9)
     ordinary = np.ones(curve.points, dtype=bool)
     ordinary[[peak.index for peak in curve.peaks]] = False  # these are solved for
@@ -62,7 +61,7 @@ def test_the_whole_curve_is_linear(interference, friction, springs, law):
 
 
 @pytest.mark.parametrize(("interference", "law"), [(-3.0, "two_sliders"), (1.5, "two_sliders"), (-3.0, "cone")])
-def test_a_stretch_ends_where_a_contact_changes(interference, law):
+def test_a_linear_segment_ends_where_a_contact_changes(interference, law):
     """At the last linear point a contact just touches, or just begins to slip: found in the time domain."""
     modal, contact, excitation, options = problem(interference, law=law)
     balance = build_harmonic_balance(modal, contact, excitation, options)
@@ -88,20 +87,19 @@ def test_the_same_curve_as_with_newton_everywhere(interference):
     modal, contact, excitation, options = problem(interference, harmonics=3)
     balance = build_harmonic_balance(modal, contact, excitation, options)
     static = static_displacement(balance.receptance, contact, options)
-    points = {}
-    for name, known in (("stretches", contact), ("newton", None)):
+    branches = {}
+    for name, known in (("linear segments", contact), ("newton", None)):
         continuation = Continuation(balance, options, contact=known)
-        trace = continue_over_range(continuation, static)[0]
-        assert trace.termination.complete
-        points[name] = trace
+        branch = continue_over_range(continuation, static)[0]
+        assert branch.termination.complete
+        branches[name] = branch
     heights = [
-        sorted(largest_amplitude(output_harmonics(trace.points[i], "tip")).value for i in trace.peak_indices)
-        for trace in points.values()
+        sorted(output_amplitude(branch.points[i], "tip") for i in branch.peak_indices) for branch in branches.values()
     ]
     assert len(heights[0]) > 0
     assert heights[0] == pytest.approx(heights[1], rel=1e-9)
     # every linear point solves the equations that Newton's method would solve
-    for point in points["stretches"].points:
+    for point in branches["linear segments"].points:
         residual = balance.evaluate(point.unknown, point.omega).residual
         assert balance.relative_error(residual, point.unknown) < 1e-11
 
@@ -113,13 +111,13 @@ def test_forces_are_those_of_the_contact_element(law, preload):
     for interference in (-1e3, 1e3):
         contact = contact.with_interference(interference)
         balance = build_harmonic_balance(modal, contact, excitation, options)
-        stretches = LinearSegments(balance, contact)
+        segments = LinearSegments(balance, contact)
         motion = 0.1 * np.random.default_rng(2).normal(size=(5, 2, 3))
         motion[3:] = 0.0
-        state = stretches.state(motion)
+        state = segments.state(motion)
         assert state is not None
         expected = contact_element(contact, 2, options).evaluate(motion)
-        found = stretches.system(state).forces(motion)
+        found = segments.system(state).forces(motion)
         assert found.force == pytest.approx(expected.force, rel=1e-9, abs=1e-9)
         assert found.jacobian == pytest.approx(expected.jacobian, rel=1e-9, abs=1e-8)
         assert np.array_equal(found.state, expected.state)

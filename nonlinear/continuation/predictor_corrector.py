@@ -1,0 +1,158 @@
+"""Prediction and correction of single points of a curve."""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from nonlinear.contact.parameters import Array
+from nonlinear.continuation.bordered_system import BorderedSystem
+from nonlinear.continuation.corrector import MAX_CORRECTIONS, Corrected, NormalPlane, correct
+from nonlinear.continuation.metric import Metric, Tangent
+from nonlinear.continuation.parameters import ContinuationParameters
+from nonlinear.continuation.predictor import cubic_offset
+from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.continuation.step_control import next_step
+from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.options import SolverOptions
+
+
+@dataclass(frozen=True)
+class PredictorCorrector:
+    """Solves the balance for points in the (x, omega) space.
+
+    Attributes
+    ----------
+    balance : HarmonicBalance
+        The equations.
+    options : SolverOptions
+        Tolerances, frequency range and step lengths.
+    parameters : ContinuationParameters
+        Largest deviations and scales.
+    """
+
+    balance: HarmonicBalance
+    options: SolverOptions
+    parameters: ContinuationParameters = field(default_factory=ContinuationParameters)
+
+    def metric(self, unknown: Array) -> Metric:
+        """Scales at the unknown (n,)."""
+        low, high = self.options.omega_range
+        norm = math.sqrt(unknown @ unknown)
+        length = max(self.balance.vibration(unknown), 1e-6 * norm, self.balance.tiny)
+        return Metric(length, self.parameters.frequency_scale * (high - low))
+
+    def starting_point(self, unknown: Array, omega: float, direction: float, iterations: int) -> SolutionPoint:
+        """The solution (x, omega) as the start of a branch going up (`direction` +1) or down (-1) in frequency."""
+        linearised = self.balance.evaluate(unknown, omega)
+        dx_domega = np.asarray(np.linalg.solve(linearised.jacobian, -linearised.dR_domega), dtype=np.float64)
+        return self.point(unknown, omega, (direction * dx_domega, direction), iterations, 0.0, self.options.step)
+
+    def point(
+        self, unknown: Array, omega: float, towards: Tangent, iterations: int, arc: float, step: float
+    ) -> SolutionPoint:
+        """The solution (x, omega) as a point with its tangent on the side of `towards`."""
+        linearised = self.balance.evaluate(unknown, omega)
+        solved = Corrected(unknown, omega, linearised, None, iterations)
+        return self._with_tangent(solved, towards, 0, arc, step)
+
+    def _with_tangent(
+        self, solved: Corrected, towards: Tangent, bordered_sign: int, arc: float, step: float
+    ) -> SolutionPoint:
+        """The point with its tangent on the side of `towards`.
+
+        At a kink, where the tangent changes by a large angle, the `bordered_sign` of the curve decides on the side.
+        It is 0 where it is not known.
+        """
+        metric = self.metric(solved.unknown)
+        system = solved.system or BorderedSystem.factorise(solved.linearised, metric.unit(towards), metric)
+        tangent, sign, jacobian_sign = system.tangent()
+        tangent = metric.unit(tangent)
+        if (
+            bordered_sign not in (0, sign)
+            and metric.product(metric.unit(towards), tangent) < self.parameters.min_cosine
+        ):
+            tangent, sign = (-tangent[0], -tangent[1]), -sign
+        return SolutionPoint(
+            balance=self.balance,
+            unknown=solved.unknown,
+            omega=solved.omega,
+            tangent=tangent,
+            metric=metric,
+            contact=solved.linearised.contact,
+            jacobian_sign=jacobian_sign,
+            bordered_sign=sign,
+            iterations=solved.iterations,
+            arc=arc,
+            step=step,
+        )
+
+    def step(
+        self,
+        point: SolutionPoint,
+        step: float,
+        direction: Tangent | None = None,
+        previous: SolutionPoint | None = None,
+        refactorise: bool = False,
+    ) -> SolutionPoint | None:
+        """The point at arc length `step` beyond `point`; None if the corrector fails.
+
+        Parameters
+        ----------
+        point : SolutionPoint
+            Point from which the step starts.
+        step : float
+            Arc length of the step.
+        direction : Tangent, optional
+            Unit direction of the step and normal of the plane; by default the tangent at `point`.
+        previous : SolutionPoint, optional
+            The point before. With it and without `direction`, the prediction is the cubic through both points.
+        refactorise : bool
+            Whether the new tangent comes from the Jacobian at the very solution, not at the last iterate but one.
+        """
+        normal = direction or point.tangent
+        metric = point.metric
+        max_distance = step * self._largest_relative_deviation(step)
+        predicted = point.unknown + step * normal[0], point.omega + step * normal[1]
+        plane = NormalPlane(*predicted, normal, metric, max_distance)
+        offset = None
+        if previous is not None and direction is None:
+            offset = cubic_offset(previous, point, step, metric)
+            if offset is not None and metric.norm(*offset) > 0.5 * max_distance:
+                offset = None
+        solved = correct(self.balance, self.options, plane, offset)
+        if solved is None:
+            return None
+        deviation = plane.distance(solved.unknown, solved.omega)
+        following = next_step(step, deviation, solved.iterations, self.options, self.parameters)
+        solved = replace(solved, system=None) if refactorise else solved
+        return self._with_tangent(solved, normal, point.bordered_sign, point.arc + step, following)
+
+    def _largest_relative_deviation(self, step: float) -> float:
+        crosses_kink = step <= self.parameters.kink_step
+        return self.parameters.max_kink_deviation if crosses_kink else self.parameters.max_deviation
+
+    def refit(self, point: SolutionPoint) -> SolutionPoint | None:
+        """The solution with the harmonics of this balance nearest to `point`, in the plane normal to its tangent.
+
+        `point` may have another number of harmonics. None if the corrector fails.
+        """
+        start = point.with_balance(self.balance)
+        metric = self.metric(start.unknown)
+        normal = metric.unit(start.tangent)
+        plane = NormalPlane(start.unknown, start.omega, normal, metric, self.parameters.max_restart_distance)
+        solved = correct(self.balance, self.options, plane)
+        if solved is None:
+            return None
+        return self._with_tangent(solved, normal, 0, point.arc, point.step)
+
+    def at_frequency(self, point: SolutionPoint, omega: float) -> SolutionPoint | None:
+        """The point of the curve near `point` at `omega` (rad/s), predicted by the tangent; None if not found."""
+        step = (omega - point.omega) / point.tangent[1]
+        guess = point.unknown + step * point.tangent[0]
+        found = solve_at(self.balance, omega, guess, self.options, MAX_CORRECTIONS)
+        if not found.converged:
+            return None
+        arc = point.arc + abs(step)
+        return self.point(found.solution, omega, point.tangent, found.iterations, arc, point.step)
