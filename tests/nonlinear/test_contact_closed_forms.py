@@ -99,11 +99,11 @@ def test_jenkins_coefficients(law):
 
 def test_jenkins_path():
     # kt 2, limit 3: u = 0, 5, 3.5, 2, -5, -3.5, -2, 0 gives T = 0, 3, 0, -3, -3, 0, 3, 3 from w = 0
-    from nonlinear.contact.return_map import march
+    from nonlinear.contact.return_map import jenkins_return_map
 
     u = np.array([0.0, 5.0, 3.5, 2.0, -5.0, -3.5, -2.0, 0.0])
     state, source, sign = (np.empty(8, dtype=np.int64) for _ in range(3))
-    march(u, np.full(8, 3.0), 2.0, state, source, sign)
+    jenkins_return_map(u, np.full(8, 3.0), 2.0, state, source, sign)
     expected = np.array([3.0, 3.0, 0.0, -3.0, -3.0, 0.0, 3.0, 3.0])  # second turn: it enters with T = 3 at u = 0
     assert 2.0 * (u - (u[source] - sign * 3.0 / 2.0)) == pytest.approx(expected)
     assert state[5] == STICK
