@@ -21,7 +21,7 @@ from nonlinear.contact.fourier_moments import (
     prefix_moments,
     write_moments,
 )
-from nonlinear.contact.numba_cache import compiled, lean
+from nonlinear.contact.numba_cache import compiled, inner
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.contact.return_map import NEVER, Integers, jenkins_return_map
 
@@ -130,25 +130,25 @@ def evaluate_two_sliders(
             continue
         for direction in range(2):
             jenkins_return_map(motion[node, direction], limit, kt, state, source, sign)
+            for k in range(n_samples):
+                worst[node] = max(worst[node], SLIP if state[k] == SLIP else STICK)
             linear_law = (np.zeros((size, size)), np.zeros((size, size)), np.zeros(size))
             start = 0
             for k in range(1, n_samples + 1):
                 if k == n_samples or _changes(history, start, k):
                     _add_interval(linear_law, (start, k), history, slider, prefix, table, scratch)
-                    if state[start] == SLIP and worst[node] < SLIP:
-                        worst[node] = SLIP
                     start = k
             finish_node(node, direction, linear_law, displacement, force, jacobian)
 
 
-@lean
+@inner
 def _changes(history: Integers, start: int, k: int) -> bool:
     """Whether sample k is in another state than the interval from `start`, or its slider stands elsewhere."""
     state, source, sign = history[0], history[1], history[2]
     return state[k] != state[start] or sign[k] != sign[start] or (state[k] == STICK and source[k] != source[k - 1])
 
 
-@lean
+@inner
 def _add_interval(
     law: tuple[Array, Array, Array],
     samples: tuple[int, int],

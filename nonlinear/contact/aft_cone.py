@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nonlinear.contact.numba_cache import compiled, lean
+from nonlinear.contact.numba_cache import compiled, inner
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.contact.return_map import MAX_PERIODS, REPEAT_TOLERANCE, ROUND_OFF, Integers, cone_return_map
 
@@ -80,7 +80,7 @@ def _differentiate(
                 _add_coefficients(table[k], n_samples, traction, jacobian)
 
 
-@lean
+@inner
 def _write_traction(
     tangent: Tangent, kt: float, mu_kn: float, basis: Array, position: Array, traction: Array
 ) -> None:
@@ -98,7 +98,7 @@ def _write_traction(
             traction[1, b, j] = kt * (axy * rx + ayy * ry) + (mu_kn * ey * du if b == 2 else 0.0)
 
 
-@lean
+@inner
 def _move(kt: float, basis: Array, traction: Array, position: Array) -> None:
     """Write dw = du - dT / kt."""
     for b in range(3):
@@ -107,7 +107,7 @@ def _move(kt: float, basis: Array, traction: Array, position: Array) -> None:
             position[1, b, j] = (basis[j] if b == 1 else 0.0) - traction[1, b, j] / kt
 
 
-@lean
+@inner
 def _add_coefficients(basis: Array, n_samples: int, traction: Array, jacobian: Array) -> None:
     """Add what one sample contributes to the Fourier coefficients of -dT."""
     for a in range(2):

@@ -25,7 +25,7 @@ FORCE_ERROR = 1e-10  # of a force coefficient, relative to the largest mu N that
 MOST_SLIP = (
     1e7  # a vibration of more than so many elastic limit displacements mu N / kt sees a softer kt, with so many
 )
-FEW_PERIODS, MOST_PERIODS = 10, 60  # periods after which the shakedown state is solved for, and those marched at most
+FEW_PERIODS, MOST_PERIODS = 10, 60  # periods after which the shakedown state is solved for, most periods marched
 LEAST_FRICTION = 1e-50  # a smaller part of kt |u| is none
 
 

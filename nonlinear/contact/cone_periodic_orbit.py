@@ -10,7 +10,7 @@ import math
 from nonlinear.contact.cone_slider import SLIPPING, STARTING, STICKING, ConeSlider, Panel, Workspace
 from nonlinear.contact.cone_slip_collocation import add_panel, slip_end, solve_panel, write_panel, write_position
 from nonlinear.contact.cone_stick_intervals import add_interval_moments, find_contact_intervals, stick
-from nonlinear.contact.numba_cache import lean
+from nonlinear.contact.numba_cache import inner, lean
 from nonlinear.contact.parameters import Array
 from nonlinear.contact.return_map import Integers
 from nonlinear.contact.trigonometric_roots import NOWHERE, PERIOD
@@ -27,7 +27,7 @@ FEASIBLE = 1e-10  # smallest determinant of 1 - M that is divided by
 NEAR = 1e-8  # step of Newton's method on the period after which the next is none
 
 
-@lean
+@inner
 def begin_contact(slider: ConeSlider, work: Workspace) -> None:
     """Place the slider at re-contact, where the next contact interval begins; it moves: dw = du - u' dr / r'."""
     state, panel = slider.iteration, work.panel
@@ -42,7 +42,7 @@ def begin_contact(slider: ConeSlider, work: Workspace) -> None:
     write_position(0, slider, panel)
 
 
-@lean
+@inner
 def begin_period(slider: ConeSlider) -> None:
     """Note where a period begins and clear what it adds to."""
     state, last = slider.iteration, slider.w.shape[1] - 1
@@ -57,7 +57,7 @@ def begin_period(slider: ConeSlider) -> None:
     state.angle, state.end, state.state = 0.0, PERIOD, STICKING
 
 
-@lean
+@inner
 def end_period(slider: ConeSlider) -> bool:
     """Judge a period and place the slider for the next one; returns whether nothing is left to do.
 
@@ -97,7 +97,7 @@ def end_period(slider: ConeSlider) -> bool:
     return False
 
 
-@lean
+@inner
 def _keep_path(astray: bool, slider: ConeSlider) -> None:
     """Put the slider back on its own path where it is `astray`; else note its position if it is on that path."""
     for j in range(slider.w.shape[1] - 2):
@@ -108,7 +108,7 @@ def _keep_path(astray: bool, slider: ConeSlider) -> None:
                 slider.w_path[a, j] = slider.w[a, j]
 
 
-@lean
+@inner
 def next_interval(slider: ConeSlider, work: Workspace) -> bool:
     """Begin what is marched next: a contact interval or, without separation, a period; False: nothing left."""
     state = slider.iteration
@@ -129,14 +129,14 @@ def next_interval(slider: ConeSlider, work: Workspace) -> bool:
     return True
 
 
-@lean
+@inner
 def first_length(longest: float, panel: Panel) -> float:
     """Length of the first panel of a slip: e turns while u moves by about r."""
     x, y = panel.velocity[0, 0], panel.velocity[1, 0]
     return max(min(longest, 3.0 * panel.motion[2, 0] / (math.sqrt(x * x + y * y) + 1.0 / NOWHERE)), SHORTEST)
 
 
-@lean
+@inner
 def choose_length(left: float, slider: ConeSlider) -> float:
     """Fit the length of the next panel to what is `left` of the interval; returns 1 if the panel is graded, else 0.
 
@@ -155,7 +155,7 @@ def choose_length(left: float, slider: ConeSlider) -> float:
     return 0.0
 
 
-@lean
+@inner
 def slip(longest: float, slider: ConeSlider, panel: Panel) -> None:
     """Go on by one panel of a slip interval, or find that it must be shorter, or that slip ends."""
     state, last = slider.iteration, panel.angle.shape[0] - 1
@@ -199,29 +199,14 @@ def slip(longest: float, slider: ConeSlider, panel: Panel) -> None:
 
 
 @lean
-def periodic_orbit(slider: ConeSlider, work: Workspace) -> float:
-    """March a slider to its steady cycle; returns how far it slips in a period, or SEPARATES."""
-    state, longest = slider.iteration, 8.0 / (slider.stick_moments.shape[1] - 1)
-    for _ in range(MOST_PANELS):
-        if state.angle >= state.end:
-            if state.slip <= NO_SLIP:
-                state.slip = 0.0
-            if not next_interval(slider, work):
-                break
-            state.slip, state.length, state.approach = 0.0, longest, 0
-            state.graded_below, state.phi = NOWHERE, NOWHERE
-        if state.state == STICKING:
-            state.angle = stick(slider, work)
-            state.state, state.length, state.approach, state.phi = STARTING, longest, 0, NOWHERE
-        else:
-            slip(longest, slider, work.panel)
-    return SEPARATES if state.separates else state.slip
-
-
-@lean
 def periodic_orbits(nodes: Integers, sliders: ConeSlider, work: Workspace, distances: Array) -> None:
-    """Find the periodic orbits of some nodes; `distances` (n_c,) receives what `periodic_orbit` returns."""
+    """March the sliders of some nodes to their steady cycles.
+
+    `distances` (n_c,) receives how far each slips in a period, or SEPARATES.
+    """
+    longest = 8.0 / (sliders.stick_moments.shape[2] - 1)
     for k in nodes:
+        state = sliders.iteration[k]
         slider = ConeSlider(
             sliders.dr_dn[k],
             sliders.curves[k],
@@ -231,6 +216,19 @@ def periodic_orbits(nodes: Integers, sliders: ConeSlider, work: Workspace, dista
             sliders.deflection[k],
             sliders.stick_moments[k],
             sliders.contact_moments[k],
-            sliders.iteration[k],
+            state,
         )
-        distances[k] = periodic_orbit(slider, work)
+        for _ in range(MOST_PANELS):
+            if state.angle >= state.end:
+                if state.slip <= NO_SLIP:
+                    state.slip = 0.0
+                if not next_interval(slider, work):
+                    break
+                state.slip, state.length, state.approach = 0.0, longest, 0
+                state.graded_below, state.phi = NOWHERE, NOWHERE
+            if state.state == STICKING:
+                state.angle = stick(slider, work)
+                state.state, state.length, state.approach, state.phi = STARTING, longest, 0, NOWHERE
+            else:
+                slip(longest, slider, work.panel)
+        distances[k] = SEPARATES if state.separates else state.slip

@@ -15,7 +15,7 @@ E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Sprin
 import math
 
 from nonlinear.contact.cone_slider import ConeSlider, Panel
-from nonlinear.contact.numba_cache import lean
+from nonlinear.contact.numba_cache import inner
 from nonlinear.contact.parameters import Array
 from nonlinear.contact.trigonometric_roots import NOWHERE, PERIOD, cosine_sine
 
@@ -23,7 +23,7 @@ SOLVED = 1e-7  # correction of phi after which one more of Newton's steps leaves
 STILL = 1e-17  # motion of the slider that is none
 
 
-@lean
+@inner
 def write_panel(start: float, length: float, graded: float, curves: Array, panel: Panel) -> None:
     """Write the motion at the points of a panel; rows 0, 1 and 2 of `curves`: coefficients of u1, u2 and r.
 
@@ -55,7 +55,7 @@ def write_panel(start: float, length: float, graded: float, curves: Array, panel
         panel.ratio[k] = r / rate if rate > 0.0 else 0.0
 
 
-@lean
+@inner
 def guess(phi: float, w: Array, panel: Panel) -> float:
     """Write a first phi: from that at the beginning (NOWHERE: as u - w) each point returns radially from the last.
 
@@ -77,7 +77,7 @@ def guess(phi: float, w: Array, panel: Panel) -> float:
     return far
 
 
-@lean
+@inner
 def eliminate(system: Array, width: int) -> None:
     """Gauss-Jordan elimination with row exchanges of a system (n, n + right sides) up to column `width`."""
     n = system.shape[0]
@@ -98,7 +98,7 @@ def eliminate(system: Array, width: int) -> None:
                     system[i, j] -= factor * system[k, j]
 
 
-@lean
+@inner
 def linearise(width: int, far: float, slider: ConeSlider, panel: Panel) -> None:
     """Write Newton's equations for phi and, beyond column n + 1, those of its derivatives (see `solve_panel`)."""
     nodes, size, system = panel.angle.shape[0], panel.basis.shape[1] // 2, panel.system
@@ -126,7 +126,7 @@ def linearise(width: int, far: float, slider: ConeSlider, panel: Panel) -> None:
         _give_first(width, far, slider.w, panel)
 
 
-@lean
+@inner
 def _give_first(width: int, far: float, w: Array, panel: Panel) -> None:
     """Write the equation of phi at the beginning, where it is given: d phi = (du - dw) . f / |u - w|."""
     nodes, size, system = panel.angle.shape[0], panel.basis.shape[1] // 2, panel.system
@@ -142,7 +142,7 @@ def _give_first(width: int, far: float, w: Array, panel: Panel) -> None:
                 system[0, nodes + 1 + a * size + j] += factor * panel.basis[0, j]
 
 
-@lean
+@inner
 def solve_panel(phi: float, allowed: float, slider: ConeSlider, panel: Panel) -> float:
     """Solve r phi' = u' . f on a panel and, if the error is allowed, for the derivatives of phi; returns the error.
 
@@ -173,7 +173,7 @@ def solve_panel(phi: float, allowed: float, slider: ConeSlider, panel: Panel) ->
     return error
 
 
-@lean
+@inner
 def _last_coefficients(panel: Panel) -> float:
     """The larger of the last two Legendre coefficients of r e (d theta / ds) / length."""
     error = 0.0
@@ -187,7 +187,7 @@ def _last_coefficients(panel: Panel) -> float:
     return error
 
 
-@lean
+@inner
 def write_position(k: int, slider: ConeSlider, panel: Panel) -> None:
     """Write w and its derivatives at point k of a solved panel: dw = du - dr e - r d(phi) f."""
     nodes, size, w = panel.angle.shape[0], panel.basis.shape[1] // 2, slider.w
@@ -203,7 +203,7 @@ def write_position(k: int, slider: ConeSlider, panel: Panel) -> None:
             w[a, 2 * size + j] -= slider.dr_dn * along * value
 
 
-@lean
+@inner
 def add_panel(slider: ConeSlider, panel: Panel) -> None:
     """Add the mean of (u - w) phi_i over a solved panel, and its derivatives, to the deflection."""
     nodes, size, deflection = panel.angle.shape[0], panel.basis.shape[1] // 2, slider.deflection
@@ -221,7 +221,7 @@ def add_panel(slider: ConeSlider, panel: Panel) -> None:
                     deflection[a, i, 1 + 2 * size + j] += along * panel.basis[k, j]
 
 
-@lean
+@inner
 def slip_end(length: float, graded: float, approach: int, panel: Panel) -> float:
     """Length at which the panel should end because the margin falls through 0 in it, or its `length` if all is well.
 

@@ -3,14 +3,14 @@
 import math
 
 from nonlinear.contact.cone_slider import ConeSlider, Workspace
-from nonlinear.contact.numba_cache import lean
+from nonlinear.contact.numba_cache import inner
 from nonlinear.contact.parameters import Array
 from nonlinear.contact.trigonometric_roots import NOWHERE, PERIOD, derivative_bounds, first_rise, taylor
 
 ROUND_OFF = 1e-14  # of the terms of |u - w|^2 - r^2
 
 
-@lean
+@inner
 def next_rise_of(polynomial: Array, angle: float, end: float, falling: bool, slack: float) -> float:
     """First angle in [angle, end] at which g rises above 0, by more than `slack`, or `end`.
 
@@ -33,7 +33,7 @@ def next_rise_of(polynomial: Array, angle: float, end: float, falling: bool, sla
     return end
 
 
-@lean
+@inner
 def find_contact_intervals(r: Array, angles: Array, polynomial: Array) -> int:
     """Write the roots of r, the first one again a period later and NOWHERE to the end of `angles` (2H+3 or more).
 
@@ -56,7 +56,7 @@ def find_contact_intervals(r: Array, angles: Array, polynomial: Array) -> int:
     return first
 
 
-@lean
+@inner
 def add_interval_moments(left: float, right: float, moments: Array, mean: Array) -> None:
     """Add the means of cos(m theta), sin(m theta) over an interval to `moments` (2, 2H+1).
 
@@ -76,7 +76,7 @@ def add_interval_moments(left: float, right: float, moments: Array, mean: Array)
             mean[max(2 * m - 1, 0)] = cosine
 
 
-@lean
+@inner
 def stick(slider: ConeSlider, work: Workspace) -> float:
     """Hold the slider until |u - w|^2 - r^2, a polynomial of degree 2H, rises through 0; returns the angle.
 
@@ -98,7 +98,7 @@ def stick(slider: ConeSlider, work: Workspace) -> float:
     return rise
 
 
-@lean
+@inner
 def _add_position(mean: Array, w: Array, deflection: Array) -> None:
     """Add the mean of -w phi_i over an interval of stick, and its derivatives."""
     for a in range(2):

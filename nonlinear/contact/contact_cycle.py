@@ -1,4 +1,4 @@
-"""One contact cycle in the time domain: hysteresis loops and states, for pictures and checks."""
+"""One contact cycle in the time domain: hysteresis loops and states, for figures and checks."""
 
 from typing import NamedTuple
 
@@ -14,8 +14,14 @@ class ContactCycle(NamedTuple):
 
     Attributes
     ----------
-    angle : (S,) theta = w t, rad. displacement : (S, n_c, 3) relative. force : (S, n_c, 3), (T1, T2, N)
-    with the whole N, preload included. state : (S, n_c) STICK, SLIP or LIFT_OFF.
+    angle : (S,) float
+        theta = omega t, rad.
+    displacement : (S, n_c, 3) float
+        Relative displacement (u1, u2, d_n), m.
+    force : (S, n_c, 3) float
+        Contact force (T1, T2, N), N; the preload is part of N.
+    state : (S, n_c) int
+        STICK, SLIP or LIFT_OFF.
     """
 
     angle: Array
@@ -25,17 +31,23 @@ class ContactCycle(NamedTuple):
 
 
 def contact_cycle(displacement: ComplexArray, contact: ContactParameters, samples: int = 256) -> ContactCycle:
-    """Steady contact cycle at so many `samples`, equidistant instants, of a period.
+    """Evaluate the steady contact cycle at equidistant instants of a period.
 
-    displacement: the relative one, coefficients d^(h), (H+1, n_c, 3) complex, m:
-    `ResponseCurve.relative_displacement` at a point; contact: the parameters of its nodes.
+    Parameters
+    ----------
+    displacement : (H+1, n_c, 3) complex
+        Coefficients d^(h) of the relative displacement, m: `ResponseCurve.relative_displacement` at a point.
+    contact : ContactParameters
+        Parameters of the nodes.
+    samples : int
+        Number of instants.
+
+    Returns
+    -------
+    ContactCycle
+        Displacement, force and state at the instants.
     """
-    from nonlinear.contact.return_map import (
-        MAX_PERIODS,
-        REPEAT_TOLERANCE,
-        cone_return_map,
-        jenkins_return_map,
-    )
+    from nonlinear.contact.return_map import MAX_PERIODS, REPEAT_TOLERANCE, cone_return_map, jenkins_return_map
 
     real = to_real(displacement)
     size, n_contacts, _ = real.shape

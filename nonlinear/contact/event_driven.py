@@ -16,7 +16,7 @@ import numpy as np
 
 from nonlinear.contact.event_driven_cycle import SLIPS, STICKS, list_intervals
 from nonlinear.contact.fourier_moments import integrate_basis, subtract_products
-from nonlinear.contact.numba_cache import lean
+from nonlinear.contact.numba_cache import inner, lean
 from nonlinear.contact.parameters import SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.contact.return_map import Integers
 from nonlinear.contact.trigonometric_roots import NOWHERE, PERIOD, cell_table
@@ -57,8 +57,7 @@ class EventDrivenJenkins:
         """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
         p = self.parameters
         size, n_contacts, _ = displacement.shape
-        coefficients = np.empty((n_contacts, 3, size))  # of u1, u2 and the unclipped load
-        coefficients[:, :2] = displacement[:, :, :2].transpose(1, 2, 0)
+        coefficients = displacement.transpose(1, 2, 0).copy()  # of u1, u2 and the unclipped load
         coefficients[:, 2] = p.load_coefficients(displacement).T
         cells = (coefficients.reshape(-1, size) @ self._table).reshape(n_contacts, 3, 3, -1)
         spans = np.zeros((n_contacts, 4, 2), np.int64)
@@ -106,7 +105,7 @@ def _integrate(
                     spans[node, 3, 0] = SLIP
 
 
-@lean
+@inner
 def _add_intervals(
     intervals: Array, span: Integers, kt: float, mu: float, work: Array, own: Array, through: Array
 ) -> bool:
@@ -136,7 +135,7 @@ def _add_intervals(
     return slips
 
 
-@lean
+@inner
 def _add_memory(kt: float, signed_mu: float, moments: Array, basis: Array, own: Array, through: Array) -> None:
     """Add kt w = kt u - slip_sign mu N at the angle where the `basis` is given, over an interval of stick."""
     size = own.shape[0]
@@ -148,7 +147,7 @@ def _add_memory(kt: float, signed_mu: float, moments: Array, basis: Array, own: 
             through[i, j] -= pushed * basis[j]
 
 
-@lean
+@inner
 def _finish(own: Array, through: Array, kn: float, work: Array, motion: Array, load: Array, force: Array) -> None:
     """Add moments of stick and slip (work[2], work[3]) to -T = own u + through N; add its value to `force`."""
     size = motion.shape[0]

