@@ -1,4 +1,4 @@
-"""One contact cycle in the time domain: hysteresis loops and states, for pictures and checks."""
+"""One contact cycle in the time domain: hysteresis loops and states, for figures and checks."""
 
 from typing import NamedTuple
 
@@ -14,8 +14,14 @@ class ContactCycle(NamedTuple):
 
     Attributes
     ----------
-    angle : (S,) theta = w t, rad. displacement : (S, n_c, 3) relative. force : (S, n_c, 3), (T1, T2, N)
-    with the whole N, preload included. state : (S, n_c) STICK, SLIP or LIFT_OFF.
+    angle : (S,) float
+        theta = omega t, rad.
+    displacement : (S, n_c, 3) float
+        Relative displacement (u1, u2, d_n), m.
+    force : (S, n_c, 3) float
+        Contact force (T1, T2, N), N; the preload is part of N.
+    state : (S, n_c) int
+        STICK, SLIP or LIFT_OFF.
     """
 
     angle: Array
@@ -25,20 +31,30 @@ class ContactCycle(NamedTuple):
 
 
 def contact_cycle(displacement: ComplexArray, contact: ContactParameters, samples: int = 256) -> ContactCycle:
-    """Steady contact cycle at so many `samples`, equidistant instants, of a period.
+    """Evaluate the steady contact cycle at equidistant instants of a period.
 
-    displacement: the relative one, coefficients d^(h), (H+1, n_c, 3) complex, m:
-    `ResponseCurve.relative_displacement` at a point; contact: the parameters of its nodes.
+    Parameters
+    ----------
+    displacement : (H+1, n_c, 3) complex
+        Coefficients d^(h) of the relative displacement, m: `ResponseCurve.relative_displacement` at a point.
+    contact : ContactParameters
+        Parameters of the nodes.
+    samples : int
+        Number of instants.
+
+    Returns
+    -------
+    ContactCycle
+        Displacement, force and state at the instants.
     """
-    from nonlinear.contact.return_map import march, march_plane
+    from nonlinear.contact.return_map import MAX_PERIODS, REPEAT_TOLERANCE, cone_return_map, jenkins_return_map
 
     real = to_real(displacement)
     size, n_contacts, _ = real.shape
     table = basis_table((size - 1) // 2, samples)
     motion = (table @ real.reshape(size, -1)).reshape(samples, n_contacts, 3)
-    load = contact.preload + contact.normal_stiffness * (contact.interference + motion[:, :, 2])
     force = np.zeros_like(motion)
-    force[:, :, 2] = np.maximum(load, 0.0)
+    force[:, :, 2] = contact.normal_load(motion[:, :, 2])
     state = np.zeros((samples, n_contacts), dtype=np.int64)
     source, sign, single = (np.empty(samples, dtype=np.int64) for _ in range(3))
     for node, (kt, mu) in enumerate(zip(contact.tangential_stiffness, contact.friction, strict=True)):
@@ -47,15 +63,16 @@ def contact_cycle(displacement: ComplexArray, contact: ContactParameters, sample
             continue
         if contact.law == "cone":
             plane, traction = np.ascontiguousarray(motion[:, node, :2]), np.empty((samples, 2))
-            march_plane(plane, limit, kt, 200, 1e-13 * float(np.abs(plane).max()), state[:, node], traction)
+            tolerance = REPEAT_TOLERANCE * float(np.abs(plane).max())
+            cone_return_map(plane, limit, kt, MAX_PERIODS, tolerance, state[:, node], traction)
             force[:, node, :2] = traction
             continue
         for direction in range(2):
             u = np.ascontiguousarray(motion[:, node, direction])
-            march(u, limit, kt, single, source, sign)
+            jenkins_return_map(u, limit, kt, single, source, sign)
             moved = source >= 0
             position = np.where(moved, u[source] - sign * limit[source] / kt, 0.0)
             force[:, node, direction] = kt * (u - position)
             state[:, node] = np.maximum(state[:, node], single)
-    state[load <= 0.0] = LIFT_OFF
+    state[force[:, :, 2] <= 0.0] = LIFT_OFF
     return ContactCycle(2.0 * np.pi * np.arange(samples) / samples, motion, force, state)

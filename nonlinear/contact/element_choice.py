@@ -6,7 +6,22 @@ from nonlinear.options import SolverOptions, least_samples
 
 
 def contact_element(contact: ContactParameters, n_harmonics: int, options: SolverOptions) -> ContactElement:
-    """The contact element that the options ask for, for `n_harmonics` harmonics (0: statics)."""
+    """Build the contact element that the options ask for.
+
+    Parameters
+    ----------
+    contact : ContactParameters
+        Parameters of the nodes; `contact.law` tells two Jenkins elements per node from the friction cone.
+    n_harmonics : int
+        Number of harmonics H; 0: statics.
+    options : SolverOptions
+        `integration` "exact": event-driven; "sampled": AFT with at least `samples` samples.
+
+    Returns
+    -------
+    ContactElement
+        The element.
+    """
     if n_harmonics == 0:
         return QuasistaticContact(contact)
     if options.integration == "sampled":

@@ -1,28 +1,37 @@
-"""Event-driven contact element for the uncoupled law: transition times found, stretches integrated in closed form."""
+"""Event-driven contact element with two Jenkins elements per node: events located, intervals integrated exactly.
+
+References
+----------
+B. D. Yang, M. L. Chu, C. H. Menq, Stick-slip-separation analysis and non-linear stiffness and damping
+characterization of friction contacts having variable normal load, Journal of Sound and Vibration 210 (1998) 461-481.
+
+E. P. Petrov, D. J. Ewins, Analytical formulation of friction interface elements for analysis of nonlinear
+multi-harmonic vibrations of bladed disks, Journal of Turbomachinery 125 (2003) 364-371.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from nonlinear.contact.event_driven_cycle import SLIPS, STICKS, list_stretches
-from nonlinear.contact.fourier_moments import add_moments, subtract_products
+from nonlinear.contact.event_driven_cycle import SLIPS, STICKS, list_intervals
+from nonlinear.contact.fourier_moments import integrate_basis, subtract_products
 from nonlinear.contact.numba_cache import inner, lean
 from nonlinear.contact.parameters import SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.contact.return_map import Integers
-from nonlinear.contact.trigonometric_roots import FULL_TURN, NOWHERE, cell_table
+from nonlinear.contact.trigonometric_roots import NOWHERE, PERIOD, cell_table
 
-WHOLE_TURN = FULL_TURN - 1e-12  # stretches longer than this are the whole cycle
+WHOLE_PERIOD = PERIOD - 1e-12  # intervals longer than this are the whole cycle
 
 
 @dataclass(frozen=True)
 class EventDrivenJenkins:
     """Contact element without time samples (see `ContactElement`): exact forces and Jacobian for any motion.
 
-    Taylor bounds in small cells of the turn tell where N can change its sign and where the slider can meet its limits
-    or leave them; elsewhere nothing happens, and no event can be missed. Stick, slip and lift-off stretches are then
-    integrals of trigonometric polynomials. The Jacobian includes that the time of re-contact, where the slider
-    restarts, moves.
+    Taylor bounds in small cells of the period tell where N can change its sign and where the slider can meet its
+    limits or leave them; elsewhere nothing happens, and no event can be missed. Stick, slip and contact intervals
+    are then integrals of trigonometric polynomials. The Jacobian includes that the time of re-contact, where the
+    slider restarts, moves.
     """
 
     parameters: ContactParameters
@@ -33,22 +42,11 @@ class EventDrivenJenkins:
         return cell_table(self.n_harmonics)
 
     @cached_property
-    def _load(self) -> tuple[Array, Array]:
-        """Scale (3 n_c, 1) and shift (3 n_c, 2H+1) that turn (u1, u2, d_n) of every node into (u1, u2, N)."""
+    def _mu_kt(self) -> Array:
+        """mu / kt of every node, (n_c,), 0 where there is no tangential force."""
         p = self.parameters
-        scale = np.ones((p.n_contacts, 3))
-        scale[:, 2] = p.normal_stiffness
-        shift = np.zeros((p.n_contacts, 3, 2 * self.n_harmonics + 1))
-        shift[:, 2, 0] = p.preload + p.normal_stiffness * p.interference
-        return scale.reshape(-1, 1), shift.reshape(3 * p.n_contacts, -1)
-
-    @cached_property
-    def _laws(self) -> tuple[Array, Array]:
-        """(kn, kt, mu, N0) of every node, (n_c, 4), and mu / kt, (n_c,), 0 where there is no tangential force."""
-        p = self.parameters
-        kt, mu = p.tangential_stiffness, p.friction
-        gains = np.divide(mu, kt, out=np.zeros(p.n_contacts), where=kt > 0.0)
-        return np.stack([p.normal_stiffness, kt, mu, p.preload], axis=1), gains
+        kt = p.tangential_stiffness
+        return np.divide(p.friction, kt, out=np.zeros(p.n_contacts), where=kt > 0.0)
 
     @cached_property
     def _frictionless(self) -> Integers:
@@ -57,19 +55,20 @@ class EventDrivenJenkins:
 
     def evaluate(self, displacement: Array) -> ContactForces:
         """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
+        p = self.parameters
         size, n_contacts, _ = displacement.shape
-        scale, shift = self._load
-        laws, gains = self._laws
-        motion = np.multiply(displacement.reshape(size, -1).T, scale, order="C")
-        motion += shift
-        values = (motion @ self._table).reshape(n_contacts, 3, 3, -1)
-        motion = motion.reshape(n_contacts, 3, size)
+        coefficients = displacement.transpose(1, 2, 0).copy()  # of u1, u2 and the unclipped load
+        coefficients[:, 2] = p.load_coefficients(displacement).T
+        cells = (coefficients.reshape(-1, size) @ self._table).reshape(n_contacts, 3, 3, -1)
         spans = np.zeros((n_contacts, 4, 2), np.int64)
-        stretches = np.empty((n_contacts * 32 * (size + 1), 4))
-        list_stretches(motion, values, gains, np.empty((4, size)), np.empty((5, values.shape[3])), stretches, spans)
+        intervals = np.empty((n_contacts * 32 * (size + 1), 4))
+        curves, bounds = np.empty((4, size)), np.empty((5, cells.shape[3]))
+        list_intervals(coefficients, cells, self._mu_kt, curves, bounds, intervals, spans)
         force = np.zeros((size, n_contacts, 3))
+        force[0, :, 2] = p.preload
         jacobian = np.zeros((n_contacts, 3, 3, size, size))
-        _integrate(motion, laws, stretches, spans, np.zeros((5, 2 * size - 1)), force, jacobian)
+        law = (p.normal_stiffness, p.tangential_stiffness, p.friction)
+        _integrate(coefficients, law, intervals, spans, np.zeros((5, 2 * size - 1)), force, jacobian)
         state = spans[:, 3, 0].copy()
         if self._frictionless.size > 0:
             moving = np.any(displacement[1:, self._frictionless, :2] != 0.0, axis=(0, 2))
@@ -79,59 +78,78 @@ class EventDrivenJenkins:
 
 @lean
 def _integrate(
-    displacement: Array,
-    laws: Array,
-    stretches: Array,
+    coefficients: Array,
+    law: tuple[Array, Array, Array],
+    intervals: Array,
     spans: Integers,
     work: Array,
     force: Array,
     jacobian: Array,
 ) -> None:
-    """Fourier coefficients of the reactions -(T1, T2, N - N0) and their derivatives.
+    """Add the Fourier coefficients of the reactions -(T1, T2, N) and their derivatives.
 
-    T = sign mu N in slip, T = kt (u - w) in stick. There w was set at the left end theta_s of the stretch: by a slip
-    that ended there, w = u(theta_s) - sign mu N(theta_s) / kt, or by re-contact, w = u(theta_s) with N(theta_s) = 0,
-    hence dw = du(theta_s) - u'(theta_s) dN(theta_s) / N'(theta_s). Both are w = u - pull mu N / kt (see `record`).
-    displacement, stretches, spans: see `list_stretches`; laws (n_c, 4): kn, kt, mu, N0;
-    work (5, 4H+1): scratch, zeros. Written: force (2H+1, n_c, 3), jacobian (n_c, 3, 3, 2H+1, 2H+1),
-    zeros both, and the worst state in `spans`.
+    `coefficients`, `intervals`, `spans`: see `list_intervals`; `law`: kn, kt and mu, (n_c,) each; `work` (5, 4H+1):
+    scratch, zeros. Written: `force` (2H+1, n_c, 3), `jacobian` (n_c, 3, 3, 2H+1, 2H+1), worst states in `spans`.
     """
-    size, moments = displacement.shape[2], work[4]
-    for node in range(laws.shape[0]):
-        load, kn = displacement[node, 2], laws[node, 0]
-        force[0, node, 2] = laws[node, 3]
+    normal_stiffness, tangential_stiffness, friction = law
+    for node in range(spans.shape[0]):
+        load, kn = coefficients[node, 2], normal_stiffness[node]
         for direction in range(3):
-            first, last, motion = spans[node, direction, 0], spans[node, direction, 1], displacement[node, direction]
+            motion, span = coefficients[node, direction], spans[node, direction]
             own, through = jacobian[node, direction, direction % 2], jacobian[node, direction, 2]
-            kt, mu = (laws[node, 1], laws[node, 2]) if direction < 2 else (0.0, 1.0)  # N: as T in slip
-            for m in range(moments.shape[0]):
-                work[2, m], work[3, m] = 0.0, 0.0
-            now, previous = 0, -NOWHERE
-            for k in range(first, last):
-                state, left, right, pull = stretches[k, 0], stretches[k, 1], stretches[k, 2], stretches[k, 3]
-                if left != previous:
-                    add_moments(left, 0.0, 0.0, work[now], work[now], moments, moments)
-                now, previous = 1 - now, right
-                row, factor = (3, pull * mu) if state == SLIPS else (2, kt)
-                # a whole turn has no moments but its length: exactly, so that a large static load makes no vibration
-                angle, here = left if right - left > WHOLE_TURN else right, work[1 - now]
-                add_moments(angle, right - left, factor, here, work[now], moments, work[row])
-                if state == STICKS:
-                    for i in range(size):
-                        weight = 2.0 * moments[i] if i > 0 else moments[0]
-                        held, pushed = weight * kt, weight * (pull * mu)
-                        for j in range(size):
-                            own[i, j] += held * here[j]
-                            through[i, j] -= pushed * here[j]
-                if state == SLIPS and direction < 2 and spans[node, 3, 0] < SLIP:
-                    spans[node, 3, 0] = SLIP
-            if last > first:
+            kt, mu = (tangential_stiffness[node], friction[node]) if direction < 2 else (0.0, 1.0)  # N: as T in slip
+            if span[1] > span[0]:
+                slips = _add_intervals(intervals, span, kt, mu, work, own, through)
                 _finish(own, through, kn, work, motion, load, force[:, node, direction])
+                if slips and direction < 2 and spans[node, 3, 0] < SLIP:
+                    spans[node, 3, 0] = SLIP
+
+
+@inner
+def _add_intervals(
+    intervals: Array, span: Integers, kt: float, mu: float, work: Array, own: Array, through: Array
+) -> bool:
+    """Write the moments of stick and slip to work[2], work[3]; add memory to -T = own u + through N; does it slip?
+
+    T = sign mu N in slip, T = kt (u - w) in stick. There w was set at the left end theta_s of the interval: by a slip
+    that ended there, w = u(theta_s) - sign mu N(theta_s) / kt, or by re-contact, w = u(theta_s) with N(theta_s) = 0,
+    hence dw = du(theta_s) - u'(theta_s) dN(theta_s) / N'(theta_s). Both are w = u - slip_sign mu N / kt (see
+    `add_interval`).
+    """
+    moments = work[4]
+    for m in range(moments.shape[0]):
+        work[2, m], work[3, m] = 0.0, 0.0
+    now, previous, slips = 0, -NOWHERE, False
+    for k in range(span[0], span[1]):
+        state, left, right, slip_sign = intervals[k, 0], intervals[k, 1], intervals[k, 2], intervals[k, 3]
+        if left != previous:
+            integrate_basis(left, 0.0, 0.0, work[now], work[now], moments, moments)
+        now, previous = 1 - now, right
+        row, factor = (3, slip_sign * mu) if state == SLIPS else (2, kt)
+        # a whole period has no moments but its length: exactly, so that a large static load makes no vibration
+        angle, here = left if right - left > WHOLE_PERIOD else right, work[1 - now]
+        integrate_basis(angle, right - left, factor, here, work[now], moments, work[row])
+        slips = slips or state == SLIPS
+        if state == STICKS:
+            _add_memory(kt, slip_sign * mu, moments, here, own, through)
+    return slips
+
+
+@inner
+def _add_memory(kt: float, signed_mu: float, moments: Array, basis: Array, own: Array, through: Array) -> None:
+    """Add kt w = kt u - slip_sign mu N at the angle where the `basis` is given, over an interval of stick."""
+    size = own.shape[0]
+    for i in range(size):
+        weight = 2.0 * moments[i] if i > 0 else moments[0]
+        held, pushed = weight * kt, weight * signed_mu
+        for j in range(size):
+            own[i, j] += held * basis[j]
+            through[i, j] -= pushed * basis[j]
 
 
 @inner
 def _finish(own: Array, through: Array, kn: float, work: Array, motion: Array, load: Array, force: Array) -> None:
-    """Add moments of stick and slip (work[2], work[3]) to the law own u + through N; its value and derivatives."""
+    """Add moments of stick and slip (work[2], work[3]) to -T = own u + through N; add its value to `force`."""
     size = motion.shape[0]
     subtract_products(own, work[2])
     subtract_products(through, work[3])

@@ -1,4 +1,7 @@
-"""Real Fourier coefficients, their samples and their complex form."""
+"""Real Fourier coefficients, their samples and their complex form.
+
+The basis is phi_0 = 1 and, for h = 1 .. H, phi_(2h-1) = cos(h theta), phi_(2h) = -sin(h theta).
+"""
 
 import numpy as np
 from numpy.typing import NDArray

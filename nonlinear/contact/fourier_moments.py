@@ -1,7 +1,8 @@
-"""Products of Fourier basis functions summed or integrated over a stretch of the cycle (compiled).
+"""Products of the Fourier basis functions phi_i, summed or integrated over an interval of the period (compiled).
 
-A stretch enters by its trigonometric moments C_m = sum cos(m theta), S_m = sum sin(m theta), m = 0 .. 2H: sums over
-samples or integrals over angles alike. All that is linear in the displacement on the stretch follows from them.
+The basis is phi = 1, cos, -sin, cos 2, -sin 2, ... of theta. An interval enters by its trigonometric moments
+C_m = sum cos(m theta), S_m = sum sin(m theta), m = 0 .. 2H: sums over samples or integrals over angles alike. All
+that is linear in the displacement on the interval follows from them.
 """
 
 import math
@@ -14,13 +15,13 @@ from nonlinear.contact.trigonometric_roots import cosine_sine
 
 
 @inner
-def add_moments(
+def integrate_basis(
     angle: float, length: float, factor: float, here: Array, there: Array, moments: Array, total: Array
 ) -> None:
-    """Moments of a stretch of `length` that ends at `angle`: integrals of phi = 1, cos, -sin, cos 2, ... over 2 pi.
+    """Integrals of phi_i / (2 pi) over an interval of `length` that ends at `angle`.
 
-    All arrays (4H+1,); here: phi at its beginning. Written: `there`, phi at its end, and `moments`; these times
-    `factor` are added to `total`.
+    All arrays (4H+1,). Given: `here`, phi at its beginning. Written: `there`, phi at its end, and `moments`, the
+    integrals; these times `factor` are added to `total`.
     """
     c, s = cosine_sine(angle)
     ch, sh = 1.0, 0.0
@@ -42,12 +43,12 @@ def add_moments(
 def subtract_products(matrix: Array, moments: Array) -> None:
     """Subtract integrals of phi_i phi_j from `matrix` (2H+1, 2H+1), twice in rows i > 0: coefficients of a reaction.
 
-    moments (4H+1,): integrals of phi. With g <= h, cos h cos g = (C- + C+) / 2, sin h sin g = (C- - C+) / 2,
+    `moments` (4H+1,): integrals of phi. With g <= h, cos h cos g = (C- + C+) / 2, sin h sin g = (C- - C+) / 2,
     -cos h sin g = (S+ - S-) / 2, -sin h cos g = (S+ + S-) / 2, C and S standing for cos and -sin of h +- g.
     """
     for j in range(matrix.shape[0]):
         matrix[0, j] -= moments[j]
-    for h in range(1, matrix.shape[0], 2):  # place of cos h, before that of -sin h
+    for h in range(1, matrix.shape[0], 2):  # row of cos h, before that of -sin h
         matrix[h, 0] -= 2.0 * moments[h]
         matrix[h + 1, 0] -= 2.0 * moments[h + 1]
         for g in range(1, h, 2):
@@ -114,9 +115,9 @@ def finish_node(
 ) -> None:
     """Turn the accumulated linear law of one force component into its coefficients and Jacobian.
 
-    law = (own, normal, constant): sums over the cycle of phi_i times the component of the reaction as a linear
+    `law` = (own, normal, constant): sums over the period of phi_i times the component of the reaction as a linear
     function of the displacement along `direction` and along n, (2H+1, 2H+1) each, and of its constant part, (2H+1,),
-    already divided by the length of the cycle. The reaction acts on the right node with a minus sign.
+    already divided by the length of the period. The reaction acts on the right node with a minus sign.
     """
     own, normal, constant = law
     size = own.shape[0]

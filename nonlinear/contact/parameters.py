@@ -1,6 +1,7 @@
-"""Contact parameters and the interface of a contact element: Fourier coefficients in, forces and Jacobian out."""
+"""Contact parameters with the normal law, and the interface of a contact element."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal, Protocol
 
 import numpy as np
@@ -17,16 +18,28 @@ class ContactError(ValueError):
 
 @dataclass(frozen=True)
 class ContactParameters:
-    """Node by node parameters of the contact element, each (n_c,).
+    """Parameters of the contact element, one value per contact node, and its normal law.
 
     Attributes
     ----------
-    normal_stiffness, tangential_stiffness : kn, kt of each node, N/m, 0 or more.
-    friction : mu, 0 or more.
-    interference : v0, metres; positive: pressed together, negative: a gap.
-    preload : N0, N; a normal load that is already in equilibrium.
-    law : "two_sliders", one slider along t1 and one along t2, or "cone", one slider in the plane with the
-        circular friction cone.
+    normal_stiffness : (n_c,) float
+        Penalty stiffness kn along the contact normal, N/m, 0 or more.
+    tangential_stiffness : (n_c,) float
+        Stiffness kt of the elastic slider, N/m, 0 or more.
+    friction : (n_c,) float
+        Friction coefficient mu, 0 or more.
+    interference : (n_c,) float
+        Initial interference v0, m. Positive: pressed together. Negative: a gap.
+    preload : (n_c,) float
+        Normal load N0 that is already in equilibrium, N.
+    law : {"two_sliders", "cone"}
+        Two sliders, one along t1 and one along t2, or one slider in the contact plane with the circular
+        friction cone.
+
+    Notes
+    -----
+    The normal law, N = max(N0 + kn (v0 + d_n), 0) (Gulisano et al. 2011, eq. 8), stands here only: everything
+    else calls `initial_load`, `unclipped_load`, `normal_load` or `load_coefficients`.
     """
 
     normal_stiffness: Array
@@ -62,10 +75,28 @@ class ContactParameters:
         preload: ArrayLike = 0.0,
         law: Law = "two_sliders",
     ) -> "ContactParameters":
-        """Build from whole-face stiffnesses for `n_contacts` nodes.
+        """Build from the stiffnesses of the whole contact face.
 
-        A number is shared evenly by the nodes (stiffnesses, N/m) or holds for each (the rest); a list is node by
-        node. Raises ContactError for values out of range and lists of another length.
+        Parameters
+        ----------
+        n_contacts : int
+            Number of contact nodes.
+        normal_stiffness, tangential_stiffness : float or (n_c,) float
+            kn and kt, N/m. A number is the stiffness of the whole face, shared evenly by the nodes.
+        friction, interference, preload : float or (n_c,) float
+            mu, v0 (m) and N0 (N). A number holds for each node.
+        law : {"two_sliders", "cone"}
+            Friction law.
+
+        Returns
+        -------
+        ContactParameters
+            Parameters node by node.
+
+        Raises
+        ------
+        ContactError
+            For values out of range and lists of another length.
         """
 
         def per_node(value: ArrayLike, share: bool) -> Array:
@@ -88,29 +119,94 @@ class ContactParameters:
         """Number of contact nodes."""
         return self.normal_stiffness.shape[0]
 
+    @cached_property
+    def initial_load(self) -> Array:
+        """Normal load without relative displacement, N0 + kn v0, (n_c,), N; negative where there is a gap."""
+        return self.preload + self.normal_stiffness * self.interference
+
+    def unclipped_load(self, normal_displacement: Array) -> Array:
+        """Load of the normal spring, N0 + kn (v0 + d_n); negative where the contact is open.
+
+        Parameters
+        ----------
+        normal_displacement : (..., n_c) float
+            Relative displacement d_n along the contact normal, m.
+
+        Returns
+        -------
+        (..., n_c) float
+            Load, N.
+        """
+        return self.initial_load + self.normal_stiffness * normal_displacement
+
+    def normal_load(self, normal_displacement: Array) -> Array:
+        """Normal load N = max(N0 + kn (v0 + d_n), 0) (Gulisano et al. 2011, eq. 8).
+
+        Parameters
+        ----------
+        normal_displacement : (..., n_c) float
+            Relative displacement d_n along the contact normal, m.
+
+        Returns
+        -------
+        (..., n_c) float
+            Normal load, N, 0 or more.
+        """
+        return np.maximum(self.unclipped_load(normal_displacement), 0.0)
+
+    def load_coefficients(self, displacement: Array) -> Array:
+        """Real Fourier coefficients of the unclipped load: kn d_n, and N0 + kn v0 added to harmonic 0.
+
+        Parameters
+        ----------
+        displacement : (2H+1, n_c, 3) float
+            Real Fourier coefficients of the relative displacement, m.
+
+        Returns
+        -------
+        (2H+1, n_c) float
+            Coefficients, N.
+        """
+        load = self.normal_stiffness * displacement[:, :, 2]
+        load[0] += self.initial_load
+        return load
+
     @property
     def odd(self) -> bool:
-        """Whether no normal load varies (kn = 0), so that the vibration half a turn later has the opposite forces.
+        """Whether no normal load varies (kn = 0): half a period later the contact forces are opposite.
 
         Then there are no even harmonics: friction under a constant load has one steady response only.
         """
         return not np.any(self.normal_stiffness)
 
     def with_interference(self, interference: ArrayLike) -> "ContactParameters":
-        """The same contact with another interference (a number or one a node)."""
+        """Return the same contact with another interference.
+
+        Parameters
+        ----------
+        interference : float or (n_c,) float
+            v0, m; a number holds for each node.
+
+        Returns
+        -------
+        ContactParameters
+            The new parameters.
+        """
         return replace(self, interference=np.broadcast_to(np.asarray(interference, float), (self.n_contacts,)).copy())
 
 
 @dataclass(frozen=True)
 class ContactForces:
-    """What an element returns for real Fourier coefficients (see `ContactElement`).
+    """Contact forces of a periodic motion and their Jacobian, as real Fourier coefficients (see `ContactElement`).
 
     Attributes
     ----------
-    force : (2H+1, n_c, 3), f_R = -(T1, T2, N - N0).
-    jacobian : (n_c, 3, 3, 2H+1, 2H+1); [k, a, b, i, j] = d force[i, k, a] / d displacement[j, k, b]; empty where it
-        is not kept.
-    state : (n_c,) worst state of each node in the cycle: STICK, SLIP or LIFT_OFF.
+    force : (2H+1, n_c, 3) float
+        Force on the right node, f_R = -(T1, T2, N - N0), N.
+    jacobian : (n_c, 3, 3, 2H+1, 2H+1) float
+        [k, a, b, i, j] = d force[i, k, a] / d displacement[j, k, b], N/m; empty where it is not kept.
+    state : (n_c,) int
+        Worst state of each node in the period: STICK, SLIP or LIFT_OFF.
     """
 
     force: Array
@@ -123,24 +219,55 @@ class ContactForces:
 
 
 class ContactElement(Protocol):
-    """Anything that turns a periodic relative displacement into the periodic contact force.
+    """Interface of a contact element: periodic relative displacement in, periodic contact force out.
 
-    Real Fourier coefficients: rows 0, 1, 2, 3, ... of an array hold harmonic 0, Re h=1, Im h=1, Re h=2, ..., so
-    that d(theta) = d_0 + sum_h Re_h cos(h theta) - Im_h sin(h theta): the real and imaginary parts of d^(h).
+    Notes
+    -----
+    Both are real Fourier coefficients. Rows 0, 1, 2, 3, ... hold harmonic 0, Re h=1, Im h=1, Re h=2, ..., so that
+    d(theta) = d_0 + sum_h Re_h cos(h theta) - Im_h sin(h theta): real and imaginary parts of d^(h).
     """
 
     def evaluate(self, displacement: Array) -> ContactForces:
-        """Forces and Jacobian for `displacement` (2H+1, n_c, 3) in the contact frame, metres."""
+        """Evaluate contact forces and Jacobian.
+
+        Parameters
+        ----------
+        displacement : (2H+1, n_c, 3) float
+            Relative displacement in the contact frame (t1, t2, n), m.
+
+        Returns
+        -------
+        ContactForces
+            Forces, Jacobian and worst states.
+        """
         ...
 
 
 def punch_stiffness(young_modulus: float, poisson_ratio: float, area: float) -> tuple[float, float]:
-    """Whole-face (kn, kt) in N/m of a rigid flat circular punch of the face's area on the elastic shroud.
+    """Contact stiffnesses of the whole face: a rigid flat circular punch of the area of the face.
 
-    young_modulus E in Pa and poisson_ratio nu of both bodies; area in m^2.
+    Parameters
+    ----------
+    young_modulus : float
+        E of both bodies, Pa.
+    poisson_ratio : float
+        nu of both bodies.
+    area : float
+        Contact area, m^2.
 
-    kn = 2 a E*, E* = E / (2 (1 - nu^2)) for two equal bodies, a = sqrt(area / pi); kt / kn = 2 (1 - nu) / (2 - nu).
-    A stand-in: it knows neither the shape of the face nor its roughness.
+    Returns
+    -------
+    kn, kt : float
+        Normal and tangential stiffness of the face, N/m.
+
+    Notes
+    -----
+    kn = 2 a E*, E* = E / (2 (1 - nu^2)) for two equal bodies, a = sqrt(area / pi);
+    kt / kn = 2 (1 - nu) / (2 - nu) (Johnson 1985). The shape of the face and its roughness are left out.
+
+    References
+    ----------
+    K. L. Johnson, Contact Mechanics, Cambridge University Press, 1985.
     """
     radius = np.sqrt(area / np.pi)
     normal = 2.0 * radius * young_modulus / (2.0 * (1.0 - poisson_ratio**2))

@@ -1,4 +1,4 @@
-"""The contact element without vibration: harmonic 0 alone, sliders starting at rest."""
+"""Contact element for statics: harmonic 0 alone, sliders starting from T = 0."""
 
 from dataclasses import dataclass
 
@@ -14,11 +14,11 @@ class QuasistaticContact:
     parameters: ContactParameters
 
     def evaluate(self, displacement: Array) -> ContactForces:
-        """Forces and Jacobian for `displacement` (1, n_c, 3): T = kt u, returned to mu N where it is beyond."""
+        """Forces and Jacobian for `displacement` (1, n_c, 3): trial force kt u, returned to the slip limit mu N."""
         p = self.parameters
-        u, load = displacement[0, :, :2], p.preload + p.normal_stiffness * (p.interference + displacement[0, :, 2])
-        pressed = load > 0.0
-        normal, slope = np.where(pressed, load, 0.0), np.where(pressed, p.normal_stiffness, 0.0)
+        u, normal = displacement[0, :, :2], p.normal_load(displacement[0, :, 2])
+        pressed = normal > 0.0
+        dn_dd = np.where(pressed, p.normal_stiffness, 0.0)
         limit = p.friction * normal
         trial = p.tangential_stiffness[:, None] * u
         size = np.abs(trial) if p.law == "two_sliders" else np.hypot(trial[:, 0], trial[:, 1])[:, None] + 0.0 * trial
@@ -28,10 +28,10 @@ class QuasistaticContact:
 
         reaction = np.concatenate([ratio * trial, (normal - p.preload)[:, None]], axis=1)
         jacobian = np.zeros((p.n_contacts, 3, 3))
-        jacobian[:, 2, 2] = slope
+        jacobian[:, 2, 2] = dn_dd
         stiffness = p.tangential_stiffness
         for a in range(2):
-            jacobian[:, a, 2] = np.where(slipping[:, a], p.friction * slope * direction[:, a], 0.0)
+            jacobian[:, a, 2] = np.where(slipping[:, a], p.friction * dn_dd * direction[:, a], 0.0)
             jacobian[:, a, a] = np.where(slipping[:, a], 0.0, stiffness)
             if p.law == "cone":  # d(T) = ratio kt (1 - e e^T) du in slip
                 for b in range(2):

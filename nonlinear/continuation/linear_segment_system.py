@@ -69,9 +69,7 @@ class LinearSegmentSystem:
     @cached_property
     def _rest_force(self) -> Array:
         """The normal force without displacement, N0 - N, (n_c,)."""
-        return np.where(
-            self.state.pressed, -self.contact.normal_stiffness * self.contact.interference, self.contact.preload
-        )
+        return self.contact.preload - np.where(self.state.pressed, self.contact.initial_load, 0.0)
 
     @cached_property
     def _first(self) -> RelativeReceptance:
@@ -125,7 +123,7 @@ class LinearSegmentSystem:
         """What a state asks of the motion, a row each: offset + of_static d_0 - |swings d_1| >= 0."""
         sign, stiffness = np.where(self.state.pressed, 1.0, -1.0), self.contact.normal_stiffness
         per_metre = 1.0 / np.where(stiffness > 0.0, stiffness, 1.0)
-        at_rest = self.contact.preload + stiffness * self.contact.interference
+        at_rest = self.contact.initial_load
         nodes, normal = np.arange(sign.size), 3 * np.arange(sign.size) + 2
         of_static, swings = np.zeros((2, sign.size, 3 * sign.size))
         of_static[nodes, normal], swings[nodes, normal] = sign * stiffness * per_metre, stiffness * per_metre
@@ -146,7 +144,7 @@ class LinearSegmentSystem:
         held, contact = self.held, self.contact
         harmonic = np.abs(displacement[1, held] + 1j * displacement[2, held])
         stiffness = contact.normal_stiffness[held]
-        mean = contact.preload[held] + stiffness * (contact.interference[held] + displacement[0, held, 2])
+        mean = contact.unclipped_load(displacement[0, :, 2])[held]
         farthest = np.linalg.norm(np.abs(displacement[0, held, :2]) + harmonic[:, :2], axis=1)
         reach = contact.friction[held] / contact.tangential_stiffness[held]
         return float((reach * (mean - stiffness * harmonic[:, 2]) - farthest).min())

@@ -49,9 +49,8 @@ class LinearSegments:
             scale = float(np.abs(displacement).max())
             if np.abs(displacement[3:]).max() > NEGLIGIBLE_HARMONICS * scale:
                 return None
-        stiffness = self.contact.normal_stiffness
-        mean = self.contact.preload + stiffness * (self.contact.interference + displacement[0, :, 2])
-        amplitude = stiffness * np.hypot(displacement[1, :, 2], displacement[2, :, 2])
+        load = self.contact.load_coefficients(displacement)
+        mean, amplitude = load[0], np.hypot(load[1], load[2])
         if (np.abs(mean) < amplitude).any():
             return None
         state = LinearState(mean > 0.0)

@@ -156,16 +156,16 @@ def cone_slider_memory(
     motion, speed : (n_c, 3, N)
         Relative displacement and its derivative in theta there.
     """
-    from nonlinear.contact.return_map import march_plane
+    from nonlinear.contact.return_map import cone_return_map
 
     p, n = parameters, table.shape[0]
-    load = np.maximum((p.preload + p.normal_stiffness * (p.interference + motion[:, 2].T)).T, 0.0)
+    load = p.normal_load(motion[:, 2].T).T
     found = []
     for k in np.flatnonzero((p.tangential_stiffness > 0.0) & (p.friction > 0.0) & np.any(load > 0.0, axis=1)):
         limit, kt = p.friction[k] * load[k], float(p.tangential_stiffness[k])
         plane, traction = np.ascontiguousarray(motion[k, :2].T), np.empty((n, 2))
         state = np.empty(n, dtype=np.int64)
-        march_plane(plane, limit, kt, MAX_TURNS, REPEATED * float(np.abs(plane).max()), state, traction)
+        cone_return_map(plane, limit, kt, MAX_TURNS, REPEATED * float(np.abs(plane).max()), state, traction)
         if np.all(state == STICK):
             continue
         limit_dn = p.friction[k] * p.normal_stiffness[k] / kt

@@ -163,16 +163,16 @@ class MemorySampler:
         return SliderMemory(node, direction, start, extent, dw_dn, kt, self.n_harmonics)
 
     def _march(self, motion: Array) -> tuple[Integers, Integers, Integers]:
-        """State, source and sign of all sliders (see `march`), (n_c, 2, samples); -1 where there is none."""
-        from nonlinear.contact.return_map import march
+        """What `jenkins_return_map` writes for all sliders, (n_c, 2, samples) each; -1 where there is none."""
+        from nonlinear.contact.return_map import jenkins_return_map
 
         p = self.parameters
-        load = np.maximum((p.preload + p.normal_stiffness * (p.interference + motion[:, 2].T)).T, 0.0)
+        load = p.normal_load(motion[:, 2].T).T
         state, source, sign = (np.full((len(motion), 2, self.samples), -1, dtype=np.int64) for _ in range(3))
         for k in np.flatnonzero((p.tangential_stiffness > 0.0) & np.any(load > 0.0, axis=1)):
             limit, kt = p.friction[k] * load[k], float(p.tangential_stiffness[k])
             for a in range(2):
-                march(motion[k, a], limit, kt, state[k, a], source[k, a], sign[k, a])
+                jenkins_return_map(motion[k, a], limit, kt, state[k, a], source[k, a], sign[k, a])
         return state, source, sign
 
 

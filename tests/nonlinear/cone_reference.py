@@ -1,4 +1,4 @@
-"""The coupled law integrated by SciPy: phi as the solution of an initial value problem, events by its root finder."""
+"""The friction cone integrated by SciPy: phi solves an initial value problem, events are found by its root finder."""
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -17,10 +17,10 @@ class PlaneSlider:
         self.r[0] += mu / kt * load
         self.largest = np.abs(self.r[0]) + np.hypot(self.r[1::2], self.r[2::2]).sum()
         angles = np.linspace(0.0, 2.0 * np.pi, 20 * GRID)
-        reach = self.at(self.r, angles)
-        cut = np.flatnonzero((reach[1:] > 0.0) != (reach[:-1] > 0.0))
+        limit = self.at(self.r, angles)
+        cut = np.flatnonzero((limit[1:] > 0.0) != (limit[:-1] > 0.0))
         self.roots = [brentq(lambda t: float(self.at(self.r, t)), *angles[k : k + 2], xtol=1e-15) for k in cut]
-        self.pressed_first = bool(reach[0] > 0.0)
+        self.pressed_first = bool(limit[0] > 0.0)
 
     def basis(self, angle, derivative=0):
         phase = np.multiply.outer(np.asarray(angle, float), self.order) + derivative * np.pi / 2.0
@@ -34,7 +34,7 @@ class PlaneSlider:
     def margin(self, angle, phi):
         return float(self.at(self.u, angle, 1) @ [np.cos(phi), np.sin(phi)] - self.at(self.r, angle, 1))
 
-    def overstretch(self, angle, w):
+    def excess(self, angle, w):
         return float(np.hypot(*(self.at(self.u, angle) - w)) - self.at(self.r, angle))
 
     def stick(self, angle, end, w):
@@ -45,22 +45,22 @@ class PlaneSlider:
         met = None
         if np.any(over > 0.0):
             k = int(np.argmax(over > 0.0))
-            met = brentq(self.overstretch, *grid[k - 1 : k + 1], args=(w,), xtol=1e-15) if k > 1 else angle
+            met = brentq(self.excess, *grid[k - 1 : k + 1], args=(w,), xtol=1e-15) if k > 1 else angle
         stop = end if met is None else met
         points, weights = np.polynomial.legendre.leggauss(60)
         t = angle + 0.5 * (stop - angle) * (1.0 + points)
-        stretch = (self.at(self.u, t) - w) * (0.5 * (stop - angle) * weights)[:, None]
-        return met, self.basis(t).T @ stretch
+        deflection = (self.at(self.u, t) - w) * (0.5 * (stop - angle) * weights)[:, None]
+        return met, self.basis(t).T @ deflection
 
     def slip(self, angle, end, phi):
         """Angle at which slip ends (None: it does not), phi, integrals of r e phi_i and of r times the slip."""
 
-        def slope(t, y):
+        def rate(t, y):
             e, r = np.array([np.cos(y[0]), np.sin(y[0])]), max(float(self.at(self.r, t)), 1e-300)
             velocity = self.at(self.u, t, 1)
-            turn = (velocity[1] * e[0] - velocity[0] * e[1]) / r
+            dphi = (velocity[1] * e[0] - velocity[0] * e[1]) / r
             work = r * (velocity @ e - self.at(self.r, t, 1))
-            return np.concatenate([[turn, work], np.outer(self.basis(t), r * e).ravel()])
+            return np.concatenate([[dphi, work], np.outer(self.basis(t), r * e).ravel()])
 
         def margin(t, y):
             return self.margin(t, y[0])
@@ -68,7 +68,7 @@ class PlaneSlider:
         margin.terminal, margin.direction = True, -1.0
         start = np.concatenate([[phi, 0.0], np.zeros(2 * self.u.shape[1])])
         solved = solve_ivp(
-            slope, (angle, end), start, method="DOP853", rtol=self.rtol, atol=1e-14, events=margin, max_step=0.05
+            rate, (angle, end), start, method="DOP853", rtol=self.rtol, atol=1e-14, events=margin, max_step=0.05
         )
         met = solved.t[-1] if solved.status == 1 else None
         return met, solved.y[0, -1], solved.y[2:, -1].reshape(-1, 2), solved.y[1, -1]
@@ -89,8 +89,8 @@ class PlaneSlider:
             total += part
         return w, phi, total, work
 
-    def steady(self, turns=60):
-        """Coefficients (2H+1, 2) of the force -T on the right node and the work of slip in a turn."""
+    def steady(self, periods=60):
+        """Coefficients (2H+1, 2) of the force -T on the right node and the work of slip in a period."""
         total, work = np.zeros((self.u.shape[1], 2)), 0.0
         if self.roots:
             rises = self.roots[1 if self.pressed_first else 0 :: 2]
@@ -105,7 +105,7 @@ class PlaneSlider:
                 total, work = total + part, work + more
         elif self.pressed_first:
             w = np.zeros(2)
-            for _ in range(turns):
+            for _ in range(periods):
                 x, phi = self.at(self.u, 0.0) - w, None
                 if np.hypot(*x) > self.at(self.r, 0.0) * (1.0 - 1e-12):
                     phi = float(np.arctan2(x[1], x[0]))

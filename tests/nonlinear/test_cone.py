@@ -1,4 +1,4 @@
-"""The coupled law, exact to a stated error: against SciPy's integrators, symmetries, and whole curves."""
+"""The friction cone, exact to a stated error: against SciPy's integrators, symmetries, and whole curves."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def slip_work(rows, force):
     return float(np.pi * (order * (f.conj() * d).imag).sum())
 
 
-def test_it_is_the_default_of_the_coupled_law():
+def test_it_is_the_default_of_the_cone():
     assert isinstance(cone([0.0], 1), EventDrivenCoulombCone)
 
 
@@ -109,7 +109,7 @@ def test_finite_and_dissipating_for_parameters_of_any_size(seed, harmonics):
 def test_a_slider_comes_to_rest_between_two_circles(amplitude, turn):
     """Motion A cos(theta) along a line and a far static offset across it, under constant load, kt = mu N = 1.
 
-    Each turn draws the slider in at both ends of the line, at last to where both are at the distance 1 from it: the
+    Each period draws the slider in at both ends of the line, at last to where both are at the distance 1 from it: the
     static force across is sqrt(1 - A^2), whatever the offset, and there is none along the line. (With a smaller A it
     is at rest before, where the last of the ends left it.)
     """
@@ -124,27 +124,27 @@ def test_a_slider_comes_to_rest_between_two_circles(amplitude, turn):
     rest = np.sqrt(1.0 - amplitude**2)
     assert force[0] == pytest.approx(rest * across, abs=1e-11)
     assert force[1] == pytest.approx(amplitude * along, abs=1e-11)
-    slope = -np.einsum(
+    derivative = -np.einsum(
         "abij,jb->ia", result.jacobian[0], np.stack([0.0 * rows[0, 0], rows[1, 0] / amplitude, 0.0 * rows[2, 0]])
     )
-    assert slope[0, :2] == pytest.approx(-amplitude / rest * across, rel=1e-6, abs=1e-9)
+    assert derivative[0, :2] == pytest.approx(-amplitude / rest * across, rel=1e-6, abs=1e-9)
     offset = -np.einsum("abij,jb->ia", result.jacobian[0], np.stack([rows[0, 0], 0.0 * rows[1, 0], 0.0 * rows[2, 0]]))
     assert offset[0, :2] == pytest.approx(0.0, abs=1e-6)
 
 
-def rest_by_small_steps(rows, normal, tangential, friction, interference, samples=20_000, turns=40):
-    """Place (2,) where a slider that starts at 0 rests: drawn in at every instant to within its reach."""
+def rest_by_small_steps(rows, normal, tangential, friction, interference, samples=20_000, periods=40):
+    """Place (2,) where a slider that starts at 0 rests: drawn in at every instant to its elastic limit."""
     theta = 2.0 * np.pi * np.arange(samples) / samples
     parts = [np.ones(samples)]
     for h in range(1, len(rows) // 2 + 1):
         parts += [np.cos(h * theta), -np.sin(h * theta)]
     path = np.array(parts).T @ rows
-    reach = friction * normal * (interference + path[:, 2]) / tangential
-    assert reach.min() > 0.0
+    limit = friction * normal * (interference + path[:, 2]) / tangential
+    assert limit.min() > 0.0
     place = np.zeros(2)
-    for _ in range(turns):
+    for _ in range(periods):
         before = place
-        for target, most in zip(path[:, :2], reach, strict=True):
+        for target, most in zip(path[:, :2], limit, strict=True):
             away = place - target
             far = np.hypot(*away)
             if far > most:

@@ -99,18 +99,18 @@ def test_jenkins_coefficients(law):
 
 def test_jenkins_path():
     # kt 2, limit 3: u = 0, 5, 3.5, 2, -5, -3.5, -2, 0 gives T = 0, 3, 0, -3, -3, 0, 3, 3 from w = 0
-    from nonlinear.contact.return_map import march
+    from nonlinear.contact.return_map import jenkins_return_map
 
     u = np.array([0.0, 5.0, 3.5, 2.0, -5.0, -3.5, -2.0, 0.0])
     state, source, sign = (np.empty(8, dtype=np.int64) for _ in range(3))
-    march(u, np.full(8, 3.0), 2.0, state, source, sign)
-    expected = np.array([3.0, 3.0, 0.0, -3.0, -3.0, 0.0, 3.0, 3.0])  # second turn: it enters with T = 3 at u = 0
+    jenkins_return_map(u, np.full(8, 3.0), 2.0, state, source, sign)
+    expected = np.array([3.0, 3.0, 0.0, -3.0, -3.0, 0.0, 3.0, 3.0])  # second period: it enters with T = 3 at u = 0
     assert 2.0 * (u - (u[source] - sign * 3.0 / 2.0)) == pytest.approx(expected)
     assert state[5] == STICK
     assert state[4] == SLIP
 
 
-def test_circular_path_of_the_coupled_slider():
+def test_circular_path_of_the_cone_slider():
     # Constant circular motion of radius r > mu N / kt: T rotates with |T| = mu N and leads, w follows on the circle
     # of radius sqrt(r^2 - (mu N / kt)^2); work per cycle 2 pi mu N sqrt(r^2 - (mu N / kt)^2).
     limit, kt, radius = 3.0, 2.0, 5.0
@@ -135,7 +135,7 @@ def test_circular_path_of_the_coupled_slider():
 
 
 @pytest.mark.parametrize("integration", ["exact", "sampled"])
-def test_coupled_law_reduces_to_uncoupled_on_a_line(integration):
+def test_cone_reduces_to_two_sliders_on_a_line(integration):
     rng = np.random.default_rng(3)
     rows = np.zeros((5, 4, 3))
     rows[:, :, 0], rows[:, :, 2] = rng.normal(size=(2, 5, 4))

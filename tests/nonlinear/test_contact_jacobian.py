@@ -71,7 +71,7 @@ def test_random_states(seed, harmonics, case, friction, interference):
     rows = rng.normal(size=(2 * harmonics + 1, 3, 3)) / (1.0 + np.arange(2 * harmonics + 1)[:, None, None] // 2)
     direction = rng.normal(size=rows.shape)
     # A kink may lie within the difference: a short step on one of several scales must see none. Under the cone a
-    # slider may take many turns to rest, and its Jacobian is that of the last of them.
+    # slider may take many periods to come to rest, and its Jacobian is that of the last of them.
     allowed = 1e-4 if case == ("exact", "cone") else 1e-6
     assert min(directional_error(element, rows, direction, step) for step in (1e-5, 1e-6, 1e-7, 1e-8)) < allowed
 

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from lumped import oscillator
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, contact_element
-from nonlinear.contact.fourier import to_complex
-from nonlinear.contact.trigonometric_roots import cosine_sine, find_roots, value_and_slope
+from nonlinear.contact.fourier import basis_at, to_complex
+from nonlinear.contact.trigonometric_roots import cell_table, cosine_sine, find_roots
 from nonlinear.harmonic_balance.initial_solution import periodic_start, solve_at
 from rom import modal_model
 
@@ -116,6 +116,14 @@ def test_exact_and_finely_sampled_agree(seed, harmonics, friction, interference)
     assert np.max(np.abs(forces[0] - forces[1])) < 3e-3
 
 
+def roots_of(coefficients):
+    """All roots of a trigonometric polynomial in [0, 2 pi)."""
+    n_harmonics = (coefficients.size - 1) // 2
+    cells = np.ascontiguousarray((coefficients @ cell_table(n_harmonics)).reshape(3, -1))
+    curves, bounds, roots = np.zeros((4, coefficients.size)), np.empty((4, cells.shape[1])), np.empty(2 * n_harmonics)
+    return roots[: find_roots(coefficients, cells, curves, np.empty(4), bounds, roots)]
+
+
 @settings(max_examples=150, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 9), st.floats(-3.0, 3.0))
 def test_all_roots_are_found(seed, harmonics, level):
@@ -123,34 +131,29 @@ def test_all_roots_are_found(seed, harmonics, level):
     rng = np.random.default_rng(seed)
     rows = rng.normal(size=2 * harmonics + 1)
     rows[0] = level
-    found = np.empty(2 * harmonics)
-    count = find_roots(rows, found)
+    found = roots_of(rows)
     complex_rows = (rows[1::2] + 1j * rows[2::2]) / 2.0
     polynomial = np.concatenate([complex_rows[::-1], [rows[0]], np.conj(complex_rows)])
     z = np.roots(polynomial)
     reference = np.sort(np.angle(z[np.abs(np.abs(z) - 1.0) < 1e-9]) % (2.0 * np.pi))
-    assert count == reference.size
-    assert found[:count] == pytest.approx(reference, abs=1e-6)
-    for root in found[:count]:
-        assert abs(value_and_slope(rows, root)[0]) < 1e-12 * np.abs(rows).sum() * harmonics
+    assert found.size == reference.size
+    assert found == pytest.approx(reference, abs=1e-6)
+    residual = basis_at(found, harmonics) @ rows
+    assert np.abs(residual).max(initial=0.0) < 1e-12 * np.abs(rows).sum() * harmonics
 
 
 def test_touching_roots_do_not_hang_or_cross():
     """1 + cos(2 theta) touches zero at pi / 2 and 3 pi / 2; lifted by e it has no root, lowered by e two at each."""
-    touches = np.array([0.5, 1.5]) * np.pi
     touching = np.array([1.0, 0.0, 0.0, 1.0, 0.0])
-    found = np.empty(4)
-    count = find_roots(touching, found)  # by round-off it may lie on either side of zero
-    for touch in touches:
-        near = np.abs(found[:count] - touch)
-        assert np.count_nonzero(near < 1.0) in (0, 2)
-        assert np.all(near[near < 1.0] < 1e-7)
-    lifted, lowered = touching.copy(), touching.copy()
-    lifted[0], lowered[0] = 1.0 + 1e-9, 1.0 - 1e-9
-    assert find_roots(lifted, found) == 0
-    assert find_roots(lowered, found) == 4
-    offset = 0.5 * np.arccos(1.0 - 1e-9)  # of each root from the place where the function touched zero
-    assert found == pytest.approx([touch + sign * offset for touch in touches for sign in (-1.0, 1.0)], abs=1e-11)
+    places = np.array([0.5, 0.5, 1.5, 1.5]) * np.pi
+    found = roots_of(touching)  # each touch is no root or a pair of roots, at the place of the touch
+    assert found.size % 2 == 0
+    assert np.all(np.abs(found[:, None] - places[::2]).min(axis=1, initial=np.inf) < 2e-8)
+    shifted = touching.copy()
+    shifted[0] = 1.0 - 1e-9
+    half = 0.5 * np.arccos(1.0 - 1e-9)  # each touch has become two crossings
+    assert roots_of(shifted) == pytest.approx(places + half * np.array([-1.0, 1.0, -1.0, 1.0]), abs=1e-10)
+    assert roots_of(touching + np.array([1e-9, 0.0, 0.0, 0.0, 0.0])).size == 0
 
 
 def test_quick_cosine_and_sine():
