@@ -16,7 +16,7 @@ import atheris
 with atheris.instrument_imports(include=["pipeline", "geometry", "tomllib"]):
     from pipeline.errors import InputError
     from pipeline.scene.consistency import check_scene, check_scene_for_model
-    from pipeline.scene.plausibility import slips
+    from pipeline.scene.plausibility import plausibility_warnings
     from pipeline.scene.reading import read_scene
     from pipeline.scene.schema import SECTIONS
 
@@ -134,7 +134,7 @@ def attempt(path: Path, data: bytes) -> None:
                 check_scene_for_model(file, 4, True)
             else:
                 check_scene(file)
-            slips(file)
+            plausibility_warnings(file)
         except InputError as error:
             if "\n" in str(error) or not str(error).startswith(f"{path}: "):
                 raise AssertionError(f"not one line about the file: {error}") from None

@@ -26,7 +26,7 @@ def write_blade(file: Path, scene_file: Path, store: Path) -> None:
     from work_precision.stages import kept_model, with_values
 
     from pipeline.scene.reading import read_scene
-    from pipeline.stages.scene_to_solver import stiffness_by_node
+    from pipeline.stages.scene_to_solver import contact_on_model
     from rom import read_reduced_model
 
     scene = with_values(read_scene(scene_file).first, {"rom.modes": MODES})
@@ -35,8 +35,8 @@ def write_blade(file: Path, scene_file: Path, store: Path) -> None:
     change = relative_coordinates(model)
     mass, stiffness = (change.T @ matrix @ change for matrix in (model.mass, model.stiffness))
     place = int(np.flatnonzero(model.force_excitation)[0])  # a unit load on one dof of the tip
-    normal = stiffness_by_node(scene.contact.normal_stiffness, contacts)
-    tangential = stiffness_by_node(scene.contact.tangential_stiffness, contacts)
+    springs = contact_on_model(scene, model)
+    normal, tangential = springs.normal_stiffness, springs.tangential_stiffness
     omega, per_length = 2.0 * np.pi * HERTZ, LENGTH / FORCE
     arrays: dict[str, Any] = {
         "mass": mass * per_length * omega**2,

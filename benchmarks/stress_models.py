@@ -9,7 +9,7 @@ from pathlib import Path
 from pipeline.process.progress import Reporter
 from pipeline.scene.reading import read_scene
 from pipeline.scene.schema import Scene
-from pipeline.stages.cache_keys import Versions, model_keys
+from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.model_chain import ModelChain
 from pipeline.stages.stage_log import StageLog
 from pipeline.store.content_store import Store
@@ -24,11 +24,10 @@ def reduced_models(scene_file: Path, angles: Iterable[float], store: Path) -> di
     """
     scene = read_scene(scene_file).first
     chain = ModelChain(Store(store), StageLog(), Reporter(stream=sys.stderr))
-    versions = Versions.current()
     models = {}
     for angle in sorted(set(angles)):
         turned = _at_angle(scene, angle)
-        models[angle] = chain.reduced_model(turned, model_keys(turned, versions)).rom
+        models[angle] = chain.reduced_model(turned, model_keys(turned)).rom
     return models
 
 

@@ -46,10 +46,11 @@ def run_scene(
     from pipeline.process.progress import Reporter
     from pipeline.results.results import read_results
     from pipeline.run import execute
-    from pipeline.stages.request import STAGES, Request
+    from pipeline.stages.request import Request
+    from pipeline.stages.stage_names import Stage
 
-    if until is not None and until not in STAGES:
-        raise input_error("until", "", shown(until), ", ".join(STAGES))
+    if until is not None and until not in tuple(Stage):
+        raise input_error("until", "", shown(until), ", ".join(Stage))
     file = scene if isinstance(scene, SceneFile) else read_scene(scene, given_model=rom is not None)
     folder = Path("out") / file.first.name if out is None else Path(out)
     execute(Request(file, folder, until, force, jobs, None if rom is None else Path(rom)), Reporter(quiet))

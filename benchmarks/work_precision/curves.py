@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.scene.reading import read_scene
 from pipeline.scene.schema import Scene
-from pipeline.stages.curve_file import face_area, modal_of
-from pipeline.stages.scene_to_solver import contact_parameters, used_contact
+from pipeline.stages.scene_to_solver import contact_on_model, damped_modes
 from work_precision.stages import kept_model, with_values
 from work_precision.study import relative_error
 
@@ -63,10 +62,10 @@ def problem_on(file: Path, scene: Scene) -> CurveProblem:
     from rom import read_reduced_model
 
     model = read_reduced_model(file, with_basis=False)
-    contact = contact_parameters(used_contact(scene, face_area(model)), model.n_contacts)
+    contact = contact_on_model(scene, model)
     excitation = Excitation(scene.excitation.engine_order, scene.excitation.force)
     options = SolverOptions(scene.response.frequency, stability="folds", detached=False, truncation=False)
-    return CurveProblem(modal_of(model, scene), contact, excitation, options)
+    return CurveProblem(damped_modes(model, scene.response, scene.load), contact, excitation, options)
 
 
 def peak_errors(found: ResponseCurve, reference: ResponseCurve) -> dict[str, float]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pipeline.scene.reading import read_scene
 from pipeline.scene.schema import Scene
-from pipeline.stages.linear_operation import linear_operation
+from pipeline.stages.scene_to_solver import linear_operation
 from work_precision.stages import built_mesh, extrapolated, kept_model, with_values
 from work_precision.study import Measured, Quantity, Study, relative_error, said
 from work_precision.timing import median_of

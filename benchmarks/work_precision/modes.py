@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.scene.reading import read_scene
-from pipeline.stages.linear_operation import linear_operation
+from pipeline.stages.scene_to_solver import linear_operation
 from work_precision.stages import BuiltMesh, BuiltModel, built_mesh
 from work_precision.study import Measured, Quantity, Study, said
 from work_precision.timing import timed

@@ -13,16 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_model import (
-    FACTS,
-    FULL_MODEL,
-    REDUCED_MODEL,
-    SECTOR,
-    make_full_model,
-    make_mesh,
-    make_reduced_model,
-)
-from pipeline.stages.cache_keys import Versions, model_keys
+from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
+from pipeline.stages.build_mesh import SECTOR, make_mesh
+from pipeline.stages.build_reduced_model import FACTS, REDUCED_MODEL, make_reduced_model
+from pipeline.stages.cache_keys import model_keys
 from pipeline.store.content_store import Store
 
 if TYPE_CHECKING:
@@ -109,7 +103,7 @@ def kept_model(store: Path, scene: Scene) -> Path:
             write_reduced_model(folder / REDUCED_MODEL, made.model())
             shutil.copyfile(mesh.folder / FACTS, folder / FACTS)
 
-    key = model_keys(scene, Versions.current()).reduce
+    key = model_keys(scene).reduce
     return Store(store).get("reference", key, build).file(REDUCED_MODEL)
 
 

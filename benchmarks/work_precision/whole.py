@@ -12,7 +12,9 @@ from typing import Any
 from pipeline.scene.presets import PRESETS, preset_values
 from pipeline.scene.reading import read_scene
 from pipeline.scene.schema import Scene
-from pipeline.stages.curve_file import CURVE, CurveSummary, CurveTask, read_summary, solve_curve
+from pipeline.stages.curve_file import CURVE
+from pipeline.stages.curve_summary import CurveSummary, read_summary
+from pipeline.stages.solve_curve import solve_curve
 from work_precision.curves import FREQUENCY, PEAK, problem_on
 from work_precision.figure import PRESET_LINE
 from work_precision.mesh import ORDER, REFERENCE, REFERENCE_MODES, reference_scene, reference_text
@@ -152,7 +154,7 @@ def _solved(rom: Path, scene: Scene) -> tuple[CurveSummary, float]:
 
     with tempfile.TemporaryDirectory(prefix="shroud-bench-") as name:
         start = time.perf_counter()
-        solve_curve(Path(name), CurveTask(rom, scene, {}))
+        solve_curve(Path(name), rom, scene, {})
         seconds = time.perf_counter() - start
         with h5py.File(Path(name) / CURVE, "r") as file:
             return read_summary(file), seconds

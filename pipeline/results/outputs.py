@@ -6,24 +6,19 @@ import csv
 import hashlib
 import json
 import math
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.stages.curve_file import BRANCHES, COLUMNS, plain
+from pipeline.stages.curve_file import BRANCHES, COLUMNS, cell_value
 from pipeline.stages.respond import CurveResult
 from pipeline.store.content_store import Store
+from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:
     import h5py
 
 WHOLE_COLUMNS = ("stable", "sticking", "slipping", "separating", "iterations", "kept_harmonics")
-
-
-def relative_path(path: Path, out: Path) -> str:
-    """A path as the output files name it: relative to the output folder."""
-    return Path(os.path.relpath(path, out)).as_posix()
 
 
 def write_results(
@@ -68,7 +63,7 @@ def _write_table(path: Path, curves: Sequence[CurveResult], swept: Sequence[str]
         for index, curve in enumerate(curves):
             if curve.file is not None:
                 with h5py.File(curve.file, "r") as source:
-                    head = [index, *(plain(curve.member.parameters[key]) for key in swept)]
+                    head = [index, *(cell_value(curve.member.parameters[key]) for key in swept)]
                     writer.writerows(_rows(head, 0, source, highest))
                     for number in sorted(source.get(BRANCHES, ()), key=int):
                         writer.writerows(_rows(head, int(number), source[f"{BRANCHES}/{number}"], highest))

@@ -124,6 +124,13 @@ class Rom(Section):
         le=0.5,
     )
 
+    @property
+    def fixed_interface_modes(self) -> int | Literal["auto"] | None:
+        """Number of fixed-interface modes, the default where the scene says nothing; None with `frequency_limit`."""
+        if self.modes is None and self.frequency_limit is None:
+            return DEFAULT_MODES
+        return self.modes
+
 
 class Load(Section):
     """[load]: static loads."""
@@ -160,6 +167,11 @@ class Contact(Section):
     samples: Whole = _key(
         "instants of a period where it is sampled", "a whole number, 16 to 65536", 1024, ge=16, le=65536
     )
+
+    @property
+    def uses_punch(self) -> bool:
+        """Whether a contact stiffness is to be computed from the area of the face, as of a rigid flat punch."""
+        return "punch" in (self.normal_stiffness, self.tangential_stiffness)
 
 
 class Excitation(Section):
@@ -263,7 +275,7 @@ class Scene(Section):
         pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e]*$",
     )
     accuracy: Literal["draft", "standard", "reference"] | None = _key(
-        "preset of mesh, modes, harmonics and tolerances; what the scene sets itself goes before it",
+        "preset of mesh, modes, harmonics and tolerances; keys set in the scene override it",
         '"draft", "standard" or "reference"',
         None,
     )

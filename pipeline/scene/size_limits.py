@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from nonlinear import MOST_UNKNOWNS
 from pipeline.errors import input_error, shown
-from pipeline.scene.reading import Member, SceneFile, where
-from pipeline.scene.schema import DEFAULT_MODES, Scene
+from pipeline.scene.reading import Member, SceneFile, key_in_file
+from pipeline.scene.schema import Scene
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,10 +31,12 @@ def check_size(path: Path, member: Member) -> None:
     elements = estimated_elements(scene)
     if elements > LARGEST_MODEL:
         allowed = f"larger elements (this makes about {elements:.2g}, {LARGEST_MODEL} at most)"
-        raise input_error(path, where(member, "mesh.size"), shown(scene.mesh.size), allowed)
+        raise input_error(path, key_in_file(member, "mesh.size"), shown(scene.mesh.size), allowed)
     at = scene.excitation.at
     if not isinstance(at, str) and not _near_the_blade(scene, at):
-        raise input_error(path, where(member, "excitation.at"), shown(list(at)), f"a point of {_extent(scene)}, m")
+        raise input_error(
+            path, key_in_file(member, "excitation.at"), shown(list(at)), f"a point of {_extent(scene)}, m"
+        )
 
 
 def check_balance(path: Path, member: Member, n_contacts: int) -> None:
@@ -51,7 +53,7 @@ def check_balance(path: Path, member: Member, n_contacts: int) -> None:
         most = (MOST_UNKNOWNS // (3 * n_contacts) - 1) // 2
         fewer = f"{most} at most" if most >= 1 else "fewer contact nodes"
         allowed = f"{fewer} with {n_contacts} contact nodes a face (this makes {unknowns} unknowns)"
-        raise input_error(path, where(member, "response.harmonics"), shown(harmonics), allowed)
+        raise input_error(path, key_in_file(member, "response.harmonics"), shown(harmonics), allowed)
 
 
 def check_modes(path: Path, member: Member, n_contacts: int) -> None:
@@ -65,13 +67,14 @@ def check_modes(path: Path, member: Member, n_contacts: int) -> None:
     if scene.rom.frequency_limit is not None:
         return
     points = 1 if scene.excitation.at == "tip" else 2
-    chosen = scene.rom.modes == "auto"  # then a list may have no more ratios than there are modes whatever is chosen
-    inside = 0 if scene.rom.modes == "auto" else DEFAULT_MODES if scene.rom.modes is None else scene.rom.modes
+    modes = scene.rom.fixed_interface_modes
+    chosen = modes == "auto"  # then a list may have no more ratios than there are modes whatever is chosen
+    inside = modes if isinstance(modes, int) else 0
     most = 6 * n_contacts + 3 * points + inside
     ratios = scene.response.damping_ratio
     if isinstance(ratios, tuple) and len(ratios) > most:
         raise input_error(
-            path, where(member, "response.damping_ratio"), f"a list of {len(ratios)}", f"{most} at most"
+            path, key_in_file(member, "response.damping_ratio"), f"a list of {len(ratios)}", f"{most} at most"
         )
     if scene.render is not None and not chosen and max(scene.render.modes) > most:
         allowed = f"1 to {most}: the reduced model has no more"

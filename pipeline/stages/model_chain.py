@@ -12,16 +12,9 @@ from pipeline.errors import StageError
 from pipeline.process.progress import Reporter
 from pipeline.process.workers import call_apart
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_model import (
-    FACTS,
-    FULL_MODEL,
-    MESH_FILES,
-    REDUCED_MODEL,
-    SECTOR,
-    make_full_model,
-    make_mesh,
-    make_reduced_model,
-)
+from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
+from pipeline.stages.build_mesh import MESH_FILES, SECTOR, make_mesh
+from pipeline.stages.build_reduced_model import FACTS, REDUCED_MODEL, make_reduced_model
 from pipeline.stages.cache_keys import ModelKeys
 from pipeline.stages.stage_log import StageLog
 from pipeline.store.content_store import Entry, Store

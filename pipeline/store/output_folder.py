@@ -48,6 +48,11 @@ def working_store(out: Path, force: bool, reporter: Reporter) -> Iterator[Store]
             raise
 
 
+def relative_path(path: Path, out: Path) -> str:
+    """A path as the output files name it: relative to the output folder."""
+    return Path(os.path.relpath(path, out)).as_posix()
+
+
 def _remove_where_empty(store: Store, out: Path) -> None:
     """Take an output folder away again in which nothing was made."""
     with suppress(OSError):

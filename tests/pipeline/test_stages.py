@@ -137,12 +137,12 @@ def test_a_changed_source_makes_its_stage_and_what_follows_again(
 ) -> None:
     import pipeline.stages.cache_keys
 
-    real = pipeline.stages.cache_keys.source_fingerprint
+    real = pipeline.stages.cache_keys.code_fingerprint
 
-    def edited(parts: list[str], libraries: list[str] | tuple[str, ...] = ()) -> str:
-        return real(parts, libraries) + ("edited" if parts[0] == "rom" and "nonlinear" in parts else "")
+    def edited(*modules: str) -> str:
+        return real(*modules) + ("edited" if modules == (pipeline.stages.cache_keys.CURVE,) else "")
 
-    monkeypatch.setattr(pipeline.stages.cache_keys, "source_fingerprint", edited)
+    monkeypatch.setattr(pipeline.stages.cache_keys, "code_fingerprint", edited)
     assert rerun(copied) == expected(respond="ran", figures="ran")
 
 
