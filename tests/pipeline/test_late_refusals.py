@@ -8,8 +8,8 @@ from pipeline_support import ground_model, ground_scene, shroud, small_scene, wr
 
 import geometry
 import rom.reduction.fixed_interface_modes
-from nonlinear.harmonic_selection.adaptive_harmonics import LADDER, MOST_UNKNOWNS, ladder
-from pipeline import limits
+from nonlinear.harmonic_selection.adaptive_harmonics import LADDER, ladder
+from pipeline.scene.size_limits import AUTO_HARMONICS
 from rom import ReducedModelError
 from rom.cyclic.expansion import expand
 from rom.errors import RomParameterError
@@ -46,8 +46,7 @@ def test_automatic_harmonics_stop_before_the_balance_is_too_large() -> None:
     assert ladder(9) == LADDER
     assert max(ladder(225)) == 5
     assert ladder(10**6) == (1,)
-    assert limits.MOST_UNKNOWNS == MOST_UNKNOWNS
-    assert limits.AUTO_HARMONICS in LADDER
+    assert AUTO_HARMONICS in LADDER
 
 
 def test_a_basis_that_is_none_of_a_mesh() -> None:
