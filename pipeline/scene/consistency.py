@@ -22,7 +22,8 @@ def check_scene(file: SceneFile) -> None:
 
     Raises
     ------
-    InputError : the first key that is missing or does not fit.
+    InputError
+        The first key that is missing or does not fit.
     """
     _check_pictured_curves(file)
     checked_shapes: set[object] = set()  # a sweep has few different ones
@@ -52,7 +53,8 @@ def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> N
 
     Raises
     ------
-    InputError : the first key that does not fit the model.
+    InputError
+        The first key that does not fit the model.
     """
     for member in file.members:
         _check_keys(file.path, member)
@@ -80,7 +82,8 @@ def check_node_lists(path: Path, member: Member, n_contacts: int) -> None:
 
     Raises
     ------
-    InputError : a list of another length.
+    InputError
+        A list of another length.
     """
     for name in PER_NODE:
         value = getattr(member.scene.contact, name)

@@ -1,4 +1,4 @@
-"""Reading a scene file: TOML, schema, sweep. Nothing is run and nothing written here."""
+"""Reading of a scene file: TOML, schema, sweep. Nothing is run or written."""
 
 from __future__ import annotations
 
@@ -124,10 +124,10 @@ def _load(path: Path) -> dict[str, Any]:
         if path.exists() and not path.is_file():
             raise input_error(path, "", "not a file", allowed)
         with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)  # some files say nothing of their size
+            content = file.read(LARGEST_FILE + 1)  # some files do not tell their size
         if len(content) > LARGEST_FILE:
             raise input_error(path, "", f"larger than {LARGEST_FILE} bytes", allowed)
-        text = content.decode("utf-8-sig")  # editors on Windows put a mark in front
+        text = content.decode("utf-8-sig")  # editors on Windows put a byte order mark in front
     except FileNotFoundError:
         raise input_error(path, "", "no such file", allowed) from None
     except UnicodeDecodeError as error:

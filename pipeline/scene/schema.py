@@ -1,4 +1,4 @@
-"""The scene: everything a user can ask for, as frozen pydantic models. SI units, angles in degrees.
+"""The scene: all keys of a scene file, as frozen pydantic models. SI units, angles in degrees.
 
 Every field says what it means with its unit (`description`) and what is allowed (`allowed`); error messages
 quote the latter.
@@ -39,7 +39,7 @@ STIFFNESS = (
 
 
 class Section(BaseModel):
-    """What all sections have in common: unknown keys are refused and nothing changes after reading."""
+    """Base of all sections: unknown keys are refused, values are frozen."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -54,7 +54,7 @@ class Blade(Section):
     thickness: Length = _key("thickness of the airfoil section at the root, m", LENGTH)
     tip_thickness: Length | None = _key("thickness at the shroud, m; tapers linearly", LENGTH, None)
     twist: Number = _key(
-        "turn of the section from the root to the shroud about the radius, degrees",
+        "rotation of the section from the root to the shroud about the radius, degrees",
         "a number, -90 to 90",
         0.0,
         ge=-90.0,
@@ -112,7 +112,7 @@ class Rom(Section):
     )
     frequency_limit: Positive | None = _key("keep every fixed-interface mode up to this, Hz", POSITIVE, None)
     contact_dofs: Literal["nodal", "patch"] = _key(
-        "what stands for a contact node: its own displacement or the average over its part of the face",
+        "degrees of freedom of a contact node: its own displacement or the average over its part of the face",
         '"nodal" or "patch"',
         "nodal",
     )
@@ -213,7 +213,7 @@ class Response(Section):
         "harmonics of the balance; auto: as many as the tolerance asks for", 'a whole number, 1 to 99, or "auto"', 1
     )
     tolerance: Number = _key(
-        "largest error by the harmonics left out that auto accepts, relative to the peak",
+        "largest truncation error (neglected harmonics) that auto accepts, relative to the peak",
         "a number from 1e-6 to 0.5",
         1e-3,
         ge=1e-6,
@@ -233,8 +233,8 @@ class Response(Section):
     stability: Literal["floquet", "folds"] = _key(
         "Floquet exponents of every point, or only the unstable part between folds", '"floquet" or "folds"', "floquet"
     )
-    detached: Truth = _key("whether detached branches are looked for", "true or false", True)
-    truncation: Truth = _key("whether the error of the harmonics left out is estimated", "true or false", True)
+    detached: Truth = _key("whether detached branches (isolas) are looked for", "true or false", True)
+    truncation: Truth = _key("whether the truncation error (neglected harmonics) is estimated", "true or false", True)
 
 
 class Render(Section):
