@@ -10,10 +10,10 @@ from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.store.fingerprints import fingerprint
 
 # Modules that compute the result of a stage. What these import counts with them.
-MESH = "pipeline.stages.build_mesh"
-FULL_MODEL = "pipeline.stages.build_full_model"
-REDUCED_MODEL = "pipeline.stages.build_reduced_model"
-CURVE = "pipeline.stages.solve_curve"
+MESH_CODE = "pipeline.stages.build_mesh"
+FULL_MODEL_CODE = "pipeline.stages.build_full_model"
+REDUCED_MODEL_CODE = "pipeline.stages.build_reduced_model"
+CURVE_CODE = "pipeline.stages.solve_curve"
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ def model_keys(scene: Scene) -> ModelKeys:
             "blade": scene.blade.model_dump(),
             "shroud": scene.shroud.model_dump(),
             "mesh": scene.mesh.model_dump(exclude={"element"}),
-            "code": code_fingerprint(MESH),
+            "code": code_fingerprint(MESH_CODE),
         }
     )
     assemble = fingerprint(
@@ -44,7 +44,7 @@ def model_keys(scene: Scene) -> ModelKeys:
             "mesh": mesh,
             "material": scene.material.model_dump(),
             "element": scene.mesh.element,
-            "code": code_fingerprint(FULL_MODEL),
+            "code": code_fingerprint(FULL_MODEL_CODE),
         }
     )
     reduced = fingerprint(
@@ -54,7 +54,7 @@ def model_keys(scene: Scene) -> ModelKeys:
             "speed_rpm": scene.load.speed_rpm,
             "direction": scene.excitation.unit_direction,
             "at": scene.excitation.at,
-            "code": code_fingerprint(REDUCED_MODEL),
+            "code": code_fingerprint(REDUCED_MODEL_CODE),
         }
     )
     return ModelKeys(mesh, assemble, reduced)
@@ -62,7 +62,7 @@ def model_keys(scene: Scene) -> ModelKeys:
 
 def curve_key(scene: Scene, reduced: str) -> str:
     """Key of a response curve on the reduced model with the key `reduced`."""
-    return fingerprint({"reduce": reduced, "code": code_fingerprint(CURVE), **_curve_inputs(scene)})
+    return fingerprint({"reduce": reduced, "code": code_fingerprint(CURVE_CODE), **_curve_inputs(scene)})
 
 
 def linear_operation_inputs(scene: Scene) -> dict[str, Any]:

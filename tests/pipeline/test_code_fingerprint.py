@@ -18,10 +18,10 @@ from pipeline.scene.reading import read_scene
 from pipeline.stages.code_fingerprint import CARRIERS, PACKAGES, REPOSITORY, SourceTree, imports
 
 ENTRIES = {
-    "mesh": keys.MESH,
-    "assemble": keys.FULL_MODEL,
-    "reduce": keys.REDUCED_MODEL,
-    "curve": keys.CURVE,
+    "mesh": keys.MESH_CODE,
+    "assemble": keys.FULL_MODEL_CODE,
+    "reduce": keys.REDUCED_MODEL_CODE,
+    "curve": keys.CURVE_CODE,
     "frequencies": "pipeline.stages.natural_frequencies",
     "truncation": "pipeline.stages.modal_truncation",
     "figures": "pipeline.figures.stage",
@@ -175,8 +175,8 @@ def test_a_module_that_is_not_there_is_an_error() -> None:
 def test_another_version_of_a_library_is_another_key(monkeypatch: pytest.MonkeyPatch) -> None:
     import pipeline.stages.code_fingerprint as code
 
-    before = SourceTree().fingerprint(keys.MESH)
+    before = SourceTree().fingerprint(keys.MESH_CODE)
     monkeypatch.setattr(code, "_version", lambda library: "0" if library == "gmsh" else "1")
-    one = SourceTree().fingerprint(keys.MESH)
+    one = SourceTree().fingerprint(keys.MESH_CODE)
     monkeypatch.setattr(code, "_version", lambda library: "1")
-    assert len({before, one, SourceTree().fingerprint(keys.MESH)}) == 3
+    assert len({before, one, SourceTree().fingerprint(keys.MESH_CODE)}) == 3

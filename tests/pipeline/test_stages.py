@@ -142,7 +142,7 @@ def test_a_changed_source_makes_its_stage_and_what_follows_again(
     real = pipeline.stages.cache_keys.code_fingerprint
 
     def edited(*modules: str) -> str:
-        return real(*modules) + ("edited" if modules == (pipeline.stages.cache_keys.CURVE,) else "")
+        return real(*modules) + ("edited" if modules == (pipeline.stages.cache_keys.CURVE_CODE,) else "")
 
     monkeypatch.setattr(pipeline.stages.cache_keys, "code_fingerprint", edited)
     assert rerun(copied) == expected(respond="ran", figures="ran")
