@@ -1,16 +1,14 @@
-"""Fingerprints of what a result depends on: scene values, upstream results, source of the code that makes it."""
+"""Fingerprints of what a result depends on: scene values, upstream results, files."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
-from importlib import metadata
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 _LENGTH = 24
-_HOUSE = Path(__file__).resolve().parents[2]
 
 
 def fingerprint(values: Mapping[str, Any]) -> str:
@@ -19,27 +17,7 @@ def fingerprint(values: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:_LENGTH]
 
 
-def source_fingerprint(parts: Iterable[str], libraries: Iterable[str] = ()) -> str:
-    """Hash of the Python source of packages or modules, given as paths under the house, and of library versions."""
-    digest = hashlib.sha256()
-    for part in parts:
-        path = _HOUSE / part
-        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-            digest.update(file.relative_to(_HOUSE).as_posix().encode() + b"\0")
-            digest.update(file.read_bytes() + b"\0")
-    for library in libraries:
-        digest.update(f"{library} {_version(library)}\n".encode())
-    return digest.hexdigest()[:_LENGTH]
-
-
 def file_fingerprint(path: Path) -> str:
     """Hash of a file's content."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()[:_LENGTH]
-
-
-def _version(library: str) -> str:
-    try:
-        return metadata.version(library)
-    except metadata.PackageNotFoundError:
-        return "absent"
