@@ -15,12 +15,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline import read_scene
-from pipeline.scene.consistency import geometry_parameters
+from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.schema import Scene
-from pipeline.stages import build_model
-from pipeline.stages.cache_keys import Versions, model_keys
-from pipeline.stages.curve_file import CURVE, CurveSummary, CurveTask, face_area, modal_of, read_summary, solve_curve
-from pipeline.stages.scene_to_solver import contact_parameters, used_contact
+from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
+from pipeline.stages.build_mesh import SECTOR, make_mesh
+from pipeline.stages.build_reduced_model import FACTS, REDUCED_MODEL, make_reduced_model
+from pipeline.stages.cache_keys import model_keys
+from pipeline.stages.curve_file import CURVE
+from pipeline.stages.curve_summary import CurveSummary, read_summary
+from pipeline.stages.scene_to_solver import contact_on_model, damped_modes, excitation
+from pipeline.stages.solve_curve import solve_curve
 from pipeline.store.content_store import Store
 
 if TYPE_CHECKING:
@@ -97,23 +101,23 @@ class BuiltMesh:
         """The mesh."""
         from rom import load_sector
 
-        return load_sector(self.folder / build_model.SECTOR)
+        return load_sector(self.folder / SECTOR)
 
     def full_model(self) -> FullModel:
         """The assembled matrices."""
         from rom import load_full_model
 
-        return load_full_model(self.folder / build_model.FULL_MODEL)
+        return load_full_model(self.folder / FULL_MODEL)
 
     def reduced(self, values: Mapping[str, Any] | None = None) -> BuiltModel:
         """The reduced model with other values of dotted keys."""
         scene = scene_with(self.scene, values or {})
         start = time.perf_counter()
-        files = (self.folder / name for name in (build_model.SECTOR, build_model.FULL_MODEL))
-        build_model.make_reduced_model(self.folder, *files, scene)
+        files = (self.folder / name for name in (SECTOR, FULL_MODEL))
+        make_reduced_model(self.folder, *files, scene)
         seconds = time.perf_counter() - start
-        facts = json.loads((self.folder / build_model.FACTS).read_text(encoding="utf-8"))
-        return BuiltModel(self.folder / build_model.REDUCED_MODEL, scene, seconds, facts)
+        facts = json.loads((self.folder / FACTS).read_text(encoding="utf-8"))
+        return BuiltModel(self.folder / REDUCED_MODEL, scene, seconds, facts)
 
 
 @dataclass(frozen=True)
@@ -138,8 +142,8 @@ def built_mesh(scene: Scene) -> Iterator[BuiltMesh]:
     with tempfile.TemporaryDirectory(prefix="shroud-bench-") as name:
         folder = Path(name)
         start = time.perf_counter()
-        build_model.make_mesh(folder, scene)
-        build_model.make_full_model(folder, folder / build_model.SECTOR, scene)
+        make_mesh(folder, scene)
+        make_full_model(folder, folder / SECTOR, scene)
         yield BuiltMesh(folder, scene, time.perf_counter() - start)
 
 
@@ -150,11 +154,11 @@ def cached_model(store: Path, scene: Scene) -> Path:
     def build(folder: Path) -> None:
         with built_mesh(scene) as mesh:
             made = mesh.reduced()
-            write_reduced_model(folder / build_model.REDUCED_MODEL, made.model())
-            shutil.copyfile(mesh.folder / build_model.FACTS, folder / build_model.FACTS)
+            write_reduced_model(folder / REDUCED_MODEL, made.model())
+            shutil.copyfile(mesh.folder / FACTS, folder / FACTS)
 
-    key = model_keys(scene, Versions.current()).reduce
-    return Store(store).get("reference", key, build).file(build_model.REDUCED_MODEL)
+    key = model_keys(scene).reduce
+    return Store(store).get("reference", key, build).file(REDUCED_MODEL)
 
 
 def models_by_angle(scene: Path, angles: Iterable[float], store: Path) -> dict[float, Path]:
@@ -181,14 +185,13 @@ class CurveProblem:
 
 def curve_problem(model_file: Path, scene: Scene) -> CurveProblem:
     """The response curve of a scene on a given reduced model."""
-    from nonlinear import Excitation, SolverOptions
+    from nonlinear import SolverOptions
     from rom import read_reduced_model
 
     model = read_reduced_model(model_file, with_basis=False)
-    contact = contact_parameters(used_contact(scene, face_area(model)), model.n_contacts)
-    excitation = Excitation(scene.excitation.engine_order, scene.excitation.force)
+    modal = damped_modes(model, scene.response, scene.load)
     options = SolverOptions(scene.response.frequency, stability="folds", detached=False, truncation=False)
-    return CurveProblem(modal_of(model, scene), contact, excitation, options)
+    return CurveProblem(modal, contact_on_model(scene, model), excitation(scene), options)
 
 
 def curve_of_run(model_file: Path, scene: Scene) -> tuple[CurveSummary, float]:
@@ -197,7 +200,7 @@ def curve_of_run(model_file: Path, scene: Scene) -> tuple[CurveSummary, float]:
 
     with tempfile.TemporaryDirectory(prefix="shroud-bench-") as name:
         start = time.perf_counter()
-        solve_curve(Path(name), CurveTask(model_file, scene, {}))
+        solve_curve(Path(name), model_file, scene, {})
         seconds = time.perf_counter() - start
         with h5py.File(Path(name) / CURVE, "r") as file:
             return read_summary(file), seconds

@@ -1,7 +1,7 @@
-"""Scene files, stages and their reuse, sweeps, figures, renders and the command line; no equations.
+"""Scene files, stages and their cached results, sweeps, figures, renders and the command line; no equations.
 
-The front door for Python: `run_scene`, `read_results` and what they return. What a name needs is imported when the
-name is first asked for, so `import pipeline` costs nothing.
+The Python interface: `run_scene`, `read_results` and what they return. A name is imported from its module when it is
+first asked for, so `import pipeline` costs nothing.
 """
 
 from importlib import import_module

@@ -7,20 +7,20 @@ import signal
 import sys
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from enum import StrEnum
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pipeline.stages.stage_names import Stage
+from pipeline.terminal import print_error, print_notes, print_outcome, print_problems, print_verification
+
 if TYPE_CHECKING:
     from pipeline.process.interrupts import Interrupts
-    from pipeline.stages.request import Request, RunOutcome
-    from pipeline.verify.stage import Verification
+    from pipeline.stages.request import Request
 
 COMPUTED, NOT_REACHED, BAD_INPUT, BY_SIGNAL = 0, 1, 2, 128  # the last: and the number of the signal
-NO_TERMINAL = 110  # characters a line of a table may have where no terminal says
 
 app = typer.Typer(
     name="shroud",
@@ -31,40 +31,30 @@ app = typer.Typer(
 )
 
 
-class Stage(StrEnum):
-    """The stages of a run, in their order."""
-
-    mesh = "mesh"
-    assemble = "assemble"
-    reduce = "reduce"
-    respond = "respond"
-    render = "render"
-    figures = "figures"
-    report = "report"
-
-
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.")]
 OutOption = Annotated[Path | None, typer.Option("--out", help="Output folder; out/<scene name> by default.")]
-ForceOption = Annotated[bool, typer.Option("--force", help="Make everything again, whatever is there.")]
+ForceOption = Annotated[bool, typer.Option("--force", help="Compute everything again, even what has not changed.")]
 JobsOption = Annotated[
     int | None,
     typer.Option("--jobs", min=1, max=256, help="Curves solved at once; one for each core by default, if worth it."),
 ]
-QuietOption = Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print what came out as JSON, and nothing else on stdout.")]
+QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else on stdout.")]
 
 
 @app.command()
 def run(
     scene: SceneArgument,
     out: OutOption = None,
-    until: Annotated[Stage | None, typer.Option(help="Stage whose result is wanted.")] = None,
+    until: Annotated[
+        Stage | None, typer.Option(help="Last stage to run; by default everything that the scene asks for.")
+    ] = None,
     force: ForceOption = False,
     jobs: JobsOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Run a scene: whatever is missing or out of date, nothing else."""
+    """Run a scene, recomputing only what has changed."""
     from pipeline.scene.reading import read_scene
     from pipeline.stages.request import Request
 
@@ -102,18 +92,19 @@ def verify(
     force: ForceOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Measure what modes left out and mesh do to the reduced models of a scene, and say which to refine."""
+    """Measure the errors of the reduced models of a scene by modal truncation and mesh, and say which to refine."""
     from pipeline.process.progress import Reporter
     from pipeline.scene.reading import read_scene
     from pipeline.verify.stage import verify as measure
 
     file = read_scene(scene)
+    if not quiet:
+        print_notes(file.notes)
     with _stoppable() as interrupts:
         reporter = Reporter(quiet, interrupts=interrupts)
         found = measure(file, out or Path("out") / file.first.name, tolerance, force, reporter)
-    _print_errors(found, quiet, as_json)
-    for problem in found.problems:
-        _say(problem)
+    print_verification(found, quiet, as_json)
+    print_problems(found.problems)
     raise typer.Exit(NOT_REACHED if found.problems else COMPUTED)
 
 
@@ -127,7 +118,7 @@ def report(
     as_json: JsonOption = False,
 ) -> None:
     """Run a scene and write one self-contained page about it: report.html in the output folder."""
-    run(scene, out, Stage.report, force, jobs, quiet, as_json)
+    run(scene, out, Stage.REPORT, force, jobs, quiet, as_json)
 
 
 @app.command()
@@ -135,7 +126,7 @@ def info(
     file: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.")],
     as_json: JsonOption = False,
 ) -> None:
-    """Say what a result or a reduced model holds."""
+    """Print what a result or a reduced model holds."""
     from pipeline.results.file_info import contents, described
     from pipeline.results.outputs import as_json as json_text
 
@@ -166,7 +157,7 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
     from pipeline.errors import InputError
     from pipeline.results.outputs import as_json as json_text
     from pipeline.scene.consistency import check_scene
-    from pipeline.scene.plausibility import slips
+    from pipeline.scene.plausibility import plausibility_warnings
     from pipeline.scene.reading import read_scene
 
     try:
@@ -176,7 +167,7 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
         if as_json:
             print(json_text({"valid": False, "errors": [str(error)], "warnings": []}))
         raise
-    remarks = slips(file)
+    remarks = plausibility_warnings(file)
     if as_json:
         accuracy = None if file.accuracy is None else file.accuracy.plain()
         found = {
@@ -185,9 +176,10 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
             "swept": list(file.swept),
             "accuracy": accuracy,
         }
-        print(json_text({"valid": True, "errors": [], "warnings": remarks, **found}))
+        print(json_text({"valid": True, "errors": [], "warnings": [*file.notes, *remarks], **found}))
         return
-    _warn(remarks)
+    print_notes(file.notes)
+    print_notes(remarks, "warning")
     curves = f"{len(file.members)} curve{'s' if len(file.members) > 1 else ''}"
     print(f"{scene}: valid, {curves}" + (f" over {', '.join(file.swept)}" if file.swept else ""))
     if file.accuracy is not None:
@@ -222,9 +214,9 @@ def main() -> None:
     try:
         sys.stdout.flush()
     except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what cannot be said is not tried again
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing more is written there
         if not isinstance(error, BrokenPipeError):
-            _say(f"shroud: the output cannot be written: {error.strerror}")
+            print_error(f"shroud: the output cannot be written: {error.strerror}")
         status = status or NOT_REACHED
     sys.exit(status)
 
@@ -237,7 +229,7 @@ def command(arguments: list[str]) -> int:
     from pipeline.process.interrupts import Stopped
     from pipeline.store.disk_errors import StorageError
 
-    if not sys.warnoptions:  # what libraries remark is for those who ask for it by python -W
+    if not sys.warnoptions:  # warnings of libraries are shown with python -W only
         warnings.simplefilter("ignore")
     try:
         status = app(args=arguments or ["--help"], prog_name="shroud", standalone_mode=False)
@@ -245,24 +237,24 @@ def command(arguments: list[str]) -> int:
     except Exit as stop:
         status = stop.exit_code
     except TyperException as error:
-        _say(f"shroud: {one_line(error.format_message())} (shroud --help)")
+        print_error(f"shroud: {one_line(error.format_message())} (shroud --help)")
         return BAD_INPUT
     except InputError as error:
-        _say(str(error))
+        print_error(str(error))
         return BAD_INPUT
     except StorageError as error:
-        _say(str(error))
+        print_error(str(error))
         return NOT_REACHED
     except (KeyboardInterrupt, Abort):
         status = BY_SIGNAL + signal.SIGINT
     except BrokenPipeError:
         return NOT_REACHED
     except Exception as error:
-        _say(f"shroud: {type(error).__name__}: {reason_of(error)}")
+        print_error(f"shroud: {type(error).__name__}: {reason_of(error)}")
         return NOT_REACHED
     if status > BY_SIGNAL:
         said = Stopped(status - BY_SIGNAL).said
-        _say(f"shroud: {said}; what is done is kept, the same command goes on from there")
+        print_error(f"shroud: {said}; what is done is kept, the same command goes on from there")
     return status
 
 
@@ -278,78 +270,12 @@ def _stoppable() -> Iterator[Interrupts]:
             raise typer.Exit(BY_SIGNAL + stop.signal) from None
 
 
-def _say(text: str) -> None:
-    """One line on stderr, where there still is somebody to read it."""
-    with suppress(OSError):
-        print(text, file=sys.stderr, flush=True)
-
-
 def _finish(request: Request, quiet: bool, as_json: bool) -> None:
-    """Execute, tell people what came of it, and exit with the status that says so."""
+    """Execute, print the results, and exit with the status that stands for them."""
     from pipeline.process.progress import Reporter
-    from pipeline.results.outputs import as_json as json_text
     from pipeline.run import execute
 
     with _stoppable() as interrupts:
         outcome = execute(request, Reporter(quiet, interrupts=interrupts))
-    if as_json:
-        print(json_text(outcome.summary))
-    elif not quiet:
-        _tell(request, outcome)
-    for problem in outcome.problems:
-        _say(problem)
-    failed = [curve for curve in outcome.curves if not curve.complete]
-    if failed:
-        first = failed[0].reason
-        _say(f"{len(failed)} of {len(outcome.curves)} curves not completed: {first}")
+    print_outcome(request, outcome, quiet, as_json)
     raise typer.Exit(COMPUTED if outcome.complete else NOT_REACHED)
-
-
-def _warn(lines: list[str]) -> None:
-    for line in lines:
-        _say(f"warning: {line}")
-
-
-def _print_errors(found: Verification, quiet: bool, as_json: bool) -> None:
-    from pipeline.results.outputs import as_json as json_text
-    from pipeline.verify.stage import plain
-
-    if as_json:
-        print(json_text(plain(found)))
-    if as_json or quiet:
-        return
-    from rich.console import Console
-
-    from pipeline.verify.table import error_table, heading, overview
-
-    console = Console(width=None if sys.stdout.isatty() else NO_TERMINAL)
-    for line in dict.fromkeys(heading(errors) for _, errors in found.measured):
-        print(line)
-    if len(found.measured) == 1:
-        case, errors = found.measured[0]
-        console.print(error_table(errors, case.scene.response.frequency[1]))
-    elif found.measured:
-        console.print(overview(found.measured))
-    for each in found.advice:
-        print(each.text)
-
-
-def _tell(request: Request, outcome: RunOutcome) -> None:
-    from rich.console import Console
-
-    from pipeline.results.tables import curve_table, harmonics_warning, mode_notes, motion_notes
-    from pipeline.scene.plausibility import range_remark
-
-    if outcome.curves:
-        width = None if sys.stdout.isatty() else NO_TERMINAL
-        Console(width=width).print(curve_table(outcome))
-    for note in [*mode_notes(outcome), *motion_notes(outcome)]:
-        print(note)
-    if request.scene.accuracy is not None:
-        print(request.scene.accuracy.text())
-    if warning := harmonics_warning(outcome):
-        print(warning, file=sys.stderr)
-    if remark := range_remark(outcome, request.scene.first):
-        _warn([remark])
-    page = f", {outcome.report}" if outcome.report else ""
-    print(f"{outcome.seconds:.2f} s, results in {request.out}{page}")

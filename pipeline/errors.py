@@ -1,4 +1,4 @@
-"""What the pipeline raises for its users; every message is one line."""
+"""Exceptions of the pipeline; every message is one line."""
 
 from __future__ import annotations
 
@@ -10,11 +10,17 @@ _SYSTEM_LIBRARIES = "python -m pipeline.bootstrap installs the system libraries 
 
 
 class InputError(Exception):
-    """Bad input: the message names the file, the dotted key, the value found and what is allowed."""
+    """Bad input; the message names the file, the dotted key, the value found and the values allowed."""
 
 
 class StageError(Exception):
-    """A stage could not make its result; the message names the stage and the reason, `cause` is what was raised."""
+    """A stage that could not compute its result.
+
+    Attributes
+    ----------
+    cause : Exception
+        The exception behind it.
+    """
 
     def __init__(self, stage: str, cause: Exception) -> None:
         self.cause = cause
@@ -28,9 +34,9 @@ class StageError(Exception):
 
 
 def input_error(source: str | os.PathLike[str], key: str, found: str, allowed: str) -> InputError:
-    """Make the one line that every complaint about input has: `source: key: found, allowed: ...`."""
-    where = f"{os.fspath(source)}: {key}" if key else os.fspath(source)
-    return InputError(one_line(f"{where}: {found}, allowed: {allowed}"))
+    """An InputError with the one line of all messages about input: `source: key: found, allowed: ...`."""
+    place = f"{os.fspath(source)}: {key}" if key else os.fspath(source)
+    return InputError(one_line(f"{place}: {found}, allowed: {allowed}"))
 
 
 def shown(value: Any) -> str:
@@ -50,5 +56,5 @@ def one_line(text: str) -> str:
 
 
 def reason_of(error: BaseException) -> str:
-    """What an exception says, on one line; its type where it says nothing."""
+    """The message of an exception on one line; its type where it has none."""
     return one_line(str(error)) or type(error).__name__

@@ -1,4 +1,4 @@
-"""A scene run from Python: what `shroud run` and `shroud respond` do, with the results as arrays."""
+"""Running a scene from Python: as `shroud run` and `shroud respond`, with the results as arrays."""
 
 from __future__ import annotations
 
@@ -23,33 +23,49 @@ def run_scene(
     jobs: int = 1,
     quiet: bool = True,
 ) -> Results:
-    """Run a scene like `shroud run`: whatever is missing or out of date in its output folder, nothing else.
+    """Run a scene like `shroud run`, recomputing only what has changed.
 
     Parameters
     ----------
-    scene : the scene file, or what `read_scene` made of it.
-    out : output folder, by default out/NAME with the scene's name; it is made if it is not there.
-    rom : file of a reduced model from elsewhere, as `shroud respond --rom`; the scene then needs no blade.
-    until : stage whose result is wanted: "mesh", "assemble", "reduce", "respond", "render", "figures" or "report";
-        by default everything that the scene asks for.
-    force : make everything again, whatever is there.
-    jobs : curves solved at once, in processes of their own. With more than one the calling script needs
+    scene : SceneFile, str or path
+        The scene file, or the result of `read_scene`.
+    out : str or path
+        Output folder, by default out/NAME with the scene's name; it is created where it does not exist.
+    rom : str or path
+        File of a reduced model from elsewhere, as `shroud respond --rom`; the scene then needs no blade.
+    until : str
+        Last stage to run: "mesh", "assemble", "reduce", "respond", "render", "figures" or "report"; by default
+        everything that the scene asks for.
+    force : bool
+        Whether everything is computed again, even what has not changed.
+    jobs : int
+        Curves solved at the same time, in processes of their own. With more than one the calling script needs
         `if __name__ == "__main__":`.
-    quiet : say nothing; otherwise progress goes to stderr.
+    quiet : bool
+        Whether nothing is printed; otherwise progress goes to stderr.
 
-    A curve that could not be completed does not raise: its `complete` is False and its `reason` says why.
+    Returns
+    -------
+    Results
+        Curves and summary of the run.
 
     Raises
     ------
-    InputError : the scene or the reduced model is not usable, the folder cannot be written, or `until` is no stage.
+    InputError
+        The scene or the reduced model is not usable, the folder cannot be written, or `until` is no stage.
+
+    Notes
+    -----
+    A curve that could not be completed does not raise: its `complete` is False and its `reason` says why.
     """
     from pipeline.process.progress import Reporter
     from pipeline.results.results import read_results
     from pipeline.run import execute
-    from pipeline.stages.request import STAGES, Request
+    from pipeline.stages.request import Request
+    from pipeline.stages.stage_names import Stage
 
-    if until is not None and until not in STAGES:
-        raise input_error("until", "", shown(until), ", ".join(STAGES))
+    if until is not None and until not in tuple(Stage):
+        raise input_error("until", "", shown(until), ", ".join(Stage))
     file = scene if isinstance(scene, SceneFile) else read_scene(scene, given_model=rom is not None)
     folder = Path("out") / file.first.name if out is None else Path(out)
     execute(Request(file, folder, until, force, jobs, None if rom is None else Path(rom)), Reporter(quiet))

@@ -1,4 +1,4 @@
-"""A run: only the stages that the asked-for outputs need, in their order, and their summary."""
+"""A run: the stages that the requested outputs need, in their order, and the summary of their results."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from pipeline.process.progress import Reporter
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
 from pipeline.results.outputs import curve_summary, write_results, write_summary
 from pipeline.scene.consistency import check_scene, check_scene_for_model
-from pipeline.scene.plausibility import slips
-from pipeline.stages.cache_keys import Versions, curve_key
-from pipeline.stages.curve_file import modal_of
+from pipeline.scene.plausibility import plausibility_warnings
+from pipeline.stages.cache_keys import curve_key
 from pipeline.stages.request import Request, Run, RunOutcome
 from pipeline.stages.respond import CurveJob, CurveResult, CurveSolver
+from pipeline.stages.scene_to_solver import damped_modes
 from pipeline.stages.stage_log import StageLog
-from pipeline.stages.sweep_models import Models, blade_models, given_models, summarise_models
+from pipeline.stages.stage_names import Stage
+from pipeline.stages.sweep_models import Models, model_summaries, models_from_file, models_of_blade
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.output_folder import working_store
 
@@ -32,26 +33,42 @@ UNFINISHED = "the run has not come to its end; the same command goes on from the
 def execute(request: Request, reporter: Reporter) -> RunOutcome:
     """Run what is asked for and write it into the output folder.
 
+    Parameters
+    ----------
+    request : Request
+        Scene, output folder and the stages asked for.
+    reporter : Reporter
+        Says what is going on.
+
+    Returns
+    -------
+    RunOutcome
+        Curves, models and pictures, and the problems met.
+
     Raises
     ------
-    InputError : the scene, the reduced model or the output folder is not usable; nothing was written.
-    StorageError : there is no room for the results; what is done is kept.
+    InputError
+        The scene, the reduced model or the output folder is not usable; nothing was written.
+    StorageError
+        There is no room for the results; results computed so far stay in the store.
     """
     start = time.perf_counter()
     given = _check(request)
-    for line in slips(request.scene):
+    for line in request.scene.notes:
+        reporter.line(f"note: {line}")
+    for line in plausibility_warnings(request.scene):
         reporter.line(f"warning: {line}")
     with working_store(request.out, request.force, reporter) as store:
-        return _execute(Run(request, store, StageLog(), reporter, Versions.current()), given, start)
+        return _execute(Run(request, store, StageLog(), reporter), given, start)
 
 
 def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
     request, outcome = run.request, RunOutcome()
-    models = blade_models(run, outcome) if given is None else given_models(run, given)
-    if "respond" in request.wanted:
+    models = models_of_blade(run, outcome) if given is None else models_from_file(run, given)
+    if Stage.RESPOND in request.wanted:
         _respond(run, models, outcome)
-    outcome.models = summarise_models(run, models, outcome)
-    if "respond" in request.wanted:
+    outcome.models = model_summaries(run, models, outcome)
+    if Stage.RESPOND in request.wanted:
         _publish(run, models, outcome)
     _draw(run, models, outcome)
     _report(run, models, outcome)
@@ -77,7 +94,7 @@ def _check(request: Request) -> ReducedModel | None:
         if case not in tried:
             tried.add(case)
             try:
-                modal_of(model, member.scene)
+                damped_modes(model, response, load)
             except ReducedModelError as error:
                 raise InputError(f"{request.scene.path} on {request.rom}: {reason_of(error)}") from None
     return model
@@ -85,40 +102,40 @@ def _check(request: Request) -> ReducedModel | None:
 
 def _respond(run: Run, models: Models, outcome: RunOutcome) -> None:
     """The response of every member."""
-    wanted = {}
+    jobs = {}
     for member in run.request.scene.members:
         model = models[member.index]
         if model is not None:
-            wanted[member.index] = CurveJob(member, curve_key(member.scene, model.key, run.versions), model.rom)
+            jobs[member.index] = CurveJob(member, curve_key(member.scene, model.key), model.rom)
     solver = CurveSolver(run.store, run.log, run.reporter, run.request.jobs)
-    solved = solver.solve(list(wanted.values()))
+    solved = solver.solve(list(jobs.values()))
     for member in run.request.scene.members:
-        if member.index in wanted:
-            curve = solved[wanted[member.index].key]
+        if member.index in jobs:
+            curve = solved[jobs[member.index].key]
             outcome.curves.append(CurveResult(member, curve.rom, curve.file, curve.facts, curve.reason))
         else:
             outcome.curves.append(CurveResult(member, None, None, None, "its reduced model could not be made"))
 
 
 def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:
-    """Response and a summary that belong together, whatever becomes of the stages after them."""
+    """Write the response with a summary of it, before the stages that follow, which may fail."""
     out = run.request.out
     unfinished = RunOutcome(outcome.curves, outcome.models, problems=[*outcome.problems, UNFINISHED])
     summary = _summary(run, unfinished)
     outcome.response = write_results(run.store, out, outcome.curves, run.request.scene.swept, summary)
-    if retire_page(out, results_fingerprint(models, outcome)) and "report" not in run.request.wanted:
+    if retire_page(out, results_fingerprint(models, outcome)) and Stage.REPORT not in run.request.wanted:
         run.reporter.line(f"{out / PAGE}: was about other results, removed; `shroud report` writes it again")
 
 
 def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
-    """Renders and figures, where they are wanted and there is something to show."""
-    drawable = {"render": any(models.values()), "figures": any(curve.file for curve in outcome.curves)}
+    """Renders and figures, where they are asked for and there is something to show."""
+    drawable = {Stage.RENDER: any(models.values()), Stage.FIGURES: any(curve.file for curve in outcome.curves)}
     for stage, possible in drawable.items():
         if stage not in run.request.wanted or not possible:
             continue
         try:
             with run.log.timed(stage):
-                files = _renders(run, models, outcome) if stage == "render" else _figures(run, outcome)
+                files = _renders(run, models, outcome) if stage is Stage.RENDER else _figures(run, outcome)
             outcome.pictures.extend(path.relative_to(run.request.out).as_posix() for path in files)
         except StorageError:
             raise
@@ -139,13 +156,13 @@ def _figures(run: Run, outcome: RunOutcome) -> list[Path]:
 
 
 def _report(run: Run, models: Models, outcome: RunOutcome) -> None:
-    """The page about all that, where it is wanted."""
-    if "report" not in run.request.wanted:
+    """The report page, where it is asked for."""
+    if Stage.REPORT not in run.request.wanted:
         return
     from pipeline.report.report_stage import report_stage
 
     try:
-        with run.log.timed("report"):
+        with run.log.timed(Stage.REPORT):
             outcome.report = report_stage(run, models, outcome).relative_to(run.request.out).as_posix()
     except StorageError:
         raise

@@ -11,7 +11,7 @@ import numpy as np
 from problems import built_mesh, cached_model, mesh_of, scene_with
 
 from pipeline.scene.schema import Scene
-from pipeline.stages.linear_operation import linear_operation
+from pipeline.stages.scene_to_solver import linear_operation
 from work_precision.study import Measured, Study, announced, median_of, relative_error
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from problems import BuiltMesh, built_mesh, scene_with
 
-from pipeline.stages.linear_operation import linear_operation
+from pipeline.stages.scene_to_solver import linear_operation
 from work_precision.study import Measured, Study, announced, timed
 
 if TYPE_CHECKING:

@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.scene.labels import member_label
-from pipeline.scene.schema import Scene
-from pipeline.stages.curve_file import BRANCHES, read_summary
-from pipeline.stages.respond import CurveResult
+from pipeline.scene.schema import Contact, Scene
+from pipeline.stages.curve_file import BRANCHES, section_from_attributes
+from pipeline.stages.curve_summary import read_summary
+
+if TYPE_CHECKING:
+    from pipeline.stages.respond import CurveResult
 
 Array = NDArray[np.float64]
 
@@ -68,7 +71,7 @@ class PlottedCurve:
     dissipated_j: Array
     peak_index: int
     peak_displacement: NDArray[np.complex128] | None
-    contact: dict[str, Any]
+    contact: Contact
     branches: tuple[PlottedBranch, ...]
     bifurcations: tuple[dict[str, Any], ...]
 
@@ -92,7 +95,6 @@ def _read(index: int, curve: CurveResult, file: Path, rom: Path) -> PlottedCurve
 
     with h5py.File(file, "r") as source:
         peak = int(source.attrs["peak_index"])
-        contact = {key.partition(".")[2]: value for key, value in source.attrs.items() if key.startswith("contact.")}
         return PlottedCurve(
             index=index,
             label=member_label(curve.member),
@@ -107,7 +109,7 @@ def _read(index: int, curve: CurveResult, file: Path, rom: Path) -> PlottedCurve
             peak_displacement=source["relative_displacement"][peak] if peak >= 0 else None,
             branches=tuple(_branch(source[BRANCHES][name]) for name in sorted(source.get(BRANCHES, ()), key=int)),
             bifurcations=read_summary(source).bifurcations,
-            contact={key: tuple(v) if isinstance(v, np.ndarray) else v for key, v in contact.items()},
+            contact=section_from_attributes(Contact, source.attrs),
         )
 
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipeline.results.publishing import published, remove_outdated
-from pipeline.stages.request import Run
-from pipeline.stages.respond import CurveResult
+from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.store.fingerprints import fingerprint
+
+if TYPE_CHECKING:
+    from pipeline.stages.request import Run
+    from pipeline.stages.respond import CurveResult
 
 NAMES = ("response", "peaks", "hysteresis", "hysteresis_sweep", "nodal_diameters", "campbell")
 
@@ -19,7 +23,7 @@ def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
     content = {
         "title": title,
         "curves": [[c.file.parent.name if c.file else None, c.reason, dict(c.member.parameters)] for c in curves],
-        "code": run.versions.figures,
+        "code": code_fingerprint(__name__),
     }
     folder = run.request.out / "figures"
     files = published(

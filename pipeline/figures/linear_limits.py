@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.figures.data import Array, PlottedCurve
-from pipeline.stages.curve_file import modal_of
-from pipeline.stages.scene_to_solver import contact_parameters
+from pipeline.stages.scene_to_solver import contact_parameters, damped_modes
 
 if TYPE_CHECKING:
     from rom import ModalModel, ReducedModel
@@ -56,7 +55,7 @@ def _case(curve: PlottedCurve, kind: str) -> object:
     case = (curve.rom, scene.excitation.force, response.damping_ratio, response.rayleigh, response.frequency)
     if kind == "free":
         return case
-    return *case, scene.excitation.engine_order, contact["normal_stiffness"], contact["tangential_stiffness"]
+    return *case, scene.excitation.engine_order, contact.normal_stiffness, contact.tangential_stiffness
 
 
 def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: list[int]) -> Limit:
@@ -64,7 +63,7 @@ def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: l
 
     curve = curves[at[0]]
     scene = curve.scene
-    modal: ModalModel = modal_of(model, scene)
+    modal: ModalModel = damped_modes(model, scene.response, scene.load)
     contact = contact_parameters(curve.contact, model.n_contacts)
     stuck = kind == "stuck"
     springs: dict[str, Any] = {

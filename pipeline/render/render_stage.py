@@ -13,16 +13,18 @@ from pipeline.render.job import OperatingJob, RenderJob
 from pipeline.results.publishing import published, remove_outdated
 from pipeline.scene.labels import member_label
 from pipeline.scene.schema import Render, Scene
-from pipeline.stages.build_model import SECTOR
-from pipeline.stages.curve_file import face_area
+from pipeline.stages.build_mesh import SECTOR
+from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.model_chain import BuiltModel
 from pipeline.stages.request import Run
 from pipeline.stages.respond import CurveResult
-from pipeline.stages.scene_to_solver import stiffness_by_node, used_contact
+from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import fingerprint
 
 FRAMES = 24  # of an animation
+MODES_DRAWER = "pipeline.render.mode_shapes"  # runs in a process of its own, as the next
+OPERATING_DRAWER = "pipeline.render.operating_shapes"
 
 
 def render_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> list[Path]:
@@ -61,7 +63,7 @@ def operating_curves(render: Render | None, curves: Sequence[CurveResult]) -> li
 
 def _render(run: Run, model: BuiltModel, scene: Scene, prefix: str) -> list[Path]:
     job = _job(model, scene, prefix)
-    content = {**asdict(job), "sector": None, "rom": model.key, "code": run.versions.render}
+    content = {**asdict(job), "sector": None, "rom": model.key, "code": code_fingerprint(MODES_DRAWER)}
     key = fingerprint(content)
     doing, folder = "rendering mode shapes", run.request.out / "renders"
     return published(run, "render", key, doing, lambda into: _draw(replace(job, folder=str(into))), folder)
@@ -87,14 +89,14 @@ def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> li
         frames=FRAMES,
     )
     content = {**asdict(job), "sector": None, "rom": model.key, "curve": curve.file.parent.name}
-    key = fingerprint(content | {"code": run.versions.render})
+    key = fingerprint(content | {"code": code_fingerprint(OPERATING_DRAWER)})
     doing, folder = f"rendering the motion at the peak of curve {number}", run.request.out / "renders"
     return published(run, "render", key, doing, lambda into: _draw_operating(replace(job, folder=str(into))), folder)
 
 
 def _draw_operating(job: OperatingJob) -> None:
     pictures = [Path(job.folder) / f"{job.name}.{suffix}" for suffix in ("png", "gif")]
-    draw_apart("pipeline.render.operating_shapes", job.to_json(), pictures)
+    draw_apart(OPERATING_DRAWER, job.to_json(), pictures)
 
 
 def _job(model: BuiltModel, scene: Scene, prefix: str) -> RenderJob:
@@ -124,12 +126,14 @@ def _springs(model: BuiltModel, scene: Scene, contact: str) -> dict[str, Any]:
         return {"normal": none, "tangential": none}
     from rom import read_reduced_model
 
-    values = used_contact(scene, face_area(read_reduced_model(model.rom, with_basis=False)))
-    normal = tuple(stiffness_by_node(values["normal_stiffness"], len(none)).tolist())
-    tangential = tuple(stiffness_by_node(values["tangential_stiffness"], len(none)).tolist())
-    return {"normal": normal, "tangential": tangential if contact == "stuck" else none}
+    springs = contact_on_model(scene, read_reduced_model(model.rom, with_basis=False))
+    tangential = tuple(springs.tangential_stiffness.tolist())
+    return {
+        "normal": tuple(springs.normal_stiffness.tolist()),
+        "tangential": tangential if contact == "stuck" else none,
+    }
 
 
 def _draw(job: RenderJob) -> None:
     pictures = [Path(job.folder) / f"{job.prefix}mode_{mode}.png" for mode in job.modes]
-    draw_apart("pipeline.render.mode_shapes", job.to_json(), pictures)
+    draw_apart(MODES_DRAWER, job.to_json(), pictures)

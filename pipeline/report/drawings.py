@@ -13,7 +13,7 @@ from pipeline.figures.hysteresis import node_figure
 from pipeline.figures.style import styled
 from pipeline.render.ring import LEFT_COLOUR, RIGHT_COLOUR, VIEW, blades_of, turned
 from pipeline.report.surface import Surface, outer_surface
-from pipeline.stages.build_model import SECTOR
+from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.model_chain import BuiltModel
 
 if TYPE_CHECKING:

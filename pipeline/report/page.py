@@ -27,9 +27,8 @@ from pipeline.report.rows import (
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
 from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.schema import Scene
-from pipeline.stages.curve_file import face_area
 from pipeline.stages.model_chain import BuiltModel
-from pipeline.stages.scene_to_solver import stiffness_by_node, used_contact
+from pipeline.stages.scene_to_solver import contact_on_model
 
 TEMPLATES = Path(__file__).parent / "templates"
 MOST_CONTACTS, MOST_OPERATING, MOST_STILLS = 10, 10, 9
@@ -192,11 +191,8 @@ def _viewer(source: ReportSource, shown: Sequence[PlottedCurve]) -> ViewerData |
 def _springs(model: BuiltModel, scene: Scene) -> dict[str, dict[str, Any]]:
     from rom import read_reduced_model
 
-    reduced = read_reduced_model(model.rom, with_basis=False)
-    values = used_contact(scene, face_area(reduced))
-    normal = stiffness_by_node(values["normal_stiffness"], reduced.n_contacts)
-    tangential = stiffness_by_node(values["tangential_stiffness"], reduced.n_contacts)
-    return {"free": {}, "stuck": {"normal": normal, "tangential": tangential}}
+    contact = contact_on_model(scene, read_reduced_model(model.rom, with_basis=False))
+    return {"free": {}, "stuck": {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness}}
 
 
 def _contacts(source: ReportSource, shown: Sequence[PlottedCurve]) -> tuple[list[ContactDetail], int]:

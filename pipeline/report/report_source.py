@@ -9,19 +9,17 @@ from typing import Any
 
 from pipeline.report.published_page import results_fingerprint
 from pipeline.scene.schema import Scene
+from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.model_chain import BuiltModel
 from pipeline.stages.request import Run, RunOutcome
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.sweep_models import Models
-from pipeline.store.fingerprints import file_fingerprint, fingerprint, source_fingerprint
+from pipeline.store.fingerprints import file_fingerprint, fingerprint
 from pipeline.verify.cases import Verifier, distinct_cases
 from pipeline.verify.stage import VerifiedCase
 
-_ROOMS = ("geometry", "rom", "nonlinear", "pipeline/report", "pipeline/figures", "pipeline/render")
-_FILES = ("contact_values", "labels", "operating", "tables", "verify/model_errors")
-_SOURCES = (*_ROOMS, *(f"pipeline/{name}.py" for name in _FILES))
+_PAGE_MODULE = "pipeline.report.page"
 _TEMPLATES = Path(__file__).parent / "templates"
-_LIBRARIES = ("jinja2", "matplotlib", "numpy", "pillow", "scipy")
 
 
 @dataclass(frozen=True)
@@ -84,7 +82,6 @@ class ReportSource:
 
     def key(self) -> str:
         """Hash of all this and of the code that makes the page."""
-        templates = [path.relative_to(_TEMPLATES.parents[2]).as_posix() for path in sorted(_TEMPLATES.iterdir())]
         return fingerprint(
             {
                 "scene": [self.scene_file.name, self.scene_text],
@@ -99,7 +96,8 @@ class ReportSource:
                 "costs": dict(self.costs),
                 "problems": list(self.problems),
                 "results": self.results_key,
-                "code": source_fingerprint([*_SOURCES, *templates], _LIBRARIES),
+                "code": code_fingerprint(_PAGE_MODULE),
+                "templates": {path.name: file_fingerprint(path) for path in _TEMPLATES.iterdir()},
             }
         )
 

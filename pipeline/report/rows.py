@@ -10,23 +10,15 @@ from typing import Any
 import numpy as np
 
 from pipeline.report.report_source import ReportSource
-from pipeline.results.outputs import relative_path
 from pipeline.results.tables import bare_value, share
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_model import SECTOR
+from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.model_chain import BuiltModel
-from pipeline.stages.stage_log import STAGES
+from pipeline.stages.stage_names import Stage
+from pipeline.store.output_folder import relative_path
 
 SHOWN_FREQUENCIES = 6
-_VERBS = {
-    "mesh": "meshing",
-    "assemble": "assembling stiffness and mass",
-    "reduce": "reduced model",
-    "respond": "response curves",
-    "render": "renders",
-    "figures": "figures",
-}
 
 
 @dataclass(frozen=True)
@@ -220,11 +212,7 @@ def contact_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
 
 def cost_rows(source: ReportSource) -> list[tuple[str, int, float]]:
     """What each stage's results took to make, s, whether in this run or before, and how many they are."""
-    return [
-        (_VERBS[stage], source.results[stage], source.costs[stage])
-        for stage in STAGES
-        if stage in source.costs and stage in _VERBS
-    ]
+    return [(stage.results, source.results[stage], source.costs[stage]) for stage in Stage if stage in source.costs]
 
 
 def _damping(scene: Scene) -> str:

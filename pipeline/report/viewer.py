@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pipeline.report.surface import Surface, outer_surface
 from pipeline.scene.labels import prefixed
-from pipeline.stages.build_model import SECTOR
+from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.operating_shape import operating_shape
 
 if TYPE_CHECKING:

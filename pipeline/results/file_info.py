@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import InputError, input_error, one_line, reason_of
 from pipeline.process.isolated_reading import read_apart, read_model
 from pipeline.results.outputs import number_or_null
-from pipeline.stages.curve_file import CurveSummary, read_summary
+from pipeline.stages.curve_summary import CurveSummary, read_summary
 
 if TYPE_CHECKING:
     import h5py

@@ -5,25 +5,20 @@ from __future__ import annotations
 import csv
 import json
 import math
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.stages.curve_file import BRANCHES, COLUMNS, plain
+from pipeline.stages.curve_file import BRANCHES, COLUMNS, cell_value
 from pipeline.stages.respond import CurveResult
 from pipeline.store.content_store import Store
 from pipeline.store.fingerprints import file_sha256
+from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:
     import h5py
 
 WHOLE_COLUMNS = ("stable", "sticking", "slipping", "separating", "iterations", "kept_harmonics")
-
-
-def relative_path(path: Path, out: Path) -> str:
-    """A path as the output files name it: relative to the output folder."""
-    return Path(os.path.relpath(path, out)).as_posix()
 
 
 def write_results(
@@ -64,7 +59,7 @@ def _write_table(path: Path, curves: Sequence[CurveResult], swept: Sequence[str]
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(csv_header(swept, highest))
         for index, curve in enumerate(curves):
-            head = [index, *(plain(curve.member.parameters[key]) for key in swept)]
+            head = [index, *(cell_value(curve.member.parameters[key]) for key in swept)]
             writer.writerows(_curve_rows(curve, head, highest))
 
 

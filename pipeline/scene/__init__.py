@@ -1,1 +1,1 @@
-"""The scene file: schema, reading, checks and what is said of unusual values."""
+"""The scene file: schema, reading, presets, checks and plausibility warnings."""

@@ -1,19 +1,17 @@
-"""What the schema cannot see: keys that must agree with each other and with the geometry. Cheap; nothing is built."""
+"""Checks beyond the schema: keys that must agree with each other and with the geometry. Cheap: nothing is built."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
-from pipeline.scene.reading import Member, SceneFile, where
-from pipeline.scene.schema import SECTIONS, Scene
+from pipeline.scene.geometry_parameters import geometry_parameters
+from pipeline.scene.reading import Member, SceneFile, key_in_file
+from pipeline.scene.schema import SECTIONS
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_sweep
 from pipeline.scene.validation_errors import allowed_values
-
-if TYPE_CHECKING:
-    from geometry import BladeParameters, MeshParameters, ShroudParameters
 
 PER_NODE = ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload")
 BLADE_SECTIONS = ("blade", "shroud", "material", "mesh")
@@ -24,10 +22,11 @@ def check_scene(file: SceneFile) -> None:
 
     Raises
     ------
-    InputError : the first key that is missing or does not fit.
+    InputError
+        The first key that is missing or does not fit.
     """
     _check_pictured_curves(file)
-    fitting: set[object] = set()  # shapes that were looked at: a sweep has few
+    checked_shapes: set[object] = set()  # a sweep has few different ones
     for member in file.members:
         for section in BLADE_SECTIONS:
             if getattr(member.scene, section) is None:
@@ -38,9 +37,9 @@ def check_scene(file: SceneFile) -> None:
         scene = member.scene
         _check_keys(file.path, member)
         shape = scene.blade, scene.shroud, scene.mesh
-        if shape not in fitting:
+        if shape not in checked_shapes:
             _check_geometry(file.path, member)
-            fitting.add(shape)
+            checked_shapes.add(shape)
         check_size(file.path, member)
         assert scene.mesh is not None  # checked above; for the type checker
         n_contacts = scene.mesh.contact_grid[0] * scene.mesh.contact_grid[1]
@@ -54,13 +53,14 @@ def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> N
 
     Raises
     ------
-    InputError : the first key that does not fit the model.
+    InputError
+        The first key that does not fit the model.
     """
     for member in file.members:
         _check_keys(file.path, member)
         check_node_lists(file.path, member, n_contacts)
         check_balance(file.path, member, n_contacts)
-        if uses_punch(member.scene) and (member.scene.material is None or not has_area):
+        if member.scene.contact.uses_punch and (member.scene.material is None or not has_area):
             allowed = "numbers (the punch formula needs [material] and contact/area in the reduced model)"
             raise input_error(file.path, "contact.normal_stiffness", '"punch"', allowed)
 
@@ -77,23 +77,21 @@ def _check_pictured_curves(file: SceneFile) -> None:
             raise input_error(file.path, "render.operating", shown(list(render.operating)), allowed)
 
 
-def uses_punch(scene: Scene) -> bool:
-    """Whether a contact stiffness is to be computed from the contact patch."""
-    return "punch" in (scene.contact.normal_stiffness, scene.contact.tangential_stiffness)
-
-
 def check_node_lists(path: Path, member: Member, n_contacts: int) -> None:
     """Lists that go node by node must have one number for each of the `n_contacts` nodes of a face.
 
     Raises
     ------
-    InputError : a list of another length.
+    InputError
+        A list of another length.
     """
     for name in PER_NODE:
         value = getattr(member.scene.contact, name)
         if isinstance(value, tuple) and len(value) != n_contacts:
             found = f"a list of {len(value)}"
-            raise input_error(path, where(member, f"contact.{name}"), found, f"a number or a list of {n_contacts}")
+            raise input_error(
+                path, key_in_file(member, f"contact.{name}"), found, f"a number or a list of {n_contacts}"
+            )
 
 
 def _check_keys(path: Path, member: Member) -> None:
@@ -115,7 +113,7 @@ def _check_keys(path: Path, member: Member) -> None:
     least = least_samples(1 if response.harmonics == "auto" else response.harmonics)
     if scene.contact.samples < least:
         allowed = f"{least} or more with {response.harmonics} harmonics"
-        raise input_error(path, where(member, "contact.samples"), shown(scene.contact.samples), allowed)
+        raise input_error(path, key_in_file(member, "contact.samples"), shown(scene.contact.samples), allowed)
 
 
 def _check_geometry(path: Path, member: Member) -> None:
@@ -128,26 +126,12 @@ def _check_geometry(path: Path, member: Member) -> None:
         raise parameter_error(path, member, error) from None
 
 
-def geometry_parameters(scene: Scene) -> tuple[BladeParameters, ShroudParameters, MeshParameters]:
-    """The scene's blade, shroud and mesh as the geometry package takes them."""
-    from geometry import BladeParameters, MeshParameters, ShroudParameters
-
-    assert scene.blade is not None
-    assert scene.shroud is not None
-    assert scene.mesh is not None
-    return (
-        BladeParameters(**scene.blade.model_dump()),
-        ShroudParameters(**scene.shroud.model_dump()),
-        MeshParameters(scene.mesh.size, scene.mesh.contact_grid, scene.mesh.grading),
-    )
-
-
 def parameter_error(path: Path, member: Member, error: Any) -> InputError:
     """The one line for an exception that carries `table`, `parameter`, `value` and `allowed`."""
     key = f"{error.table}.{error.parameter}"
     known = error.table in SECTIONS and error.parameter in SECTIONS[error.table].model_fields
-    return input_error(path, where(member, key) if known else key, shown(error.value), str(error.allowed))
+    return input_error(path, key_in_file(member, key) if known else key, shown(error.value), str(error.allowed))
 
 
 def _refused(path: Path, member: Member, key: str, value: Any) -> InputError:
-    return input_error(path, where(member, key), shown(value), allowed_values(key))
+    return input_error(path, key_in_file(member, key), shown(value), allowed_values(key))

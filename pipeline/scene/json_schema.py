@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pipeline.scene.deprecated_values import DEPRECATED_VALUES
 from pipeline.scene.presets import PRESETS, SIZE
 from pipeline.scene.schema import SECTIONS, Scene
 
@@ -20,11 +21,21 @@ def scene_schema() -> dict[str, Any]:
     """
     schema = _described(Scene.model_json_schema())
     sections = {name: schema["$defs"][model.__name__] for name, model in SECTIONS.items()}
+    for key, spellings in DEPRECATED_VALUES.items():
+        section, _, name = key.partition(".")
+        _accept_deprecated(sections[section]["properties"][name], spellings)
     schema["properties"]["sweep"] = _sweep(sections)
     schema["allOf"] = [
         _given_or_swept(name, key) for name, section in sections.items() for key in section.pop("required", ())
     ]
     return {"$schema": DIALECT, **schema, "title": "Scene of shroud"}
+
+
+def _accept_deprecated(field: dict[str, Any], spellings: dict[str, str]) -> None:
+    """Let the field be one of today's words, or a deprecated spelling of one."""
+    old = {"enum": list(spellings), "deprecated": True}
+    field["anyOf"] = [{"enum": field.pop("enum")}, old]
+    del field["type"]
 
 
 def _sweep(sections: dict[str, Any]) -> dict[str, Any]:

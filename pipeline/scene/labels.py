@@ -1,4 +1,4 @@
-"""How quantities of a scene are written for people: symbol, unit and a scale that keeps numbers short."""
+"""Labels of the quantities of a scene: symbol, unit and a factor that keeps numbers short."""
 
 from __future__ import annotations
 

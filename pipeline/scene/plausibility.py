@@ -1,18 +1,14 @@
-"""Values that are allowed and look like a slip: of units, of percent, of radians. Said, and computed all the same."""
+"""Plausibility warnings: allowed values that look like a mistake of units (mm, GPa, percent, radians)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pipeline.errors import shown
-from pipeline.scene.reading import Member, SceneFile, where
-from pipeline.scene.schema import Scene
+from pipeline.scene.reading import Member, SceneFile, key_in_file
 
-if TYPE_CHECKING:
-    from pipeline.stages.request import RunOutcome
-
-# dotted key -> (from, to) that nobody wonders about, and what it may have been meant for
+# dotted key -> (from, to) of usual values, and a hint what may be wrong beyond them
 USUAL: dict[str, tuple[float, float, str]] = {
     "blade.hub_radius": (0.01, 10.0, "the key is in metres"),
     "blade.length": (0.005, 3.0, "the key is in metres"),
@@ -32,31 +28,16 @@ USUAL_BLADE_CONTACT: dict[str, tuple[float, float, str]] = {
 }
 
 
-def slips(file: SceneFile) -> list[str]:
-    """One line for every key with a value that people seldom mean; a value of 0 always says what it says."""
+def plausibility_warnings(file: SceneFile) -> list[str]:
+    """One line for every key with an unusual value, computed all the same; a value of 0 is never unusual."""
     found: dict[str, str] = {}
     for member in file.members:
-        for key, text in _of_member(member):
+        for key, text in _unusual_values(member):
             found.setdefault(key, f"{file.path}: {text}")
     return list(found.values())
 
 
-def range_remark(outcome: RunOutcome, scene: Scene) -> str:
-    """A line where no natural frequency, free, sliding or stuck, lies in the range of a single-scene run; else empty.
-
-    With none in it a curve has no resonance, which is seldom what a range was chosen for.
-    """
-    low, high = scene.response.frequency
-    known = [hz for model in outcome.models for hz in _natural(model)]
-    if not known or any(low <= hz <= high for hz in known):
-        return ""
-    below = max((hz for hz in known if hz < low), default=None)
-    above = min((hz for hz in known if hz > high), default=None)
-    nearest = " and ".join(f"{hz:.6g} Hz" for hz in (below, above) if hz is not None)
-    return f"no natural frequency lies in response.frequency, {low:g} to {high:g} Hz; the nearest: {nearest}"
-
-
-def _of_member(member: Member) -> Iterator[tuple[str, str]]:
+def _unusual_values(member: Member) -> Iterator[tuple[str, str]]:
     scene = member.scene
     tables = [USUAL_CONTACT] if scene.blade is None else [USUAL, USUAL_CONTACT, USUAL_BLADE_CONTACT]
     for key, (low, high, hint) in ((key, usual) for table in tables for key, usual in table.items()):
@@ -64,17 +45,9 @@ def _of_member(member: Member) -> Iterator[tuple[str, str]]:
         table = getattr(scene, section)
         unusual = [v for v in _numbers(getattr(table, name, None)) if v != 0.0 and not low <= v <= high]
         if unusual:
-            yield key, f"{where(member, key)}: {shown(unusual[0])} is unusual; {hint}"
+            yield key, f"{key_in_file(member, key)}: {shown(unusual[0])} is unusual; {hint}"
 
 
 def _numbers(value: Any) -> list[float]:
     values = value if isinstance(value, tuple) else (value,)
     return [v for v in values if isinstance(v, int | float)]
-
-
-def _natural(model: dict[str, Any]) -> Iterator[float]:
-    """All natural frequencies of an entry of `models` in the summary, Hz."""
-    yield from model["free_hz"]
-    for joint in ("sliding_hz", "stuck_hz"):
-        for values in model[joint].values():
-            yield from values

@@ -1,4 +1,4 @@
-"""Presets of accuracy: one word that sets mesh, modes, harmonics and tolerances, and the errors measured with it."""
+"""Accuracy presets: values of mesh, modes, harmonics and tolerances, and the errors measured with them."""
 
 from __future__ import annotations
 
@@ -21,13 +21,16 @@ class Expected:
 
 @dataclass(frozen=True)
 class Preset:
-    """What a preset stands for.
+    """Values of a preset.
 
     Attributes
     ----------
-    elements_along_chord : the element size is the chord over this, so that a preset fits blades of any size.
-    values : dotted key of a scene -> value, besides the element size.
-    expected : what was measured.
+    elements_along_chord : float
+        The element size is the chord divided by this, so that a preset fits blades of any size.
+    values : mapping of str to value
+        Dotted keys of a scene with their values, besides the element size.
+    expected : Expected
+        Errors measured with them.
     """
 
     elements_along_chord: float
@@ -58,7 +61,7 @@ PRESETS: dict[str, Preset] = {
 
 @dataclass(frozen=True)
 class Accuracy:
-    """The preset of a scene: its name, the values that it gave, and the keys that it would have given but did not."""
+    """The preset of a scene: its name, the values that it set, and its keys that are overridden or do not apply."""
 
     name: str
     values: Mapping[str, Any]
@@ -70,7 +73,7 @@ class Accuracy:
         return PRESETS[self.name].expected
 
     def text(self) -> str:
-        """What people are told: values, expected errors, and what they do not cover."""
+        """One line: values, expected errors, and the keys that they do not cover."""
         given = ", ".join(
             f"{key} {value:g}" if key == SIZE else f"{key} {value}" for key, value in self.values.items()
         )
@@ -102,7 +105,8 @@ def preset_values(name: str, chord: float | None) -> dict[str, Any]:
 
     Raises
     ------
-    KeyError : there is no preset of that name.
+    KeyError
+        There is no preset of that name.
     """
     preset = PRESETS[name]
     size = {} if chord is None else {SIZE: float(f"{chord / preset.elements_along_chord:.{_DIGITS}g}")}
@@ -110,9 +114,9 @@ def preset_values(name: str, chord: float | None) -> dict[str, Any]:
 
 
 def with_preset(raw: Mapping[str, Any], given_model: bool) -> tuple[dict[str, Any], Accuracy | None]:
-    """A raw scene with what its preset gives and it does not say itself; unchanged where it names no preset.
+    """A raw scene with the values of its preset for the keys that it does not set; unchanged without a preset.
 
-    `given_model`: mesh and reduction have no say. What is wrong with the scene is left for the schema to find.
+    With `given_model` the values of mesh and reduction do not apply. Errors of the scene are left for the schema.
     """
     name = raw.get("accuracy")
     if not isinstance(name, str) or name not in PRESETS:
@@ -123,10 +127,10 @@ def with_preset(raw: Mapping[str, Any], given_model: bool) -> tuple[dict[str, An
         table = filled.get(section, {})
         if not isinstance(table, Mapping):
             continue
-        no_say = given_model and section in ("mesh", "rom")
+        without_effect = given_model and section in ("mesh", "rom")
         if section == "mesh" and "mesh" not in raw and _chord(raw) is None:
             continue  # a mesh of nothing: what the scene lacks is the blade
-        if field in table or no_say or (key == "rom.modes" and "frequency_limit" in table):
+        if field in table or without_effect or (key == "rom.modes" and "frequency_limit" in table):
             others.append(key)
         else:
             filled[section] = {**table, field: value}

@@ -1,4 +1,4 @@
-"""Reading a scene file: TOML, schema, sweep. Nothing is run and nothing written here."""
+"""Reading of a scene file: TOML, schema, sweep. Nothing is run or written."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from pipeline.errors import input_error, one_line, reason_of, shown
+from pipeline.scene.deprecated_values import with_current_values
 from pipeline.scene.presets import Accuracy, with_preset
 from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.validation_errors import scene_error, shown_key, unknown_key
@@ -24,30 +25,51 @@ IGNORED_WITH_MODEL = ("blade", "shroud", "mesh", "rom", "render")
 
 @dataclass(frozen=True)
 class Member:
-    """Combination `index` of a sweep: its `scene`, and in `parameters` the swept dotted keys with their values."""
+    """One combination of a sweep.
+
+    Attributes
+    ----------
+    index : int
+        Its number, from 0.
+    scene : Scene
+        The scene with one value for every key.
+    parameters : mapping of str to value
+        The swept dotted keys with their values here.
+    """
 
     index: int
     scene: Scene
     parameters: Mapping[str, Any]
 
 
-def where(member: Member, key: str) -> str:
-    """How the file spells this dotted key: in its section or in the sweep."""
+def key_in_file(member: Member, key: str) -> str:
+    """The dotted key as the file spells it: in its section or in the sweep."""
     return f'sweep."{key}"' if key in member.parameters else key
 
 
 @dataclass(frozen=True)
 class SceneFile:
-    """A scene file at `path` that obeys the schema, as the `members` of its sweep (one where there is no sweep).
+    """A scene file that obeys the schema.
 
-    `swept`: the dotted keys of the sweep. `accuracy`: what the preset gave to the first member, None where the scene
-    names none.
+    Attributes
+    ----------
+    path : Path
+        The file.
+    members : tuple of Member
+        The combinations of its sweep; one member where there is no sweep.
+    swept : tuple of str
+        Dotted keys of the sweep.
+    accuracy : Accuracy or None
+        What the preset gave to the first member; None where the scene names none.
+    notes : tuple of str
+        One line for every deprecated spelling of a value.
     """
 
     path: Path
     members: tuple[Member, ...]
     swept: tuple[str, ...]
     accuracy: Accuracy | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def first(self) -> Scene:
@@ -56,13 +78,24 @@ class SceneFile:
 
 
 def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> SceneFile:
-    """Read and validate the scene file `path` against the schema.
+    """Read a scene file and validate it against the schema.
 
-    With `given_model` the scene is for a reduced model from elsewhere: what describes a blade is ignored.
+    Parameters
+    ----------
+    path : str or path
+        The file, TOML.
+    given_model : bool
+        Whether the scene is for a reduced model from elsewhere: the sections that describe a blade are ignored.
+
+    Returns
+    -------
+    SceneFile
+        Every combination of its sweep, validated.
 
     Raises
     ------
-    InputError : the file cannot be read, is not TOML, or a value is missing, unknown or not allowed.
+    InputError
+        The file cannot be read, is not TOML, or a value is missing, unknown or not allowed.
     """
     path = Path(path)
     raw = _load(path)
@@ -70,6 +103,7 @@ def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> Scene
     if given_model:
         _refuse_without_effect(path, sweep)
         raw = {key: value for key, value in raw.items() if key not in IGNORED_WITH_MODEL}
+    raw, sweep, notes = with_current_values(path, raw, sweep)
     members: list[Member] = []
     presets = []
     for index, chosen in enumerate(_combinations(path, sweep)):
@@ -81,7 +115,7 @@ def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> Scene
             places = {key: position for key, (position, _) in chosen.items()}
             raise scene_error(path, merged, error.errors(include_url=False), places) from None
         members.append(Member(index, scene, {key: value for key, (_, value) in chosen.items()}))
-    return SceneFile(path, tuple(members), tuple(sweep), presets[0])
+    return SceneFile(path, tuple(members), tuple(sweep), presets[0], notes)
 
 
 def _load(path: Path) -> dict[str, Any]:
@@ -90,10 +124,10 @@ def _load(path: Path) -> dict[str, Any]:
         if path.exists() and not path.is_file():
             raise input_error(path, "", "not a file", allowed)
         with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)  # some files say nothing of their size
+            content = file.read(LARGEST_FILE + 1)  # some files do not tell their size
         if len(content) > LARGEST_FILE:
             raise input_error(path, "", f"larger than {LARGEST_FILE} bytes", allowed)
-        text = content.decode("utf-8-sig")  # editors on Windows put a mark in front
+        text = content.decode("utf-8-sig")  # editors on Windows put a byte order mark in front
     except FileNotFoundError:
         raise input_error(path, "", "no such file", allowed) from None
     except UnicodeDecodeError as error:

@@ -1,4 +1,4 @@
-"""The scene: everything a user can ask for, as frozen pydantic models. SI units, angles in degrees.
+"""The scene: all keys of a scene file, as frozen pydantic models. SI units, angles in degrees.
 
 Every field says what it means with its unit (`description`) and what is allowed (`allowed`); error messages
 quote the latter.
@@ -39,7 +39,7 @@ STIFFNESS = (
 
 
 class Section(BaseModel):
-    """What all sections have in common: unknown keys are refused and nothing changes after reading."""
+    """Base of all sections: unknown keys are refused, values are frozen."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -54,7 +54,7 @@ class Blade(Section):
     thickness: Length = _key("thickness of the airfoil section at the root, m", LENGTH)
     tip_thickness: Length | None = _key("thickness at the shroud, m; tapers linearly", LENGTH, None)
     twist: Number = _key(
-        "turn of the section from the root to the shroud about the radius, degrees",
+        "rotation of the section from the root to the shroud about the radius, degrees",
         "a number, -90 to 90",
         0.0,
         ge=-90.0,
@@ -112,7 +112,7 @@ class Rom(Section):
     )
     frequency_limit: Positive | None = _key("keep every fixed-interface mode up to this, Hz", POSITIVE, None)
     contact_dofs: Literal["nodal", "patch"] = _key(
-        "what stands for a contact node: its own displacement or the average over its part of the face",
+        "degrees of freedom of a contact node: its own displacement or the average over its part of the face",
         '"nodal" or "patch"',
         "nodal",
     )
@@ -123,6 +123,13 @@ class Rom(Section):
         ge=1e-6,
         le=0.5,
     )
+
+    @property
+    def fixed_interface_modes(self) -> int | Literal["auto"] | None:
+        """Number of fixed-interface modes, the default where the scene says nothing; None with `frequency_limit`."""
+        if self.modes is None and self.frequency_limit is None:
+            return DEFAULT_MODES
+        return self.modes
 
 
 class Load(Section):
@@ -160,6 +167,11 @@ class Contact(Section):
     samples: Whole = _key(
         "instants of a period where it is sampled", "a whole number, 16 to 65536", 1024, ge=16, le=65536
     )
+
+    @property
+    def uses_punch(self) -> bool:
+        """Whether a contact stiffness is to be computed from the area of the face, as of a rigid flat punch."""
+        return "punch" in (self.normal_stiffness, self.tangential_stiffness)
 
 
 class Excitation(Section):
@@ -201,7 +213,7 @@ class Response(Section):
         "harmonics of the balance; auto: as many as the tolerance asks for", 'a whole number, 1 to 99, or "auto"', 1
     )
     tolerance: Number = _key(
-        "largest error by the harmonics left out that auto accepts, relative to the peak",
+        "largest truncation error (neglected harmonics) that auto accepts, relative to the peak",
         "a number from 1e-6 to 0.5",
         1e-3,
         ge=1e-6,
@@ -221,8 +233,8 @@ class Response(Section):
     stability: Literal["floquet", "folds"] = _key(
         "Floquet exponents of every point, or only the unstable part between folds", '"floquet" or "folds"', "floquet"
     )
-    detached: Truth = _key("whether detached branches are looked for", "true or false", True)
-    truncation: Truth = _key("whether the error of the harmonics left out is estimated", "true or false", True)
+    detached: Truth = _key("whether detached branches (isolas) are looked for", "true or false", True)
+    truncation: Truth = _key("whether the truncation error (neglected harmonics) is estimated", "true or false", True)
 
 
 class Render(Section):
@@ -263,7 +275,7 @@ class Scene(Section):
         pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e]*$",
     )
     accuracy: Literal["draft", "standard", "reference"] | None = _key(
-        "preset of mesh, modes, harmonics and tolerances; what the scene sets itself goes before it",
+        "preset of mesh, modes, harmonics and tolerances; keys set in the scene override it",
         '"draft", "standard" or "reference"',
         None,
     )

@@ -1,4 +1,4 @@
-"""What would never end: sizes that every key allows and that are too much together. Refused before any work."""
+"""Size limits: values that each key allows and that would take too long together; refused before any work."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from nonlinear import MOST_UNKNOWNS
 from pipeline.errors import input_error, shown
-from pipeline.scene.reading import Member, SceneFile, where
-from pipeline.scene.schema import DEFAULT_MODES, Scene
+from pipeline.scene.reading import Member, SceneFile, key_in_file
+from pipeline.scene.schema import Scene
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-LARGEST_MODEL = 400_000  # elements; ten times what this is comfortable with
+LARGEST_MODEL = 400_000  # elements; ten times what takes a comfortable time
 LARGEST_SWEEP = 100 * LARGEST_MODEL  # elements of all models of a sweep
 AUTO_HARMONICS = 5  # that "auto" must be able to use; it stops before the balance gets too large
 MARGIN = 0.1  # of the blade's length: how far from the blade a point may lie that is meant to be on it
@@ -24,17 +24,20 @@ def check_size(path: Path, member: Member) -> None:
 
     Raises
     ------
-    InputError : the key that is too small, too large or somewhere else.
+    InputError
+        The key that is too small, too large or somewhere else.
     """
     scene = member.scene
     assert scene.mesh is not None  # a scene that describes a blade has one
     elements = estimated_elements(scene)
     if elements > LARGEST_MODEL:
         allowed = f"larger elements (this makes about {elements:.2g}, {LARGEST_MODEL} at most)"
-        raise input_error(path, where(member, "mesh.size"), shown(scene.mesh.size), allowed)
+        raise input_error(path, key_in_file(member, "mesh.size"), shown(scene.mesh.size), allowed)
     at = scene.excitation.at
     if not isinstance(at, str) and not _near_the_blade(scene, at):
-        raise input_error(path, where(member, "excitation.at"), shown(list(at)), f"a point of {_extent(scene)}, m")
+        raise input_error(
+            path, key_in_file(member, "excitation.at"), shown(list(at)), f"a point of {_extent(scene)}, m"
+        )
 
 
 def check_balance(path: Path, member: Member, n_contacts: int) -> None:
@@ -42,7 +45,8 @@ def check_balance(path: Path, member: Member, n_contacts: int) -> None:
 
     Raises
     ------
-    InputError : response.harmonics with the number that would do.
+    InputError
+        With `response.harmonics`: the largest number that is possible.
     """
     harmonics = member.scene.response.harmonics
     kept = AUTO_HARMONICS if harmonics == "auto" else harmonics
@@ -51,7 +55,7 @@ def check_balance(path: Path, member: Member, n_contacts: int) -> None:
         most = (MOST_UNKNOWNS // (3 * n_contacts) - 1) // 2
         fewer = f"{most} at most" if most >= 1 else "fewer contact nodes"
         allowed = f"{fewer} with {n_contacts} contact nodes a face (this makes {unknowns} unknowns)"
-        raise input_error(path, where(member, "response.harmonics"), shown(harmonics), allowed)
+        raise input_error(path, key_in_file(member, "response.harmonics"), shown(harmonics), allowed)
 
 
 def check_modes(path: Path, member: Member, n_contacts: int) -> None:
@@ -59,19 +63,21 @@ def check_modes(path: Path, member: Member, n_contacts: int) -> None:
 
     Raises
     ------
-    InputError : response.damping_ratio or render.modes.
+    InputError
+        With `response.damping_ratio` or `render.modes`.
     """
     scene = member.scene
     if scene.rom.frequency_limit is not None:
         return
     points = 1 if scene.excitation.at == "tip" else 2
-    chosen = scene.rom.modes == "auto"  # then a list may have no more ratios than there are modes whatever is chosen
-    inside = 0 if scene.rom.modes == "auto" else DEFAULT_MODES if scene.rom.modes is None else scene.rom.modes
+    modes = scene.rom.fixed_interface_modes
+    chosen = modes == "auto"  # then a list may have no more ratios than there are modes whatever is chosen
+    inside = modes if isinstance(modes, int) else 0
     most = 6 * n_contacts + 3 * points + inside
     ratios = scene.response.damping_ratio
     if isinstance(ratios, tuple) and len(ratios) > most:
         raise input_error(
-            path, where(member, "response.damping_ratio"), f"a list of {len(ratios)}", f"{most} at most"
+            path, key_in_file(member, "response.damping_ratio"), f"a list of {len(ratios)}", f"{most} at most"
         )
     if scene.render is not None and not chosen and max(scene.render.modes) > most:
         allowed = f"1 to {most}: the reduced model has no more"
@@ -79,11 +85,12 @@ def check_modes(path: Path, member: Member, n_contacts: int) -> None:
 
 
 def check_sweep(file: SceneFile) -> None:
-    """Refuse a sweep that asks for more models than anybody waits for.
+    """Refuse a sweep whose models would take too long.
 
     Raises
     ------
-    InputError : the sweep, with its models and their elements.
+    InputError
+        The sweep, with its models and their elements.
     """
     models = {_behind_the_model(member.scene): member.scene for member in file.members}
     # one that is too large by itself is a matter of its own
@@ -114,8 +121,8 @@ def _pitch(scene: Scene) -> float:
     return 2.0 * math.pi * (scene.blade.hub_radius + scene.blade.length) / scene.blade.n_blades
 
 
-def _reach(scene: Scene) -> tuple[float, float]:
-    """How far the blade goes along the axis to both sides, and around it, m, with room for twist and Z."""
+def _half_extents(scene: Scene) -> tuple[float, float]:
+    """Half extents of the blade along the axis and around it, m, with room for twist and the Z of the shroud."""
     assert scene.blade is not None
     assert scene.shroud is not None
     wide = max(scene.shroud.axial_width, scene.blade.chord)
@@ -124,7 +131,7 @@ def _reach(scene: Scene) -> tuple[float, float]:
 
 def _near_the_blade(scene: Scene, at: tuple[float, float, float]) -> bool:
     assert scene.blade is not None
-    blade, margin, (along, around) = scene.blade, MARGIN * scene.blade.length, _reach(scene)
+    blade, margin, (along, around) = scene.blade, MARGIN * scene.blade.length, _half_extents(scene)
     radius = math.hypot(at[1], at[2])
     return (
         blade.hub_radius - margin <= radius <= blade.hub_radius + blade.length + margin
@@ -136,5 +143,9 @@ def _near_the_blade(scene: Scene, at: tuple[float, float, float]) -> bool:
 
 def _extent(scene: Scene) -> str:
     assert scene.blade is not None
-    low, high, (along, around) = scene.blade.hub_radius, scene.blade.hub_radius + scene.blade.length, _reach(scene)
+    low, high, (along, around) = (
+        scene.blade.hub_radius,
+        scene.blade.hub_radius + scene.blade.length,
+        _half_extents(scene),
+    )
     return f"the blade: radius {low:g} to {high:g}, x within {along:g} and y within {around:g} of the stacking axis"

@@ -1,4 +1,4 @@
-"""A folder to start from: a commented scene of one's own, and the schema that editors complete and check it with."""
+"""A new scene: a commented scene file, and the schema by which editors complete and check it."""
 
 from __future__ import annotations
 
@@ -15,10 +15,22 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
 def write_new_scene(folder: Path) -> list[Path]:
-    """Write a scene and its schema into `folder`, which is made if it is not there; the files written.
+    """Write a scene and its schema into a folder, which is created where it does not exist.
 
-    The scene has the name of the folder. Nothing that is there is overwritten.
-    Raises InputError where a file is in the way, the folder cannot be made, or its name cannot name a scene.
+    Parameters
+    ----------
+    folder : Path
+        The scene takes its name. Nothing in it is overwritten.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        A file is in the way, the folder cannot be created, or its name cannot name a scene.
     """
     name = folder.resolve().name
     if not _NAME.fullmatch(name):

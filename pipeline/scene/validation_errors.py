@@ -1,4 +1,4 @@
-"""pydantic's complaints turned into the one line that a user of a scene file needs."""
+"""Validation errors of pydantic as one line in terms of the scene file."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ LONGEST_KEY = 60
 
 
 def allowed_values(key: str) -> str:
-    """What a dotted key may be, as its field in `pipeline.scene.schema` says."""
+    """The allowed values of a dotted key, from its field in `pipeline.scene.schema`."""
     owner, name = _owner(key)
     extra = owner.model_fields[name].json_schema_extra
     return str(extra["allowed"]) if isinstance(extra, dict) else ""
 
 
 def unknown_key(path: Path, key: str, known: Sequence[str], place: str = "") -> InputError:
-    """Complaint about a key that does not exist, with the nearest one that does."""
+    """Error about a key that does not exist, with the nearest one that does."""
     near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
     hint = f"unknown key, did you mean {near[0]}?" if near else "unknown key"
     dotted = f"{place}.{shown_key(key)}" if place else shown_key(key)
@@ -38,7 +38,7 @@ def shown_key(key: str) -> str:
 
 
 def scene_error(path: Path, raw: Mapping[str, Any], errors: Sequence[Any], swept: Mapping[str, int]) -> InputError:
-    """The first of pydantic's `errors` about the raw scene, in the words of the scene file.
+    """The first of pydantic's `errors` about the raw scene, in terms of the scene file.
 
     `swept` gives, for each swept dotted key, the index of the value in its list, so that the line names the list.
     """
@@ -57,8 +57,8 @@ def scene_error(path: Path, raw: Mapping[str, Any], errors: Sequence[Any], swept
     name = str(location[1])
     key = f"{section}.{name}"
     value, index = _pick(raw[section].get(name, MISSING), errors, location[:2])
-    where = f'sweep."{key}"[{swept[key]}]' if key in swept else key
-    return input_error(path, where + index, _found(value), allowed_values(key))
+    place = f'sweep."{key}"[{swept[key]}]' if key in swept else key
+    return input_error(path, place + index, _found(value), allowed_values(key))
 
 
 def _owner(key: str) -> tuple[type[BaseModel], str]:

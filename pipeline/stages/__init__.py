@@ -1,1 +1,1 @@
-"""The stages of a run from scene to curves: cache keys, models, solution, files."""
+"""The stages of a run: names, cache keys, models, solution of the curves, files of the curves."""

@@ -1,4 +1,4 @@
-"""Keys of the store: what each stage's result depends on, and nothing else."""
+"""Keys of the store: hashes of what each stage's result depends on, and of nothing else."""
 
 from __future__ import annotations
 
@@ -6,41 +6,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipeline.scene.schema import Scene
-from pipeline.stages.curve_file import nonlinear_values
-from pipeline.stages.linear_operation import operation_values
-from pipeline.store.fingerprints import fingerprint, source_fingerprint
+from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.store.fingerprints import fingerprint
 
-
-@dataclass(frozen=True)
-class Versions:
-    """Fingerprints of the code behind each stage: packages of the house, the pipeline's own makers, and libraries."""
-
-    mesh: str
-    rom: str
-    curve: str
-    figures: str
-    render: str
-
-    @classmethod
-    def current(cls) -> Versions:
-        """Of the code as it is on disk now."""
-        return cls(
-            mesh=source_fingerprint(
-                ["geometry", "pipeline/stages/build_model.py"], ["gmsh", "meshio", "numpy", "h5py"]
-            ),
-            rom=source_fingerprint(
-                ["rom", "pipeline/stages/build_model.py", "pipeline/stages/linear_operation.py"],
-                ["numpy", "scipy", "scikit-fem", "h5py"],
-            ),
-            curve=source_fingerprint(
-                ["rom", "nonlinear", "pipeline/stages/curve_file.py", "pipeline/stages/scene_to_solver.py"],
-                ["numpy", "scipy", "numba"],
-            ),
-            figures=source_fingerprint(["rom", "nonlinear", "pipeline/figures"], ["matplotlib", "numpy", "scipy"]),
-            render=source_fingerprint(
-                ["rom", "pipeline/render", "pipeline/stages/operating_shape.py"], ["pyvista", "vtk"]
-            ),
-        )
+# Modules that compute the result of a stage. What these import counts with them.
+MESH_CODE = "pipeline.stages.build_mesh"
+FULL_MODEL_CODE = "pipeline.stages.build_full_model"
+REDUCED_MODEL_CODE = "pipeline.stages.build_reduced_model"
+CURVE_CODE = "pipeline.stages.solve_curve"
 
 
 @dataclass(frozen=True)
@@ -52,7 +25,7 @@ class ModelKeys:
     reduce: str
 
 
-def model_keys(scene: Scene, versions: Versions) -> ModelKeys:
+def model_keys(scene: Scene) -> ModelKeys:
     """Keys of the three stages that make a reduced model of the scene's blade."""
     assert scene.mesh is not None  # a scene that describes a blade has all of these
     assert scene.blade is not None
@@ -63,7 +36,7 @@ def model_keys(scene: Scene, versions: Versions) -> ModelKeys:
             "blade": scene.blade.model_dump(),
             "shroud": scene.shroud.model_dump(),
             "mesh": scene.mesh.model_dump(exclude={"element"}),
-            "code": versions.mesh,
+            "code": code_fingerprint(MESH_CODE),
         }
     )
     assemble = fingerprint(
@@ -71,29 +44,60 @@ def model_keys(scene: Scene, versions: Versions) -> ModelKeys:
             "mesh": mesh,
             "material": scene.material.model_dump(),
             "element": scene.mesh.element,
-            "code": versions.rom,
+            "code": code_fingerprint(FULL_MODEL_CODE),
         }
     )
     reduced = fingerprint(
         {
             "assemble": assemble,
-            "rom": _reduction_values(scene),
+            "rom": _reduction_inputs(scene),
             "speed_rpm": scene.load.speed_rpm,
             "direction": scene.excitation.unit_direction,
             "at": scene.excitation.at,
+            "code": code_fingerprint(REDUCED_MODEL_CODE),
         }
     )
     return ModelKeys(mesh, assemble, reduced)
 
 
-def _reduction_values(scene: Scene) -> dict[str, Any]:
-    """What the reduction depends on: with modes = "auto" also what the model is used for."""
-    values: dict[str, Any] = scene.rom.model_dump(include={"modes", "frequency_limit", "contact_dofs"})
-    if scene.rom.modes == "auto":
-        values |= {"tolerance": scene.rom.tolerance, **operation_values(scene)}
+def curve_key(scene: Scene, reduced: str) -> str:
+    """Key of a response curve on the reduced model with the key `reduced`."""
+    return fingerprint({"reduce": reduced, "code": code_fingerprint(CURVE_CODE), **_curve_inputs(scene)})
+
+
+def linear_operation_inputs(scene: Scene) -> dict[str, Any]:
+    """The scene values that a linear operation depends on, besides those of the blade."""
+    return {
+        "engine_order": scene.excitation.engine_order,
+        "normal": scene.contact.normal_stiffness,
+        "tangential": scene.contact.tangential_stiffness,
+        "frequency": scene.response.frequency,
+        "damping_ratio": scene.response.damping_ratio,
+        "rayleigh": scene.response.rayleigh,
+    }
+
+
+def _reduction_inputs(scene: Scene) -> dict[str, Any]:
+    """What the reduction depends on; with modes = "auto" also the linear operation that the model is used for."""
+    rom = scene.rom
+    values: dict[str, Any] = {
+        "modes": rom.fixed_interface_modes,
+        "frequency_limit": rom.frequency_limit,
+        "contact_dofs": rom.contact_dofs,
+    }
+    if rom.modes == "auto":
+        values |= {"tolerance": rom.tolerance, **linear_operation_inputs(scene)}
     return values
 
 
-def curve_key(scene: Scene, reduced: str, versions: Versions) -> str:
-    """Key of a response curve on the reduced model with the key `reduced`."""
-    return fingerprint({"reduce": reduced, "code": versions.curve, **nonlinear_values(scene)})
+def _curve_inputs(scene: Scene) -> dict[str, Any]:
+    """The scene values that a response curve depends on, besides those of the reduced model."""
+    values: dict[str, Any] = {
+        "contact": scene.contact.model_dump(),
+        "excitation": {"engine_order": scene.excitation.engine_order, "force": scene.excitation.force},
+        "response": scene.response.model_dump(),
+        "load": scene.load.model_dump(),
+    }
+    if scene.contact.uses_punch:
+        values["material"] = scene.material.model_dump() if scene.material else None
+    return values

@@ -1,33 +1,37 @@
-"""What the modes left out of a reduced model do to its linear answers, estimated and kept in the store as JSON."""
+"""Modal truncation error of a reduced model: its estimated effect on linear responses, cached in the store."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pipeline.scene.schema import Scene
-from pipeline.stages.build_model import AUGMENTED_MODEL
-from pipeline.stages.linear_operation import operation_of_model, operation_values
-from pipeline.stages.model_chain import BuiltModel
-from pipeline.store.content_store import Store
+from pipeline.stages.build_reduced_model import AUGMENTED_MODEL
+from pipeline.stages.cache_keys import linear_operation_inputs
+from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.scene_to_solver import linear_operation_on_model
 from pipeline.store.fingerprints import fingerprint
+
+if TYPE_CHECKING:
+    from pipeline.scene.schema import Scene
+    from pipeline.stages.model_chain import BuiltModel
+    from pipeline.store.content_store import Store
 
 FILE = "modes_error.json"
 UNKNOWN: dict[str, float | None] = {"modes_error": None, "modes_frequency_error": None, "receptance_error": None}
 
 
-def modes_error(store: Store, model: BuiltModel, scene: Scene, version: str) -> dict[str, float | None]:
+def stored_truncation_error(store: Store, model: BuiltModel, scene: Scene) -> dict[str, float | None]:
     """Largest relative errors: of the natural frequencies in the range, of the receptances over it, of both.
 
-    All None where they are not known: for a model from elsewhere, with many contact nodes, and where the modes kept
-    do not reach beyond the range.
+    All None where they are not known: for a model from elsewhere, with many contact nodes, and where the frequency
+    range goes beyond the modes of the model.
     """
-    enriched = model.rom.parent / AUGMENTED_MODEL
-    if not enriched.exists():
+    augmented = model.rom.parent / AUGMENTED_MODEL
+    if not augmented.exists():
         return UNKNOWN
-    key = fingerprint({"reduce": model.key, **operation_values(scene), "code": version})
-    entry = store.get("modes-error", key, lambda folder: _write(folder / FILE, model, enriched, scene))
+    key = fingerprint({"reduce": model.key, **linear_operation_inputs(scene), "code": code_fingerprint(__name__)})
+    entry = store.get("modes-error", key, lambda folder: _write(folder / FILE, model, augmented, scene))
     values: dict[str, float | None] = json.loads(entry.file(FILE).read_text())
     return values
 
@@ -38,12 +42,12 @@ def larger(one: dict[str, Any], other: dict[str, float | None]) -> dict[str, flo
     return {name: None if None in pair else max(pair) for name, pair in pairs.items()}
 
 
-def _write(path: Path, model: BuiltModel, enriched: Path, scene: Scene) -> None:
+def _write(path: Path, model: BuiltModel, augmented: Path, scene: Scene) -> None:
     from rom import read_reduced_model, reduction_errors
 
     reduced = read_reduced_model(model.rom, with_basis=False)
-    operation = operation_of_model(scene, reduced)
-    found = reduction_errors(reduced, read_reduced_model(enriched), model.facts["highest_mode_hz"], operation)
+    operation = linear_operation_on_model(scene, reduced)
+    found = reduction_errors(reduced, read_reduced_model(augmented), model.facts["highest_mode_hz"], operation)
     values = UNKNOWN
     if found is not None:
         frequency = max(error.frequency for error in found)

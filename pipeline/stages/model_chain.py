@@ -1,4 +1,4 @@
-"""The chain from blade to reduced model: a stage runs only when its result is asked for and not in the store."""
+"""The chain from blade to reduced model: a stage runs only where its result is needed and not in the store."""
 
 from __future__ import annotations
 
@@ -12,16 +12,9 @@ from pipeline.errors import StageError
 from pipeline.process.progress import Reporter
 from pipeline.process.workers import call_apart
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_model import (
-    FACTS,
-    FULL_MODEL,
-    MESH_FILES,
-    REDUCED_MODEL,
-    SECTOR,
-    make_full_model,
-    make_mesh,
-    make_reduced_model,
-)
+from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
+from pipeline.stages.build_mesh import MESH_FILES, SECTOR, make_mesh
+from pipeline.stages.build_reduced_model import FACTS, REDUCED_MODEL, make_reduced_model
 from pipeline.stages.cache_keys import ModelKeys
 from pipeline.stages.stage_log import StageLog
 from pipeline.store.content_store import Entry, Store
@@ -33,7 +26,19 @@ WITH_BASIS = "reduce-with-basis"  # kind of the reduced models that can be expan
 
 @dataclass(frozen=True)
 class BuiltModel:
-    """A reduced model in the store: its file, the mesh behind it (None for a given model), and its sizes."""
+    """A reduced model in the store.
+
+    Attributes
+    ----------
+    key : str
+        Its key.
+    rom : Path
+        Its file.
+    mesh : Path or None
+        File of its mesh; None for a model from elsewhere.
+    facts : dict
+        Its sizes, from `facts.json`.
+    """
 
     key: str
     rom: Path
@@ -43,9 +48,14 @@ class BuiltModel:
 
 @dataclass(frozen=True)
 class ModelChain:
-    """Makes or finds mesh, full model and reduced model of scenes, and notes which of the two it was.
+    """Finds mesh, full model and reduced model of scenes in the store, or builds them; the log tells which.
 
-    expands: whether something is to be expanded to the mesh, for which a reduced model needs its basis.
+    Attributes
+    ----------
+    store, log, reporter : Store, StageLog, Reporter
+        Where results are, how they came about, and who reports on it.
+    expands : bool
+        Whether shapes are expanded to the mesh, for which a reduced model needs its basis.
     """
 
     store: Store
@@ -65,9 +75,9 @@ class ModelChain:
         )
 
     def reduced_model(self, scene: Scene, keys: ModelKeys) -> BuiltModel:
-        """The reduced model. The full model is only made, or even looked at in depth, when this one is missing.
+        """The reduced model; the full model is built, or its file read, only where this one is missing.
 
-        With its basis or without it is the same model: what is solved on one is there for the other.
+        With its basis or without it is the same model: curves solved on one hold for the other.
         """
         mesh = self.mesh(scene, keys)
         entry = self._find("reduce", keys.reduce, WITH_BASIS)
@@ -83,9 +93,9 @@ class ModelChain:
         return BuiltModel(keys.reduce, entry.file(REDUCED_MODEL), mesh.file(MESH_FILES[0]), facts)
 
     def _reducer(self, sector: Path, full: Path, scene: Scene) -> Callable[[Path], None]:
-        """What writes the reduced model into a folder.
+        """A function that writes the reduced model into a folder.
 
-        A large one is factorised for many seconds by C code that hears no Ctrl-C: in a process that can be ended.
+        The factorisation of a large one takes many seconds in C code that ignores Ctrl-C: it runs in another process.
         """
 
         def reduce(folder: Path) -> None:

@@ -1,13 +1,16 @@
-"""The operating deflection shape: how the whole blade moves at the peak of a curve, from the contact forces there."""
+"""Operating deflection shape: the motion of the whole blade at the peak of a curve, from the contact forces there."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pipeline.scene.schema import Excitation, Load, Response
+from pipeline.stages.curve_file import section_from_attributes
+from pipeline.stages.scene_to_solver import damped_modes
 
 Array = NDArray[np.float64]
 
@@ -16,8 +19,14 @@ Array = NDArray[np.float64]
 class OperatingShape:
     """Periodic motion of the mesh vertices at one solved point.
 
-    frequency_hz, amplitude_m: of the point; phase: inter-blade phase angle psi, rad; harmonics: coefficients
-    (H+1, N, 3) complex, metres, harmonic 0 real-valued.
+    Attributes
+    ----------
+    frequency_hz, amplitude_m : float
+        Of the point.
+    phase : float
+        Inter-blade phase angle psi, rad.
+    harmonics : (H+1, N, 3) complex
+        Fourier coefficients u^(h) of the N vertices, m; harmonic 0 real-valued.
     """
 
     frequency_hz: float
@@ -40,34 +49,44 @@ class OperatingShape:
 
 
 def operating_shape(curve: Path, rom: Path, n_vertices: int) -> OperatingShape | None:
-    """The motion of the first `n_vertices` mesh nodes at the peak of a stored curve; None where it has no peak.
+    """Motion of the mesh vertices at the peak of a stored curve, from the excitation and the contact forces there.
 
-    The modal coordinates follow from the excitation and the contact forces of the point (docs/method.md).
+    Parameters
+    ----------
+    curve : Path
+        File of the curve.
+    rom : Path
+        File of its reduced model.
+    n_vertices : int
+        The vertices are the first so many nodes of the mesh.
+
+    Returns
+    -------
+    OperatingShape or None
+        None where the curve has no peak.
 
     Raises
     ------
-    ReducedModelError : the reduced model was stored without its basis.
+    ReducedModelError
+        The reduced model was stored without its basis.
     """
     import h5py
 
-    from rom import RelativeReceptance, expand, modal_model, read_reduced_model
+    from rom import RelativeReceptance, expand, read_reduced_model
 
     with h5py.File(curve, "r") as file:
-        values: dict[str, Any] = dict(file.attrs)
-        peak = int(values["peak_index"])
+        response = section_from_attributes(Response, file.attrs)
+        load = section_from_attributes(Load, file.attrs)
+        excitation = section_from_attributes(Excitation, file.attrs)
+        peak = int(file.attrs["peak_index"])
         if peak < 0:
             return None
         force = file["contact_force"][peak]
         frequency, amplitude = float(file["frequency_hz"][peak]), float(file["amplitude_m"][peak])
     model = read_reduced_model(rom)
-    modal = modal_model(
-        model,
-        damping_ratio=values.get("response.damping_ratio"),
-        rayleigh=values.get("response.rayleigh"),
-        speed_rpm=float(values["load.speed_rpm"]),
-    )
-    phase = modal.phase(int(values["excitation.engine_order"]))
-    receptance = RelativeReceptance(modal, phase, tuple(range(len(force))), float(values["excitation.force"]))
+    modal = damped_modes(model, response, load)
+    phase = modal.phase(excitation.engine_order)
+    receptance = RelativeReceptance(modal, phase, tuple(range(len(force))), excitation.force)
     coordinates, _ = receptance.modal_response(2.0 * np.pi * frequency, force.reshape(len(force), -1))
     vertices = expand(model, coordinates @ modal.shapes.T)[:, :n_vertices]
     return OperatingShape(frequency, amplitude, phase, vertices)

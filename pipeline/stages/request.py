@@ -1,4 +1,4 @@
-"""What a user asked for, what a run works with, and what it came to."""
+"""Request, context and outcome of a run."""
 
 from __future__ import annotations
 
@@ -8,29 +8,30 @@ from typing import Any
 
 from pipeline.process.progress import Reporter
 from pipeline.scene.reading import SceneFile
-from pipeline.stages.cache_keys import Versions
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.stage_log import StageLog
+from pipeline.stages.stage_names import Stage
 from pipeline.store.content_store import Store
-
-_NEEDS = {
-    "mesh": ("mesh",),
-    "assemble": ("mesh", "assemble"),
-    "reduce": ("mesh", "assemble", "reduce"),
-    "respond": ("mesh", "assemble", "reduce", "respond"),
-    "render": ("mesh", "assemble", "reduce", "render"),
-    "figures": ("mesh", "assemble", "reduce", "respond", "figures"),
-    "report": ("mesh", "assemble", "reduce", "respond", "figures", "report"),
-}
-STAGES = tuple(_NEEDS)
 
 
 @dataclass(frozen=True)
 class Request:
     """What a user asked for.
 
-    `until`: the stage whose result is wanted, None for everything that the scene asks for; `rom`: a reduced model
-    from elsewhere in place of the first three stages.
+    Attributes
+    ----------
+    scene : SceneFile
+        The scene.
+    out : Path
+        Output folder.
+    until : str or None
+        The stage whose result is asked for; None for everything that the scene asks for.
+    force : bool
+        Whether everything is computed again.
+    jobs : int or None
+        Curves solved at the same time; None: as many as the cores, where the work is worth it.
+    rom : Path or None
+        Reduced model from elsewhere, in place of the first three stages.
     """
 
     scene: SceneFile
@@ -44,46 +45,59 @@ class Request:
     def wanted(self) -> frozenset[str]:
         """The stages that may run; the others are not needed."""
         if self.until is not None:
-            return frozenset(_NEEDS[self.until]) | self._for_pictures(self.until)
-        stages = set(_NEEDS["figures"])
+            return Stage(self.until).with_needs | self._for_pictures(self.until)
         if self.rom is not None:
-            stages -= {"mesh", "assemble", "reduce"}
-        elif self.scene.first.render is not None:
-            stages.add("render")
-        return frozenset(stages)
+            return Stage.FIGURES.with_needs - Stage.REDUCE.with_needs
+        rendered = {Stage.RENDER} if self.scene.first.render is not None else set()
+        return Stage.FIGURES.with_needs | rendered
 
     @property
     def expands(self) -> bool:
         """Whether shapes on the mesh are asked for, now or by the whole scene."""
-        return self.scene.first.render is not None or "report" in self.wanted
+        return self.scene.first.render is not None or Stage.REPORT in self.wanted
 
     def _for_pictures(self, until: str) -> frozenset[str]:
         """What renders need and are needed for: curves for the motion at a peak, renders for the report."""
         render = self.scene.first.render
         if render is None:
             return frozenset()
-        more = {"render": {"respond"} if render.operating is not False else set(), "report": {"render"}}
-        return frozenset(more.get(until, ()))
+        if until == Stage.REPORT:
+            return frozenset({Stage.RENDER})
+        return frozenset({Stage.RESPOND} if until == Stage.RENDER and render.operating is not False else ())
 
 
 @dataclass(frozen=True)
 class Run:
-    """What every stage of one run works with."""
+    """Context of a run that every stage works with."""
 
     request: Request
     store: Store
     log: StageLog
     reporter: Reporter
-    versions: Versions
 
 
 @dataclass
 class RunOutcome:
-    """What a run came to.
+    """Outcome of a run.
 
-    `problems`: what could not be made apart from curves, one line each; `report`: name of the page, None without one;
-    `response`: SHA-256 of the response files by name, None where they are not this run's;
-    `summary`: as in summary.json.
+    Attributes
+    ----------
+    curves : list of CurveResult
+        One for every member of the sweep.
+    models : list of dict
+        Entries of `models` in summary.json.
+    pictures : list of str
+        Figures and renders by their names in the output folder.
+    report : str or None
+        Name of the report page.
+    response : dict or None
+        SHA-256 of the response files by name; None where the files are not of this run.
+    summary : dict
+        As in summary.json.
+    problems : list of str
+        What could not be computed apart from curves, one line each.
+    seconds : float
+        Duration of the run.
     """
 
     curves: list[CurveResult] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Solving the curves of a sweep, here or in worker processes; each goes into the store as soon as it is done."""
+"""Solution of the curves of a sweep, here or in worker processes; each is stored as soon as it is solved."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from pipeline.process.worker_count import worker_count
 from pipeline.process.workers import workers
 from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member
-from pipeline.stages.curve_file import CURVE, CurveSummary, CurveTask, Progress, read_summary, solve_curve
+from pipeline.stages.curve_file import CURVE
+from pipeline.stages.curve_summary import CurveSummary, read_summary
+from pipeline.stages.solve_curve import Progress, solve_curve
 from pipeline.stages.stage_log import StageLog
 from pipeline.store.content_store import Store
 from pipeline.store.disk_errors import StorageError
@@ -24,9 +26,20 @@ KIND = "curve"
 
 @dataclass(frozen=True)
 class CurveResult:
-    """One member's curve: its file in the store and its facts, or the reason why there is none.
+    """The curve of one member of a sweep.
 
-    `rom`: the reduced model it was solved on, None where that could not be made.
+    Attributes
+    ----------
+    member : Member
+        The member.
+    rom : Path or None
+        File of its reduced model; None where that could not be made.
+    file : Path or None
+        File of the curve in the store; None where it could not be solved.
+    facts : CurveSummary or None
+        Its summary.
+    reason : str
+        How the curve ended, or why there is none.
     """
 
     member: Member
@@ -43,7 +56,17 @@ class CurveResult:
 
 @dataclass(frozen=True)
 class CurveJob:
-    """A curve to have: the member that asks for it, its key in the store, the reduced model to solve it on."""
+    """A curve to solve, or to find in the store.
+
+    Attributes
+    ----------
+    member : Member
+        The first member that asks for it.
+    key : str
+        Its key in the store.
+    rom : Path
+        File of its reduced model.
+    """
 
     member: Member
     key: str
@@ -52,26 +75,26 @@ class CurveJob:
 
 @dataclass(frozen=True)
 class CurveSolver:
-    """Has the curves of a sweep: finds them in the store or solves them, `jobs` at a time (see `worker_count`)."""
+    """Finds the curves of a sweep in the store or solves them, `jobs` at a time (see `worker_count`)."""
 
     store: Store
     log: StageLog
     reporter: Reporter
     jobs: int | None = None
 
-    def solve(self, wanted: Sequence[CurveJob]) -> dict[str, CurveResult]:
+    def solve(self, jobs: Sequence[CurveJob]) -> dict[str, CurveResult]:
         """The curve of every key; a curve that fails carries its reason and does not stop the others."""
         with self.log.timed("respond"):
             solved = {}
-            for item in wanted:
+            for item in jobs:
                 if item.key not in solved and (found := self._stored(item)) is not None:
                     solved[item.key] = found
                     self.log.note("respond", ran=False)
-            missing = {item.key: item for item in wanted if item.key not in solved}
+            missing = {item.key: item for item in jobs if item.key not in solved}
             reasons = self._run(list(missing.values()))
             for key, item in missing.items():
-                made = self._stored(item)
-                solved[key] = made or CurveResult(item.member, item.rom, None, None, reasons.get(key, "no result"))
+                found = self._stored(item)
+                solved[key] = found or CurveResult(item.member, item.rom, None, None, reasons.get(key, "no result"))
                 self.log.note("respond", ran=True)
         return solved
 
@@ -105,7 +128,7 @@ class CurveSolver:
                 reason = _solve_into(self.store, item, within)
                 if reason:
                     reasons[item.key] = reason
-                counter.done(self._said(item, reason))
+                counter.done(self._line(item, reason))
         return reasons
 
     def _in_workers(self, missing: list[CurveJob], jobs: int) -> Mapping[str, str]:
@@ -120,10 +143,10 @@ class CurveSolver:
                     reason = "its worker process died (out of memory?)"
                 if reason:
                     reasons[item.key] = reason
-                counter.done(self._said(item, reason))
+                counter.done(self._line(item, reason))
         return reasons
 
-    def _said(self, item: CurveJob, reason: str) -> str:
+    def _line(self, item: CurveJob, reason: str) -> str:
         label = member_label(item.member)
         if reason:
             return f"{label}: {reason}"
@@ -139,9 +162,11 @@ class CurveSolver:
 
 def _solve_into(store: Store, item: CurveJob, progress: Progress | None = None) -> str:
     """Solve one curve into the store; the reason if that was not possible, otherwise an empty text."""
-    task = CurveTask(item.rom, item.member.scene, item.member.parameters)
+    member = item.member
     try:
-        store.get(KIND, item.key, lambda folder: solve_curve(folder, task, progress))
+        store.get(
+            KIND, item.key, lambda folder: solve_curve(folder, item.rom, member.scene, member.parameters, progress)
+        )
     except StorageError:
         raise
     except Exception as error:  # whatever happens to one curve, the rest of the sweep goes on

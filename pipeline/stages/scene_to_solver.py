@@ -1,61 +1,129 @@
-"""The contact parameters of a scene as numbers: stiffness of the face shared by the nodes, "punch" computed."""
+"""Sections of a scene as the objects of the packages `rom` and `nonlinear`: contact, excitation, options, modes.
+
+Quantities of each contact node are formed by `ContactParameters.shared` alone; "punch" is resolved by
+`resolved_contact` alone.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-from pipeline.scene.schema import Scene
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from geometry import SectorMesh
+    from nonlinear import ContactParameters, Excitation, SolverOptions
+    from pipeline.scene.schema import Contact, Load, Response, Scene
+    from rom import LinearOperation, ModalModel, ReducedModel
 
-    from nonlinear import ContactParameters
 
+def resolved_contact(scene: Scene, face_area: float | None) -> Contact:
+    """The section [contact] with "punch" replaced by numbers.
 
-def used_contact(scene: Scene, face_area: float | None) -> dict[str, Any]:
-    """The section [contact] with numbers only: "punch" replaced by the stiffness of the whole face, N/m.
+    Parameters
+    ----------
+    scene : Scene
+        The scene; with "punch" it has a material.
+    face_area : float or None
+        Area of the contact face, m^2; needed for "punch" alone.
 
-    `face_area` (m^2) is needed for "punch" alone.
+    Returns
+    -------
+    Contact
+        Stiffness kn, kt of the whole face, N/m, where it was "punch"; the rest unchanged.
     """
-    values = scene.contact.model_dump()
-    if "punch" in (values["normal_stiffness"], values["tangential_stiffness"]):
-        from nonlinear import punch_stiffness
+    contact = scene.contact
+    if not contact.uses_punch:
+        return contact
+    from nonlinear import punch_stiffness
 
-        assert scene.material is not None  # the checks see to both
-        assert face_area is not None
-        normal, tangential = punch_stiffness(scene.material.young_modulus, scene.material.poisson_ratio, face_area)
-        for name, computed in (("normal_stiffness", normal), ("tangential_stiffness", tangential)):
-            if values[name] == "punch":
-                values[name] = float(computed)
-    return values
-
-
-def stiffness_by_node(value: float | tuple[float, ...], n_contacts: int) -> NDArray[np.float64]:
-    """Contact stiffness of each node, N/m: a number is the whole face, shared evenly; a list is node by node."""
-    import numpy as np
-
-    if isinstance(value, tuple | list):
-        return np.asarray(value, dtype=float)
-    return np.full(n_contacts, float(value) / n_contacts)
+    assert scene.material is not None  # the checks see to both
+    assert face_area is not None
+    normal, tangential = punch_stiffness(scene.material.young_modulus, scene.material.poisson_ratio, face_area)
+    computed = {"normal_stiffness": normal, "tangential_stiffness": tangential}
+    return contact.model_copy(
+        update={name: value for name, value in computed.items() if getattr(contact, name) == "punch"}
+    )
 
 
-def by_node(value: float | tuple[float, ...], n_contacts: int) -> NDArray[np.float64]:
-    """A quantity of each node: a number holds for all of them, a list is node by node."""
-    import numpy as np
-
-    return np.broadcast_to(np.asarray(value, dtype=float), (n_contacts,)).copy()
-
-
-def contact_parameters(values: dict[str, Any], n_contacts: int) -> ContactParameters:
-    """Node by node, as the nonlinear package takes them, from the result of `used_contact`."""
+def contact_parameters(contact: Contact, n_contacts: int) -> ContactParameters:
+    """Parameters of each of the contact nodes, from a section [contact] that holds numbers only."""
     from nonlinear import ContactParameters
 
-    return ContactParameters(
-        normal_stiffness=stiffness_by_node(values["normal_stiffness"], n_contacts),
-        tangential_stiffness=stiffness_by_node(values["tangential_stiffness"], n_contacts),
-        friction=by_node(values["friction"], n_contacts),
-        interference=by_node(values["interference"], n_contacts),
-        preload=by_node(values["preload"], n_contacts),
-        law=values["law"],
+    values = contact.model_dump(exclude={"integration", "samples"})
+    return ContactParameters.shared(n_contacts, **values)
+
+
+def contact_on_model(scene: Scene, model: ReducedModel) -> ContactParameters:
+    """Parameters of each contact node of a reduced model."""
+    return contact_parameters(resolved_contact(scene, face_area(model)), model.n_contacts)
+
+
+def face_area(model: ReducedModel) -> float | None:
+    """Area of the contact face, m^2; None where the model does not know it."""
+    return None if model.contact_area is None else float(model.contact_area.sum())
+
+
+def excitation(scene: Scene) -> Excitation:
+    """The travelling-wave excitation."""
+    from nonlinear import Excitation
+
+    return Excitation(engine_order=scene.excitation.engine_order, force=scene.excitation.force)
+
+
+def solver_options(scene: Scene) -> SolverOptions:
+    """Frequency range, harmonics, integration and method of the forced response."""
+    from nonlinear import SolverOptions
+
+    response, contact = scene.response, scene.contact
+    return SolverOptions(
+        frequency_hz=response.frequency,
+        harmonics=response.harmonics,
+        harmonic_tolerance=response.tolerance,
+        samples=contact.samples,
+        integration=contact.integration,
+        method=response.method,
+        stability=response.stability,
+        detached=response.detached,
+        truncation=response.truncation,
+    )
+
+
+def damped_modes(model: ReducedModel, response: Response, load: Load) -> ModalModel:
+    """The modal model of a reduced model with the damping and the speed of a scene.
+
+    Raises
+    ------
+    ReducedModelError
+        The model has no static response, or the damping does not fit it.
+    """
+    from rom import modal_model
+
+    return modal_model(
+        model, damping_ratio=response.damping_ratio, rayleigh=response.rayleigh, speed_rpm=load.speed_rpm
+    )
+
+
+def linear_operation(scene: Scene, sector: SectorMesh) -> LinearOperation:
+    """Frequency range, travelling wave, damping and contact springs of a scene on the mesh of its blade."""
+    from rom import inter_blade_phase
+
+    phase = inter_blade_phase(scene.excitation.engine_order, sector.n_blades)
+    contact = resolved_contact(scene, float(sector.right.area.sum()))
+    return _linear_operation(scene, contact_parameters(contact, len(sector.right.nodes)), phase)
+
+
+def linear_operation_on_model(scene: Scene, model: ReducedModel) -> LinearOperation:
+    """The same on a reduced model of the blade."""
+    return _linear_operation(scene, contact_on_model(scene, model), model.phase(scene.excitation.engine_order))
+
+
+def _linear_operation(scene: Scene, contact: ContactParameters, phase: float) -> LinearOperation:
+    from rom import LinearOperation
+
+    return LinearOperation(
+        frequency_hz=scene.response.frequency,
+        phase=phase,
+        normal=contact.normal_stiffness,
+        tangential=contact.tangential_stiffness,
+        damping_ratio=scene.response.damping_ratio,
+        rayleigh=scene.response.rayleigh,
     )

@@ -1,4 +1,4 @@
-"""What became of each stage in a run: made, reused or not needed, and how long it took."""
+"""Log of the stages of a run: results computed and reused, and how long they took."""
 
 from __future__ import annotations
 
@@ -9,19 +9,17 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from pipeline.process.clock import seconds_since
-
-STAGES = ("mesh", "assemble", "reduce", "respond", "render", "figures", "report")
+from pipeline.stages.stage_names import Stage
 
 
 @dataclass
 class StageLog:
     """Counts of results made and reused, by stage, seconds spent in this run, and what making the results took."""
 
-    ran: dict[str, int] = field(default_factory=lambda: dict.fromkeys(STAGES, 0))
-    reused: dict[str, int] = field(default_factory=lambda: dict.fromkeys(STAGES, 0))
-    seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
-
-    cost: dict[str, float] = field(default_factory=lambda: dict.fromkeys(STAGES, 0.0))
+    ran: dict[str, int] = field(default_factory=lambda: dict.fromkeys(Stage, 0))
+    reused: dict[str, int] = field(default_factory=lambda: dict.fromkeys(Stage, 0))
+    seconds: dict[str, float] = field(default_factory=lambda: dict.fromkeys(Stage, 0.0))
+    cost: dict[str, float] = field(default_factory=lambda: dict.fromkeys(Stage, 0.0))
 
     def note(self, stage: str, ran: bool, seconds: float = 0.0) -> None:
         """Count one result of a stage; `seconds`: what making it took, in this run or an earlier one."""
@@ -46,7 +44,7 @@ class StageLog:
                 "ran": self.ran[stage],
                 "reused": self.reused[stage],
             }
-            for stage in STAGES
+            for stage in Stage
         }
 
     def status(self, stage: str) -> str:

@@ -1,4 +1,4 @@
-"""The reduced model of every member of a sweep: built, found, or given; and what the summary says of them."""
+"""The reduced model of every member of a sweep: built, found in the store, or given; and their summary."""
 
 from __future__ import annotations
 
@@ -6,34 +6,37 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import StageError, reason_of
-from pipeline.results.outputs import relative_path
 from pipeline.scene.consistency import parameter_error
 from pipeline.scene.reading import Member
-from pipeline.stages.build_model import REDUCED_MODEL
+from pipeline.stages.build_reduced_model import REDUCED_MODEL
 from pipeline.stages.cache_keys import model_keys
-from pipeline.stages.modal_truncation import larger, modes_error
+from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.modal_truncation import larger, stored_truncation_error
 from pipeline.stages.model_chain import BuiltModel, ModelChain
-from pipeline.stages.natural_frequencies import frequencies
+from pipeline.stages.natural_frequencies import stored_frequencies
 from pipeline.stages.request import Run, RunOutcome
+from pipeline.stages.stage_names import Stage
 from pipeline.store.disk_errors import StorageError
-from pipeline.store.fingerprints import file_fingerprint
+from pipeline.store.fingerprints import file_fingerprint, fingerprint
+from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:
     from rom import ReducedModel
 
 Models = dict[int, BuiltModel | None]  # by index of the member; None: it could not be made, or was not asked for
+WRITER = "rom.files.reduced_model_file"
 
 
-def given_models(run: Run, model: ReducedModel) -> Models:
-    """A reduced model from elsewhere, written into the output folder so that the results stay with their model.
+def models_from_file(run: Run, model: ReducedModel) -> Models:
+    """A reduced model from elsewhere for every member, written into the output folder beside the results.
 
-    Written anew and not copied: what else its file may hold stays outside.
+    It is written anew and not copied: what else its file may hold stays outside.
     """
     from rom import write_reduced_model
 
     path = run.request.rom
     assert path is not None
-    key = file_fingerprint(path)
+    key = fingerprint({"file": file_fingerprint(path), "code": code_fingerprint(WRITER)})
     entry = run.store.get("rom", key, lambda folder: write_reduced_model(folder / REDUCED_MODEL, model))
     dofs = model.size if model.basis is None else model.basis.shape[0]
     facts: dict[str, Any] = {"dofs": dofs, "reduced_dofs": model.size, "n_contacts": model.n_contacts}
@@ -42,19 +45,20 @@ def given_models(run: Run, model: ReducedModel) -> Models:
     return {member.index: built for member in run.request.scene.members}
 
 
-def blade_models(run: Run, outcome: RunOutcome) -> Models:
+def models_of_blade(run: Run, outcome: RunOutcome) -> Models:
     """Mesh, full and reduced model of every member, as far as they are wanted; failures go to the outcome's problems.
 
     Raises
     ------
-    InputError : no member's model could be made and the reason is a value of the scene.
+    InputError
+        No member's model could be made, and the reason is a value of the scene.
     """
     chain = ModelChain(run.store, run.log, run.reporter, run.request.expands)
     made: dict[str, BuiltModel | None] = {}
     failures: list[tuple[Member, StageError]] = []
     result: Models = {}
     for member in run.request.scene.members:
-        key = model_keys(member.scene, run.versions).reduce
+        key = model_keys(member.scene).reduce
         if key not in made:
             try:
                 made[key] = _build(run, chain, member)
@@ -69,7 +73,7 @@ def blade_models(run: Run, outcome: RunOutcome) -> Models:
     return result
 
 
-def summarise_models(run: Run, models: Models, outcome: RunOutcome) -> list[dict[str, Any]]:
+def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[str, Any]]:
     """Entries of `models` in summary.json: one for every reduced model and contact stiffness in the sweep."""
     entries: dict[tuple[str, float, float], dict[str, Any]] = {}
     for member in run.request.scene.members:
@@ -77,8 +81,8 @@ def summarise_models(run: Run, models: Models, outcome: RunOutcome) -> list[dict
         if model is None:
             continue
         try:
-            values = frequencies(run.store, model, member.scene, run.versions.rom)
-            errors = modes_error(run.store, model, member.scene, run.versions.rom)
+            values = stored_frequencies(run.store, model, member.scene)
+            errors = stored_truncation_error(run.store, model, member.scene)
         except StorageError:
             raise
         except Exception as error:  # the curves stand without them
@@ -94,11 +98,11 @@ def summarise_models(run: Run, models: Models, outcome: RunOutcome) -> list[dict
 
 
 def _build(run: Run, chain: ModelChain, member: Member) -> BuiltModel | None:
-    keys = model_keys(member.scene, run.versions)
-    if "reduce" in run.request.wanted:
+    keys = model_keys(member.scene)
+    if Stage.REDUCE in run.request.wanted:
         return chain.reduced_model(member.scene, keys)
     mesh = chain.mesh(member.scene, keys)
-    if "assemble" in run.request.wanted:
+    if Stage.ASSEMBLE in run.request.wanted:
         chain.full_model(member.scene, keys, mesh)
     return None
 

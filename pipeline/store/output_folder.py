@@ -51,6 +51,11 @@ def working_store(out: Path, force: bool, reporter: Reporter) -> Iterator[Store]
             raise
 
 
+def relative_path(path: Path, out: Path) -> str:
+    """A path as the output files name it: relative to the output folder."""
+    return Path(os.path.relpath(path, out)).as_posix()
+
+
 def _remove_where_empty(store: Store, out: Path) -> None:
     """Remove a new output folder that holds no result."""
     with suppress(OSError):

@@ -12,25 +12,20 @@ from pipeline.errors import StageError
 from pipeline.scene.labels import value_label
 from pipeline.scene.reading import Member
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_model import FULL_MODEL, SECTOR
-from pipeline.stages.cache_keys import model_keys
-from pipeline.stages.linear_operation import operation_values
+from pipeline.stages.build_full_model import FULL_MODEL
+from pipeline.stages.build_mesh import SECTOR
+from pipeline.stages.cache_keys import linear_operation_inputs, model_keys
+from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.model_chain import BuiltModel, ModelChain
 from pipeline.stages.request import Run
 from pipeline.stages.sweep_models import Models
 from pipeline.store.disk_errors import StorageError
-from pipeline.store.fingerprints import fingerprint, source_fingerprint
+from pipeline.store.fingerprints import fingerprint
 from pipeline.verify.compare import BladeFiles, BladeReference, blade_reference, model_errors, needed_modes
 from pipeline.verify.model_errors import ModelErrors
 
 KIND, FILE = "verify", "verify.json"
-_SOURCES = [
-    "geometry",
-    "rom",
-    "pipeline/verify",
-    "pipeline/stages/linear_operation.py",
-    "pipeline/stages/build_model.py",
-]
+_COMPARISON = "pipeline.verify.compare"  # the module that measures
 # Keys that change a response but nothing linear.
 _WITHOUT_EFFECT = (
     *(f"contact.{key}" for key in ("friction", "interference", "preload", "law", "integration", "samples")),
@@ -71,7 +66,7 @@ class Verifier:
     """Finds the errors of cases, in the store or by computing them; holds the full models of the last blade only."""
 
     run: Run
-    code: str = field(default_factory=lambda: source_fingerprint(_SOURCES, ["gmsh", "numpy", "scipy", "scikit-fem"]))
+    code: str = field(default_factory=lambda: code_fingerprint(_COMPARISON))
     _last: dict[str, BladeReference] = field(default_factory=dict)
 
     def errors(self, case: Case, place: str = "") -> ModelErrors:
@@ -89,7 +84,12 @@ class Verifier:
         return None if entry is None else ModelErrors.of_plain(json.loads(entry.file(FILE).read_text()))
 
     def _key(self, case: Case) -> str:
-        content = {"reduce": case.model.key, "blade": case.blade, **operation_values(case.scene), "code": self.code}
+        content = {
+            "reduce": case.model.key,
+            "blade": case.blade,
+            **linear_operation_inputs(case.scene),
+            "code": self.code,
+        }
         return fingerprint(content)
 
     def needed(self, cases: Sequence[Case], tolerance: float) -> int | None:
@@ -106,7 +106,7 @@ class Verifier:
     def _needed_on(self, cases: Sequence[Case], tolerance: float) -> int | None:
         scenes = [case.scene for case in cases]
         content = {
-            "needed": [operation_values(scene) for scene in scenes],
+            "needed": [linear_operation_inputs(scene) for scene in scenes],
             "blade": cases[0].blade,
             "tolerance": tolerance,
             "code": self.code,
@@ -126,7 +126,7 @@ class Verifier:
 
     def _files(self, scene: Scene) -> BladeFiles:
         chain = ModelChain(self.run.store, self.run.log, self.run.reporter)
-        keys = model_keys(scene, self.run.versions)
+        keys = model_keys(scene)
         mesh = chain.mesh(scene, keys)
         return BladeFiles(mesh.file(SECTOR), chain.full_model(scene, keys, mesh).file(FULL_MODEL))
 
@@ -155,7 +155,7 @@ def distinct_cases(run: Run, models: Models) -> list[Case]:
     for member in run.request.scene.members:
         model, scene = models[member.index], member.scene
         if model is not None:
-            key = model.key, fingerprint(operation_values(scene))
+            key = model.key, fingerprint(linear_operation_inputs(scene))
             cases.setdefault(key, Case(member, model, _label(member), _blade_key(run, scene)))
     return list(cases.values())
 
@@ -163,7 +163,7 @@ def distinct_cases(run: Run, models: Models) -> list[Case]:
 def _blade_key(run: Run, scene: Scene) -> str:
     return fingerprint(
         {
-            "assemble": model_keys(scene, run.versions).assemble,
+            "assemble": model_keys(scene).assemble,
             "speed_rpm": scene.load.speed_rpm,
             "direction": scene.excitation.unit_direction,
             "at": scene.excitation.at,

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 
 from pipeline.errors import reason_of
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_model import at_speed
-from pipeline.stages.linear_operation import linear_operation
+from pipeline.stages.build_reduced_model import at_speed
+from pipeline.stages.scene_to_solver import linear_operation
 from pipeline.verify.model_errors import JointErrors, ModelErrors, OtherMesh
 from pipeline.verify.other_mesh import other_sector
 

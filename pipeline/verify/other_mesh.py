@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from pipeline.scene.consistency import geometry_parameters
+from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.schema import Scene
 
 if TYPE_CHECKING:

@@ -11,10 +11,9 @@ from pipeline.errors import StageError, input_error
 from pipeline.process.progress import Reporter
 from pipeline.scene.consistency import check_scene, parameter_error
 from pipeline.scene.reading import SceneFile
-from pipeline.stages.cache_keys import Versions
 from pipeline.stages.request import Request, Run, RunOutcome
 from pipeline.stages.stage_log import StageLog
-from pipeline.stages.sweep_models import blade_models
+from pipeline.stages.sweep_models import models_of_blade
 from pipeline.store.output_folder import working_store
 from pipeline.verify.advice import advice, within
 from pipeline.verify.cases import Case, Verifier, distinct_cases
@@ -82,8 +81,8 @@ def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, rep
     check_scene(file)
     request = Request(file, out, "reduce", force)
     with working_store(out, force, reporter) as store:
-        run, outcome = Run(request, store, StageLog(), reporter, Versions.current()), RunOutcome()
-        models = blade_models(run, outcome)
+        run, outcome = Run(request, store, StageLog(), reporter), RunOutcome()
+        models = models_of_blade(run, outcome)
         verification = Verification(problems=outcome.problems)
         verifier = Verifier(run)
         _verify_cases(verifier, distinct_cases(run, models), verification)

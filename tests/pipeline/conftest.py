@@ -1,28 +1,10 @@
 """One small run that the tests of a worker share; tests that change it work on a copy."""
 
-import functools
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from pipeline_support import shroud, small_scene, write_scene
-
-import pipeline.stages.cache_keys
-
-
-@pytest.fixture(scope="session", autouse=True)
-def same_sources() -> Iterator[None]:
-    """The house's source as it was when first looked at: what somebody edits meanwhile must not confuse the tests."""
-    real = pipeline.stages.cache_keys.source_fingerprint
-    once = functools.cache(real)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            pipeline.stages.cache_keys,
-            "source_fingerprint",
-            lambda parts, libraries=(): once(tuple(parts), tuple(libraries)),
-        )
-        yield
 
 
 @pytest.fixture(scope="session")

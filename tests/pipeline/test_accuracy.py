@@ -9,7 +9,7 @@ from pipeline_support import ground_scene, shroud, small_scene, summary_of, writ
 
 from pipeline.scene.presets import PRESETS
 from pipeline.scene.reading import read_scene
-from pipeline.stages.cache_keys import Versions, model_keys
+from pipeline.stages.cache_keys import model_keys
 
 
 def bare(**changes: Any) -> dict[str, Any]:
@@ -80,8 +80,7 @@ def test_a_preset_makes_the_same_results_as_its_values(tmp_path: Path) -> None:
     spelt = read_scene(
         write_scene(tmp_path / "b.toml", small_scene(mesh__size=0.008, mesh__element="hex20", rom__modes=10))
     ).first
-    versions = Versions.current()
-    assert model_keys(preset, versions) == model_keys(spelt, versions)
+    assert model_keys(preset) == model_keys(spelt)
 
 
 def test_expected_errors_are_said_and_written(tmp_path: Path) -> None:

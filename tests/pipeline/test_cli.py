@@ -7,7 +7,7 @@ import pytest
 from pipeline_support import ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
 import pipeline.stages.respond
-from pipeline.stages.curve_file import CurveTask
+from pipeline.scene.schema import Scene
 
 
 @pytest.mark.parametrize(
@@ -77,10 +77,10 @@ def test_the_table_and_the_progress_are_for_people(tmp_path: Path) -> None:
 def test_one_failing_curve_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     real = pipeline.stages.respond.solve_curve
 
-    def solve(folder: Path, task: CurveTask, progress: Any = None) -> None:
-        if task.scene.contact.friction == 0.2:
+    def solve(folder: Path, rom: Path, scene: Scene, parameters: Any, progress: Any = None) -> None:
+        if scene.contact.friction == 0.2:
             raise ArithmeticError("made to fail")
-        real(folder, task, progress)
+        real(folder, rom, scene, parameters, progress)
 
     monkeypatch.setattr(pipeline.stages.respond, "solve_curve", solve)
     scene = write_scene(tmp_path / "s.toml", ground_scene() | {"sweep": {"contact.friction": [0.1, 0.2, 0.3]}})

@@ -8,12 +8,8 @@ from pipeline_support import ground_model, ground_scene, shroud, small_scene, wr
 
 import geometry
 import rom.reduction.fixed_interface_modes
-from nonlinear.harmonic_selection.adaptive_harmonics import (
-    HARMONIC_NUMBERS,
-    MOST_UNKNOWNS,
-    feasible_harmonic_numbers,
-)
-from pipeline import limits
+from nonlinear.harmonic_selection.adaptive_harmonics import HARMONIC_NUMBERS, feasible_harmonic_numbers
+from pipeline.scene.size_limits import AUTO_HARMONICS
 from rom import ReducedModelError
 from rom.cyclic.expansion import expand
 from rom.errors import RomParameterError
@@ -50,8 +46,7 @@ def test_automatic_harmonics_stop_before_the_balance_is_too_large() -> None:
     assert feasible_harmonic_numbers(9) == HARMONIC_NUMBERS
     assert max(feasible_harmonic_numbers(225)) == 5
     assert feasible_harmonic_numbers(10**6) == (1,)
-    assert limits.MOST_UNKNOWNS == MOST_UNKNOWNS
-    assert limits.AUTO_HARMONICS in HARMONIC_NUMBERS
+    assert AUTO_HARMONICS in HARMONIC_NUMBERS
 
 
 def test_a_basis_that_is_none_of_a_mesh() -> None:

@@ -2,12 +2,14 @@
 
 import json
 import shutil
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
+from pipeline.stages.stage_names import Stage
 from rom import read_reduced_model
 
 ALL = ("mesh", "assemble", "reduce", "respond", "render", "figures", "report")
@@ -137,12 +139,12 @@ def test_a_changed_source_makes_its_stage_and_what_follows_again(
 ) -> None:
     import pipeline.stages.cache_keys
 
-    real = pipeline.stages.cache_keys.source_fingerprint
+    real = pipeline.stages.cache_keys.code_fingerprint
 
-    def edited(parts: list[str], libraries: list[str] | tuple[str, ...] = ()) -> str:
-        return real(parts, libraries) + ("edited" if parts[0] == "rom" and "nonlinear" in parts else "")
+    def edited(*modules: str) -> str:
+        return real(*modules) + ("edited" if modules == (pipeline.stages.cache_keys.CURVE_CODE,) else "")
 
-    monkeypatch.setattr(pipeline.stages.cache_keys, "source_fingerprint", edited)
+    monkeypatch.setattr(pipeline.stages.cache_keys, "code_fingerprint", edited)
     assert rerun(copied) == expected(respond="ran", figures="ran")
 
 
@@ -180,3 +182,18 @@ def test_lost_outputs_come_back_without_solving(copied: Path) -> None:
         shutil.rmtree(target) if target.is_dir() else target.unlink()
     assert rerun(copied) == expected()
     assert all((copied / path).exists() for path in ("response.h5", "response.csv", "figures/response.png"))
+
+
+def test_make_has_a_target_for_every_stage() -> None:
+    lines = (Path(__file__).parents[2] / "Makefile").read_text().splitlines()
+    (rule,) = [line for line, recipe in pairwise(lines) if recipe.endswith("--until $@")]
+    assert rule == f"{' '.join(Stage)}: setup"
+    (phony,) = [line for line in lines if line.startswith(".PHONY:")]
+    assert set(Stage) <= set(phony.split())
+
+
+def test_a_stage_comes_after_what_it_needs() -> None:
+    stages = list(Stage)
+    for stage in stages:
+        assert stage.with_needs <= set(stages[: stages.index(stage) + 1])
+        assert stage.results

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.store.content_store import Store
-from pipeline.store.fingerprints import file_fingerprint, fingerprint, source_fingerprint
+from pipeline.store.fingerprints import file_fingerprint, fingerprint
 
 
 def writer(text: str):
@@ -106,5 +106,3 @@ def test_fingerprints_follow_content_and_nothing_else(tmp_path: Path) -> None:
     two.write_bytes(b"same")
     os.utime(two, (0, 0))
     assert file_fingerprint(one) == file_fingerprint(two)
-    assert source_fingerprint(["geometry"]) != source_fingerprint(["rom"])
-    assert source_fingerprint(["geometry"], ["numpy"]) != source_fingerprint(["geometry"])

@@ -1,4 +1,4 @@
-"""Mesh, full model and reduced model, each written as the files of one store entry."""
+"""Reduced model of the blade at its speed, written as the files of one store entry."""
 
 from __future__ import annotations
 
@@ -6,53 +6,38 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.scene.consistency import geometry_parameters
-from pipeline.scene.schema import DEFAULT_MODES, Scene
-from pipeline.stages.linear_operation import linear_operation
+from pipeline.stages.scene_to_solver import linear_operation
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
+    from pipeline.scene.schema import Scene
     from rom import FullModel
 
-SECTOR = "sector.h5"
-MESH_FILES = ("mesh.vtu", "mesh.msh")
-FULL_MODEL = "full.h5"
 REDUCED_MODEL = "rom.h5"
 AUGMENTED_MODEL = "enriched.h5"
 FACTS = "facts.json"
 
 
-def make_mesh(folder: Path, scene: Scene) -> None:
-    """Mesh the sector: `sector.h5` for the next stage, mesh.vtu and mesh.msh for people and other programs."""
-    from geometry import build_sector, export_sector
-    from rom import save_sector
-
-    sector = build_sector(*geometry_parameters(scene))
-    save_sector(folder / SECTOR, sector)
-    for name in MESH_FILES:
-        export_sector(folder / name, sector)
-
-
-def make_full_model(folder: Path, sector_file: Path, scene: Scene) -> None:
-    """Assemble stiffness, mass and centrifugal load of the sector into `full.h5`."""
-    from rom import Material, assemble, load_sector, save_full_model
-
-    assert scene.material is not None  # a scene that describes a blade has both
-    assert scene.mesh is not None
-    material = Material(**scene.material.model_dump())
-    full = assemble(load_sector(sector_file), material, scene.mesh.element)
-    save_full_model(folder / FULL_MODEL, full)
-
-
 def make_reduced_model(
     folder: Path, sector_file: Path, full_file: Path, scene: Scene, *, store_basis: bool = True
 ) -> None:
-    """Reduce the blade to `rom.h5`, at its speed, and note its sizes in `facts.json`.
+    """Reduce the blade to `rom.h5`, at its speed, and write its sizes into `facts.json`.
 
-    store_basis: with what expands shapes to the mesh, which is many times the size of all the rest.
+    Parameters
+    ----------
+    folder : Path
+        Where the files go; with few enough contact nodes also `enriched.h5`, the residual-mode augmented model.
+    sector_file, full_file : Path
+        Mesh and full model.
+    scene : Scene
+        The scene that the model is for.
+    store_basis : bool
+        Whether the model gets its basis, which expands shapes to the mesh and is many times the size of all the rest.
 
-    `modes` there: fixed-interface modes kept; `highest_mode_hz`: how far such modes are known. `enriched.h5`: the model with
-    what stands for the modes left out, where there are few enough contact nodes.
+    Notes
+    -----
+    In `facts.json`, `modes` is the number of fixed-interface modes and `highest_mode_hz` the frequency up to which
+    they are known.
     """
     from rom import (
         ReductionOptions,
@@ -68,7 +53,7 @@ def make_reduced_model(
     def full() -> FullModel:
         return at_speed(load_full_model(full_file), sector, scene)
 
-    modes, limit = scene.rom.modes, scene.rom.frequency_limit
+    modes, limit = scene.rom.fixed_interface_modes, scene.rom.frequency_limit
     dofs = scene.rom.contact_dofs
     load: dict[str, Any] = {
         "excitation_direction": scene.excitation.unit_direction,
@@ -80,8 +65,7 @@ def make_reduced_model(
             full, sector, scene.rom.tolerance, operations, store_basis=store_basis, contact_dofs=dofs, **load
         )
     else:
-        number = DEFAULT_MODES if modes is None and limit is None else modes
-        options = ReductionOptions(number, limit, store_basis, contact_dofs=dofs)
+        options = ReductionOptions(modes, limit, store_basis, contact_dofs=dofs)
         made = reduce_sector(full, sector, options, enrich=True, **load)
     model = made.model
     write_reduced_model(folder / REDUCED_MODEL, model)

@@ -1,4 +1,4 @@
-"""Values that look like a slip of units are said in one line each, and computed all the same."""
+"""Unusual values: one warning line each, computed all the same."""
 
 from pathlib import Path
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
 
-from pipeline.scene.plausibility import slips
+from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.scene.reading import read_scene
 
 MILLIMETRES = {
@@ -39,7 +39,7 @@ MILLIMETRES = {
         ({}, []),
     ],
 )
-def test_slips_are_said_and_taken(tmp_path: Path, changes: dict[str, Any], expected: list[str]) -> None:
+def test_unusual_values_are_reported_and_used(tmp_path: Path, changes: dict[str, Any], expected: list[str]) -> None:
     path = write_scene(tmp_path / "s.toml", small_scene(**changes))
     status, said, error = shroud("validate", path)
     assert status == 0
@@ -52,7 +52,7 @@ def test_slips_are_said_and_taken(tmp_path: Path, changes: dict[str, Any], expec
 
 @pytest.mark.parametrize("scene", sorted(Path(__file__).parents[2].glob("scenes/*.toml")), ids=lambda path: path.stem)
 def test_nothing_is_wrong_with_the_scenes_that_ship(scene: Path) -> None:
-    assert slips(read_scene(scene)) == []
+    assert plausibility_warnings(read_scene(scene)) == []
 
 
 def test_a_model_without_units_is_taken_as_it_is(tmp_path: Path) -> None:

@@ -1,0 +1,32 @@
+"""Whether the frequency range of a run holds a natural frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from pipeline.scene.schema import Scene
+from pipeline.stages.request import RunOutcome
+
+
+def range_warning(outcome: RunOutcome, scene: Scene) -> str:
+    """A line where no natural frequency, free, sliding or stuck, lies in the frequency range; otherwise empty.
+
+    Such a curve has no resonance, which is seldom what the range was chosen for.
+    """
+    low, high = scene.response.frequency
+    known = [hz for model in outcome.models for hz in _natural_frequencies(model)]
+    if not known or any(low <= hz <= high for hz in known):
+        return ""
+    below = max((hz for hz in known if hz < low), default=None)
+    above = min((hz for hz in known if hz > high), default=None)
+    nearest = " and ".join(f"{hz:.6g} Hz" for hz in (below, above) if hz is not None)
+    return f"no natural frequency lies in response.frequency, {low:g} to {high:g} Hz; the nearest: {nearest}"
+
+
+def _natural_frequencies(model: dict[str, Any]) -> Iterator[float]:
+    """All natural frequencies of an entry of `models` in the summary, Hz."""
+    yield from model["free_hz"]
+    for state in ("sliding_hz", "stuck_hz"):
+        for values in model[state].values():
+            yield from values

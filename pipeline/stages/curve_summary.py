@@ -1,0 +1,93 @@
+"""Summary of a response curve: the numbers that tables and summary.json give, as attributes of its file."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import h5py
+
+    from nonlinear import Bifurcation, ResponseCurve
+
+
+def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
+    """The summary of a curve as attributes of its file; nan where there is no number."""
+    import numpy as np
+
+    errors = np.asarray(response.energy_error, dtype=float)
+    peak = response.peak
+    return {
+        "peak_frequency_hz": math.nan if peak is None else float(peak.frequency_hz),
+        "peak_amplitude_m": math.nan if peak is None else float(peak.amplitude_m),
+        "peak_index": -1 if peak is None else int(peak.index),
+        "peak_located": peak is not None and bool(peak.located),
+        "points": len(response.frequency_hz),
+        "total_iterations": int(np.sum(response.iterations)),
+        "seconds": float(response.seconds),
+        "complete": bool(response.termination.complete),
+        "reason": str(response.termination.message),
+        "energy_error": float(np.nanmax(errors)) if np.any(np.isfinite(errors)) else math.nan,
+        "harmonics": int(response.harmonics),
+        "truncation_error": float(response.truncation_error),
+        "bifurcations": json.dumps([_bifurcation(item) for item in response.bifurcations]),
+        "detached": json.dumps([_detached(branch) for branch in response.detached]),
+    }
+
+
+def _bifurcation(item: Bifurcation) -> dict[str, Any]:
+    return {"kind": item.kind.value, "frequency_hz": item.frequency_hz, "amplitude_m": item.amplitude_m}
+
+
+def _detached(branch: ResponseCurve) -> dict[str, Any]:
+    return {
+        "from_hz": float(branch.frequency_hz.min()),
+        "to_hz": float(branch.frequency_hz.max()),
+        "peak_amplitude_m": float(branch.amplitude_m.max()),
+        "points": branch.points,
+        "stable_points": int(branch.stable.sum()),
+        "reason": branch.termination.message,
+    }
+
+
+@dataclass(frozen=True)
+class CurveSummary:
+    """Summary of one curve; nan where there is no number."""
+
+    peak_frequency_hz: float
+    peak_amplitude_m: float
+    peak_index: int
+    peak_located: bool
+    points: int
+    total_iterations: int
+    seconds: float
+    complete: bool
+    reason: str
+    energy_error: float
+    harmonics: int
+    truncation_error: float
+    bifurcations: tuple[dict[str, Any], ...]
+    detached: tuple[dict[str, Any], ...]
+
+
+def read_summary(group: h5py.Group) -> CurveSummary:
+    """The summary of a curve from the attributes of its group."""
+    attributes = group.attrs
+    return CurveSummary(
+        peak_frequency_hz=float(attributes["peak_frequency_hz"]),
+        peak_amplitude_m=float(attributes["peak_amplitude_m"]),
+        peak_index=int(attributes["peak_index"]),
+        peak_located=bool(attributes["peak_located"]),
+        points=int(attributes["points"]),
+        total_iterations=int(attributes["total_iterations"]),
+        seconds=float(attributes["seconds"]),
+        complete=bool(attributes["complete"]),
+        reason=str(attributes["reason"]),
+        energy_error=float(attributes["energy_error"]),
+        harmonics=int(attributes["harmonics"]),
+        truncation_error=float(attributes["truncation_error"]),
+        bifurcations=tuple(json.loads(attributes["bifurcations"])),
+        detached=tuple(json.loads(attributes["detached"])),
+    )

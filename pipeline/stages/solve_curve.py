@@ -1,0 +1,63 @@
+"""Solution of one response curve: reduced model and scene in, curve file out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.stages.curve_file import CURVE, used_parameters, write_curve
+from pipeline.stages.scene_to_solver import (
+    contact_parameters,
+    damped_modes,
+    excitation,
+    face_area,
+    resolved_contact,
+    solver_options,
+)
+
+if TYPE_CHECKING:
+    from pipeline.scene.schema import Scene
+
+Progress = Callable[[float, int], None]
+
+
+def solve_curve(
+    folder: Path, rom: Path, scene: Scene, parameters: Mapping[str, Any], progress: Progress | None = None
+) -> None:
+    """Solve one curve on one BLAS thread and write `curve.h5`.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the file goes.
+    rom : Path
+        File of the reduced model.
+    scene : Scene
+        The scene of this curve.
+    parameters : mapping of str to value
+        The swept parameters, which are written into the file.
+    progress : callable
+        Called with the frequency reached, Hz, and the number of points so far.
+
+    Raises
+    ------
+    ReducedModelError
+        The model does not fit the scene.
+    """
+    from threadpoolctl import threadpool_limits
+
+    from nonlinear import forced_response
+    from rom import read_reduced_model
+
+    with threadpool_limits(limits=1):  # the matrices are small: threads only get in each other's way
+        model = read_reduced_model(rom, with_basis=False)
+        contact = resolved_contact(scene, face_area(model))
+        response = forced_response(
+            damped_modes(model, scene.response, scene.load),
+            contact_parameters(contact, model.n_contacts),
+            excitation(scene),
+            solver_options(scene),
+            progress,
+        )
+    write_curve(folder / CURVE, response, used_parameters(scene, contact, parameters))

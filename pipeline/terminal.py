@@ -1,0 +1,96 @@
+"""What the commands print: results and tables on stdout; errors, warnings and notes on stderr."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from pipeline.stages.request import Request, RunOutcome
+    from pipeline.verify.stage import Verification
+
+NO_TERMINAL = 110  # characters in a line of a table where stdout is no terminal
+
+
+def print_error(text: str) -> None:
+    """One line on stderr; a closed stderr is no error."""
+    with suppress(OSError):
+        print(text, file=sys.stderr, flush=True)
+
+
+def print_notes(lines: Iterable[str], kind: str = "note") -> None:
+    """Lines of one kind, "note" or "warning", on stderr."""
+    for line in lines:
+        print_error(f"{kind}: {line}")
+
+
+def print_problems(problems: Iterable[str]) -> None:
+    """One line for everything that could not be computed."""
+    for problem in problems:
+        print_error(problem)
+
+
+def print_outcome(request: Request, outcome: RunOutcome, quiet: bool, as_json: bool) -> None:
+    """The results of a run as JSON or as a table, and what could not be computed."""
+    from pipeline.results.outputs import as_json as json_text
+
+    if as_json:
+        print(json_text(outcome.summary))
+    elif not quiet:
+        _print_results(request, outcome)
+    print_problems(outcome.problems)
+    failed = [curve for curve in outcome.curves if not curve.complete]
+    if failed:
+        print_error(f"{len(failed)} of {len(outcome.curves)} curves not completed: {failed[0].reason}")
+
+
+def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
+    """Errors of the reduced models of a scene, as JSON or as a table, and advice."""
+    from pipeline.results.outputs import as_json as json_text
+    from pipeline.verify.stage import plain
+
+    if as_json:
+        print(json_text(plain(found)))
+    if as_json or quiet:
+        return
+    from pipeline.verify.table import error_table, heading, overview
+
+    console = _console()
+    for line in dict.fromkeys(heading(errors) for _, errors in found.measured):
+        print(line)
+    if len(found.measured) == 1:
+        case, errors = found.measured[0]
+        console.print(error_table(errors, case.scene.response.frequency[1]))
+    elif found.measured:
+        console.print(overview(found.measured))
+    for each in found.advice:
+        print(each.text)
+
+
+def _print_results(request: Request, outcome: RunOutcome) -> None:
+    """The table of the curves, with notes and warnings on them."""
+    from pipeline.results.frequency_range import range_warning
+    from pipeline.results.tables import curve_table, harmonics_warning, mode_notes, motion_notes
+
+    if outcome.curves:
+        _console().print(curve_table(outcome))
+    for note in [*mode_notes(outcome), *motion_notes(outcome)]:
+        print(note)
+    if request.scene.accuracy is not None:
+        print(request.scene.accuracy.text())
+    if warning := harmonics_warning(outcome):
+        print(warning, file=sys.stderr)
+    if warning := range_warning(outcome, request.scene.first):
+        print_notes([warning], "warning")
+    page = f", {outcome.report}" if outcome.report else ""
+    print(f"{outcome.seconds:.2f} s, results in {request.out}{page}")
+
+
+def _console() -> Console:
+    from rich.console import Console
+
+    return Console(width=None if sys.stdout.isatty() else NO_TERMINAL)
