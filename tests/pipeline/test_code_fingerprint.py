@@ -24,9 +24,9 @@ ENTRIES = {
     "curve": keys.CURVE_CODE,
     "frequencies": "pipeline.stages.natural_frequencies",
     "truncation": "pipeline.stages.modal_truncation",
-    "figures": "pipeline.figures.stage",
-    "render": "pipeline.render.draw",
-    "operating": "pipeline.render.operate",
+    "figures": "pipeline.figures.figure_stage",
+    "render": "pipeline.render.mode_shapes",
+    "operating": "pipeline.render.operating_shapes",
     "verify": "pipeline.verify.compare",
 }
 PAGE = "pipeline.report.page"  # shows the results of all stages
