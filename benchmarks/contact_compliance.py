@@ -70,7 +70,7 @@ def measure(scene: Path, size: float, grid: list[int] | None) -> list[dict[str, 
     from nonlinear import punch_stiffness
     from pipeline.scene.consistency import geometry_parameters
     from pipeline.scene.reading import read_scene
-    from rom import Material, ReductionOptions, assemble, reduce
+    from rom import BoundaryChoice, Material, ReductionOptions, assemble, reduce_sector
 
     blade = read_scene(scene).first
     assert blade.mesh is not None
@@ -85,13 +85,16 @@ def measure(scene: Path, size: float, grid: list[int] | None) -> list[dict[str, 
     springs = {"scene": own, "punch": punch, "rigid": (RIGID * punch[0], RIGID * punch[1])}
     rows = []
     for kind in KINDS:
-        model = reduce(
+        model = reduce_sector(
             full,
             sector,
-            ReductionOptions(modes=MODES, store_basis=False, contact_dofs=kind),
-            excitation_direction=blade.excitation.unit_direction,
-            excitation_at=blade.excitation.at,
-        )
+            ReductionOptions(modes=MODES, store_basis=False),
+            BoundaryChoice(
+                excitation_direction=blade.excitation.unit_direction,
+                excitation_at=blade.excitation.at,
+                contact_dofs=kind,
+            ),
+        ).model
         phase = 2.0 * 3.141592653589793 * blade.excitation.engine_order / sector.n_blades
         row = {"size_mm": size, "dofs": full.n_dofs, "contact_dofs": kind, "n_contacts": model.n_contacts}
         rows.append(row | _compliance(model, phase) | _frequencies(model, phase, springs))
@@ -102,9 +105,9 @@ def _compliance(model: Any, phase: float) -> dict[str, float]:
     """Means over the contact nodes, m/N: `whole_*` of the relative flexibility, `local_*` with all others held."""
     import numpy as np
 
-    from rom import contact_motion
+    from rom import relative_contact_motion
 
-    motion = contact_motion(model, phase)
+    motion = relative_contact_motion(model.contact_right, model.contact_left, phase)
     flexibility = motion @ np.linalg.solve(model.stiffness, motion.conj().T)
     alone = 1.0 / np.real(np.diag(np.linalg.inv(flexibility)))
     values = {}

@@ -68,8 +68,7 @@ def answers(scene: Path, size: float, grading: float) -> Answers:
     from geometry import build_sector
     from pipeline.scene.consistency import geometry_parameters
     from pipeline.scene.reading import read_scene
-    from rom import Material, assemble, factorise
-    from rom.linear_algebra.threads import one_blas_thread
+    from rom import Material, assemble, factorise, one_blas_thread
     from rom.reduction.fixed_interface_modes import lowest_modes
 
     blade = read_scene(scene).first
@@ -83,10 +82,10 @@ def answers(scene: Path, size: float, grading: float) -> Answers:
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     with one_blas_thread():
         stiffness, mass = full.stiffness[free][:, free], full.mass[free][:, free]
-        angular, shapes = lowest_modes(mass, factorise(stiffness), MODES)
+        modes = lowest_modes(mass, factorise(stiffness), MODES)
     tip = 3 * full.vertex_node[sector.node_sets["tip"][0]] + np.arange(3)
-    moved = np.asarray(blade.excitation.unit_direction) @ shapes[np.searchsorted(free, tip)]
-    return full.n_dofs, time.perf_counter() - start, angular / (2.0 * np.pi), (moved / angular) ** 2
+    moved = np.asarray(blade.excitation.unit_direction) @ modes.shapes[np.searchsorted(free, tip)]
+    return full.n_dofs, time.perf_counter() - start, modes.omega / (2.0 * np.pi), (moved / modes.omega) ** 2
 
 
 def report(rows: list[dict[str, Any]], reference: float, grading: float) -> str:

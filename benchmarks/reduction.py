@@ -74,8 +74,7 @@ def measure(scene: Path, size: float, modes: float, backend: str = "auto") -> di
     from geometry import build_sector
     from pipeline.scene.consistency import geometry_parameters
     from pipeline.scene.reading import read_scene
-    from rom import Material, assemble
-    from rom.linear_algebra.threads import one_blas_thread
+    from rom import BoundaryChoice, Material, assemble, one_blas_thread
     from rom.reduction.craig_bampton import craig_bampton_model
     from rom.reduction.fixed_interface_modes import lowest_modes
 
@@ -107,14 +106,15 @@ def measure(scene: Path, size: float, modes: float, backend: str = "auto") -> di
         sector = build_sector(*geometry_parameters(blade))
     with timed("assembly"):
         full = [assemble(sector, Material(**blade.material.model_dump()), blade.mesh.element)]
+    boundary = BoundaryChoice(blade.excitation.unit_direction, blade.excitation.at)
     with one_blas_thread():
         with timed("constraint modes"):
-            parts = rom.reduction.substructure.split(full.pop, sector, blade.excitation.at, backend)
+            parts = rom.reduction.substructure.partition_at_boundary(full.pop, sector, boundary, backend)
         seconds["constraint modes"] -= seconds["ordering"] + seconds["factorisation"]
         with timed("fixed-interface modes"):
-            found = lowest_modes(parts.inner_mass, parts.factor, int(modes))
+            found = lowest_modes(parts.interior_mass, parts.factor, int(modes))
         with timed("projection"):
-            model = craig_bampton_model(sector, parts, *found, blade.excitation.unit_direction, True)
+            model = craig_bampton_model(parts, found, True)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     row = {"size_mm": size, "dofs": parts.n_dofs, "modes": int(modes), "reduced": model.size}
     return {

@@ -2,9 +2,6 @@
 
 import time
 from dataclasses import replace
-from functools import lru_cache
-
-from threadpoolctl import ThreadpoolController
 
 from nonlinear.branches.branch import Branch, with_stability
 from nonlinear.branches.detached_branches import detached_branches
@@ -22,7 +19,7 @@ from nonlinear.harmonic_selection.adaptive_harmonics import LADDER, HarmonicSele
 from nonlinear.harmonic_selection.truncation_error import Truncation
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.response_curve import ResponseCurve, assemble_curve
-from rom import ModalModel, RelativeReceptance
+from rom import ModalModel, RelativeReceptance, one_blas_thread
 
 STRICTER = 2.0  # the choice of harmonics along a curve, where its outcome was not good enough
 
@@ -49,17 +46,10 @@ def forced_response(
         raise ContactError(
             f"contact: parameters of {contact.n_contacts} nodes, allowed: {modal.n_contacts}, as the model"
         )
-    # The matrices are small: more threads than one make each product slower.
-    with _threads().limit(limits=1, user_api="blas"):
+    with one_blas_thread():
         began = time.perf_counter()
         solved = _solve(modal, contact, excitation, options, progress)
         return replace(solved, seconds=max(0.0, time.perf_counter() - began))
-
-
-@lru_cache(maxsize=1)
-def _threads() -> ThreadpoolController:
-    """The libraries that have been loaded: numpy's and SciPy's by now. To look for them takes 2 ms."""
-    return ThreadpoolController()
 
 
 def _solve(

@@ -105,7 +105,7 @@ def linear_values(model: ReducedModel, scene: Scene, sector: SectorMesh) -> dict
 
     from rom import linear_responses
 
-    answers = {answer.joint: answer for answer in linear_responses(model, linear_operation(scene, sector))}
+    answers = {answer.condition: answer for answer in linear_responses(model, linear_operation(scene, sector))}
     free = answers["free"]
     stuck = answers.get("stuck", free)
     return {

@@ -75,20 +75,21 @@ def modes_study(scene_file: Path, settings: ModesSettings) -> Study:
 
 def _full_reference(mesh: BuiltMesh, beyond: float) -> ReducedModel:
     """The full model's answers for `beyond` times the frequency range."""
-    from rom import full_reference
+    from rom import BoundaryChoice, full_reference
 
     return full_reference(
         mesh.full_model(),
         mesh.sector(),
         beyond * mesh.scene.response.frequency[1],
-        excitation_direction=mesh.scene.excitation.unit_direction,
-        excitation_at=mesh.scene.excitation.at,
+        BoundaryChoice(
+            excitation_direction=mesh.scene.excitation.unit_direction, excitation_at=mesh.scene.excitation.at
+        ),
     ).model
 
 
 def _errors(errors: Sequence[LinearError]) -> dict[str, float]:
-    by_joint = {error.joint: error for error in errors}
-    free, stuck = by_joint["free"], by_joint.get("stuck", by_joint["free"])
+    by_condition = {error.condition: error for error in errors}
+    free, stuck = by_condition["free"], by_condition.get("stuck", by_condition["free"])
     return {
         FREE: free.frequency,
         STUCK: stuck.frequency,

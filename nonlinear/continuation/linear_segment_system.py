@@ -5,13 +5,12 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import zgetrf, zgetrs
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.continuation.solution_point import LinearState
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from rom import RelativeReceptance
+from rom import RelativeReceptance, SpringSupportedMotion, contact_springs
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ class LinearSegmentSystem:
         """Contact springs, (n_c, 3), N/m."""
         tangential = np.where(self.held, self.contact.tangential_stiffness, 0.0)
         normal = np.where(self.state.pressed, self.contact.normal_stiffness, 0.0)
-        return np.column_stack([tangential, tangential, normal])
+        return contact_springs(normal.size, normal, tangential)
 
     @cached_property
     def static(self) -> Array:
@@ -63,8 +62,8 @@ class LinearSegmentSystem:
         force[:, 2] = self._rest_force
         at_rest = replace(self.balance.receptance, harmonics=(0,))
         free, _ = at_rest.response(0.0, force.reshape(1, -1).astype(complex))
-        system = np.eye(force.size) + at_rest.matrix(0.0)[0].real * self.springs.reshape(-1)
-        return np.linalg.solve(system, free[0].real).reshape(-1, 3)
+        system = SpringSupportedMotion(at_rest.matrix(0.0)[0].real * self.springs.reshape(-1))
+        return system.solve(free[0].real).reshape(-1, 3)
 
     @cached_property
     def _rest_force(self) -> Array:
@@ -92,13 +91,11 @@ class LinearSegmentSystem:
         if not self.springs.any():
             modal_slope = -value_slope * modal / value
             return LinearMotion(*self._rows(motion, relative @ modal_slope), modal, modal_slope)
-        system = (relative / value) @ self._sprung
-        system.flat[:: motion.size + 1] += 1.0
-        factors, pivots, _ = zgetrf(system.T, overwrite_a=1)
-        motion, _ = zgetrs(factors, pivots, motion, trans=1)
+        system = SpringSupportedMotion((relative / value) @ self._sprung)
+        motion = system.solve(motion)
         modal = (force - self._sprung @ motion) / value
         modal_slope = -value_slope * modal / value
-        change, _ = zgetrs(factors, pivots, relative @ modal_slope, trans=1)
+        change = system.solve(relative @ modal_slope)
         return LinearMotion(*self._rows(motion, change), modal, modal_slope - self._sprung @ change / value)
 
     def _rows(self, harmonic: ComplexArray, slope: ComplexArray) -> tuple[Array, Array]:

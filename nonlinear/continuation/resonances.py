@@ -25,11 +25,11 @@ class Resonances:
 
 def find_resonances(receptance: RelativeReceptance, contact: ContactParameters, options: SolverOptions) -> Resonances:
     """The resonances of a problem."""
-    springs = np.zeros((3, contact.n_contacts, 3))
-    springs[1:, :, 2] = contact.normal_stiffness
-    springs[2, :, :2] = contact.tangential_stiffness[:, None]
+    kn, kt = contact.normal_stiffness, contact.tangential_stiffness
+    modal, phase = receptance.modal, receptance.phase
+    free, sliding, stuck = (0.0, 0.0), (kn, 0.0), (kn, kt)
     found = np.concatenate(
-        [coupled_frequencies(receptance.modal, receptance.phase, row.reshape(-1)) for row in springs]
+        [coupled_frequencies(modal, phase, normal=n, tangential=t) for n, t in (free, sliding, stuck)]
     )
     highest = HIGHEST_ORDER if isinstance(options.harmonics, str) else min(options.harmonics, HIGHEST_ORDER)
     parts = np.concatenate([found / order for order in range(1, highest + 1)])

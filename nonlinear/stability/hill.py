@@ -12,7 +12,7 @@ from nonlinear.stability.cone_slider_memory import ConeSliderMemory
 from nonlinear.stability.contact_feedback import ContactFeedback, DelayedCone, DelayedFriction, SliderPlaces
 from nonlinear.stability.modal_condensation import ContactFreeModel
 from nonlinear.stability.slider_memory import SliderMemory
-from rom import ModalModel
+from rom import ModalModel, relative_contact_motion
 
 Memory = SliderMemory | ConeSliderMemory
 REACH = 2.0
@@ -71,11 +71,9 @@ class HillProblem:
             harmonics = np.stack([harmonics, -harmonics], axis=1).ravel()
         if self.static:
             harmonics = np.append(0.0, harmonics)
-        left = 0.0 if self.modal.left is None else self.modal.left
-        turn = np.exp(1j * (harmonics * self.phase + self.pattern))[:, None, None]
-        return ContactFreeModel(
-            self.modal, harmonics, self.modal.right - left * turn, self.reach, self.highest, self.symmetric
-        )
+        phases = harmonics * self.phase + self.pattern
+        relative = relative_contact_motion(self.modal.right, self.modal.left, phases)
+        return ContactFreeModel(self.modal, harmonics, relative, self.reach, self.highest, self.symmetric)
 
     @cached_property
     def _to_real(self) -> Matrix | None:

@@ -12,13 +12,13 @@ from pipeline.stages.linear_operation import linear_operation
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
-    from rom import FullModel
+    from rom import BoundaryChoice, FullModel
 
 SECTOR = "sector.h5"
 MESH_FILES = ("mesh.vtu", "mesh.msh")
 FULL_MODEL = "full.h5"
 REDUCED_MODEL = "rom.h5"
-AUGMENTED_MODEL = "enriched.h5"
+AUGMENTED_MODEL = "augmented.h5"
 FACTS = "facts.json"
 
 
@@ -51,8 +51,8 @@ def make_reduced_model(
 
     store_basis: with what expands shapes to the mesh, which is many times the size of all the rest.
 
-    `modes` there: fixed-interface modes kept; `highest_mode_hz`: how far such modes are known. `enriched.h5`: the model with
-    what stands for the modes left out, where there are few enough contact nodes.
+    `modes` there: fixed-interface modes of the model; `highest_mode_hz`: highest frequency of those computed.
+    `augmented.h5`: the model augmented by residual modes, where there are few enough contact nodes.
     """
     from rom import (
         ReductionOptions,
@@ -69,34 +69,34 @@ def make_reduced_model(
         return at_speed(load_full_model(full_file), sector, scene)
 
     modes, limit = scene.rom.modes, scene.rom.frequency_limit
-    dofs = scene.rom.contact_dofs
-    load: dict[str, Any] = {
-        "excitation_direction": scene.excitation.unit_direction,
-        "excitation_at": scene.excitation.at,
-    }
+    boundary = boundary_choice(scene)
     if modes == "auto":
         operations = [linear_operation(scene, sector)]
-        made = reduce_to_tolerance(
-            full, sector, scene.rom.tolerance, operations, store_basis=store_basis, contact_dofs=dofs, **load
-        )
+        made = reduce_to_tolerance(full, sector, scene.rom.tolerance, operations, boundary, store_basis=store_basis)
     else:
         number = DEFAULT_MODES if modes is None and limit is None else modes
-        options = ReductionOptions(number, limit, store_basis, contact_dofs=dofs)
-        made = reduce_sector(full, sector, options, enrich=True, **load)
+        made = reduce_sector(full, sector, ReductionOptions(number, limit, store_basis), boundary, augment=True)
     model = made.model
     write_reduced_model(folder / REDUCED_MODEL, model)
-    if made.enriched is not None:
-        write_reduced_model(folder / AUGMENTED_MODEL, made.enriched)
+    if made.augmented is not None:
+        write_reduced_model(folder / AUGMENTED_MODEL, made.augmented)
     facts: dict[str, Any] = {"dofs": made.dofs, "reduced_dofs": model.size}
     facts |= {"n_contacts": model.n_contacts, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
     (folder / FACTS).write_text(json.dumps(facts))
 
 
+def boundary_choice(scene: Scene) -> BoundaryChoice:
+    """Excitation and contact dofs of a scene."""
+    from rom import BoundaryChoice
+
+    return BoundaryChoice(scene.excitation.unit_direction, scene.excitation.at, scene.rom.contact_dofs)
+
+
 def at_speed(full: FullModel, sector: SectorMesh, scene: Scene) -> FullModel:
     """The full model at the scene's speed of rotation."""
-    from rom import Material, spin
+    from rom import Material, stiffen_by_rotation
 
     if scene.load.speed_rpm == 0.0:
         return full
     assert scene.material is not None
-    return spin(full, sector, Material(**scene.material.model_dump()), scene.load.speed_rpm)
+    return stiffen_by_rotation(full, sector, Material(**scene.material.model_dump()), scene.load.speed_rpm)

@@ -90,13 +90,11 @@ def solve_curve(folder: Path, task: CurveTask, progress: Progress | None = None)
     ------
     ReducedModelError : the model does not fit the scene.
     """
-    from threadpoolctl import threadpool_limits
-
     from nonlinear import Excitation, SolverOptions, forced_response
-    from rom import read_reduced_model
+    from rom import one_blas_thread, read_reduced_model
 
     scene = task.scene
-    with threadpool_limits(limits=1):  # the matrices are small: threads only get in each other's way
+    with one_blas_thread():
         model = read_reduced_model(task.rom, with_basis=False)
         modal = modal_of(model, scene)
         contact = used_contact(scene, face_area(model))

@@ -15,25 +15,22 @@ if TYPE_CHECKING:
 
 def linear_operation(scene: Scene, sector: SectorMesh) -> LinearOperation:
     """Frequency range, travelling wave, damping and contact springs of a scene on the mesh of its blade."""
-    from rom import inter_blade_phase
-
-    phase = inter_blade_phase(scene.excitation.engine_order, sector.n_blades)
-    return _operation(scene, len(sector.right.nodes), phase, float(sector.right.area.sum()))
+    return _operation(scene, len(sector.right.nodes), sector.n_blades, float(sector.right.area.sum()))
 
 
 def operation_of_model(scene: Scene, model: ReducedModel) -> LinearOperation:
     """The same on a reduced model of the blade."""
-    return _operation(scene, model.n_contacts, model.phase(scene.excitation.engine_order), face_area(model))
+    return _operation(scene, model.n_contacts, model.n_blades, face_area(model))
 
 
-def _operation(scene: Scene, n_contacts: int, phase: float, area: float | None) -> LinearOperation:
-    from rom import LinearOperation
+def _operation(scene: Scene, n_contacts: int, n_blades: int | None, area: float | None) -> LinearOperation:
+    from rom import LinearOperation, inter_blade_phase
 
     values = used_contact(scene, area)
     response = scene.response
     return LinearOperation(
         frequency_hz=response.frequency,
-        phase=phase,
+        phase=inter_blade_phase(scene.excitation.engine_order, n_blades),
         normal=stiffness_by_node(values["normal_stiffness"], n_contacts),
         tangential=stiffness_by_node(values["tangential_stiffness"], n_contacts),
         damping_ratio=response.damping_ratio,

@@ -1,4 +1,4 @@
-"""What the modes left out of a reduced model do to its linear answers, estimated and kept in the store as JSON."""
+"""Estimated modal truncation error of a reduced model in its linear responses, cached as JSON."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ def modes_error(store: Store, model: BuiltModel, scene: Scene, version: str) -> 
     All None where they are not known: for a model from elsewhere, with many contact nodes, and where the modes kept
     do not reach beyond the range.
     """
-    enriched = model.rom.parent / AUGMENTED_MODEL
-    if not enriched.exists():
+    augmented = model.rom.parent / AUGMENTED_MODEL
+    if not augmented.exists():
         return UNKNOWN
     key = fingerprint({"reduce": model.key, **operation_values(scene), "code": version})
-    entry = store.get("modes-error", key, lambda folder: _write(folder / FILE, model, enriched, scene))
+    entry = store.get("modes-error", key, lambda folder: _write(folder / FILE, model, augmented, scene))
     values: dict[str, float | None] = json.loads(entry.file(FILE).read_text())
     return values
 
@@ -38,12 +38,12 @@ def larger(one: dict[str, Any], other: dict[str, float | None]) -> dict[str, flo
     return {name: None if None in pair else max(pair) for name, pair in pairs.items()}
 
 
-def _write(path: Path, model: BuiltModel, enriched: Path, scene: Scene) -> None:
+def _write(path: Path, model: BuiltModel, augmented: Path, scene: Scene) -> None:
     from rom import read_reduced_model, reduction_errors
 
     reduced = read_reduced_model(model.rom, with_basis=False)
     operation = operation_of_model(scene, reduced)
-    found = reduction_errors(reduced, read_reduced_model(enriched), model.facts["highest_mode_hz"], operation)
+    found = reduction_errors(reduced, read_reduced_model(augmented), model.facts["highest_mode_hz"], operation)
     values = UNKNOWN
     if found is not None:
         frequency = max(error.frequency for error in found)

@@ -47,9 +47,9 @@ def _write(path: Path, rom: Path, scene: Scene) -> None:
 
 
 def _solve(model: ReducedModel, contact: Mapping[str, Any], engine_order: int) -> dict[str, Any]:
-    from rom import natural_frequencies
+    from rom import inter_blade_phase, natural_frequencies
 
-    phase = model.phase(engine_order)
+    phase = inter_blade_phase(engine_order, model.n_blades)
     normal = stiffness_by_node(contact["normal_stiffness"], model.n_contacts)
     tangential = stiffness_by_node(contact["tangential_stiffness"], model.n_contacts)
     count = min(COUNT, model.size)

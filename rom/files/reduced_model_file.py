@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rom.cyclic.reduced_model import ReducedModel, ReducedModelError
+from rom.cyclic.reduced_model import ReducedModel
+from rom.errors import ReducedModelError
 from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
 from rom.files.hdf5_writing import new_hdf5
 
@@ -44,6 +45,8 @@ def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> No
         file.attrs["producer"] = model.producer
         if model.n_blades is not None:
             file.attrs["n_blades"] = model.n_blades
+        if model.speed_rpm is not None:
+            file.attrs["speed_rpm"] = model.speed_rpm
 
 
 def read_reduced_model(path: str | os.PathLike[str], *, with_basis: bool = True) -> ReducedModel:
@@ -84,6 +87,8 @@ def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
     arguments["outputs"] = {name: _read_array(file, f"output/{name}") for name in file["output"]}
     if "n_blades" in file.attrs:
         arguments["n_blades"] = _whole_number("n_blades", file.attrs["n_blades"])
+    if "speed_rpm" in file.attrs:
+        arguments["speed_rpm"] = _number("speed_rpm", file.attrs["speed_rpm"])
     arguments["producer"] = _text(file.attrs.get("producer", "unknown"))
     return arguments
 
@@ -116,10 +121,17 @@ def _array(file: "h5py.File", name: str, complex_allowed: bool) -> np.ndarray:
 
 
 def _whole_number(name: str, value: Any) -> int:
-    number = np.asarray(value)
-    if number.size != 1 or number.dtype.kind not in "iuf" or float(number.reshape(-1)[0]) % 1 != 0:
+    number = _number(name, value, "a whole number")
+    if number % 1 != 0:
         raise ReducedModelError(f"attribute {name}: {_text(value)[:80]!r}, allowed: a whole number")
-    return int(number.reshape(-1)[0])
+    return int(number)
+
+
+def _number(name: str, value: Any, allowed: str = "a finite number") -> float:
+    number = np.asarray(value)
+    if number.size != 1 or number.dtype.kind not in "iuf" or not np.isfinite(number).all():
+        raise ReducedModelError(f"attribute {name}: {_text(value)[:80]!r}, allowed: {allowed}")
+    return float(number.reshape(-1)[0])
 
 
 def _text(value: Any) -> str:

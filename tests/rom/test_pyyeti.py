@@ -14,7 +14,15 @@ import pytest
 from rom_reference import lowest_hz
 
 from geometry import BladeParameters, MeshParameters, SectorMesh, ShroudParameters, build_sector
-from rom import FullModel, Material, ReductionOptions, assemble, read_reduced_model, reduce, write_reduced_model
+from rom import (
+    FullModel,
+    Material,
+    ReductionOptions,
+    assemble,
+    read_reduced_model,
+    reduce_sector,
+    write_reduced_model,
+)
 from rom.finite_elements.full_model import node_dofs
 
 cb = pytest.importorskip("pyyeti.cb", reason="pyYeti is not installed (package pyyeti)")
@@ -77,7 +85,7 @@ def checked(folder, clamped=False, left_frame=None):
     """Reduce a sector, write and read the file, and let pyYeti check what it says, the left frames being as given."""
     sector = shrouded(clamped)
     full = assemble(sector, STEEL)
-    write_reduced_model(folder / "model.h5", reduce(full, sector, ReductionOptions(modes=MODES)))
+    write_reduced_model(folder / "model.h5", reduce_sector(full, sector, ReductionOptions(modes=MODES)).model)
     model = read_reduced_model(folder / "model.h5")
     mass, stiffness = (six_dofs_a_node(matrix, model.n_contacts) for matrix in (model.mass, model.stiffness))
     # One corner of the right face, two dofs of the opposite corner, one of the left face.
