@@ -1,4 +1,4 @@
-"""Reduced models as HDF5 files: the door for models that come from elsewhere."""
+"""Reduced models as HDF5 files, an open format: models of other programs are read too (docs/outputs.md)."""
 
 import os
 from pathlib import Path
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import h5py
 
 FORMAT = "1"
-LARGEST_MODEL = 20_000  # coordinates: matrices of 3 GB, of which all modes are wanted
+LARGEST_MODEL = 20_000  # coordinates: matrices of 3 GB, all of whose modes are computed
 _OPTIONAL = {
     "contact_left": "contact/left",
     "contact_area": "contact/area",
@@ -33,7 +33,15 @@ _REQUIRED = {
 
 
 def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> None:
-    """Write `model` to the HDF5 file `path`, one dataset for each array that the model has."""
+    """Write a reduced model to an HDF5 file, one dataset for each array that the model has.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+    model : ReducedModel
+        The model.
+    """
     with new_hdf5(path) as file:
         for attribute, name in (_REQUIRED | _OPTIONAL).items():
             array = getattr(model, attribute)
@@ -50,14 +58,25 @@ def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> No
 
 
 def read_reduced_model(path: str | os.PathLike[str], *, with_basis: bool = True) -> ReducedModel:
-    """Read the reduced model in the HDF5 file `path`.
+    """Read a reduced model from an HDF5 file.
 
-    with_basis: False leaves out the basis, which is large, where nothing is to be expanded to the mesh.
+    Parameters
+    ----------
+    path : str or path
+        The file.
+    with_basis : bool
+        False leaves out the basis, which is large and only needed to expand shapes to the mesh.
+
+    Returns
+    -------
+    ReducedModel
+        The model.
 
     Raises
     ------
-    ReducedModelError : the file cannot be read, a dataset is missing, or the model is inconsistent; the message
-        names the file and the dataset.
+    ReducedModelError
+        The file cannot be read, a dataset is missing, or the model is inconsistent; the message names the file and
+        the dataset.
     """
     if not Path(path).is_file():
         raise ReducedModelError(f"{path}: no such file, allowed: an HDF5 file with a reduced model")
@@ -103,7 +122,7 @@ def _read_array(file: "h5py.File", name: str, complex_allowed: bool = False) -> 
 
 
 def _array(file: "h5py.File", name: str, complex_allowed: bool) -> np.ndarray:
-    dataset = file.get(name)  # None for a link that leads nowhere
+    dataset = file.get(name)  # None for a broken link
     if dataset is None or not hasattr(dataset, "dtype"):
         raise ReducedModelError(f"{name}: missing dataset")
     kinds = "iufc" if complex_allowed else "iuf"
@@ -111,7 +130,7 @@ def _array(file: "h5py.File", name: str, complex_allowed: bool) -> np.ndarray:
         raise ReducedModelError(
             f"{name}: type {dataset.dtype}, allowed: real{' or complex' * complex_allowed} numbers"
         )
-    # a scalar or a row of the wrong dimension would trip the model's own shape checks with an IndexError
+    # the shape checks of the model raise an IndexError for an array of the wrong dimension
     wanted = 2 if name in ("mass", "stiffness", "contact/position", "contact/right", "contact/left", "basis") else 1
     if len(dataset.shape or ()) != wanted:
         raise ReducedModelError(f"{name}: shape {dataset.shape}, allowed: an array of {wanted} dimension(s)")

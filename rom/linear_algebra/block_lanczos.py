@@ -96,11 +96,11 @@ def lowest_eigenpairs(
         basis.append(block)
         image, neighbours = solve(weighted), np.vstack([before, weighted])
         before = weighted
-        block, weighted, (coefficients, rest) = _orthonormal(mass, image, basis, neighbours)
+        block, weighted, (coefficients, off_diagonal) = _orthonormal(mass, image, basis, neighbours)
         basis.set_image(coefficients)
         exhausted = basis.count == size
         if exhausted or basis.count >= check:
-            values, vectors, residuals = _ritz(basis, rest, count)
+            values, vectors, residuals = _ritz(basis, off_diagonal, count)
             if exhausted or np.all(residuals <= tolerance * np.abs(values)):
                 order = np.argsort(1.0 / values)
                 return 1.0 / values[order], vectors[:, order].T @ basis.rows
@@ -111,12 +111,12 @@ def lowest_eigenpairs(
             block, weighted, _ = _orthonormal(mass, other, basis, before)
 
 
-def _ritz(basis: _Basis, rest: Block, count: int) -> tuple[NDArray[np.float64], Block, NDArray[np.float64]]:
+def _ritz(basis: _Basis, off_diagonal: Block, count: int) -> tuple[NDArray[np.float64], Block, NDArray[np.float64]]:
     """The `count` largest Ritz values 1/w^2, their vectors (k, m) in the basis and their residuals (m,)."""
     values, vectors = np.linalg.eigh(basis.projected)
     largest = np.argsort(-np.abs(values))[:count]
     values, vectors = values[largest], vectors[:, largest]
-    return values, vectors, np.linalg.norm(rest @ vectors[basis.count - rest.shape[1] :], axis=0)
+    return values, vectors, np.linalg.norm(off_diagonal @ vectors[basis.count - off_diagonal.shape[1] :], axis=0)
 
 
 def _times(mass: csr_matrix, rows: Block) -> Block:
@@ -138,7 +138,7 @@ def _orthonormal(
     first = basis.count - len(neighbours)
     coefficients[first:] = neighbours @ block.T
     block = block - coefficients[first:].T @ basis.rows[first:]
-    taken, rest = np.sum(coefficients**2, axis=0), np.eye(len(block))
+    taken, off_diagonal = np.sum(coefficients**2, axis=0), np.eye(len(block))
     for _ in range(2):
         weighted = _times(mass, block)
         drift = basis.rows @ weighted.T
@@ -147,7 +147,7 @@ def _orthonormal(
         columns, scale = svqb(gram - drift.T @ drift, lengths, _DEPENDENT**2, basis.room)
         transform = columns.T
         block = transform @ (block - drift.T @ basis.rows)
-        coefficients += drift @ rest
-        taken, rest = np.zeros(len(block)), scale @ rest
+        coefficients += drift @ off_diagonal
+        taken, off_diagonal = np.zeros(len(block)), scale @ off_diagonal
     clean = np.max(np.abs(drift), initial=0.0) < _CLEAN
-    return block, transform @ weighted if clean else _times(mass, block), (coefficients, rest)
+    return block, transform @ weighted if clean else _times(mass, block), (coefficients, off_diagonal)

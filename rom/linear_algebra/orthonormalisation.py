@@ -44,10 +44,10 @@ def svqb(
         The vectors in terms of the orthonormal ones, S^1/2 V^T D.
     """
     squares, directions = np.linalg.eigh(0.5 * (gram + gram.T) / np.outer(lengths, lengths))
-    kept = np.flatnonzero(squares > smallest)
+    chosen = np.flatnonzero(squares > smallest)
     if most is not None:
-        kept = kept[len(kept) - min(most, len(kept)) :]
-    roots, directions = np.sqrt(squares[kept]), directions[:, kept]
+        chosen = chosen[len(chosen) - min(most, len(chosen)) :]
+    roots, directions = np.sqrt(squares[chosen]), directions[:, chosen]
     return (directions / roots) / lengths[:, None], (roots * directions).T * lengths
 
 

@@ -1,6 +1,6 @@
 """Averages of the displacement as variables of the full model, each in the place of the displacement of one node.
 
-With the averages W u among the variables the reduction needs no change: they are held, kept as coordinates and loaded
+With the averages W u among the variables the reduction needs no change: they are held, are coordinates and are loaded
 like nodes. The condition W u = u_k is solved for as many nodes p as there are averages,
 u_p = W_p^-1 (u_k - W_r u_r). This is a change of variables u = T z that is the identity but for the rows of those
 nodes. The choice of the nodes changes the variables, not the model; with large shares W_p is well conditioned.

@@ -43,22 +43,22 @@ def augmented_model(parts: Substructure, modes: ModalBasis, residual: NDArray[np
     shapes, squared = modes.shapes, modes.omega[:, None] ** 2
     participation = parts.coupling.T @ shapes
     in_modes = participation.T / squared
-    rest = residual - shapes @ in_modes
-    correction = shapes.T @ (parts.interior_mass @ rest)  # the difference may be small: orthogonalise twice
-    rest -= shapes @ correction
+    remainder = residual - shapes @ in_modes
+    correction = shapes.T @ (parts.interior_mass @ remainder)  # the difference may be small: orthogonalise twice
+    remainder -= shapes @ correction
     before = np.sum(residual * (parts.interior_mass @ residual), axis=0)
-    chosen = orthonormal_combinations(rest.T @ (parts.interior_mass @ rest), before)
-    rest = rest @ chosen
-    # K_ii rest without K_ii: K_ii times the residual vectors is L, times the modes it is w^2 M_ii times the modes.
+    chosen = orthonormal_combinations(remainder.T @ (parts.interior_mass @ remainder), before)
+    remainder = remainder @ chosen
+    # K_ii times the remainder without K_ii: times the residual vectors it is L, times the modes w^2 M_ii times them.
     forces = (parts.coupling - (parts.interior_mass @ shapes) @ (squared * (in_modes + correction))) @ chosen
     b, m = parts.boundary.size, len(modes)
-    n = b + m + rest.shape[1]
+    n = b + m + remainder.shape[1]
     mass, stiffness = np.eye(n), np.zeros((n, n))
     mass[:b, :b], stiffness[:b, :b] = parts.mass, parts.stiffness
-    mass[:b, b:] = np.hstack([participation, parts.coupling.T @ rest])
+    mass[:b, b:] = np.hstack([participation, parts.coupling.T @ remainder])
     mass[b:, :b] = mass[:b, b:].T
     stiffness[b : b + m, b : b + m] = np.diag(modes.omega**2)
-    stiffness[b + m :, b + m :] = symmetric(rest.T @ forces)
+    stiffness[b + m :, b + m :] = symmetric(remainder.T @ forces)
     return ReducedModel(
         mass=mass,
         stiffness=stiffness,
