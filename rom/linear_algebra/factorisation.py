@@ -34,7 +34,7 @@ _NOT_DEFINITE = (
 
 
 class Factor(Protocol):
-    """A factorised matrix A."""
+    """A factorised symmetric positive definite matrix A."""
 
     @property
     def backend(self) -> str:
