@@ -48,13 +48,14 @@ class SpringSupportedMotion:
 
     def __init__(self, receptance: NDArray[Any]) -> None:
         receptance.flat[:: len(receptance) + 1] += 1.0
-        if np.iscomplexobj(receptance):  # solved at each frequency: without a copy LAPACK sees the transpose
+        self._complex = receptance.dtype.kind == "c"
+        if self._complex:  # solved at each frequency: without a copy LAPACK sees the transpose
             self._factors, self._pivots, _ = zgetrf(receptance.T, overwrite_a=1)
         else:
             self._factors, self._pivots, _ = dgetrf(receptance)
 
     def solve(self, linear: NDArray[Any]) -> NDArray[Any]:
         """Solution d, (3 n_c,) or (3 n_c, k), for d_lin = `linear`."""
-        if np.iscomplexobj(self._factors):
+        if self._complex:
             return zgetrs(self._factors, self._pivots, linear, trans=1)[0]
         return dgetrs(self._factors, self._pivots, linear)[0]
