@@ -91,25 +91,25 @@ def test_natural_frequencies_agree_with_the_full_model(full, sector, contact):
     assert np.all(worst < [3e-2, 2e-3, 3e-4, 5e-5])
 
 
-def test_static_answers_at_the_kept_dofs_are_exact(model, full, sector):
+def test_static_responses_at_the_boundary_dofs_are_exact(model, full, sector):
     rng = np.random.default_rng(2)
-    kept = full.vertex_node[np.concatenate([sector.right.nodes, sector.left.nodes, sector.node_sets["tip"]])]
+    boundary = full.vertex_node[np.concatenate([sector.right.nodes, sector.left.nodes, sector.node_sets["tip"]])]
     frames = [*sector.right.frame, *sector.left.frame, np.eye(3)]
-    contact_load = rng.standard_normal(3 * len(kept))
+    contact_load = rng.standard_normal(3 * len(boundary))
     load = 50.0 * full.centrifugal
-    for node, frame, part in zip(kept, frames, contact_load.reshape(-1, 3), strict=True):
+    for node, frame, part in zip(boundary, frames, contact_load.reshape(-1, 3), strict=True):
         load[3 * node : 3 * node + 3] += frame.T @ part
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     exact = np.zeros(full.n_dofs)
     exact[free] = spsolve(full.stiffness[free][:, free].tocsc(), load[free])
-    exact_kept = [frame @ exact[3 * node : 3 * node + 3] for node, frame in zip(kept, frames, strict=True)]
+    exact_boundary = [frame @ exact[3 * node : 3 * node + 3] for node, frame in zip(boundary, frames, strict=True)]
     reduced_load = 50.0 * model.force_centrifugal
-    reduced_load[: 3 * len(kept)] += contact_load
-    found = np.linalg.solve(model.stiffness, reduced_load)[: 3 * len(kept)]
-    assert np.max(np.abs(found - np.concatenate(exact_kept))) < 1e-10 * np.max(np.abs(found))
+    reduced_load[: 3 * len(boundary)] += contact_load
+    found = np.linalg.solve(model.stiffness, reduced_load)[: 3 * len(boundary)]
+    assert np.max(np.abs(found - np.concatenate(exact_boundary))) < 1e-10 * np.max(np.abs(found))
 
 
-def test_loads_at_the_kept_dofs_alone_are_exact_on_the_whole_mesh(model, full):
+def test_loads_at_the_boundary_dofs_alone_are_exact_on_the_whole_mesh(model, full):
     coordinates = np.linalg.solve(model.stiffness, model.force_excitation)
     displacement = expand_to_mesh(model, coordinates).ravel()
     residual = full.stiffness @ displacement
@@ -186,9 +186,9 @@ def test_modes_up_to_a_frequency_limit(full, sector):
 
 
 def reduced_interface_hz(model):
-    kept = 6 * model.n_contacts + 3
-    np.testing.assert_array_equal(model.mass[kept:, kept:], np.eye(model.size - kept))
-    return np.sqrt(np.diag(model.stiffness)[kept:]) / (2 * np.pi)
+    boundary = 6 * model.n_contacts + 3
+    np.testing.assert_array_equal(model.mass[boundary:, boundary:], np.eye(model.size - boundary))
+    return np.sqrt(np.diag(model.stiffness)[boundary:]) / (2 * np.pi)
 
 
 def test_backends_and_repeated_runs_give_the_same_model(full, sector):
@@ -206,16 +206,16 @@ def test_backends_and_repeated_runs_give_the_same_model(full, sector):
         np.testing.assert_allclose(pair[0], pair[1], rtol=1e-10)
 
 
-def test_excitation_elsewhere_keeps_and_observes_that_node(full, sector):
+def test_excitation_elsewhere_adds_and_observes_that_node(full, sector):
     place, direction = [0.015, 0.01, 0.35], [3.0, 0.0, 4.0]
     model = reduce_sector(full, sector, ReductionOptions(), BoundaryChoice(direction, place)).model
-    kept = 6 * model.n_contacts
+    boundary = 6 * model.n_contacts
     expected = np.zeros(model.size)
-    expected[kept + 3 : kept + 6] = [0.6, 0.0, 0.8]
+    expected[boundary + 3 : boundary + 6] = [0.6, 0.0, 0.8]
     np.testing.assert_allclose(model.force_excitation, expected, atol=1e-15)
     np.testing.assert_array_equal(model.outputs["tip"], model.force_excitation)
     node = int(np.argmin(np.sum((full.positions - place) ** 2, axis=1)))
-    found = expand_to_mesh(model, np.eye(model.size)[kept + 3 : kept + 6])[:, node]
+    found = expand_to_mesh(model, np.eye(model.size)[boundary + 3 : boundary + 6])[:, node]
     np.testing.assert_array_equal(found, np.eye(3))
 
 

@@ -54,7 +54,7 @@ class Checked:
         return np.flatnonzero(np.arange(len(self.answer.rbg)) % 6 < 3)
 
     @property
-    def kept_positions(self):
+    def boundary_positions(self):
         """Kept nodes (k, 3) [m] in the order of the reduced coordinates."""
         sector = self.sector
         return np.vstack([sector.right.position, sector.left.position, sector.points[sector.node_sets["tip"]]])
@@ -96,7 +96,7 @@ def checked(folder, clamped=False, left_frame=None):
     frames = [*sector.right.frame, *(sector.left.frame if left_frame is None else left_frame)]
     axes = [np.array([[k, 1, 0], [0, 0, 0], t2, t1]) for k, (t1, t2, _) in enumerate(frames, 1)]
     names = list(range(1, len(axes) + 2))
-    table = nastran.addgrid(None, names, "b", 0, found.kept_positions, [*axes, 0])
+    table = nastran.addgrid(None, names, "b", 0, found.boundary_positions, [*axes, 0])
     report = io.StringIO()
     boundary = np.arange(6 * len(names))
     answer = cb.cbcheck(report, mass, stiffness, boundary, support, uset=table, rb_norm=True)
@@ -130,7 +130,7 @@ def test_rigid_body_modes_by_stiffness_and_by_eigenvectors_are_those_of_the_geom
     np.testing.assert_allclose(answer.rbe[rows], answer.rbg[rows], atol=1e-8)
     found = cb.cbcoordchk(answer.k, answer.bset, free.support, verbose=False, rb_normalizer=answer.rbg[free.support])
     assert found.refpoint_chk == "pass"
-    np.testing.assert_allclose(found.coords, free.kept_positions, atol=1e-9)
+    np.testing.assert_allclose(found.coords, free.boundary_positions, atol=1e-9)
 
 
 def test_nothing_holds_the_free_blade(free):
@@ -150,7 +150,7 @@ def test_mass_centre_of_gravity_and_inertia_are_those_of_the_full_model(free):
         np.testing.assert_allclose(found, exact, atol=1e-8 * np.max(exact))
 
 
-def test_fixed_base_frequencies_are_those_of_the_full_model_with_the_kept_dofs_held(free):
+def test_fixed_base_frequencies_are_those_of_the_full_model_with_the_boundary_dofs_held(free):
     sector, full = free.sector, free.full
     vertices = np.concatenate([sector.right.nodes, sector.left.nodes, sector.node_sets["tip"]])
     exact = lowest_hz(full.stiffness, full.mass, 8, node_dofs(full.vertex_node[vertices]).ravel())
