@@ -2,7 +2,7 @@
 
 from geometry.build import build_sector
 from geometry.checks import check_parameters
-from geometry.errors import GeometryError, SectorFileError
+from geometry.errors import GeometryError, ParameterError, SectorFileError
 from geometry.exchange import export_sector, import_sector
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
 from geometry.quality import hexahedron_scaled_jacobian
@@ -14,6 +14,7 @@ __all__ = [
     "ContactFace",
     "GeometryError",
     "MeshParameters",
+    "ParameterError",
     "SectorFileError",
     "SectorMesh",
     "ShroudParameters",

@@ -1,4 +1,4 @@
-"""From parameters to the mesh of a sector."""
+"""The mesh of a sector from its parameters."""
 
 from dataclasses import replace
 
@@ -16,19 +16,38 @@ from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import FloatArray, IntArray, SectorMesh
 from geometry.solid import sweep
 
-MIRRORED_CORNERS = [0, 3, 2, 1, 4, 7, 6, 5]  # a mirror image turns hexahedra inside out; this order turns them back
+MIRRORED_CORNERS = [0, 3, 2, 1, 4, 7, 6, 5]  # a mirror image turns hexahedra inside out; this node order undoes it
 
 
 def build_sector(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> SectorMesh:
     """Mesh one blade with its shroud: gmsh quadrilaterals of the planform, extruded, bent, tapered and twisted.
 
-    The same parameters give the same mesh bit for bit. The mesh is its own image under a half turn about the stacking
-    axis (x, y -> -x, -y), and that of alpha > 90 is the exact mirror image (x -> -x) of the one at 180 - alpha with
+    The same parameters give the same mesh bit for bit. The mesh is symmetric under a half turn about the stacking
+    axis (x, y -> -x, -y). The mesh of alpha > 90 is the exact mirror image (x -> -x) of the one at 180 - alpha with
     the opposite twist. Left and right contact nodes match under rotation by one pitch less the gap.
 
-    gmsh has one state for the whole process: call this from any thread, but not from two at a time.
+    Parameters
+    ----------
+    blade : BladeParameters
+        The airfoil.
+    shroud : ShroudParameters
+        The shroud.
+    mesh : MeshParameters
+        The mesh density.
 
-    Raises ``GeometryError`` for parameters that ``check_parameters`` refuses, and where gmsh gives no valid mesh.
+    Returns
+    -------
+    SectorMesh
+        The mesh with its node sets and contact faces.
+
+    Raises
+    ------
+    GeometryError
+        ``check_parameters`` refuses the parameters, or gmsh gives no valid mesh.
+
+    Notes
+    -----
+    gmsh has one state for the whole process: call this from any thread, but not from two at the same time.
     """
     check_parameters(blade, shroud, mesh)
     mirrored = is_mirrored(shroud)
@@ -58,7 +77,7 @@ def _with_faces(
     shroud: ShroudParameters,
     mesh: MeshParameters,
 ) -> SectorMesh:
-    """Name the node sets and make the contact faces; the layers of the shroud come first among the points."""
+    """Node sets and contact faces of the mesh; the layers of the shroud come first among the points."""
     layers = contact_fractions(mesh.contact_grid[1], shroud.thickness, mesh.size)
     grid = [int(np.argmin(np.abs(layers - f))) for f in grid_fractions(mesh.contact_grid[1])]
     n, order = len(flat.points), slice(None, None, -1 if is_mirrored(shroud) else 1)

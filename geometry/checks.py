@@ -1,4 +1,4 @@
-"""What a blade must be, said before anything is built."""
+"""Validation of the parameters before anything is built."""
 
 from dataclasses import replace
 from math import isfinite, nan, pi
@@ -17,10 +17,24 @@ LARGEST_MESH = 3_000_000  # elements
 
 
 def check_parameters(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> None:
-    """Raise ``GeometryError`` for the first thing that is wrong, with the nearest value that would fit.
+    """Check that the parameters are in range and fit together.
 
-    Looks at each of ``blade``, ``shroud`` and ``mesh`` by itself, then at how they fit together. Cheap: no gmsh; a
-    few milliseconds for parameters that fit, about a tenth of a second to find what would.
+    It runs without gmsh: some milliseconds for parameters that fit, a tenth of a second to find the nearest value
+    that would fit.
+
+    Parameters
+    ----------
+    blade : BladeParameters
+        The airfoil.
+    shroud : ShroudParameters
+        The shroud.
+    mesh : MeshParameters
+        The mesh density.
+
+    Raises
+    ------
+    GeometryError
+        The first parameter that is wrong, with the nearest value that would fit.
     """
     _check_blade(blade)
     _check_shroud(blade, shroud)
@@ -34,7 +48,7 @@ def _require(condition: bool, table: str, parameter: str, value: object, allowed
 
 
 def _number(table: str, parameter: str, value: object, *, positive: bool = True) -> None:
-    """A finite real number, positive unless said otherwise."""
+    """Check for a finite real number, positive by default."""
     number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else nan
     kind = "positive" if positive else "finite"
     good = isfinite(number) and (number > 0 or not positive)
@@ -80,7 +94,7 @@ def _check_shroud(blade: BladeParameters, shroud: ShroudParameters) -> None:
 
 
 def _check_fit(blade: BladeParameters, shroud: ShroudParameters) -> None:
-    """The profile and the airfoil on the planform; says the nearest angle and the longest contact that fit."""
+    """Check side profile and airfoil on the planform; the error names the nearest angle and length that fit."""
     plan = planform(blade, shroud)
     profile, airfoil = edges_fit(plan), airfoil_fits(plan)
     if fits(plan):
@@ -104,7 +118,7 @@ def _check_fit(blade: BladeParameters, shroud: ShroudParameters) -> None:
 
 
 def _refuse_airfoil(blade: BladeParameters, plan: Planform) -> None:
-    """The airfoil does not fit on a platform with straight sides either: say what about it is too large."""
+    """Raise the error of an airfoil too large even for straight sides; it names the largest chord or thickness."""
     straight = without_notch(plan)
     platform = f"{plan.width:g} m x {plan.pitch:.6g} m"
     where = f"the section, turned by the twist of {blade.twist:g} degrees, must fit on the shroud of {platform}"
@@ -136,7 +150,7 @@ def _check_mesh(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPara
 
 
 def _smallest_size(blade: BladeParameters, shroud: ShroudParameters) -> float:
-    """Size (m) at which cubes would fill the sector ``LARGEST_MESH`` times."""
+    """Edge length (m) of the cubes that fill the sector with ``LARGEST_MESH`` elements."""
     platform = planform(blade, shroud).pitch * shroud.axial_width * shroud.thickness
     airfoil = blade.chord * blade.thickness * (blade.length - shroud.thickness)
     return float(((platform + airfoil) / LARGEST_MESH) ** (1 / 3))

@@ -1,4 +1,4 @@
-"""The contact faces: which mesh nodes form the grid, their frames and tributary areas."""
+"""Contact faces: contact nodes, their frames and tributary areas."""
 
 from math import cos, pi, radians, sin
 
@@ -8,11 +8,11 @@ from geometry.sector import ContactFace, FloatArray, IntArray
 
 
 def contact_frame(angle: float, position: FloatArray) -> FloatArray:
-    """Rows t1, t2, n of the right face at ``position`` (n_c, 3), for the shroud ``angle`` in degrees; (n_c, 3, 3).
+    """Contact frames (n_c, 3, 3), rows t1, t2, n, of the right face at ``position`` (n_c, 3) for a shroud ``angle``.
 
-    In the tangent plane (e_x, e_theta) at the node, alpha <= 90: t1 = (cos, sin), n = (-sin, cos); alpha > 90:
-    t1 = (-cos, -sin), n = (sin, -cos); t2 = e_r, outward (design section 3). So n points out of the +y side, t1 goes
-    towards +x, and (t1, n, t2) is right-handed.
+    In the tangent plane (e_x, e_theta) at the node t1 = (cos alpha, sin alpha), n = (-sin alpha, cos alpha) for
+    alpha <= 90 degrees, and both with the opposite sign for alpha > 90; t2 = e_r, outward. So n points out of the +y
+    side, t1 towards +x, and (t1, n, t2) is right-handed.
     """
     c, s = cos(radians(angle)), sin(radians(angle))
     if angle == 90.0:
@@ -29,8 +29,8 @@ def contact_frame(angle: float, position: FloatArray) -> FloatArray:
     return np.stack([c * e_x + s * e_theta, e_r, -s * e_x + c * e_theta], axis=1)
 
 
-def turn_about_axis(vectors: FloatArray, angle: float) -> FloatArray:
-    """Vectors (..., 3) turned about the engine axis by ``angle`` (rad), positive from z to y, as blades count."""
+def rotate_about_axis(vectors: FloatArray, angle: float) -> FloatArray:
+    """Vectors (..., 3) rotated about the engine axis by ``angle`` (rad), positive from z to y like the blades."""
     c, s = cos(angle), sin(angle)
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.stack([x, c * y + s * z, c * z - s * y], axis=-1)
@@ -39,10 +39,10 @@ def turn_about_axis(vectors: FloatArray, angle: float) -> FloatArray:
 def contact_faces(
     points: FloatArray, right: IntArray, left: IntArray, angle: float, area: float, n_blades: int
 ) -> tuple[ContactFace, ContactFace]:
-    """The two faces from their grid nodes in order; ``area`` (m2) of the whole face is shared evenly."""
+    """The two faces from their contact nodes in order; ``area`` (m^2) of the whole face is shared evenly."""
     share = np.full(len(right), area / len(right))
     frame = contact_frame(angle, points[right])
-    back = turn_about_axis(frame, -2 * pi / n_blades)
+    back = rotate_about_axis(frame, -2 * pi / n_blades)
     return (
         ContactFace(right, points[right], frame, share),
         ContactFace(left, points[left], back, share.copy()),

@@ -1,7 +1,7 @@
-"""Where the planform is cut in two halves that are each other's image under a half turn.
+"""The cut of the planform into two halves that are images of each other under a half turn.
 
-The cut follows the airfoil's chord line and goes on from its trailing edge to the axial edge of the platform at +x
-(and turned by 180 degrees, from the leading edge to the other one).
+The cut follows the chord line of the airfoil. It continues from the trailing edge to the axial edge of the platform
+at +x and, rotated by 180 degrees, from the leading edge to the other axial edge.
 """
 
 from itertools import pairwise
@@ -13,32 +13,33 @@ from geometry.outlines import distance, inside
 from geometry.planform import Planform
 from geometry.sector import FloatArray
 
-ROOM = 0.1  # distance from the sides of the platform that is ample, in pitches
-LEAST_ROOM = 0.01
+AMPLE_CLEARANCE = 0.1  # distance from the sides of the platform, in pitches
+LEAST_CLEARANCE = 0.01
 LEAST_COSINE = 0.3  # of the angle between the chord and the cut where it leaves the airfoil
 
 
-def continuation(plan: Planform) -> FloatArray | None:
-    """Corners (2 or 3, 2) of the cut from the trailing edge to the axial edge; None where there is no way.
+def cut_beyond_airfoil(plan: Planform) -> FloatArray | None:
+    """Corners (2 or 3, 2) of the cut from the trailing edge to the axial edge; None where there is no room.
 
-    The cut turns half-way back from the chord to the axis where that stays well clear of both sides of the platform.
-    Else it takes the straight line that stays clearest, or follows the platform's middle line round its corner.
+    Where the clearance from both sides of the platform is ample, the direction of the cut is half-way between the
+    chord and the axis. Else the cut is the straight line with the largest clearance, or it follows the middle line of
+    the platform round its corner.
     """
     edge = plan.place(np.array([plan.chord / 2, 0.0]))
     x, bend = plan.width / 2, np.array(plan.contact_half)
     usual = edge[1] + (x - edge[0]) * tan(radians(plan.stagger) / 2)
-    middle, reach = bend[1], (0.5 - ROOM) * plan.pitch
-    ends = [min(max(usual, middle - reach), middle + reach), *(middle + k * reach for k in np.linspace(-1, 1, 13))]
+    middle, limit = bend[1], (0.5 - AMPLE_CLEARANCE) * plan.pitch
+    ends = [min(max(usual, middle - limit), middle + limit), *(middle + k * limit for k in np.linspace(-1, 1, 13))]
     paths = [np.array([edge, [x, end]]) for end in ends]
     if edge[0] < bend[0]:
         paths.append(np.array([edge, bend, [x, bend[1]]]))
-    rooms = [_room(plan, path) for path in paths]
-    best = 0 if rooms[0] > ROOM * plan.pitch else int(np.argmax(rooms))
-    return paths[best] if rooms[best] > LEAST_ROOM * plan.pitch else None
+    clearances = [_clearance(plan, path) for path in paths]
+    best = 0 if clearances[0] > AMPLE_CLEARANCE * plan.pitch else int(np.argmax(clearances))
+    return paths[best] if clearances[best] > LEAST_CLEARANCE * plan.pitch else None
 
 
-def _room(plan: Planform, path: FloatArray) -> float:
-    """Least distance (m) of a path from the sides of the platform; -1 where it leaves it or grazes the airfoil."""
+def _clearance(plan: Planform, path: FloatArray) -> float:
+    """Least distance (m) of a path from the sides of the platform; -1 for a path off it or along the airfoil."""
     start = path[1] - path[0]
     along = start[0] * cos(radians(plan.stagger)) + start[1] * sin(radians(plan.stagger))
     if along < LEAST_COSINE * np.hypot(*start):

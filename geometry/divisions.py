@@ -1,4 +1,4 @@
-"""How curves and layers are divided: node positions as fractions of a length."""
+"""Divisions of curves and layers: node positions as fractions of a length."""
 
 from math import ceil
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from geometry.sector import FloatArray
 
-GROWTH = 1.5  # from one step of a graded division to the next: more saves few steps, less brings no accuracy
+GROWTH = 1.5  # ratio of neighbouring steps of a graded division: more saves few steps, less gains no accuracy
 
 
 def grid_fractions(count: int) -> FloatArray:
@@ -15,9 +15,9 @@ def grid_fractions(count: int) -> FloatArray:
 
 
 def contact_fractions(count: int, length: float, size: float, *, even: bool = False) -> FloatArray:
-    """Node positions on [0, 1] that hold the centres of ``count`` equal parts, steps at most ``size`` / ``length``.
+    """Node positions on [0, 1] that include the centres of ``count`` equal parts.
 
-    The steps are symmetric about 1/2; with ``even`` their number is even (the middle step is halved if need be).
+    The steps are at most ``size`` / ``length`` long and symmetric about 1/2; with ``even`` their number is even.
     """
     knots = np.concatenate([[0.0], grid_fractions(count), [1.0]])
     parts = [max(1, ceil(step * length / size - 1e-6)) for step in np.diff(knots)]
@@ -29,10 +29,10 @@ def contact_fractions(count: int, length: float, size: float, *, even: bool = Fa
 
 
 def graded_fractions(length: float, size: float, least: int = 1, grading: float = 1.0) -> FloatArray:
-    """Steps on [0, 1], at most ``size`` / ``length`` and 1 / ``least`` long, finer towards both ends.
+    """Node positions on [0, 1] with steps at most ``size`` / ``length`` and 1 / ``least`` long, finer at both ends.
 
-    The steps at the ends are ``grading`` times shorter than the longest and grow by ``GROWTH`` towards the middle;
-    with 1 all are equal. They are symmetric about 1/2.
+    The steps at the ends are ``grading`` times shorter than the longest and grow by the factor ``GROWTH`` towards the
+    middle; with a grading of 1 all are equal. They are symmetric about 1/2.
     """
     count = max(least, ceil(length / size - 1e-6))
     if grading == 1.0:

@@ -1,15 +1,23 @@
-"""The one exception of this package: a parameter that does not give a blade."""
+"""Exceptions of this package."""
 
 
-class GeometryError(ValueError):
-    """A geometric parameter out of its range, or a set of parameters that does not fit together.
+class ParameterError(ValueError):
+    """A parameter out of its range; the message is one line made of the four attributes.
 
-    Attributes: ``table`` ("blade", "shroud" or "mesh"), ``parameter`` (its name there), ``value`` (as given)
-    and ``allowed`` (the reason and what would be accepted). ``str(error)`` is one line made of the four.
+    Attributes
+    ----------
+    table : str
+        Table of the scene that holds the parameter, for example "blade".
+    parameter : str
+        Name of the parameter in that table.
+    value : object
+        Value as given.
+    allowed : str
+        The reason, and what would be accepted.
     """
 
     def __init__(self, table: str, parameter: str, value: object, allowed: str) -> None:
-        super().__init__(table, parameter, value, allowed)
+        super().__init__(table, parameter, value, allowed)  # all four, so that it can be pickled between processes
         self.table = table
         self.parameter = parameter
         self.value = value
@@ -19,5 +27,9 @@ class GeometryError(ValueError):
         return f"{self.table}.{self.parameter} = {self.value!r}: {self.allowed}"
 
 
+class GeometryError(ParameterError):
+    """A geometric parameter out of its range, or a set of parameters that does not fit together."""
+
+
 class SectorFileError(ValueError):
-    """A file that does not hold a sector; ``str(error)`` names the file and what is wrong, in one line."""
+    """A file that does not hold a sector; the message is one line and names the file and what is wrong."""

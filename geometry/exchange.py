@@ -1,9 +1,9 @@
-"""A sector as .msh (gmsh) or .vtu (ParaView) and back, by meshio.
+"""Export and import of a sector as .msh (gmsh) or .vtu (ParaView), by meshio.
 
-Both formats carry points, hexahedra and fields, so everything else travels as fields. On the points: for a set of
-nodes ``set_NAME`` (0 outside the set, else 1 + place in it, so that the order of the contact nodes survives), for the
-faces ``right_t1``, ``right_t2``, ``right_n`` (3-vectors) and ``right_area``, likewise ``left_...``, zero off the
-contact nodes. On the hexahedra: ``n_blades``.
+Both formats hold points, hexahedra and fields, so everything else is stored as fields. On the points: ``set_NAME``
+for a node set (0 outside the set, else 1 + place in it, which keeps the order of the contact nodes); ``right_t1``,
+``right_t2``, ``right_n`` (3-vectors) and ``right_area`` for the faces, likewise ``left_...``, zero off the contact
+nodes. On the hexahedra: ``n_blades``.
 """
 
 from pathlib import Path
@@ -28,9 +28,19 @@ def _format(path: str | Path) -> str:
 
 
 def export_sector(path: str | Path, sector: SectorMesh) -> None:
-    """Write ``sector`` to ``path`` as .msh or .vtu by suffix; ``import_sector`` reads either back identically.
+    """Write a sector as .msh or .vtu; ``import_sector`` reads either back identically.
 
-    Raises ``SectorFileError`` for any other suffix.
+    Parameters
+    ----------
+    path : str or path
+        The file; its suffix chooses the format.
+    sector : SectorMesh
+        The mesh.
+
+    Raises
+    ------
+    SectorFileError
+        The suffix is neither .msh nor .vtu.
     """
     import meshio
 
@@ -55,7 +65,23 @@ def export_sector(path: str | Path, sector: SectorMesh) -> None:
 
 
 def import_sector(path: str | Path) -> SectorMesh:
-    """Read a sector that ``export_sector`` wrote to ``path``. Raises ``SectorFileError`` for anything else."""
+    """Read a sector written by ``export_sector``.
+
+    Parameters
+    ----------
+    path : str or path
+        The file, .msh or .vtu.
+
+    Returns
+    -------
+    SectorMesh
+        The mesh.
+
+    Raises
+    ------
+    SectorFileError
+        The file does not hold a sector.
+    """
     import meshio
 
     # not meshio.read, which ends the program on a bad file

@@ -1,28 +1,28 @@
-"""Does the airfoil fit on its shroud, and if not, what would?"""
+"""Whether the airfoil fits on its shroud, and the nearest parameters that do."""
 
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from geometry.cut import continuation
+from geometry.cut import cut_beyond_airfoil
 from geometry.outlines import cross, distance, inside
 from geometry.planform import Planform, section_half_thickness
 from geometry.sector import FloatArray
 
-CLEARANCE = 0.02  # least distance between outlines, and least side edge, relative to the platform's smaller side
+CLEARANCE = 0.02  # least distance between outlines and least side edge, relative to the smaller side of the platform
 ANGLE_STEP = 0.1  # degrees: resolution of suggested angles
 LENGTH_DIGITS = 5  # suggested lengths are rounded down to 0.01 mm
 FLANK_POINTS = 33
 
 
 def clearance(plan: Planform) -> float:
-    """Least distance (m) asked for between the airfoil's outline and the platform's."""
+    """Least distance (m) required between the outlines of airfoil and platform."""
     return CLEARANCE * min(plan.width, plan.pitch)
 
 
 def airfoil_outline(plan: Planform) -> FloatArray:
-    """Corners (k, 2) of the airfoil's section at the shroud in the plane (x, s), counterclockwise; lenses sampled."""
+    """Corners (k, 2) of the section at the shroud in the plane (x, s), counterclockwise; a lens is sampled."""
     count = 2 if plan.section == "rectangle" else FLANK_POINTS
     along = np.linspace(plan.chord / 2, -plan.chord / 2, count)
     across = section_half_thickness(plan.section, plan.chord, plan.thickness, along)
@@ -36,7 +36,7 @@ def edges_fit(plan: Planform) -> bool:
 
 
 def airfoil_fits(plan: Planform) -> bool:
-    """True where the airfoil lies on the platform with clearance all round, the notches included."""
+    """True where the airfoil lies on the platform with clearance on all sides, at the notches too."""
     airfoil, platform = airfoil_outline(plan), plan.outline()
     if not bool(inside(airfoil, platform).all()) or cross(airfoil, platform):
         return False
@@ -45,8 +45,8 @@ def airfoil_fits(plan: Planform) -> bool:
 
 
 def fits(plan: Planform) -> bool:
-    """True where both the profile and the airfoil fit, with room for the cut that the mesh starts from."""
-    return edges_fit(plan) and airfoil_fits(plan) and continuation(plan) is not None
+    """True where both the profile and the airfoil fit, with room for the cut of the planform."""
+    return edges_fit(plan) and airfoil_fits(plan) and cut_beyond_airfoil(plan) is not None
 
 
 def largest(plan_of: Callable[[float], Planform], start: float) -> float | None:

@@ -1,4 +1,4 @@
-"""Quadrilaterals by gmsh: the only module that talks to it."""
+"""Quadrilaterals by gmsh; no other module calls it."""
 
 import signal
 import threading
@@ -13,7 +13,7 @@ import numpy as np
 from geometry.layout import Layout, MeshingError, Patch
 from geometry.sector import FloatArray, IntArray
 
-# Everything that could make two runs differ is set here: no threads, a fixed seed, no configuration files.
+# Reproducible meshes: no threads, a fixed seed, no configuration files.
 OPTIONS = {
     "General.Terminal": 0,
     "General.Verbosity": 0,
@@ -28,21 +28,21 @@ OPTIONS = {
     "Mesh.SubdivisionAlgorithm": 0,
     "Mesh.Algorithm": 8,  # Frontal-Delaunay for quads
 }
-# blossom with full-quad subdivision leaves no triangle; patches in rows must be left exactly as they are
+# blossom with full-quad subdivision leaves no triangle; patches in rows must not be smoothed
 FREE_OPTIONS = OPTIONS | {"Mesh.RecombinationAlgorithm": 3, "Mesh.Smoothing": 5}
 ROW_OPTIONS = OPTIONS | {"Mesh.RecombinationAlgorithm": 0, "Mesh.Smoothing": 0}
 
 
 @contextmanager
 def _session(options: dict[str, float]) -> Iterator[Any]:
-    """A gmsh model of our own, in the caller's gmsh session if there is one, with its options put back."""
+    """A new gmsh model, in the gmsh session of the caller if there is one, whose options are restored."""
     import gmsh
 
     ours = not gmsh.isInitialized()
     if ours:
         # interruptible=False: gmsh would install a signal handler, which Python allows in the main thread only
         gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
-        _put_signals_back()
+        _restore_signals()
     before = "" if ours else gmsh.model.getCurrent()
     saved = {name: gmsh.option.getNumber(name) for name in options}
     try:
@@ -64,10 +64,10 @@ def _session(options: dict[str, float]) -> Iterator[Any]:
             gmsh.model.setCurrent(before)
 
 
-def _put_signals_back() -> None:
-    """gmsh takes away what the process does on these signals; a write to a closed pipe would end it, for one."""
+def _restore_signals() -> None:
+    """gmsh resets the handlers of these signals; a write to a closed pipe would end the process."""
     if threading.current_thread() is not threading.main_thread():
-        return  # only there may they be set
+        return  # Python sets handlers in the main thread only
     for number in (signal.SIGPIPE, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         handler = signal.getsignal(number)
         if handler not in (None, signal.SIG_DFL):
@@ -133,7 +133,7 @@ def _add_surface(gmsh: Any, patch: Patch, curves: dict[tuple[str, str], int]) ->
 
 
 def _place_curve_nodes(gmsh: Any, layout: Layout, curves: dict[tuple[str, str], int]) -> None:
-    """Move the nodes of straight curves, which gmsh has put at equal steps, to their fractions."""
+    """Move the nodes of straight curves, which gmsh puts at equal steps, to their fractions."""
     mesh = gmsh.model.mesh
     for (start, end), curve in layout.curves.items():
         if len(curve.through) or len(curve.fractions) < 3:
@@ -146,7 +146,7 @@ def _place_curve_nodes(gmsh: Any, layout: Layout, curves: dict[tuple[str, str], 
 
 def _collect(gmsh: Any, corners: dict[str, int], curves: dict[tuple[str, str], int], surfaces: list[int]) -> QuadMesh:
     mesh = gmsh.model.mesh
-    # only nodes of quadrilaterals: the inner points of a spline leave nodes that belong to nothing
+    # only nodes of quadrilaterals: the inner points of a spline leave unused nodes
     tables = []
     for surface in surfaces:
         types, _, nodes = mesh.getElements(2, surface)

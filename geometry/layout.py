@@ -1,4 +1,4 @@
-"""A plane region cut into patches, as gmsh is to mesh it: named points, divided curves, loops of points."""
+"""A plane region divided into patches for gmsh: named points, divided curves, loops of points."""
 
 from dataclasses import dataclass, field
 
@@ -8,14 +8,19 @@ from geometry.sector import FloatArray
 
 
 class MeshingError(RuntimeError):
-    """A region that cannot be cut into patches, or that gmsh does not mesh with quadrilaterals alone."""
+    """A region that cannot be divided into patches, or that gmsh does not mesh with quadrilaterals alone."""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A straight line between two named points, or a spline through ``through`` (k, 2), and its node positions.
+    """A straight line between two named points, or a spline, with its node positions.
 
-    ``fractions`` run from 0 to 1 along the length, ends included; they must be equal steps on a spline.
+    Attributes
+    ----------
+    fractions : (n,) array
+        Node positions from 0 to 1 along the length, ends included; equal steps on a spline.
+    through : (k, 2) array
+        Inner points of a spline; none for a line.
     """
 
     fractions: FloatArray
@@ -24,7 +29,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Patch:
-    """A counterclockwise loop of points. With four ``corners`` the patch is meshed in rows, without them freely."""
+    """A counterclockwise loop of points; meshed in rows with four ``corners``, unstructured without."""
 
     loop: tuple[str, ...]
     corners: tuple[str, ...] = ()
@@ -33,10 +38,22 @@ class Patch:
 
 @dataclass(frozen=True)
 class Layout:
-    """Points (2,) by name, curves by their pair of point names, patches that share them, and three paths of points.
+    """Points, curves and patches of half a planform. The contact segment is the curve from "CB" to "CT".
 
-    ``cut``: the line through the origin along which the half planform is completed; ``flank``: the airfoil's upper
-    side, leading to trailing edge; the contact segment is always the curve from "CB" to "CT".
+    Attributes
+    ----------
+    name : str
+        Name of the layout.
+    points : dict of str to (2,) array
+        Points by name.
+    curves : dict of (str, str) to Curve
+        Curves by the names of their ends.
+    patches : tuple of Patch
+        Patches, which share curves.
+    cut : tuple of str
+        Path through the origin, along which the other half is joined.
+    flank : tuple of str
+        Path along the upper side of the airfoil, from leading to trailing edge.
     """
 
     name: str
@@ -48,7 +65,7 @@ class Layout:
 
     @property
     def free(self) -> bool:
-        """True where a patch is left to the unstructured mesher."""
+        """True where a patch is unstructured."""
         return any(not patch.corners for patch in self.patches)
 
 

@@ -1,29 +1,29 @@
-"""Three ways to cut the upper half of a planform into patches, for shallow, steep and odd profiles.
+"""Three layouts of patches for the upper half of a planform: for shallow, steep and all other side profiles.
 
-The half lies above the airfoil's chord line and its straight continuation to the two axial edges of the platform;
-turned by 180 degrees it gives the other half. Names of points, from left (-x) to right:
+The half lies above the chord line and its continuation to the two axial edges of the platform; rotated by 180 degrees
+it gives the other half. Names of points, from left (-x) to right:
 
-    RB -- Q1 -- CB            CT -- Q2 -- RT      the profile: side edge, contact CB-CT, side edge
-    F1 -- LT -- T1 .. T2 -- TT -- F2              the airfoil's upper flank between its corners LT and TT
-    E1 -- LE -- P1 .. P2 -- TE -- E2              the chord line between the airfoil's ends LE and TE
+    RB -- Q1 -- CB            CT -- Q2 -- RT      side profile: side edge, contact CB-CT, side edge
+    F1 -- LT -- T1 .. T2 -- TT -- F2              upper flank of the airfoil between its corners
+    E1 -- LE -- P1 .. P2 -- TE -- E2              chord line between the ends of the airfoil
 """
 
 from math import ceil
 
 import numpy as np
 
-from geometry.cut import continuation
+from geometry.cut import cut_beyond_airfoil
 from geometry.divisions import contact_fractions
 from geometry.layout import Curve, Layout, MeshingError, Patch, equal_steps
 from geometry.planform import Planform, section_half_thickness
 from geometry.sector import FloatArray
 
-SLACK = 0.25  # a step may exceed the size aimed at by this part of it before it is divided once more
+SLACK = 0.25  # relative excess of a step over the target size before it is divided
 SPLINE_POINTS = 8
 
 
 def half_layouts(plan: Planform, size: float, contact_nodes: int) -> list[Layout]:
-    """Candidate layouts of the upper half; ``contact_nodes`` along the contact segment. Not all need to be usable."""
+    """Candidate layouts of the upper half, in the order of preference; some may give no valid mesh."""
     return [
         _fan_layout(plan, size, contact_nodes),
         _step_layout(plan, size, contact_nodes),
@@ -44,13 +44,13 @@ def _distance(points: dict[str, FloatArray], a: str, b: str) -> float:
 
 
 def _corners(plan: Planform) -> dict[str, FloatArray]:
-    """The points that every layout has."""
+    """Points of all layouts."""
     half = plan.chord / 2
     edge = float(section_half_thickness(plan.section, plan.chord, plan.thickness, np.array(half)))
     ends = plan.place(np.array([[-half, 0.0], [half, 0.0], [half, edge], [-half, edge]]))
     points = dict(zip(("LE", "TE", "TT", "LT"), ends, strict=True))
     points |= dict(zip(("RB", "CB", "CT", "RT"), plan.right_profile(), strict=True))
-    path = continuation(plan)
+    path = cut_beyond_airfoil(plan)
     if path is None:
         raise MeshingError("no room to continue the chord line to the axial edges of the platform")
     points |= {"E2": path[-1], "E1": -path[-1]}
@@ -60,7 +60,7 @@ def _corners(plan: Planform) -> dict[str, FloatArray]:
 
 
 def _flank(plan: Planform, start: float, end: float) -> FloatArray:
-    """Inner points of the airfoil's upper flank between two positions along the chord, (k, 2); none if straight."""
+    """Inner points (k, 2) of the upper flank between two positions along the chord; none for a straight flank."""
     if plan.section == "rectangle":
         return np.empty((0, 2))
     along = np.linspace(start, end, SPLINE_POINTS + 2)[1:-1]
@@ -78,19 +78,19 @@ def _between(points: dict[str, FloatArray], a: str, b: str, fraction: float) -> 
 
 
 def _axial_edges(points: dict[str, FloatArray], rows: int, left_above: int, right_above: int) -> None:
-    """Add F1 and F2, where the row of the airfoil's flank meets the axial edges.
+    """Add F1 and F2, where the row of elements along the flank meets the axial edges.
 
-    Half-way between keeping the airfoil's half thickness and sharing the edge evenly among the rows.
+    They lie half-way between a row as thick as half the airfoil and rows of equal thickness.
     """
     thickness = _distance(points, "TE", "TT")
     for f, e, top, above in (("F1", "E1", "RB", left_above), ("F2", "E2", "RT", right_above)):
         even = rows / (rows + above)
-        kept = min(thickness / _distance(points, e, top), even)
-        points[f] = _between(points, e, top, (even + kept) / 2)
+        constant = min(thickness / _distance(points, e, top), even)
+        points[f] = _between(points, e, top, (even + constant) / 2)
 
 
 def _fan_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
-    """Shallow profiles: columns from the chord line all the way up, the contact on top of those at mid chord."""
+    """Shallow profiles: columns from the chord line to the side of the platform, the contact above mid chord."""
     points = _corners(plan)
     contact = contact_fractions(contact_nodes, plan.contact_length, size, even=True)
     n_k, half = len(contact) - 1, plan.chord / 2
@@ -123,13 +123,13 @@ def _fan_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
 
 
 def _cell(names: tuple[str, ...]) -> Patch:
-    """Four-sided patch from its two lower and two upper corners, each from left to right."""
+    """Four-sided patch from its lower and upper corners, each pair from left to right."""
     a, b, c, d = names
     return Patch((a, b, d, c), (a, b, d, c))
 
 
 def _step_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
-    """Steep profiles: the contact is the left side of a block that stands on the right part of the lower band."""
+    """Steep profiles: the contact is the left side of a block above the right part of the lower band."""
     points = _corners(plan)
     contact = contact_fractions(contact_nodes, plan.contact_length, size)
     n_k, n_c = len(contact) - 1, _even_steps(plan.chord, size)
@@ -172,9 +172,9 @@ def _step_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
 
 
 def _free_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
-    """Anything else: the airfoil row by row, the rest left to the unstructured mesher.
+    """All other profiles: the airfoil in rows, the platform around it unstructured.
 
-    Its full-quad recombination wants an even number of steps on every curve.
+    Full-quad recombination needs an even number of steps on every curve.
     """
     points = _corners(plan)
     half = plan.chord / 2

@@ -1,17 +1,33 @@
-"""What a user chooses: the blade, its shroud and how finely they are meshed (metres, degrees)."""
+"""Parameters of the blade, its shroud and their mesh; metres and degrees."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class BladeParameters:
-    """One of ``n_blades`` equal blades, clamped at ``hub_radius``.
+    """The airfoil of one of identical blades.
 
-    The outer surface of the shroud lies at ``hub_radius + length``. The section is axial (chord along x) at the
-    root and turned by ``twist`` degrees about +z (x towards y) at the shroud's inner surface, linearly in the radius
-    between them. The thickness goes linearly from ``thickness`` at the root to ``tip_thickness`` (None: the same) at
-    the shroud. Chord and thickness are measured on the cylinder of each radius, so a section is true to size
-    everywhere. ``section`` is "rectangle" or "lens" (see ``section_half_thickness``).
+    Chord and thickness are measured on the cylinder of each radius, so that a section has its true size everywhere.
+
+    Attributes
+    ----------
+    n_blades : int
+        Number of blades of the ring.
+    hub_radius : float
+        Radius of the clamped root, m.
+    length : float
+        Radial distance from the root to the outer surface of the shroud, m.
+    chord : float
+        Chord of the section, m.
+    thickness : float
+        Largest thickness of the section at the root, m.
+    tip_thickness : float or None
+        Thickness at the shroud, m; None: as at the root. It varies linearly with the radius.
+    twist : float
+        Rotation of the section about +z (x towards y) from the root, where the chord lies along x, to the inner
+        surface of the shroud, degrees; linear in the radius.
+    section : {"rectangle", "lens"}
+        Shape of the section. A lens has parabolic sides, with a quarter of the thickness at its edges.
     """
 
     n_blades: int
@@ -26,12 +42,23 @@ class BladeParameters:
 
 @dataclass(frozen=True)
 class ShroudParameters:
-    """The platform at the tip: one pitch wide less ``gap``, its two sides Z-profiles (side edge, contact, side edge).
+    """The platform at the tip of the blade. Each side is a Z-profile: side edge, contact segment, side edge.
 
-    ``angle`` is the shroud angle alpha in degrees, 0 < alpha <= 180, between the engine axis and the tangent line of
-    the contact face. ``contact_length`` is measured along that line, ``axial_width`` along x, ``thickness`` along the
-    radius, and ``gap`` (the design gap between neighbours) along the circumference; lengths along the circumference
-    are those at the mid radius of the shroud.
+    Lengths along the circumference are those at the mid radius of the shroud.
+
+    Attributes
+    ----------
+    angle : float
+        Shroud angle alpha, degrees, 0 < alpha <= 180: between the engine axis and the tangent line of the contact
+        face, seen from the tip.
+    thickness : float
+        Radial thickness, m.
+    axial_width : float
+        Width along x, m.
+    contact_length : float
+        Length of the contact face along its tangent line, m.
+    gap : float
+        Design gap between neighbouring platforms along the circumference, m.
     """
 
     angle: float
@@ -43,11 +70,17 @@ class ShroudParameters:
 
 @dataclass(frozen=True)
 class MeshParameters:
-    """How finely the blade is meshed.
+    """Mesh density.
 
-    ``size``: edge of the elements that is aimed at, m. ``contact_grid``: contact nodes on each contact face (along
-    t1, along t2). ``grading``: how many times thinner than at mid span the airfoil's layers of elements are at the
-    root and at the shroud, where the re-entrant corners are; 1: all alike.
+    Attributes
+    ----------
+    size : float
+        Target edge length of the elements, m.
+    contact_grid : (int, int)
+        Contact nodes on each contact face, along t1 and along t2.
+    grading : float
+        Ratio of the thickest layer of elements of the airfoil, at mid span, to the thinnest, at the re-entrant
+        corners of root and shroud; 1: equal layers.
     """
 
     size: float

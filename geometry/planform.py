@@ -1,8 +1,8 @@
 """The shroud seen from the tip: the outline of the platform and of the airfoil, in the developed plane (x, s).
 
-s is the arc length along the circumference at the mid radius of the shroud. Only angles up to 90 degrees are drawn
-here: the profile at alpha > 90 is the mirror image (x -> -x) of the one at 180 - alpha, twist turned round as well,
-so that the two are the same numbers. Every outline is symmetric under (x, s) -> (-x, -s).
+s is the arc length along the circumference at the mid radius of the shroud. Angles are at most 90 degrees here: the
+profile at alpha > 90 is the mirror image (x -> -x) of the one at 180 - alpha with the opposite twist. Every outline
+is symmetric under (x, s) -> (-x, -s).
 """
 
 from dataclasses import dataclass
@@ -18,10 +18,24 @@ EDGE_FRACTION = 0.25  # thickness of a lens at its edges, relative to its larges
 
 @dataclass(frozen=True)
 class Planform:
-    """Lengths in metres in the plane (x, s), ``angle`` in degrees, 0 <= angle <= 90; ``stagger`` in degrees.
+    """Platform and section of the airfoil in the plane (x, s), lengths in m.
 
-    ``stretch`` = (mid radius of the shroud) / (its inner radius): an arc at the inner surface, where the airfoil
-    ends, is longer by it when it is drawn at the mid radius.
+    Attributes
+    ----------
+    angle : float
+        Shroud angle, degrees, 0 <= angle <= 90.
+    width, pitch : float
+        Extent of the platform along x and along s.
+    contact_length : float
+        Length of the contact segments.
+    chord, thickness : float
+        Chord and thickness of the section at the shroud.
+    stagger : float
+        Angle from x to the chord at the shroud, degrees.
+    section : str
+        Shape of the section.
+    stretch : float
+        Mid radius of the shroud over its inner radius, where the airfoil ends: the scale of arcs in the plane.
     """
 
     angle: float
@@ -43,7 +57,7 @@ class Planform:
         return along_x, half * sin(radians(self.angle))
 
     def right_profile(self) -> FloatArray:
-        """Corners of the +y side along +x, (4, 2): side edge, contact segment, side edge (design section 3)."""
+        """Corners of the +y side along +x, (4, 2): side edge, contact segment, side edge."""
         dx, ds = self.contact_half
         middle = self.pitch / 2
         return np.array(
@@ -61,14 +75,14 @@ class Planform:
         return np.vstack([-right[::-1], right[::-1]])
 
     def place(self, section: FloatArray) -> FloatArray:
-        """Section coordinates (along chord, across), (..., 2) m, to (x, s)."""
+        """(x, s) of section coordinates (along the chord, across), (..., 2) in m."""
         c, s = cos(radians(self.stagger)), sin(radians(self.stagger))
         x = section[..., 0] * c - section[..., 1] * s
         arc = section[..., 0] * s + section[..., 1] * c
         return np.stack([x, arc * self.stretch], axis=-1)
 
     def unplace(self, points: FloatArray) -> FloatArray:
-        """Inverse of ``place``."""
+        """Section coordinates of (x, s), the inverse of ``place``."""
         c, s = cos(radians(self.stagger)), sin(radians(self.stagger))
         x, arc = points[..., 0], points[..., 1] / self.stretch
         return np.stack([x * c + arc * s, arc * c - x * s], axis=-1)
@@ -87,7 +101,7 @@ def section_half_thickness(section: str, chord: float, thickness: float, along: 
 
 
 def mid_radius(blade: BladeParameters, shroud: ShroudParameters) -> float:
-    """Mid radius of the shroud, m: lengths along the circumference are measured there."""
+    """Mid radius of the shroud, m, at which lengths along the circumference are measured."""
     return blade.hub_radius + blade.length - shroud.thickness / 2
 
 
@@ -97,12 +111,12 @@ def inner_radius(blade: BladeParameters, shroud: ShroudParameters) -> float:
 
 
 def is_mirrored(shroud: ShroudParameters) -> bool:
-    """True where the sector is built as the mirror image of the one at 180 - alpha."""
+    """True where the sector is the mirror image of the one at 180 - alpha."""
     return shroud.angle > 90.0
 
 
 def planform(blade: BladeParameters, shroud: ShroudParameters) -> Planform:
-    """The planform of a blade, that of its mirror image for alpha > 90."""
+    """The planform of a blade; for alpha > 90 that of its mirror image."""
     mirrored = is_mirrored(shroud)
     radius = mid_radius(blade, shroud)
     return Planform(

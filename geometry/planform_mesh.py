@@ -1,4 +1,4 @@
-"""Quadrilateral mesh of a whole planform: the upper half by gmsh, the lower half by turning it by 180 degrees."""
+"""Quadrilateral mesh of a whole planform: the upper half by gmsh, the lower half by a rotation of 180 degrees."""
 
 from dataclasses import dataclass
 
@@ -14,17 +14,28 @@ from geometry.quality import quadrilateral_scaled_jacobian
 from geometry.sector import FloatArray, IntArray
 from geometry.straight_edges import straight_edged_half_thickness
 
-GOOD_QUALITY = 0.4  # with this scaled Jacobian a mesh in rows is taken before an unstructured one is tried,
-FAIR_QUALITY = 0.2  # and with this one no finer mesh is tried
+GOOD_QUALITY = 0.4  # scaled Jacobian above which a mesh in rows is accepted and no unstructured one is tried
+FAIR_QUALITY = 0.2  # scaled Jacobian above which no finer mesh is tried
 
 
 @dataclass(frozen=True)
 class PlanformMesh:
     """A mesh that is its own image, bit for bit, under (x, s) -> (-x, -s).
 
-    ``points`` (n, 2) m; ``quads`` (q, 4) counterclockwise; ``airfoil`` (q,) bool: quads of the airfoil's section;
-    ``right``, ``left`` (n_t1,): the contact nodes of the two sides along +x, opposite each other; ``right_face``,
-    ``left_face``: all nodes on the contact segments; ``origin``: the node at (0, 0).
+    Attributes
+    ----------
+    points : (n, 2) array
+        Nodes, m.
+    quads : (q, 4) array
+        Quadrilaterals, counterclockwise.
+    airfoil : (q,) bool array
+        Which quadrilaterals belong to the section of the airfoil.
+    right, left : (n_t1,) array
+        Contact nodes of the two sides along +x, opposite each other.
+    right_face, left_face : (k,) array
+        All nodes on the contact segments.
+    origin : int
+        The node at (0, 0).
     """
 
     points: FloatArray
@@ -47,7 +58,7 @@ def mesh_planform(plan: Planform, size: float, contact_nodes: int) -> PlanformMe
     contact = half.along(("CB", "CT"))
     points = _exact_points(plan, layout, half, cut, contact)
 
-    # lower half: the same nodes turned by 180 degrees, but for those on the cut, which are there already
+    # lower half: the same nodes rotated by 180 degrees; those on the cut exist already
     n = len(points)
     inner = np.setdiff1d(np.arange(n), cut)
     turned = np.empty(n, dtype=np.int64)
@@ -73,9 +84,10 @@ def mesh_planform(plan: Planform, size: float, contact_nodes: int) -> PlanformMe
 
 
 def _best_half(plan: Planform, size: float, contact_nodes: int) -> tuple[Layout, QuadMesh]:
-    """The layout whose worst element is best, tried in the order in which they are wanted until one is good enough.
+    """The layout whose worst element is best; layouts are tried until one is good enough.
 
-    Rows first; then an unstructured mesh of the same size; then finer ones, for features much smaller than the size.
+    First meshes in rows, then an unstructured one of the same size, then finer ones for features much smaller than
+    the size.
     """
     best: tuple[float, Layout, QuadMesh] | None = None
     reasons = []
@@ -99,7 +111,7 @@ def _best_half(plan: Planform, size: float, contact_nodes: int) -> tuple[Layout,
 
 
 def _exact_points(plan: Planform, layout: Layout, half: QuadMesh, cut: IntArray, contact: IntArray) -> FloatArray:
-    """The points of the half with round-off and splines taken out where it matters: cut, contact and flank."""
+    """The points of the half with exact positions on cut, contact segment and flank."""
     points = half.points.copy()
     points[cut] = (points[cut] - points[cut][::-1]) / 2
     _, start, end, _ = plan.right_profile()

@@ -1,4 +1,9 @@
-"""Scaled Jacobians: the smallest over the corners of an element, 1 for a brick, 0 or less for a folded one."""
+"""Scaled Jacobian of an element: the smallest over its corners, 1 for a brick, 0 or less for a folded element.
+
+References
+----------
+P. M. Knupp, Algebraic mesh quality metrics, SIAM J. Sci. Comput. 23 (2001) 193-218.
+"""
 
 import numpy as np
 
@@ -11,7 +16,20 @@ HEXAHEDRON_NEIGHBOURS = np.array(
 
 
 def hexahedron_scaled_jacobian(points: FloatArray, hexahedra: IntArray) -> FloatArray:
-    """Smallest scaled Jacobian of each hexahedron, (E,), from ``points`` (N, 3) and ``hexahedra`` (E, 8)."""
+    """Scaled Jacobian of hexahedra, the smallest over the corners.
+
+    Parameters
+    ----------
+    points : (N, 3) array
+        Vertices.
+    hexahedra : (E, 8) array
+        Elements in VTK node order.
+
+    Returns
+    -------
+    (E,) array
+        Scaled Jacobian of each element.
+    """
     corners = points[hexahedra]
     edges = corners[:, HEXAHEDRON_NEIGHBOURS] - corners[:, :, None, :]
     edges /= np.linalg.norm(edges, axis=-1, keepdims=True)
@@ -19,7 +37,7 @@ def hexahedron_scaled_jacobian(points: FloatArray, hexahedra: IntArray) -> Float
 
 
 def quadrilateral_scaled_jacobian(points: FloatArray, quads: IntArray) -> FloatArray:
-    """Smallest scaled Jacobian of each plane quadrilateral, (Q,), from ``points`` (N, 2) and ``quads`` (Q, 4)."""
+    """Scaled Jacobian (Q,) of plane quadrilaterals, from ``points`` (N, 2) and ``quads`` (Q, 4)."""
     corners = points[quads]
     ahead = np.roll(corners, -1, axis=1) - corners
     behind = np.roll(corners, 1, axis=1) - corners

@@ -1,4 +1,4 @@
-"""The mesh of one sector, with everything that a contact analysis asks of a geometry."""
+"""The mesh of one sector with its contact faces."""
 
 from dataclasses import dataclass
 
@@ -11,10 +11,18 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class ContactFace:
-    """The grid of contact nodes on one side of the shroud, node k = i_t1 + n_t1 * i_t2.
+    """The grid of contact nodes on one side of the shroud; node k = i_t1 + n_t1 i_t2.
 
-    ``nodes`` (n_c,): rows of ``SectorMesh.points``; ``position`` (n_c, 3) m; ``frame`` (n_c, 3, 3): rows t1, t2, n;
-    ``area`` (n_c,) m2: tributary area of each node.
+    Attributes
+    ----------
+    nodes : (n_c,) array
+        Rows of ``SectorMesh.points``.
+    position : (n_c, 3) array
+        Positions, m.
+    frame : (n_c, 3, 3) array
+        Contact frames, rows t1, t2, n.
+    area : (n_c,) array
+        Tributary areas, m^2.
     """
 
     nodes: IntArray
@@ -27,11 +35,20 @@ class ContactFace:
 class SectorMesh:
     """Hexahedral mesh of a blade with its shroud.
 
-    ``points`` (N, 3) m; ``hexahedra`` (E, 8) in the node order of VTK and gmsh, every Jacobian positive;
-    ``node_sets``: name -> (k,) rows of ``points``. Sets: ``root`` (on the hub), ``tip`` (the one node on the stacking
-    axis on the shroud's outer surface), ``tip_surface`` (that whole surface), ``contact_right`` and ``contact_left``
-    (the contact nodes, in the order of the faces), ``face_right`` and ``face_left`` (all mesh nodes of the faces).
-    ``right``: the face on the +y side, ``left``: its match on the -y side; ``n_blades`` in the ring.
+    Attributes
+    ----------
+    points : (N, 3) array
+        Vertices, m.
+    hexahedra : (E, 8) array
+        Elements in the node order of VTK and gmsh, with positive Jacobians.
+    node_sets : dict of str to (k,) array
+        Rows of `points`: `root` (on the hub), `tip` (the node on the stacking axis on the outer surface of the
+        shroud), `tip_surface` (that whole surface), `contact_right` and `contact_left` (the contact nodes, in the
+        order of the faces), `face_right` and `face_left` (all mesh nodes of the faces).
+    right, left : ContactFace
+        The face on the +y side, and its match on the -y side.
+    n_blades : int
+        Number of blades of the ring.
     """
 
     points: FloatArray

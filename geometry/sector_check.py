@@ -1,4 +1,4 @@
-"""Whether the arrays of a sector belong together."""
+"""Consistency of the arrays of a sector."""
 
 from pathlib import Path
 
@@ -9,7 +9,20 @@ from geometry.sector import SectorMesh
 
 
 def check_sector(path: str | Path, sector: SectorMesh) -> None:
-    """Raise ``SectorFileError`` where the arrays of a sector read from ``path`` do not belong together."""
+    """Check that the arrays of a sector read from a file are consistent.
+
+    Parameters
+    ----------
+    path : str or path
+        The file, named in the error.
+    sector : SectorMesh
+        The mesh.
+
+    Raises
+    ------
+    SectorFileError
+        A shape is wrong, a point is not finite, or a node number is out of range.
+    """
     points, count = sector.points, len(sector.points)
     shapes = (
         points.ndim == 2 and points.shape[1] == 3 and sector.hexahedra.ndim == 2 and sector.hexahedra.shape[1] == 8

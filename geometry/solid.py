@@ -1,4 +1,4 @@
-"""From the quadrilaterals of the planform to the hexahedra of the sector."""
+"""Hexahedra of the sector from the quadrilaterals of the planform."""
 
 from math import ceil, radians
 
@@ -21,8 +21,8 @@ def bend(x: FloatArray, angle: FloatArray, radius: float) -> FloatArray:
 def airfoil_points(section: FloatArray, height: float, blade: BladeParameters, radius: float) -> FloatArray:
     """Nodes (k, 3) of the airfoil at the relative ``height`` (0 root, 1 shroud) from its section at the shroud.
 
-    The section is scaled in thickness (taper), turned by height * twist in the plane that touches the cylinder of
-    this radius and laid on that cylinder, so that its sizes are true and its radius exact.
+    The section is scaled in thickness (taper), rotated by height * twist in the tangent plane of the cylinder of this
+    radius and laid on the cylinder, so that its size is true and its radius exact.
     """
     tip = blade.thickness if blade.tip_thickness is None else blade.tip_thickness
     scale = ((1 - height) * blade.thickness + height * tip) / tip
@@ -36,7 +36,7 @@ def airfoil_points(section: FloatArray, height: float, blade: BladeParameters, r
 def sweep(
     plan: Planform, flat: PlanformMesh, blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters
 ) -> tuple[FloatArray, IntArray]:
-    """Points (N, 3) and hexahedra (E, 8): the planform through the shroud, the airfoil's part of it down to the hub.
+    """Points (N, 3) and hexahedra (E, 8): the planform swept through the shroud, the airfoil swept to the hub.
 
     The layers of the shroud come first, inner surface to outer, each with all points of the planform in order.
     """

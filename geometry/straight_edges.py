@@ -1,8 +1,8 @@
-"""Where the nodes of a curved flank go when the edges between them are straight.
+"""Nodes of a curved flank whose element edges are straight.
 
-Nodes on the curve itself would cut its bulge off: the section would be too thin and too flexible by the second order
-of the element size. The piecewise linear thickness nearest to the curve (least squares along the chord) has the same
-area and the same bending stiffness but for the fourth order.
+With nodes on the curve itself the chords between them would make the section too thin and too flexible, by the second
+order of the element size. The piecewise linear thickness nearest to the curve, by least squares along the chord, has
+the same area and bending stiffness up to the fourth order.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from geometry.planform import Planform, section_half_thickness
 from geometry.sector import FloatArray
 
-GAUSS_POINTS = 3  # a piece: exact for the parabolas of a lens times the piecewise linear functions
+GAUSS_POINTS = 3  # on each piece: exact for the parabolas of a lens times the piecewise linear functions
 
 
 def straight_edged_half_thickness(plan: Planform, along: FloatArray) -> FloatArray:

@@ -2,9 +2,6 @@
 
 import time
 from dataclasses import replace
-from functools import lru_cache
-
-from threadpoolctl import ThreadpoolController
 
 from nonlinear.branches.branch import Branch, with_stability
 from nonlinear.branches.detached_branches import detached_branches
@@ -26,7 +23,7 @@ from nonlinear.harmonic_selection.adaptive_harmonics import (
 from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.response_curve import ResponseCurve, assemble_curve
-from rom import ModalModel, RelativeReceptance
+from rom import ModalModel, RelativeReceptance, one_blas_thread
 
 STRICTER = 2.0  # factor on the tolerance along the curve, where the truncation error came out too large
 
@@ -69,17 +66,10 @@ def forced_response(
             f"contact: parameters of {contact.n_contacts} nodes, allowed: {modal.n_contacts}, as the model"
         )
     started = time.perf_counter()
-    # The matrices are small: more than one thread makes each product slower.
-    with _threads().limit(limits=1, user_api="blas"):
+    with one_blas_thread():
         curve = _solve(modal, contact, excitation, options, progress)
     # even this clock may be set back, when a virtual machine moves
     return replace(curve, seconds=max(0.0, time.perf_counter() - started))
-
-
-@lru_cache(maxsize=1)
-def _threads() -> ThreadpoolController:
-    """The BLAS libraries loaded by NumPy and SciPy. The search for them takes 2 ms."""
-    return ThreadpoolController()
 
 
 def _solve(

@@ -1,18 +1,29 @@
-"""Reduced-order model of the blade: from mesh and material to a receptance in cyclic relative coordinates.
+"""Reduced-order model of the blade: from mesh and material to the receptance of the relative contact displacement.
 
-A name is imported from its file when it is first asked for: reading HDF5 needs neither SciPy nor scikit-fem.
+`finite_elements` assembles stiffness and mass, `reduction` condenses them by the Craig-Bampton method, `cyclic` holds
+the reduced model and its modes, receptance and natural frequencies under cyclic symmetry, `linear_algebra` the sparse
+factorisation and the eigenvalue solver, `files` the HDF5 files. Docstrings cite the paper by equation number.
+
+A public name is imported from its file when it is first asked for: reading HDF5 needs neither SciPy nor scikit-fem.
+
+References
+----------
+A. Gulisano, C. M. Firrone, S. Zucca, Forced response of shrouded blades with a coupled static/dynamic approach,
+7th European Nonlinear Dynamics Conference (ENOC 2011), Rome, Italy, 2011.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rom.cyclic.expansion import expand
+    from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs
+    from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion
+    from rom.cyclic.expansion import expand_to_mesh
     from rom.cyclic.modal_model import ModalModel, modal_model
-    from rom.cyclic.natural_frequencies import contact_motion, mode_shapes, natural_frequencies
+    from rom.cyclic.natural_frequencies import mode_shapes, natural_frequencies
     from rom.cyclic.receptance import RelativeReceptance, coupled_frequencies, linear_response
-    from rom.cyclic.reduced_model import ReducedModel, ReducedModelError, inter_blade_phase
-    from rom.errors import FactorisationError, FullModelFileError, RomParameterError
+    from rom.cyclic.reduced_model import ReducedModel
+    from rom.errors import FactorisationError, FullModelFileError, ReducedModelError, RomParameterError
     from rom.files.full_model_file import load_full_model, save_full_model
     from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
     from rom.files.hdf5_writing import new_hdf5
@@ -20,9 +31,11 @@ if TYPE_CHECKING:
     from rom.files.sector_file import load_sector, save_sector
     from rom.finite_elements.full_model import FullModel, assemble
     from rom.finite_elements.material import Material
-    from rom.finite_elements.rotation import centrifugal_displacement, spin
+    from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
     from rom.linear_algebra.factorisation import Factor, factorise
-    from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce, reduce_sector
+    from rom.linear_algebra.threads import one_blas_thread, one_blas_thread_in_children
+    from rom.reduction.boundary_dofs import BoundaryChoice
+    from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce_sector
     from rom.reduction.mode_selection import reduce_to_tolerance, reduction_errors
     from rom.reduction.model_comparison import (
         LinearError,
@@ -35,6 +48,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "UNREADABLE",
+    "BoundaryChoice",
     "Factor",
     "FactorisationError",
     "FullModel",
@@ -51,11 +65,12 @@ __all__ = [
     "ReductionOptions",
     "RelativeReceptance",
     "RomParameterError",
+    "SpringSupportedMotion",
     "assemble",
     "centrifugal_displacement",
-    "contact_motion",
+    "contact_springs",
     "coupled_frequencies",
-    "expand",
+    "expand_to_mesh",
     "factorise",
     "full_reference",
     "inter_blade_phase",
@@ -68,66 +83,72 @@ __all__ = [
     "mode_shapes",
     "natural_frequencies",
     "new_hdf5",
+    "one_blas_thread",
+    "one_blas_thread_in_children",
     "opened",
     "read_reduced_model",
-    "reduce",
     "reduce_sector",
     "reduce_to_tolerance",
     "reduction_errors",
+    "relative_contact_motion",
     "save_full_model",
     "save_sector",
-    "spin",
     "static_error",
+    "stiffen_by_rotation",
     "stored_array",
     "why_unreadable",
     "write_reduced_model",
 ]
 
 _PLACES = {
-    "UNREADABLE": "rom.files.hdf5_reading",
+    "BoundaryChoice": "rom.reduction.boundary_dofs",
     "Factor": "rom.linear_algebra.factorisation",
     "FactorisationError": "rom.errors",
     "FullModel": "rom.finite_elements.full_model",
     "FullModelFileError": "rom.errors",
     "FullReference": "rom.reduction.reference_model",
-    "LinearResponse": "rom.reduction.model_comparison",
     "LinearError": "rom.reduction.model_comparison",
     "LinearOperation": "rom.reduction.model_comparison",
+    "LinearResponse": "rom.reduction.model_comparison",
     "Material": "rom.finite_elements.material",
     "ModalModel": "rom.cyclic.modal_model",
     "ReducedModel": "rom.cyclic.reduced_model",
-    "ReducedModelError": "rom.cyclic.reduced_model",
+    "ReducedModelError": "rom.errors",
     "Reduction": "rom.reduction.craig_bampton",
     "ReductionOptions": "rom.reduction.craig_bampton",
     "RelativeReceptance": "rom.cyclic.receptance",
     "RomParameterError": "rom.errors",
+    "SpringSupportedMotion": "rom.cyclic.contact_springs",
+    "UNREADABLE": "rom.files.hdf5_reading",
     "assemble": "rom.finite_elements.full_model",
     "centrifugal_displacement": "rom.finite_elements.rotation",
-    "contact_motion": "rom.cyclic.natural_frequencies",
+    "contact_springs": "rom.cyclic.contact_springs",
     "coupled_frequencies": "rom.cyclic.receptance",
-    "expand": "rom.cyclic.expansion",
+    "expand_to_mesh": "rom.cyclic.expansion",
     "factorise": "rom.linear_algebra.factorisation",
     "full_reference": "rom.reduction.reference_model",
-    "inter_blade_phase": "rom.cyclic.reduced_model",
-    "linear_responses": "rom.reduction.model_comparison",
+    "inter_blade_phase": "rom.cyclic.cyclic_symmetry",
     "linear_errors": "rom.reduction.model_comparison",
     "linear_response": "rom.cyclic.receptance",
+    "linear_responses": "rom.reduction.model_comparison",
     "load_full_model": "rom.files.full_model_file",
     "load_sector": "rom.files.sector_file",
     "modal_model": "rom.cyclic.modal_model",
     "mode_shapes": "rom.cyclic.natural_frequencies",
     "natural_frequencies": "rom.cyclic.natural_frequencies",
     "new_hdf5": "rom.files.hdf5_writing",
+    "one_blas_thread": "rom.linear_algebra.threads",
+    "one_blas_thread_in_children": "rom.linear_algebra.threads",
     "opened": "rom.files.hdf5_reading",
     "read_reduced_model": "rom.files.reduced_model_file",
-    "reduce": "rom.reduction.craig_bampton",
-    "reduce_to_tolerance": "rom.reduction.mode_selection",
     "reduce_sector": "rom.reduction.craig_bampton",
+    "reduce_to_tolerance": "rom.reduction.mode_selection",
     "reduction_errors": "rom.reduction.mode_selection",
+    "relative_contact_motion": "rom.cyclic.cyclic_symmetry",
     "save_full_model": "rom.files.full_model_file",
     "save_sector": "rom.files.sector_file",
-    "spin": "rom.finite_elements.rotation",
     "static_error": "rom.reduction.reference_model",
+    "stiffen_by_rotation": "rom.finite_elements.rotation",
     "stored_array": "rom.files.hdf5_reading",
     "why_unreadable": "rom.files.hdf5_reading",
     "write_reduced_model": "rom.files.reduced_model_file",

@@ -1,29 +1,21 @@
-"""What this package raises when it is given something it cannot work with."""
+"""Exceptions of this package."""
 
 from __future__ import annotations
 
+from geometry import ParameterError
 
-class RomParameterError(ValueError):
-    """A parameter of the finite element or reduced model is out of range; the message is one line.
 
-    Attributes name the scene table and key, the value found and what is allowed, so that a caller who
-    knows the file can say where to look.
-    """
+class RomParameterError(ParameterError):
+    """A parameter of the finite element model or of the reduction is out of its range; the message is one line."""
 
-    def __init__(self, table: str, parameter: str, value: object, allowed: str) -> None:
-        super().__init__(table, parameter, value, allowed)  # all of them, so that it passes between processes
-        self.table = table
-        self.parameter = parameter
-        self.value = value
-        self.allowed = allowed
 
-    def __str__(self) -> str:
-        return f"{self.table}.{self.parameter} = {self.value!r}: {self.allowed}"
+class ReducedModelError(ValueError):
+    """A reduced model that is inconsistent; the message names the quantity, its value and what is allowed."""
 
 
 class FactorisationError(ArithmeticError):
-    """A stiffness matrix could not be factorised; the message is one line and names the likely cause."""
+    """A stiffness matrix that cannot be factorised; the message is one line and names the likely cause."""
 
 
 class FullModelFileError(ValueError):
-    """A file that is not a full model; the message names the file."""
+    """A file that does not hold a full model; the message names the file."""

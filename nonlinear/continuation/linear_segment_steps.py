@@ -74,7 +74,7 @@ class LinearSegmentSteps:
         """The solved point; `record`: direction, arc and step. A stable linear structure has det dR/dx > 0."""
         direction, arc, step = record
         balance = system.balance
-        unknown, dx_domega = balance.unknown(motion.displacement), balance.unknown(motion.slope)
+        unknown, dx_domega = balance.unknown(motion.displacement), balance.unknown(motion.derivative)
         metric = self.metric(unknown)
         tangent = metric.unit((direction * dx_domega, direction))
         return SolutionPoint(

@@ -1,41 +1,51 @@
-"""The balance while no contact changes its state: linear springs, one linear system a frequency."""
+"""Harmonic balance while no contact changes its state: linear springs, one linear system for each frequency.
+
+The contact forces are those of linear springs k, so that the balance is (I + G k) d = d_lin in each harmonic.
+"""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import zgetrf, zgetrs
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.continuation.solution_point import LinearState
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from rom import RelativeReceptance
+from rom import RelativeReceptance, SpringSupportedMotion, contact_springs
 
 
 @dataclass(frozen=True)
 class LinearMotion:
-    """A vibration and its derivative in w: relative displacement (2H+1, n_c, 3) and modal coordinates (m,)."""
+    """A vibration and its derivative in w.
+
+    Attributes
+    ----------
+    displacement, derivative : (2H+1, n_c, 3) array
+        Relative displacement and its derivative.
+    coordinates, coordinates_derivative : (m,) complex array
+        Modal coordinates of harmonic 1 and their derivative.
+    """
 
     displacement: Array
-    slope: Array
+    derivative: Array
     coordinates: ComplexArray
-    coordinates_slope: ComplexArray
+    coordinates_derivative: ComplexArray
 
     def growth(self, output: Array) -> float:
-        """Derivative in w of the amplitude |x^(1)| of an output, (m,) in modal coordinates."""
+        """Derivative in w of the amplitude ``|x^(1)|`` of an output, (m,) in modal coordinates."""
         first = output @ self.coordinates
         size = abs(first)
-        return float((first.conjugate() * (output @ self.coordinates_slope)).real / size) if size > 0.0 else 0.0
+        return float((first.conjugate() * (output @ self.coordinates_derivative)).real / size) if size > 0.0 else 0.0
 
 
 @dataclass(frozen=True)
 class LinearSegmentSystem:
-    """The equations of a `balance` in one state of its contacts: every node open, or pressed and held or sliding.
+    """The linear equations of a `balance` in one contact state: every node open, or closed and stuck or sliding.
 
-    What is the same at all frequencies is kept, so that a frequency costs one small complex system (none if all is
-    open) and the end of the state one product.
+    Quantities that do not depend on the frequency are cached: a frequency costs one small complex system (none if all
+    nodes are open), the test of the contact state one matrix product.
     """
 
     balance: HarmonicBalance
@@ -44,7 +54,7 @@ class LinearSegmentSystem:
 
     @cached_property
     def held(self) -> NDArray[np.bool_]:
-        """Pressed nodes that friction can hold, (n_c,)."""
+        """Closed nodes that friction can hold, (n_c,)."""
         return self.state.pressed & (self.contact.tangential_stiffness > 0.0) & (self.contact.friction > 0.0)
 
     @cached_property
@@ -52,7 +62,7 @@ class LinearSegmentSystem:
         """Contact springs, (n_c, 3), N/m."""
         tangential = np.where(self.held, self.contact.tangential_stiffness, 0.0)
         normal = np.where(self.state.pressed, self.contact.normal_stiffness, 0.0)
-        return np.column_stack([tangential, tangential, normal])
+        return contact_springs(normal.size, normal, tangential)
 
     @cached_property
     def static(self) -> Array:
@@ -63,8 +73,8 @@ class LinearSegmentSystem:
         force[:, 2] = self._rest_force
         at_rest = replace(self.balance.receptance, harmonics=(0,))
         free, _ = at_rest.response(0.0, force.reshape(1, -1).astype(complex))
-        system = np.eye(force.size) + at_rest.matrix(0.0)[0].real * self.springs.reshape(-1)
-        return np.linalg.solve(system, free[0].real).reshape(-1, 3)
+        system = SpringSupportedMotion(at_rest.matrix(0.0)[0].real * self.springs.reshape(-1))
+        return system.solve(free[0].real).reshape(-1, 3)
 
     @cached_property
     def _rest_force(self) -> Array:
@@ -82,34 +92,32 @@ class LinearSegmentSystem:
         return self._first.adjoint[0] * self.springs.reshape(-1)
 
     def motion(self, omega: float) -> LinearMotion:
-        """The motion at w = `omega` (rad/s): (I + G k) d = d_lin in harmonic 1."""
+        """The motion at `omega` (rad/s): (I + G k) d = d_lin in harmonic 1."""
         relative, force = self._first.relative[0], self._first.modal_force[0]
-        value, value_slope = (row[0] for row in self._first.denominators(omega))
+        value, value_derivative = (row[0] for row in self._first.denominators(omega))
         modal = force / value
         motion = relative @ modal
         if not self.springs.any():
-            modal_slope = -value_slope * modal / value
-            return LinearMotion(*self._rows(motion, relative @ modal_slope), modal, modal_slope)
-        system = (relative / value) @ self._sprung
-        system.flat[:: motion.size + 1] += 1.0
-        factors, pivots, _ = zgetrf(system.T, overwrite_a=1)
-        motion, _ = zgetrs(factors, pivots, motion, trans=1)
+            modal_derivative = -value_derivative * modal / value
+            return LinearMotion(*self._rows(motion, relative @ modal_derivative), modal, modal_derivative)
+        system = SpringSupportedMotion((relative / value) @ self._sprung)
+        motion = system.solve(motion)
         modal = (force - self._sprung @ motion) / value
-        modal_slope = -value_slope * modal / value
-        change, _ = zgetrs(factors, pivots, relative @ modal_slope, trans=1)
-        return LinearMotion(*self._rows(motion, change), modal, modal_slope - self._sprung @ change / value)
+        modal_derivative = -value_derivative * modal / value
+        change = system.solve(relative @ modal_derivative)
+        return LinearMotion(*self._rows(motion, change), modal, modal_derivative - self._sprung @ change / value)
 
-    def _rows(self, harmonic: ComplexArray, slope: ComplexArray) -> tuple[Array, Array]:
+    def _rows(self, harmonic: ComplexArray, derivative: ComplexArray) -> tuple[Array, Array]:
         rows = np.zeros((2, 2 * self.balance.n_harmonics + 1, *self.static.shape))
         rows[0, 0] = self.static
-        for row, values in zip(rows, (harmonic, slope), strict=True):
+        for row, values in zip(rows, (harmonic, derivative), strict=True):
             row[1], row[2] = values.real.reshape(self.static.shape), values.imag.reshape(self.static.shape)
         return rows[0], rows[1]
 
     def margin(self, displacement: Array) -> float:
         """Distance (m) of a displacement of one harmonic from the nearest change of state; negative beyond it.
 
-        Closed form: c_0 + |c_1| is the largest value of c_0 + Re c_1 exp(i theta).
+        In closed form: c_0 + ``|c_1|`` is the largest value of c_0 + Re c_1 exp(i theta).
         """
         offset, of_static, swings = self._conditions
         static, harmonic = displacement[0].reshape(-1), (displacement[1] + 1j * displacement[2]).reshape(-1)
@@ -120,7 +128,7 @@ class LinearSegmentSystem:
 
     @cached_property
     def _conditions(self) -> tuple[Array, Array, Array]:
-        """What a state asks of the motion, a row each: offset + of_static d_0 - |swings d_1| >= 0."""
+        """Conditions of the contact state, one in each row: offset + of_static d_0 - ``|swings d_1|`` >= 0."""
         sign, stiffness = np.where(self.state.pressed, 1.0, -1.0), self.contact.normal_stiffness
         per_metre = 1.0 / np.where(stiffness > 0.0, stiffness, 1.0)
         at_rest = self.contact.initial_load
@@ -140,7 +148,7 @@ class LinearSegmentSystem:
         return np.concatenate(offsets), np.concatenate(rows), np.concatenate(moving)
 
     def _margin_in_cone(self, displacement: Array) -> float:
-        """Distance of the held nodes from slip under the coupled law, from bounds of the motion and of the load."""
+        """Distance of the stuck nodes from slip under the cone law, by bounds of motion and normal load."""
         held, contact = self.held, self.contact
         harmonic = np.abs(displacement[1, held] + 1j * displacement[2, held])
         stiffness = contact.normal_stiffness[held]
@@ -150,7 +158,7 @@ class LinearSegmentSystem:
         return float((reach * (mean - stiffness * harmonic[:, 2]) - farthest).min())
 
     def forces(self, displacement: Array) -> ContactForces:
-        """Contact forces of a motion of the system, as the contact element would give them."""
+        """Contact forces of a motion of the system, the same as those of the contact element."""
         force = -self.springs * displacement
         force[0, :, 2] += self._rest_force
         still = not displacement[1:, :, :2].any()

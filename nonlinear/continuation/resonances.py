@@ -1,4 +1,4 @@
-"""Frequencies that a curve must not step over: resonances, which can be narrower than a step."""
+"""Resonances of the linear limits: frequencies that a step of the continuation must not skip."""
 
 from dataclasses import dataclass
 
@@ -8,15 +8,19 @@ from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.options import SolverOptions
 from rom import RelativeReceptance, coupled_frequencies
 
-HIGHEST_ORDER = 7  # of the superharmonic resonances that count; higher ones are too weak
+HIGHEST_ORDER = 7  # highest order of superharmonic resonances; higher ones are too weak
 
 
 @dataclass(frozen=True)
 class Resonances:
-    """Frequencies in the range, rad/s, ascending.
+    """Resonance frequencies in the range, rad/s, ascending.
 
-    natural : natural frequencies with the contacts open, sliding and stuck.
-    all : these and their parts 1/2 .. 1/H, at which the harmonics that the contacts cause meet a resonance.
+    Attributes
+    ----------
+    natural : tuple of float
+        Natural frequencies with the contacts free, sliding and stuck.
+    all : tuple of float
+        These and their fractions 1/2 ... 1/H: superharmonic resonances.
     """
 
     natural: tuple[float, ...] = ()
@@ -24,12 +28,12 @@ class Resonances:
 
 
 def find_resonances(receptance: RelativeReceptance, contact: ContactParameters, options: SolverOptions) -> Resonances:
-    """The resonances of a problem."""
-    springs = np.zeros((3, contact.n_contacts, 3))
-    springs[1:, :, 2] = contact.normal_stiffness
-    springs[2, :, :2] = contact.tangential_stiffness[:, None]
+    """The primary and superharmonic resonances of a problem."""
+    kn, kt = contact.normal_stiffness, contact.tangential_stiffness
+    modal, phase = receptance.modal, receptance.phase
+    free, sliding, stuck = (0.0, 0.0), (kn, 0.0), (kn, kt)
     found = np.concatenate(
-        [coupled_frequencies(receptance.modal, receptance.phase, row.reshape(-1)) for row in springs]
+        [coupled_frequencies(modal, phase, normal=n, tangential=t) for n, t in (free, sliding, stuck)]
     )
     highest = HIGHEST_ORDER if isinstance(options.harmonics, str) else min(options.harmonics, HIGHEST_ORDER)
     parts = np.concatenate([found / order for order in range(1, highest + 1)])

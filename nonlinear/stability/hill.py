@@ -22,7 +22,7 @@ from nonlinear.stability.contact_feedback import ContactFeedback
 from nonlinear.stability.memory_feedback import ConeMemoryFeedback, ContactRows, SliderMemoryFeedback
 from nonlinear.stability.modal_condensation import ContactFreeModel
 from nonlinear.stability.slider_memory import SliderMemory
-from rom import ModalModel
+from rom import ModalModel, relative_contact_motion
 
 Memory = SliderMemory | ConeSliderMemory
 RETENTION_RADIUS = 2.0
@@ -93,9 +93,8 @@ class HillProblem:
             harmonics = np.stack([harmonics, -harmonics], axis=1).ravel()
         if self.static:
             harmonics = np.append(0.0, harmonics)
-        left = 0.0 if self.modal.left is None else self.modal.left
         phases = harmonics * self.phase + self.kappa
-        relative = self.modal.right - left * np.exp(1j * phases)[:, None, None]
+        relative = relative_contact_motion(self.modal.right, self.modal.left, phases)
         return ContactFreeModel(
             self.modal,
             harmonics,

@@ -16,8 +16,8 @@ from multiprocessing import resource_tracker
 from typing import ParamSpec, TypeVar
 
 from pipeline.process.interrupts import kept_from_children
+from rom import one_blas_thread_in_children
 
-_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -38,7 +38,7 @@ class Workers:
 def workers(count: int) -> Iterator[Workers]:
     """Up to `count` worker processes with one BLAS thread each; an exception in the block kills them."""
     others = set(multiprocessing.active_children())
-    with _one_thread_each():
+    with one_blas_thread_in_children():
         context = multiprocessing.get_context("spawn")
         with kept_from_children():
             resource_tracker.ensure_running()  # also a process; it tracks the semaphores of the pool
@@ -66,21 +66,6 @@ def call_apart(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T
             return pool.submit(function, *args, **kwargs).result()
         except BrokenProcessPool:
             raise RuntimeError("its process died (out of memory?)") from None
-
-
-@contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """They inherit the limit before they load any library."""
-    before = {name: os.environ.get(name) for name in _THREAD_VARIABLES}
-    os.environ.update(dict.fromkeys(_THREAD_VARIABLES, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
 
 
 def _begin(quiet: bool) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -100,10 +99,11 @@ def _draw_operating(job: OperatingJob) -> None:
 
 
 def _job(model: BuiltModel, scene: Scene, prefix: str) -> RenderJob:
+    from rom import inter_blade_phase
+
     render = scene.render or Render()
     assert model.mesh is not None
     assert scene.blade is not None
-    blades = scene.blade.n_blades
     return RenderJob(
         sector=str(model.mesh.parent / SECTOR),
         rom=str(model.rom),
@@ -114,7 +114,7 @@ def _job(model: BuiltModel, scene: Scene, prefix: str) -> RenderJob:
         deformation=render.deformation * scene.blade.length,
         contact=render.contact,
         blades=render.blades,
-        phase=2.0 * math.pi * (scene.excitation.engine_order % blades) / blades,
+        phase=inter_blade_phase(scene.excitation.engine_order, scene.blade.n_blades),
         **_springs(model, scene, render.contact),
     )
 

@@ -45,12 +45,12 @@ class ViewerData:
     def add_modes(self, model: BuiltModel, scene: Scene, springs: dict[str, dict[str, Any]], label: str) -> None:
         """Mode shapes of a model; `springs`: for each contact condition the springs of the nodes, N/m."""
         from pipeline.render.mode_shapes import at_largest
-        from rom import mode_shapes, read_reduced_model
+        from rom import inter_blade_phase, mode_shapes, read_reduced_model
 
         wanted = (1, 2, 3) if scene.render is None else scene.render.modes
         at, sector, surface = self._surface(model)
         reduced = read_reduced_model(model.rom)
-        phase = 2.0 * np.pi * (scene.excitation.engine_order % sector.n_blades) / sector.n_blades
+        phase = inter_blade_phase(scene.excitation.engine_order, sector.n_blades)
         for state, values in springs.items():
             frequency, found = mode_shapes(reduced, phase, count=min(max(wanted), reduced.size), **values)
             for mode in wanted:

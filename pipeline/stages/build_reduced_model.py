@@ -11,10 +11,10 @@ from pipeline.stages.scene_to_solver import linear_operation
 if TYPE_CHECKING:
     from geometry import SectorMesh
     from pipeline.scene.schema import Scene
-    from rom import FullModel
+    from rom import BoundaryChoice, FullModel
 
 REDUCED_MODEL = "rom.h5"
-AUGMENTED_MODEL = "enriched.h5"
+AUGMENTED_MODEL = "augmented.h5"
 FACTS = "facts.json"
 
 
@@ -26,7 +26,7 @@ def make_reduced_model(
     Parameters
     ----------
     folder : Path
-        Where the files go; with few enough contact nodes also `enriched.h5`, the residual-mode augmented model.
+        Where the files go; with few enough contact nodes also `augmented.h5`, the residual-mode augmented model.
     sector_file, full_file : Path
         Mesh and full model.
     scene : Scene
@@ -54,33 +54,34 @@ def make_reduced_model(
         return at_speed(load_full_model(full_file), sector, scene)
 
     modes, limit = scene.rom.fixed_interface_modes, scene.rom.frequency_limit
-    dofs = scene.rom.contact_dofs
-    load: dict[str, Any] = {
-        "excitation_direction": scene.excitation.unit_direction,
-        "excitation_at": scene.excitation.at,
-    }
+    boundary = boundary_choice(scene)
     if modes == "auto":
         operations = [linear_operation(scene, sector)]
-        made = reduce_to_tolerance(
-            full, sector, scene.rom.tolerance, operations, store_basis=store_basis, contact_dofs=dofs, **load
-        )
+        made = reduce_to_tolerance(full, sector, scene.rom.tolerance, operations, boundary, store_basis=store_basis)
     else:
-        options = ReductionOptions(modes, limit, store_basis, contact_dofs=dofs)
-        made = reduce_sector(full, sector, options, enrich=True, **load)
+        options = ReductionOptions(modes, limit, store_basis)
+        made = reduce_sector(full, sector, options, boundary, augment=True)
     model = made.model
     write_reduced_model(folder / REDUCED_MODEL, model)
-    if made.enriched is not None:
-        write_reduced_model(folder / AUGMENTED_MODEL, made.enriched)
+    if made.augmented is not None:
+        write_reduced_model(folder / AUGMENTED_MODEL, made.augmented)
     facts: dict[str, Any] = {"dofs": made.dofs, "reduced_dofs": model.size}
     facts |= {"n_contacts": model.n_contacts, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
     (folder / FACTS).write_text(json.dumps(facts))
 
 
+def boundary_choice(scene: Scene) -> BoundaryChoice:
+    """Excitation and contact dofs of a scene."""
+    from rom import BoundaryChoice
+
+    return BoundaryChoice(scene.excitation.unit_direction, scene.excitation.at, scene.rom.contact_dofs)
+
+
 def at_speed(full: FullModel, sector: SectorMesh, scene: Scene) -> FullModel:
     """The full model at the scene's speed of rotation."""
-    from rom import Material, spin
+    from rom import Material, stiffen_by_rotation
 
     if scene.load.speed_rpm == 0.0:
         return full
     assert scene.material is not None
-    return spin(full, sector, Material(**scene.material.model_dump()), scene.load.speed_rpm)
+    return stiffen_by_rotation(full, sector, Material(**scene.material.model_dump()), scene.load.speed_rpm)

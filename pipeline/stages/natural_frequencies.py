@@ -38,10 +38,10 @@ def stored_frequencies(store: Store, model: BuiltModel, scene: Scene) -> dict[st
 
 
 def _write(path: Path, rom: Path, scene: Scene) -> None:
-    from rom import natural_frequencies, read_reduced_model
+    from rom import inter_blade_phase, natural_frequencies, read_reduced_model
 
     model = read_reduced_model(rom, with_basis=False)
-    phase = model.phase(scene.excitation.engine_order)
+    phase = inter_blade_phase(scene.excitation.engine_order, model.n_blades)
     contact = contact_on_model(scene, model)
     normal, tangential = contact.normal_stiffness, contact.tangential_stiffness
     count = min(COUNT, model.size)

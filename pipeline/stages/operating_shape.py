@@ -72,7 +72,7 @@ def operating_shape(curve: Path, rom: Path, n_vertices: int) -> OperatingShape |
     """
     import h5py
 
-    from rom import RelativeReceptance, expand, read_reduced_model
+    from rom import RelativeReceptance, expand_to_mesh, read_reduced_model
 
     with h5py.File(curve, "r") as file:
         response = section_from_attributes(Response, file.attrs)
@@ -88,5 +88,5 @@ def operating_shape(curve: Path, rom: Path, n_vertices: int) -> OperatingShape |
     phase = modal.phase(excitation.engine_order)
     receptance = RelativeReceptance(modal, phase, tuple(range(len(force))), excitation.force)
     coordinates, _ = receptance.modal_response(2.0 * np.pi * frequency, force.reshape(len(force), -1))
-    vertices = expand(model, coordinates @ modal.shapes.T)[:, :n_vertices]
+    vertices = expand_to_mesh(model, coordinates @ modal.shapes.T)[:, :n_vertices]
     return OperatingShape(frequency, amplitude, phase, vertices)

@@ -113,7 +113,10 @@ def linear_operation(scene: Scene, sector: SectorMesh) -> LinearOperation:
 
 def linear_operation_on_model(scene: Scene, model: ReducedModel) -> LinearOperation:
     """The same on a reduced model of the blade."""
-    return _linear_operation(scene, contact_on_model(scene, model), model.phase(scene.excitation.engine_order))
+    from rom import inter_blade_phase
+
+    phase = inter_blade_phase(scene.excitation.engine_order, model.n_blades)
+    return _linear_operation(scene, contact_on_model(scene, model), phase)
 
 
 def _linear_operation(scene: Scene, contact: ContactParameters, phase: float) -> LinearOperation:

@@ -45,12 +45,10 @@ def solve_curve(
     ReducedModelError
         The model does not fit the scene.
     """
-    from threadpoolctl import threadpool_limits
-
     from nonlinear import forced_response
-    from rom import read_reduced_model
+    from rom import one_blas_thread, read_reduced_model
 
-    with threadpool_limits(limits=1):  # the matrices are small: threads only get in each other's way
+    with one_blas_thread():
         model = read_reduced_model(rom, with_basis=False)
         contact = resolved_contact(scene, face_area(model))
         response = forced_response(

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from pipeline.errors import reason_of
 from pipeline.scene.schema import Scene
-from pipeline.stages.build_reduced_model import at_speed
+from pipeline.stages.build_reduced_model import at_speed, boundary_choice
 from pipeline.stages.scene_to_solver import linear_operation
 from pipeline.verify.model_errors import JointErrors, ModelErrors, OtherMesh
 from pipeline.verify.other_mesh import other_sector
@@ -142,10 +142,8 @@ def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -
             sector,
             tolerance,
             [linear_operation(scene, sector) for scene in scenes],
-            excitation_direction=first.excitation.unit_direction,
-            excitation_at=first.excitation.at,
+            boundary_choice(first),
             store_basis=False,
-            contact_dofs=first.rom.contact_dofs,
         ).modes
     except RomParameterError:
         return None
@@ -162,14 +160,7 @@ def _loaded(scene: Scene, files: BladeFiles) -> tuple[SectorMesh, FullModel]:
 def _reference(scene: Scene, sector: SectorMesh, full: FullModel) -> FullReference:
     from rom import full_reference
 
-    return full_reference(
-        full,
-        sector,
-        scene.response.frequency[1],
-        excitation_direction=scene.excitation.unit_direction,
-        excitation_at=scene.excitation.at,
-        contact_dofs=scene.rom.contact_dofs,
-    )
+    return full_reference(full, sector, scene.response.frequency[1], boundary_choice(scene))
 
 
 def _other_reference(scene: Scene, elements: int) -> OtherReference:
@@ -196,7 +187,7 @@ def _joint(
     error: LinearError, exact: LinearResponse, found: LinearResponse, other: LinearResponse | None
 ) -> JointErrors:
     return JointErrors(
-        joint=error.joint,
+        joint=error.condition,
         first_mode=exact.first_mode,
         full_hz=tuple(exact.natural_hz.tolist()),
         reduced_hz=tuple(found.natural_hz.tolist()),

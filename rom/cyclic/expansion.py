@@ -1,4 +1,4 @@
-"""From reduced coordinates back to the mesh."""
+"""From reduced coordinates to displacements of the mesh."""
 
 from __future__ import annotations
 
@@ -7,14 +7,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.cyclic.reduced_model import ReducedModel, ReducedModelError
+from rom.cyclic.reduced_model import ReducedModel
+from rom.errors import ReducedModelError
 
 
-def expand(model: ReducedModel, coordinates: NDArray[Any]) -> NDArray[Any]:
-    """Displacements (..., n_nodes, 3) [m] of all nodes from reduced coordinates (..., n), real or complex.
+def expand_to_mesh(model: ReducedModel, coordinates: NDArray[Any]) -> NDArray[Any]:
+    """Displacements of all mesh nodes from reduced coordinates, u = basis q.
 
-    The mesh vertices are the first nodes, in their own order; mid-side nodes follow.
-    Raises ReducedModelError when the model was stored without its basis or that is none of a mesh.
+    Parameters
+    ----------
+    model : ReducedModel
+        A model with its basis.
+    coordinates : (..., n) array
+        Reduced coordinates q, real or complex.
+
+    Returns
+    -------
+    (..., n_nodes, 3) array
+        Displacements in m. The mesh vertices are the first nodes, in their own order; mid-side nodes follow.
+
+    Raises
+    ------
+    ReducedModelError
+        The model was stored without its basis, or the basis is not that of a mesh.
     """
     if model.basis is None:
         raise ReducedModelError(

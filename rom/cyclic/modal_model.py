@@ -6,26 +6,40 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rom.cyclic.reduced_model import Array, ComplexArray, ReducedModel, ReducedModelError, inter_blade_phase
+from rom.cyclic.cyclic_symmetry import inter_blade_phase
+from rom.cyclic.reduced_model import Array, ComplexArray, ReducedModel
+from rom.errors import ReducedModelError
+from rom.units import angular_speed
 
-HIGHEST_SQUARED = 1e60  # (rad/s)^2: what depends on it is squared again
+HIGHEST_SQUARED = 1e60  # (rad/s)^2: its square must not overflow
 
 
 @dataclass(frozen=True)
 class ModalModel:
-    """All modes of a reduced system, mass-normalised, with everything the forced response needs of them.
+    """All modes of a reduced system, mass-normalised, and its vectors in modal coordinates.
 
     Attributes
     ----------
-    angular_frequency : (m,) rad/s, ascending.
-    damping : (m,) 1/s, modal damping coefficients 2 zeta_i w_i.
-    right, left : (3 n_c, m) contact motions of the modes; left None: contact against ground.
-    force : (m,) modal force of 1 N of excitation, real or complex.
-    static_force : (m,) modal static force at the speed asked for, N / sqrt(kg).
-    outputs : name -> (m,).
-    shapes : (n, m) modes in the reduced coordinates.
-    position, area : of the contact nodes, as in `ReducedModel`.
-    n_blades : blades of the ring or None.
+    angular_frequency : (m,) array
+        Natural frequencies w_m in rad/s, ascending.
+    damping : (m,) array
+        Modal damping coefficients 2 zeta_m w_m, 1/s.
+    right, left : (3 n_c, m) array
+        Contact motions of the modes; left None: contact against ground.
+    force : (m,) array
+        Modal force of 1 N of excitation, real or complex.
+    static_force : (m,) array
+        Modal static force at the rotational speed, N / sqrt(kg).
+    outputs : mapping of str to (m,) array
+        Outputs of the modes.
+    shapes : (n, m) array
+        Modes in the reduced coordinates.
+    position : (n_c, 3) array
+        Positions of the contact nodes, as in `ReducedModel`.
+    area : (n_c,) array or None
+        Areas of the contact nodes, as in `ReducedModel`.
+    n_blades : int or None
+        Number of blades of the ring.
     """
 
     angular_frequency: Array
@@ -46,7 +60,7 @@ class ModalModel:
         return self.right.shape[0] // 3
 
     def phase(self, engine_order: int) -> float:
-        """Inter-blade phase angle psi = 2 pi EO / N_b, rad, in one turn, of `engine_order` EO; 0 without a ring."""
+        """Inter-blade phase angle psi, rad, of `engine_order`, see `inter_blade_phase`."""
         return inter_blade_phase(engine_order, self.n_blades)
 
 
@@ -55,26 +69,56 @@ def modal_model(
     *,
     damping_ratio: ArrayLike | None = None,
     rayleigh: tuple[float, float] | None = None,
-    speed_rpm: float = 0.0,
+    speed_rpm: float | None = None,
 ) -> ModalModel:
     """Solve K phi = w^2 M phi of the reduced system for all its modes.
 
     Parameters
     ----------
-    model : the reduced model, n coordinates.
-    damping_ratio : zeta, one number for all modes or one for each of the first modes (the last one holds
-        for the modes above).
-    rayleigh : (a, b) of C = a M + b K, 2 zeta_i w_i = a + b w_i^2. Give this or `damping_ratio`.
-    speed_rpm : rotational speed, rev/min, for the centrifugal force.
+    model : ReducedModel
+        The reduced model.
+    damping_ratio : float or sequence of float, optional
+        zeta, one number for all modes or one for each of the first modes; the last one holds for the modes above.
+    rayleigh : (float, float), optional
+        (a, b) of C = a M + b K, 2 zeta_m w_m = a + b w_m^2. Give this or `damping_ratio`.
+    speed_rpm : float, optional
+        Rotational speed of the centrifugal force, rev/min. By default the speed that the model was stiffened for,
+        0 where the model does not say.
+
+    Returns
+    -------
+    ModalModel
+        The modes.
 
     Raises
     ------
-    ReducedModelError : the mass or the stiffness is not positive definite (a rigid-body mode has no static
-        response), or damping is given twice, not at all, or negative.
+    ReducedModelError
+        The mass or the stiffness is not positive definite (a rigid-body mode has no static response); damping is
+        given twice, not at all, or negative; the model was stiffened for another speed than `speed_rpm`, or has no
+        centrifugal force.
     """
+    squared, shapes = _modes(model)
+    frequency = np.sqrt(squared)
+    return ModalModel(
+        angular_frequency=frequency,
+        damping=_modal_damping(frequency, damping_ratio, rayleigh),
+        right=model.contact_right @ shapes,
+        left=None if model.contact_left is None else model.contact_left @ shapes,
+        force=shapes.T @ model.force_excitation,
+        static_force=shapes.T @ _static_force(model, speed_rpm),
+        outputs={name: vector @ shapes for name, vector in model.outputs.items()},
+        shapes=shapes,
+        position=model.contact_position,
+        area=model.contact_area,
+        n_blades=model.n_blades,
+    )
+
+
+def _modes(model: ReducedModel) -> tuple[Array, Array]:
+    """Eigenvalues w^2 (n,) and mass-normalised modes (n, n)."""
     from scipy.linalg import LinAlgError, eigh
 
-    # Halved sums: matrices from elsewhere are symmetric only to their own round-off.
+    # Symmetrised: matrices from elsewhere are symmetric only to their own round-off.
     mass = (model.mass + model.mass.T) / 2
     stiffness = (model.stiffness + model.stiffness.T) / 2
     try:
@@ -91,27 +135,25 @@ def modal_model(
             f"mass: too small for its stiffness: the largest w^2 is {squared[-1]:.3g} (rad/s)^2, "
             f"allowed: {HIGHEST_SQUARED:g} at most"
         )
-    frequency = np.sqrt(squared)
+    return squared, shapes
+
+
+def _static_force(model: ReducedModel, speed_rpm: float | None) -> Array:
+    """Static force (n,) of harmonic 0: centrifugal force at the speed, and any other."""
+    stiffened = model.speed_rpm
+    speed = (stiffened or 0.0) if speed_rpm is None else speed_rpm
+    if stiffened is not None and speed != stiffened:
+        raise ReducedModelError(
+            f"load.speed_rpm = {speed:g}: the model was stiffened for {stiffened:g} rev/min, allowed: that speed"
+        )
     static = np.zeros(model.size)
     if model.force_static is not None:
         static = static + model.force_static
-    if speed_rpm != 0.0:
+    if speed != 0.0:
         if model.force_centrifugal is None:
             raise ReducedModelError("force/centrifugal: missing, but load.speed_rpm is not 0")
-        static = static + model.force_centrifugal * (2.0 * np.pi * speed_rpm / 60.0) ** 2
-    return ModalModel(
-        angular_frequency=frequency,
-        damping=_modal_damping(frequency, damping_ratio, rayleigh),
-        right=model.contact_right @ shapes,
-        left=None if model.contact_left is None else model.contact_left @ shapes,
-        force=shapes.T @ model.force_excitation,
-        static_force=shapes.T @ static,
-        outputs={name: vector @ shapes for name, vector in model.outputs.items()},
-        shapes=shapes,
-        position=model.contact_position,
-        area=model.contact_area,
-        n_blades=model.n_blades,
-    )
+        static = static + model.force_centrifugal * angular_speed(speed) ** 2
+    return static
 
 
 def _modal_damping(frequency: Array, damping_ratio: ArrayLike | None, rayleigh: tuple[float, float] | None) -> Array:

@@ -1,61 +1,95 @@
-"""Natural frequencies and mode shapes of the blade ring with its shroud contacts free, sliding or stuck."""
+"""Natural frequencies and mode shapes of the blade ring with free, sliding or stuck contacts."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rom.cyclic.expansion import expand
-from rom.cyclic.reduced_model import ReducedModel, ReducedModelError
+from rom.cyclic.contact_springs import contact_springs, spring_stiffness
+from rom.cyclic.cyclic_symmetry import relative_contact_motion
+from rom.cyclic.expansion import expand_to_mesh
+from rom.cyclic.reduced_model import ReducedModel
+from rom.errors import ReducedModelError
 from rom.linear_algebra.threads import one_blas_thread
 
 
+@one_blas_thread()
 def natural_frequencies(
     model: ReducedModel, phase: float, *, normal: ArrayLike = 0.0, tangential: ArrayLike = 0.0, count: int = 10
 ) -> NDArray[np.float64]:
-    """The `count` lowest natural frequencies (count,) in Hz of a model at the inter-blade phase angle `phase` [rad].
+    """Lowest natural frequencies of the ring at one inter-blade phase angle, with linear contact springs.
 
-    Linear contact springs, N/m for each contact node, (n_c,) or one number: normal = tangential = 0 is free,
-    normal alone sliding without friction, both stuck. Eigenvalues of K + B^H diag(k) B, B = right -
-    exp(i phase) left. Raises ReducedModelError when the mass is not positive definite.
+    They solve (K + B^H diag(k) B) phi = w^2 M phi with B = right - exp(i psi) left.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        The reduced model.
+    phase : float
+        Inter-blade phase angle psi, rad.
+    normal, tangential : float or (n_c,) array
+        Contact springs kn, kt of the nodes, N/m. Both 0: free contacts; only normal: sliding without friction; both:
+        stuck.
+    count : int
+        Number of frequencies.
+
+    Returns
+    -------
+    (count,) array
+        Natural frequencies in Hz, ascending; fewer for a smaller model.
+
+    Raises
+    ------
+    ReducedModelError
+        The mass is not positive definite.
     """
-    squared, _ = _cyclic_modes(model, phase, normal, tangential, count)
+    squared, _ = _cyclic_modes(model, phase, contact_springs(model.n_contacts, normal, tangential), count)
     return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi)
 
 
+@one_blas_thread()
 def mode_shapes(
     model: ReducedModel, phase: float, *, normal: ArrayLike = 0.0, tangential: ArrayLike = 0.0, count: int = 10
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-    """As `natural_frequencies`, with the mass-normalised shapes on the mesh: Hz (count,), shapes (count, n_nodes, 3).
+    """Lowest natural frequencies with their mass-normalised mode shapes on the mesh.
 
-    normal, tangential: contact springs, N/m, numbers or (n_c,). Blade j moves with shape * exp(i j phase), turned by
-    j pitches. Raises ReducedModelError when the model holds no basis.
+    Blade j moves with shape * exp(i j psi), rotated by j pitches.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        A reduced model with its basis.
+    phase : float
+        Inter-blade phase angle psi, rad.
+    normal, tangential : float or (n_c,) array
+        Contact springs, N/m, as in `natural_frequencies`.
+    count : int
+        Number of modes.
+
+    Returns
+    -------
+    frequencies : (count,) array
+        Natural frequencies in Hz, ascending.
+    shapes : (count, n_nodes, 3) complex array
+        Mode shapes of the mesh nodes.
+
+    Raises
+    ------
+    ReducedModelError
+        The model holds no basis, or its mass is not positive definite.
     """
-    squared, vectors = _cyclic_modes(model, phase, normal, tangential, count)
-    return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi), expand(model, vectors.T)
+    squared, vectors = _cyclic_modes(model, phase, contact_springs(model.n_contacts, normal, tangential), count)
+    return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi), expand_to_mesh(model, vectors.T)
 
 
-def contact_motion(model: ReducedModel, phase: float) -> NDArray[np.complex128]:
-    """B (3 n_c, n) of a model: relative contact displacement right - exp(i phase) left = B q in the contact frame.
-
-    phase: inter-blade phase angle, rad.
-    """
-    right = model.contact_right.astype(complex)
-    return right if model.contact_left is None else right - np.exp(1j * phase) * model.contact_left
-
-
-@one_blas_thread()
 def _cyclic_modes(
-    model: ReducedModel, phase: float, normal: ArrayLike, tangential: ArrayLike, count: int
+    model: ReducedModel, phase: float, springs: NDArray[np.float64], count: int
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-    """Lowest eigenvalues (count,) [(rad/s)^2] and mass-normalised vectors (n, count) with linear contact springs."""
+    """Lowest eigenvalues (count,) [(rad/s)^2] and mass-normalised vectors (n, count) with springs (n_c, 3) N/m."""
     from scipy.linalg import LinAlgError, eigh
 
-    springs = np.empty((model.n_contacts, 3))
-    springs[:, :2] = np.broadcast_to(np.asarray(tangential, dtype=float), model.n_contacts)[:, None]
-    springs[:, 2] = np.asarray(normal, dtype=float)
-    motion = contact_motion(model, phase)
-    stiffness = model.stiffness + motion.conj().T @ (springs.ravel()[:, None] * motion)
+    motion = relative_contact_motion(model.contact_right, model.contact_left, phase)
+    stiffness = model.stiffness + spring_stiffness(motion, springs)
     last = min(count, model.size) - 1
     try:
         return eigh(stiffness, model.mass, subset_by_index=(0, last))

@@ -1,30 +1,40 @@
-"""Receptance of the blade in cyclic relative coordinates: all that the contact forces see of the structure."""
+"""Receptance of the relative contact displacement: all that the contact forces see of the structure.
+
+The modal sum avoids the inversion of the dynamic stiffness at each frequency (Gulisano et al. 2011, after eq. 6).
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness
+from rom.cyclic.cyclic_symmetry import relative_contact_motion
 from rom.cyclic.modal_model import ModalModel
 from rom.cyclic.reduced_model import Array, ComplexArray
 
 
 @dataclass(frozen=True)
 class RelativeReceptance:
-    """G^(h)(w) = B_h r^(h)(w) B_h^H for a travelling wave of inter-blade phase angle psi.
+    """Receptance G^(h)(w) = B_h r^(h)(w) B_h^H of a travelling wave of inter-blade phase angle psi.
 
-    The relative displacement of the contact nodes is d^(h) = q_R^(h) - q_L^(h) exp(i h psi) = B_h q^(h), the
-    contact force on the right nodes f^(h) acts on the blade as B_h^H f^(h) (paper eqs. 17 and 18), and the
-    receptance of the reduced system is the modal sum r^(h) = sum_m phi phi^T / (w_m^2 + i c_m h w - (h w)^2)
-    with c_m = 2 zeta_m w_m (paper eq. 7).
+    The relative displacement of the contact nodes is d^(h) = q_R^(h) - q_L^(h) exp(i h psi) = B_h q^(h). The contact
+    force f^(h) on the right nodes acts on the blade as B_h^H f^(h) (Gulisano et al. 2011, eqs. 17 and 18). The
+    receptance of the reduced system is the modal sum
+    r^(h) = sum_m phi_m phi_m^T / (w_m^2 + i c_m h w - (h w)^2) with c_m = 2 zeta_m w_m.
 
     Attributes
     ----------
-    modal : the modes.
-    phase : psi, rad.
-    harmonics : the harmonics h that are asked for, ascending; may hold 0.
-    force : amplitude of the excitation, N; it acts in harmonic 1 only.
+    modal : ModalModel
+        The m modes.
+    phase : float
+        Inter-blade phase angle psi, rad.
+    harmonics : tuple of int
+        The n_h harmonics h, ascending; may hold 0.
+    force : float
+        Amplitude of the excitation, N; it acts in harmonic 1 only.
     """
 
     modal: ModalModel
@@ -38,14 +48,12 @@ class RelativeReceptance:
     @cached_property
     def relative(self) -> ComplexArray:
         """Relative contact motion of the modes, B_h phi: (n_h, 3 n_c, m)."""
-        right = self.modal.right.astype(complex)
-        if self.modal.left is None:
-            return np.stack([right for _ in self.harmonics])
-        return np.stack([right - self.modal.left * np.exp(1j * h * self.phase) for h in self.harmonics])
+        phases = np.asarray(self.harmonics, dtype=float) * self.phase
+        return relative_contact_motion(self.modal.right, self.modal.left, phases)
 
     @cached_property
     def modal_force(self) -> ComplexArray:
-        """External modal force in each harmonic: static in 0, excitation in 1: (n_h, m)."""
+        """External modal force: the static one in harmonic 0, the excitation in harmonic 1, (n_h, m)."""
         forces = np.zeros((len(self.harmonics), self.modal.angular_frequency.size), dtype=complex)
         for row, h in enumerate(self.harmonics):
             if h == 0:
@@ -66,9 +74,20 @@ class RelativeReceptance:
         return 1j * h * self.modal.damping, h**2
 
     def denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
-        """w_m^2 + i c_m h w - (h w)^2 and its derivative in w at w = `omega` (rad/s): each (n_h, m)."""
+        """Denominators of the modal sum, w_m^2 + i c_m h w - (h w)^2.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency w, rad/s.
+
+        Returns
+        -------
+        values, derivatives : (n_h, m) complex arrays
+            The denominators and their derivatives in w.
+        """
         found = self._last.get(omega)
-        if found is None:  # asked for time and again at the same frequency
+        if found is None:  # the last frequency is asked for many times
             damping, squares = self._rates
             value = damping * omega + (self.modal.angular_frequency**2 - squares * omega**2)
             found = value, damping - 2.0 * omega * squares
@@ -77,55 +96,108 @@ class RelativeReceptance:
         return found
 
     def matrix(self, omega: float) -> ComplexArray:
-        """G^(h) at `omega` (rad/s), (n_h, 3 n_c, 3 n_c)."""
+        """Receptance G^(h), (n_h, 3 n_c, 3 n_c) in m/N, at `omega` in rad/s."""
         value, _ = self.denominators(omega)
         return (self.relative * (1.0 / value)[:, None, :]) @ self.adjoint
 
     def response(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Relative displacement under the external and the contact forces f^(h), and its derivative in w.
+        """Relative displacement d_lin + G f under the external and the contact forces.
 
-        d_lin + G f and d_lin' + G' f, each (n_h, 3 n_c), for `contact_force` f (n_h, 3 n_c) at `omega` (rad/s);
-        two products with vectors, without G itself.
+        Two products with vectors; G itself is not formed.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency w, rad/s.
+        contact_force : (n_h, 3 n_c) complex array
+            f^(h) on the right nodes, N.
+
+        Returns
+        -------
+        displacement, derivative : (n_h, 3 n_c) complex arrays
+            d_lin + G f in m, and its derivative in w at constant f.
         """
         coordinates = np.stack(self.modal_response(omega, contact_force), axis=-1)
         both = self.relative @ coordinates
         return both[..., 0], both[..., 1]
 
     def modal_response(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Modal coordinates under external and contact forces at w = `omega` (rad/s), and their derivative in w.
+        """Modal coordinates under the external and the contact forces.
 
-        `contact_force` is f^(h) on the right nodes, (n_h, 3 n_c). Returns two arrays (n_h, m).
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency w, rad/s.
+        contact_force : (n_h, 3 n_c) complex array
+            f^(h) on the right nodes, N.
+
+        Returns
+        -------
+        coordinates, derivatives : (n_h, m) complex arrays
+            Modal coordinates, and their derivatives in w at constant f.
         """
-        value, slope = self.denominators(omega)
+        value, derivative = self.denominators(omega)
         coordinates = (self.modal_force + (self.adjoint @ contact_force[..., None])[..., 0]) / value
-        return coordinates, -slope * coordinates / value
+        return coordinates, -derivative * coordinates / value
 
-    def coordinates(self, frequencies: Array, contact_force: ComplexArray) -> ComplexArray:
-        """Modal coordinates (P, n_h, m) at `frequencies` (P,), rad/s, each under its own `contact_force`.
+    def coordinates(self, omegas: Array, contact_force: ComplexArray) -> ComplexArray:
+        """Modal coordinates at several frequencies, each under its own contact force.
 
-        contact_force: f^(h) on the right nodes, (P, n_h, 3 n_c), N.
+        Parameters
+        ----------
+        omegas : (P,) array
+            Excitation frequencies, rad/s.
+        contact_force : (P, n_h, 3 n_c) complex array
+            f^(h) on the right nodes, N.
+
+        Returns
+        -------
+        (P, n_h, m) complex array
+            Modal coordinates.
         """
         damping, squares = self._rates
-        omega = frequencies[:, None, None]
+        omega = omegas[:, None, None]
         value = damping * omega + (self.modal.angular_frequency**2 - squares * omega**2)
         by_harmonic = self.adjoint @ contact_force.transpose(1, 2, 0)
         return (self.modal_force + by_harmonic.transpose(2, 0, 1)) / value
 
     def output_rows(self, name: str, omega: float) -> ComplexArray:
-        """Receptance of output `name` to contact forces at `omega` (rad/s), o r^(h) B_h^H: (n_h, 3 n_c)."""
+        """Receptance of an output to contact forces, o r^(h) B_h^H: (n_h, 3 n_c) in m/N.
+
+        Parameters
+        ----------
+        name : str
+            Name of the output.
+        omega : float
+            Excitation frequency, rad/s.
+        """
         value, _ = self.denominators(omega)
         weighted = (self.modal.outputs[name] / value)[:, None, :]
         return (weighted @ self.adjoint)[:, 0, :]
 
 
-def coupled_frequencies(modal: ModalModel, phase: float, stiffness: Array) -> Array:
-    """Undamped natural frequencies (m,), rad/s, with linear springs `stiffness` (3 n_c,) N/m at the contact nodes.
+def coupled_frequencies(
+    modal: ModalModel, phase: float, *, normal: ArrayLike = 0.0, tangential: ArrayLike = 0.0
+) -> Array:
+    """Undamped natural frequencies with linear contact springs, from the modes with free contacts.
 
-    modal: the m modes with free contacts; phase: inter-blade phase angle, rad.
+    Parameters
+    ----------
+    modal : ModalModel
+        The m modes with free contacts.
+    phase : float
+        Inter-blade phase angle, rad.
+    normal, tangential : float or (n_c,) array
+        Contact springs kn, kt of the nodes, N/m.
+
+    Returns
+    -------
+    (m,) array
+        Natural frequencies in rad/s, ascending.
     """
     relative = RelativeReceptance(modal, phase, (1,), 0.0).relative[0]
-    squared = np.diag(modal.angular_frequency**2) + relative.conj().T @ (stiffness[:, None] * relative)
-    return np.sqrt(np.linalg.eigvalsh(squared))
+    springs = contact_springs(modal.n_contacts, normal, tangential)
+    return np.sqrt(np.linalg.eigvalsh(np.diag(modal.angular_frequency**2) + spring_stiffness(relative, springs)))
 
 
 def linear_response(
@@ -134,31 +206,41 @@ def linear_response(
     *,
     phase: float,
     force: float,
-    normal: Array | float = 0.0,
-    tangential: Array | float = 0.0,
+    normal: ArrayLike = 0.0,
+    tangential: ArrayLike = 0.0,
     output: str = "tip",
 ) -> ComplexArray:
-    """Response of harmonic 1 with linear springs at the contact nodes: free (no springs) or fully stuck.
+    """Response of harmonic 1 with linear contact springs: free (no springs), sliding or stuck contacts.
 
-    modal: the modes; frequency_hz: (F,) of the excitation, Hz; phase: inter-blade phase angle, rad; force: amplitude
-    of the excitation, N. Solves d = d_lin - G k d at every frequency, k the springs (tangential, tangential, normal)
-    of the nodes in N/m; `normal`, `tangential`: numbers or (n_c,). Returns the complex amplitude of the output, (F,),
-    metres.
+    Parameters
+    ----------
+    modal : ModalModel
+        The modes, with damping.
+    frequency_hz : (F,) sequence of float
+        Excitation frequencies, Hz.
+    phase : float
+        Inter-blade phase angle, rad.
+    force : float
+        Amplitude of the excitation, N.
+    normal, tangential : float or (n_c,) array
+        Contact springs kn, kt of the nodes, N/m.
+    output : str
+        Name of the output.
+
+    Returns
+    -------
+    (F,) complex array
+        Amplitude of the output, m.
     """
-    n_contacts = modal.n_contacts
-    springs = np.empty((n_contacts, 3))
-    springs[:, :2] = np.broadcast_to(np.asarray(tangential, dtype=float), n_contacts)[:, None]
-    springs[:, 2] = np.broadcast_to(np.asarray(normal, dtype=float), n_contacts)
-    stiffness = springs.reshape(-1)
+    springs = contact_springs(modal.n_contacts, normal, tangential).reshape(-1)
     receptance = RelativeReceptance(modal, phase, (1,), force)
     response = np.empty(len(frequency_hz), dtype=complex)
     for index, hertz in enumerate(frequency_hz):
         omega = 2.0 * np.pi * hertz
-        contact_force = np.zeros(3 * n_contacts, dtype=complex)
-        if np.any(stiffness):
+        contact_force = np.zeros(springs.size, dtype=complex)
+        if np.any(springs):
             free, _ = receptance.response(omega, contact_force[None])
-            system = np.eye(3 * n_contacts) + receptance.matrix(omega)[0] * stiffness
-            contact_force = -stiffness * np.linalg.solve(system, free[0])
+            contact_force = -springs * SpringSupportedMotion(receptance.matrix(omega)[0] * springs).solve(free[0])
         coordinates, _ = receptance.modal_response(omega, contact_force[None])
         response[index] = modal.outputs[output] @ coordinates[0]
     return response

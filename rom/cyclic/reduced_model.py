@@ -1,4 +1,4 @@
-"""The reduced model of one blade: what the reduction makes and what the forced response starts from."""
+"""The reduced model of one blade: the result of the reduction and the input of the forced response."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,40 +6,52 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from rom.errors import ReducedModelError
+
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 SYMMETRY_TOLERANCE = 1e-8
 MOST_BLADES = 10_000
-LARGEST_NUMBER = 1e100  # beyond it squares and products of what a model holds overflow
-
-
-class ReducedModelError(ValueError):
-    """A reduced model that is inconsistent; the message names the quantity, what it is and what is allowed."""
+LARGEST_NUMBER = 1e100  # squares and products of larger numbers overflow
 
 
 @dataclass(frozen=True)
 class ReducedModel:
-    """Mass, stiffness, contact, force and output vectors in the reduced coordinates q (n of them), SI units.
+    """Mass, stiffness, contact, force and output vectors in n reduced coordinates q, SI units.
 
     Attributes
     ----------
-    mass, stiffness : (n, n) symmetric.
-    contact_right : (3 n_c, n); displacement of the right contact nodes = contact_right @ q, rows (t1, t2, n)
-        of node 1, then of node 2, and so on.
-    contact_left : (3 n_c, n) or None; the same for the left nodes. None: contact against ground.
-    contact_position : (n_c, 3) of the right nodes, metres.
-    contact_area : (n_c,) tributary areas, square metres, or None.
-    force_excitation : (n,) real or complex, generalised force of 1 N of excitation.
-    force_centrifugal : (n,) or None, generalised static force at 1 rad/s; it grows with the speed squared.
-    force_static : (n,) or None, any other static force, N.
-    outputs : name -> (n,); displacement NAME = outputs[NAME] @ q. "tip" is the default output.
-    basis : (N, n) or None, reduced to mesh displacements.
-    n_blades : number of blades of the ring, None for a single structure (inter-blade phase angle 0).
-    producer : free text that says who made the model.
+    mass, stiffness : (n, n) array
+        Symmetric matrices.
+    contact_right : (3 n_c, n) array
+        Displacement of the right contact nodes = contact_right @ q, rows t1, t2, n of node 1, then of node 2, ...
+    contact_position : (n_c, 3) array
+        Positions of the right contact nodes, m.
+    force_excitation : (n,) array
+        Generalised force of 1 N of excitation, real or complex.
+    outputs : mapping of str to (n,) array
+        Displacement NAME = outputs[NAME] @ q. "tip" is the default output.
+    contact_left : (3 n_c, n) array or None
+        The same as `contact_right` for the left nodes; None for contact against ground.
+    contact_area : (n_c,) array or None
+        Tributary areas of the contact nodes, m^2.
+    force_centrifugal : (n,) array or None
+        Generalised centrifugal force at 1 rad/s; it grows with the square of the speed.
+    force_static : (n,) array or None
+        Any other static force, N.
+    basis : (N, n) array or None
+        Displacements of the mesh nodes for unit coordinates.
+    n_blades : int or None
+        Number of blades of the ring; None for a single structure.
+    speed_rpm : float or None
+        Speed, rev/min, whose stress stiffening and spin softening `stiffness` holds; None: not known.
+    producer : str
+        Free text that says who made the model.
 
     Raises
     ------
-    ReducedModelError : a shape, a value or a symmetry is wrong.
+    ReducedModelError
+        A shape, a value or a symmetry is wrong.
     """
 
     mass: Array
@@ -54,6 +66,7 @@ class ReducedModel:
     force_static: Array | None = None
     basis: Array | None = None
     n_blades: int | None = None
+    speed_rpm: float | None = None
     producer: str = field(default="shroud")
 
     def __post_init__(self) -> None:
@@ -89,6 +102,8 @@ class ReducedModel:
             raise ReducedModelError("contact/area: holds values that are not above 0, allowed: areas in m^2")
         if self.n_blades is not None and not 1 <= self.n_blades <= MOST_BLADES:
             raise ReducedModelError(f"n_blades: {self.n_blades}, allowed: 1 to {MOST_BLADES}")
+        if self.speed_rpm is not None and not np.isfinite(self.speed_rpm):
+            raise ReducedModelError(f"speed_rpm: {self.speed_rpm}, allowed: a finite number (rev/min)")
 
     @property
     def n_contacts(self) -> int:
@@ -99,15 +114,6 @@ class ReducedModel:
     def size(self) -> int:
         """Number of reduced coordinates."""
         return self.mass.shape[0]
-
-    def phase(self, engine_order: int) -> float:
-        """Inter-blade phase angle psi = 2 pi EO / N_b, rad, in one turn, of `engine_order` EO; 0 without a ring."""
-        return inter_blade_phase(engine_order, self.n_blades)
-
-
-def inter_blade_phase(engine_order: int, n_blades: int | None) -> float:
-    """Psi = 2 pi EO / N_b, rad, in one turn, of `engine_order` EO in a ring of `n_blades`; 0 without one (None)."""
-    return 0.0 if n_blades is None else 2.0 * np.pi * (engine_order % n_blades) / n_blades
 
 
 def _check_array(name: str, array: NDArray[np.generic], shape: tuple[int, ...]) -> None:

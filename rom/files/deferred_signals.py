@@ -1,4 +1,4 @@
-"""Signals that wait until a piece of work that must not be cut is whole."""
+"""Signals deferred to the end of work that must not be interrupted."""
 
 import signal
 import threading
@@ -8,18 +8,18 @@ from types import FrameType
 
 
 @contextmanager
-def signals_later() -> Iterator[None]:
-    """What Ctrl-C, SIGTERM and SIGHUP ask for is done at the end of the block.
+def deferred_signals() -> Iterator[None]:
+    """Context manager: defer the handlers of Ctrl-C, SIGTERM and SIGHUP to the end of the block.
 
-    C code that calls Python back loses an exception that a handler raises there, or fails in the middle of its work.
+    An exception that a handler raises in a Python callback of C code would be lost, or leave the work half done.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    came: list[int] = []
+    received: list[int] = []
 
     def note(number: int, frame: FrameType | None) -> None:
-        came.append(number)
+        received.append(number)
 
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     handlers = {number: handler for number, handler in before.items() if callable(handler)}
@@ -30,5 +30,5 @@ def signals_later() -> Iterator[None]:
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)
-        if came:
-            handlers[signal.Signals(came[0])](came[0], None)
+        if received:
+            handlers[signal.Signals(received[0])](received[0], None)

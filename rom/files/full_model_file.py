@@ -1,4 +1,4 @@
-"""The full model on disk (HDF5): what reduction needs of it, nothing else."""
+"""Full models as HDF5 files."""
 
 from __future__ import annotations
 
@@ -21,7 +21,17 @@ _ARRAYS = ("positions", "vertex_node", "fixed", "centrifugal")
 
 
 def save_full_model(path: str | Path, full: FullModel) -> None:
-    """Write a full model to the HDF5 file `path`; exact. A partial file is the caller's to avoid."""
+    """Write a full model to an HDF5 file, exactly.
+
+    The file is written in place; an interrupted call leaves a partial file.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+    full : FullModel
+        The full model.
+    """
     with new_hdf5(path) as file:
         file.attrs["format"] = _FORMAT
         file.attrs["element"] = full.element
@@ -33,7 +43,23 @@ def save_full_model(path: str | Path, full: FullModel) -> None:
 
 
 def load_full_model(path: str | Path) -> FullModel:
-    """Read what `save_full_model` wrote to `path`. Raises FullModelFileError when it is missing or is not one."""
+    """Read a full model written by `save_full_model`.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    FullModel
+        The full model, bit for bit.
+
+    Raises
+    ------
+    FullModelFileError
+        The file is missing or does not hold a full model.
+    """
     try:
         with opened(path) as file:
             if file.attrs.get("format") != _FORMAT:
@@ -53,7 +79,7 @@ def load_full_model(path: str | Path) -> FullModel:
 
 
 def _write_upper(group: h5py.Group, matrix: csr_matrix) -> None:
-    """Upper triangle: half of the entries."""
+    """Write the upper triangle: half of the entries."""
     from scipy.sparse import triu
 
     upper = triu(matrix, format="csr")
@@ -61,13 +87,13 @@ def _write_upper(group: h5py.Group, matrix: csr_matrix) -> None:
 
 
 def _read_upper(group: h5py.Group, size: int) -> csr_matrix:
-    """Symmetric CSR matrix from its upper triangle, entry for entry as it was."""
+    """Symmetric CSR matrix from its upper triangle."""
     from scipy.sparse import coo_matrix, csr_matrix
 
     upper = csr_matrix(tuple(stored_array(group[n]) for n in ("data", "indices", "indptr")), shape=(size, size))
-    upper.check_format()  # indices out of range would be read from beyond the arrays
+    upper.check_format()  # SciPy would read beyond the arrays with indices out of range
     upper = upper.tocoo()
-    beside = upper.row != upper.col
-    rows = np.concatenate([upper.row, upper.col[beside]])
-    columns = np.concatenate([upper.col, upper.row[beside]])
-    return coo_matrix((np.concatenate([upper.data, upper.data[beside]]), (rows, columns)), (size, size)).tocsr()
+    off_diagonal = upper.row != upper.col
+    rows = np.concatenate([upper.row, upper.col[off_diagonal]])
+    columns = np.concatenate([upper.col, upper.row[off_diagonal]])
+    return coo_matrix((np.concatenate([upper.data, upper.data[off_diagonal]]), (rows, columns)), (size, size)).tocsr()

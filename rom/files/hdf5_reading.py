@@ -1,4 +1,4 @@
-"""Reading HDF5 files that may come from anywhere."""
+"""Reading HDF5 files from untrusted sources."""
 
 import os
 from collections.abc import Iterator
@@ -10,11 +10,11 @@ import numpy as np
 if TYPE_CHECKING:
     import h5py
 
-LARGEST_UNSTORED = 100_000_000  # bytes that a dataset may claim whatever the file holds of it
-HIGHEST_COMPRESSION = 100  # of bytes beyond that: numbers that mean something do not shrink to a hundredth
+LARGEST_UNSTORED = 100_000_000  # bytes that a dataset may claim without any data in the file
+HIGHEST_COMPRESSION = 100  # of datasets beyond that: real data do not compress to a hundredth
 
-# What h5py raises over damaged files: HDF5's own errors come as OSError, RuntimeError, KeyError or ValueError, and
-# what it makes of nonsense in a header trips NumPy and Python.
+# Exceptions of h5py on damaged files: errors of HDF5 come as OSError, RuntimeError, KeyError or ValueError; nonsense
+# in a header makes NumPy and Python raise the others.
 UNREADABLE = (
     OSError,
     RuntimeError,
@@ -30,9 +30,22 @@ UNREADABLE = (
 
 @contextmanager
 def opened(path: str | os.PathLike[str]) -> Iterator["h5py.File"]:
-    """The HDF5 file `path` to read, which leads nowhere else.
+    """Context manager: the HDF5 file `path`, open for reading, without links into other files.
 
-    Raises ValueError where a part of it is a link into another file, and one of `UNREADABLE` where it is damaged.
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Yields
+    ------
+    h5py.File
+        The open file.
+
+    Raises
+    ------
+    ValueError
+        The file holds a link into another file. For a damaged file any of `UNREADABLE` is raised.
     """
     import h5py
 
@@ -47,12 +60,25 @@ def opened(path: str | os.PathLike[str]) -> Iterator["h5py.File"]:
 
 
 def stored_array(dataset: Any) -> np.ndarray:
-    """All of an h5py dataset of numbers.
+    """All numbers of an h5py dataset.
 
-    A dataset can claim terabytes that nobody ever wrote: reading them would fill the memory with zeros. And it can
-    take its numbers from other files.
-    Raises ValueError for one that claims far more than the file holds of it, that other files hold, or that holds no
-    numbers.
+    A dataset can claim terabytes that were never written: reading them would fill the memory with zeros. It can also
+    take its data from other files.
+
+    Parameters
+    ----------
+    dataset : h5py.Dataset
+        The dataset.
+
+    Returns
+    -------
+    array
+        Its numbers.
+
+    Raises
+    ------
+    ValueError
+        The dataset claims far more than the file holds, takes its data from other files, or holds no numbers.
     """
     if dataset.shape is None:
         raise ValueError(f"{dataset.name}: empty, allowed: numbers")
@@ -69,5 +95,11 @@ def stored_array(dataset: Any) -> np.ndarray:
 
 
 def why_unreadable(error: BaseException) -> str:
-    """What h5py says of a file with an `error` of `UNREADABLE`, on one line: HDF5 adds its internals on others."""
+    """Message of an exception of `UNREADABLE`, its first line only: HDF5 adds its internals on others.
+
+    Parameters
+    ----------
+    error : BaseException
+        The exception.
+    """
     return str(error).strip("'\"").splitlines()[0] if str(error) else type(error).__name__

@@ -1,4 +1,4 @@
-"""Reduced models as HDF5 files: the door for models that come from elsewhere."""
+"""Reduced models as HDF5 files, an open format: models of other programs are read too (docs/outputs.md)."""
 
 import os
 from pathlib import Path
@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rom.cyclic.reduced_model import ReducedModel, ReducedModelError
+from rom.cyclic.reduced_model import ReducedModel
+from rom.errors import ReducedModelError
 from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
 from rom.files.hdf5_writing import new_hdf5
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     import h5py
 
 FORMAT = "1"
-LARGEST_MODEL = 20_000  # coordinates: matrices of 3 GB, of which all modes are wanted
+LARGEST_MODEL = 20_000  # coordinates: matrices of 3 GB, all of whose modes are computed
 _OPTIONAL = {
     "contact_left": "contact/left",
     "contact_area": "contact/area",
@@ -32,7 +33,15 @@ _REQUIRED = {
 
 
 def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> None:
-    """Write `model` to the HDF5 file `path`, one dataset for each array that the model has."""
+    """Write a reduced model to an HDF5 file, one dataset for each array that the model has.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+    model : ReducedModel
+        The model.
+    """
     with new_hdf5(path) as file:
         for attribute, name in (_REQUIRED | _OPTIONAL).items():
             array = getattr(model, attribute)
@@ -44,17 +53,30 @@ def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> No
         file.attrs["producer"] = model.producer
         if model.n_blades is not None:
             file.attrs["n_blades"] = model.n_blades
+        if model.speed_rpm is not None:
+            file.attrs["speed_rpm"] = model.speed_rpm
 
 
 def read_reduced_model(path: str | os.PathLike[str], *, with_basis: bool = True) -> ReducedModel:
-    """Read the reduced model in the HDF5 file `path`.
+    """Read a reduced model from an HDF5 file.
 
-    with_basis: False leaves out the basis, which is large, where nothing is to be expanded to the mesh.
+    Parameters
+    ----------
+    path : str or path
+        The file.
+    with_basis : bool
+        False leaves out the basis, which is large and only needed to expand shapes to the mesh.
+
+    Returns
+    -------
+    ReducedModel
+        The model.
 
     Raises
     ------
-    ReducedModelError : the file cannot be read, a dataset is missing, or the model is inconsistent; the message
-        names the file and the dataset.
+    ReducedModelError
+        The file cannot be read, a dataset is missing, or the model is inconsistent; the message names the file and
+        the dataset.
     """
     if not Path(path).is_file():
         raise ReducedModelError(f"{path}: no such file, allowed: an HDF5 file with a reduced model")
@@ -84,6 +106,8 @@ def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
     arguments["outputs"] = {name: _read_array(file, f"output/{name}") for name in file["output"]}
     if "n_blades" in file.attrs:
         arguments["n_blades"] = _whole_number("n_blades", file.attrs["n_blades"])
+    if "speed_rpm" in file.attrs:
+        arguments["speed_rpm"] = _number("speed_rpm", file.attrs["speed_rpm"])
     arguments["producer"] = _text(file.attrs.get("producer", "unknown"))
     return arguments
 
@@ -98,7 +122,7 @@ def _read_array(file: "h5py.File", name: str, complex_allowed: bool = False) -> 
 
 
 def _array(file: "h5py.File", name: str, complex_allowed: bool) -> np.ndarray:
-    dataset = file.get(name)  # None for a link that leads nowhere
+    dataset = file.get(name)  # None for a broken link
     if dataset is None or not hasattr(dataset, "dtype"):
         raise ReducedModelError(f"{name}: missing dataset")
     kinds = "iufc" if complex_allowed else "iuf"
@@ -106,7 +130,7 @@ def _array(file: "h5py.File", name: str, complex_allowed: bool) -> np.ndarray:
         raise ReducedModelError(
             f"{name}: type {dataset.dtype}, allowed: real{' or complex' * complex_allowed} numbers"
         )
-    # a scalar or a row of the wrong dimension would trip the model's own shape checks with an IndexError
+    # the shape checks of the model raise an IndexError for an array of the wrong dimension
     wanted = 2 if name in ("mass", "stiffness", "contact/position", "contact/right", "contact/left", "basis") else 1
     if len(dataset.shape or ()) != wanted:
         raise ReducedModelError(f"{name}: shape {dataset.shape}, allowed: an array of {wanted} dimension(s)")
@@ -116,10 +140,17 @@ def _array(file: "h5py.File", name: str, complex_allowed: bool) -> np.ndarray:
 
 
 def _whole_number(name: str, value: Any) -> int:
-    number = np.asarray(value)
-    if number.size != 1 or number.dtype.kind not in "iuf" or float(number.reshape(-1)[0]) % 1 != 0:
+    number = _number(name, value, "a whole number")
+    if number % 1 != 0:
         raise ReducedModelError(f"attribute {name}: {_text(value)[:80]!r}, allowed: a whole number")
-    return int(number.reshape(-1)[0])
+    return int(number)
+
+
+def _number(name: str, value: Any, allowed: str = "a finite number") -> float:
+    number = np.asarray(value)
+    if number.size != 1 or number.dtype.kind not in "iuf" or not np.isfinite(number).all():
+        raise ReducedModelError(f"attribute {name}: {_text(value)[:80]!r}, allowed: {allowed}")
+    return float(number.reshape(-1)[0])
 
 
 def _text(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""A sector in an HDF5 file, exactly: every number comes back bit for bit."""
+"""Sectors as HDF5 files, bit for bit."""
 
 from pathlib import Path
 from typing import Any
@@ -14,10 +14,16 @@ FACE_FIELDS = ("nodes", "position", "frame", "area")
 
 
 def save_sector(path: str | Path, sector: SectorMesh) -> None:
-    """Write ``sector`` to the HDF5 file ``path``.
+    """Write a sector to an HDF5 file: `points`, `hexahedra` and the groups `node_sets`, `right` and `left`.
 
-    It holds ``points``, ``hexahedra`` and the groups ``node_sets``, ``right`` and ``left``. Writes in place: making
-    it atomic is the caller's business.
+    The file is written in place; an interrupted call leaves a partial file.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+    sector : SectorMesh
+        The mesh.
     """
     with new_hdf5(path) as file:
         file.attrs["format"] = FORMAT
@@ -32,7 +38,23 @@ def save_sector(path: str | Path, sector: SectorMesh) -> None:
 
 
 def load_sector(path: str | Path) -> SectorMesh:
-    """Read what ``save_sector`` wrote to ``path``. Raises ``SectorFileError`` if that is missing or no sector."""
+    """Read a sector written by `save_sector`.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    SectorMesh
+        The mesh.
+
+    Raises
+    ------
+    SectorFileError
+        The file is missing or does not hold a sector.
+    """
     try:
         with opened(path) as file:
             if file.attrs.get("format") != FORMAT:

@@ -1,8 +1,12 @@
 """Stiffness and mass matrices of linear elasticity.
 
-scikit-fem's own vector forms evaluate every pair of vector shape functions in Python; here its scalar gradients
-go through batched matrix products instead, 3 x 3 block by block, a bounded number of elements at a time. Same
-integrals to round-off, some 30 times quicker.
+scikit-fem's own vector forms evaluate every pair of vector shape functions in Python. Here its scalar gradients go
+through batched matrix products instead, one 3 x 3 block after another, for a bounded number of elements at a time:
+the same integrals to round-off, some 30 times faster.
+
+References
+----------
+K. J. Bathe, Finite Element Procedures, Prentice Hall (1996), chapters 5 and 6.
 """
 
 from __future__ import annotations
@@ -24,11 +28,13 @@ _UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
 def elastic_matrices(discretisation: Discretisation, material: Material) -> tuple[csr_matrix, csr_matrix]:
-    """Stiffness and consistent mass (3n, 3n) of the free body, in N/m and kg; dofs node-major x, y, z.
+    """Stiffness and consistent mass (3n, 3n) of the free body, N/m and kg; dofs node-major x, y, z.
 
-    Node pair (a, b), with g the shape functions' gradients:
-    K_ij = int lambda g_ai g_bj + mu g_aj g_bi + delta_ij mu g_a.g_b dV,  M_ij = delta_ij int rho N_a N_b dV.
-    Both share one sparsity pattern. Raises RomParameterError when an element is turned inside out.
+    The blocks of the node pair (a, b), with shape functions N_a and their gradients g_a, are
+
+        K_ij = int lambda g_ai g_bj + mu g_aj g_bi + delta_ij mu g_a.g_b dV,    M_ij = delta_ij int rho N_a N_b dV.
+
+    Raises RomParameterError when an element is turned inside out.
     """
     pattern = node_pattern(discretisation.element_nodes, discretisation.n_nodes)
     lame, shear = material.lame
@@ -48,10 +54,10 @@ def elastic_matrices(discretisation: Discretisation, material: Material) -> tupl
 
 
 def geometric_stiffness(discretisation: Discretisation, stress: NDArray[np.float64]) -> csr_matrix:
-    """Initial-stress stiffness (3n, 3n) [N/m] of a Cauchy stress (E, q, 3, 3) [Pa] at the quadrature points.
+    """Geometric (initial-stress) stiffness (3n, 3n) in N/m of a Cauchy stress (E, q, 3, 3) in Pa.
 
-    Node pair (a, b): (int grad N_a . stress grad N_b dV) times the 3 x 3 identity, the nonlinear strain
-    stiffness of the total Lagrangian form at small displacements (Bathe, Finite Element Procedures, chapter 6).
+    The block of the node pair (a, b) is (int g_a . stress g_b dV) I: the nonlinear strain stiffness of the total
+    Lagrangian form at small displacements (Bathe, chapter 6). The stress is given at the quadrature points.
     """
     pattern = node_pattern(discretisation.element_nodes, discretisation.n_nodes)
     values = np.zeros(pattern.n_pairs)
@@ -65,20 +71,20 @@ def geometric_stiffness(discretisation: Discretisation, stress: NDArray[np.float
 def stress_at_quadrature(
     discretisation: Discretisation, material: Material, displacement: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Cauchy stress (E, q, 3, 3) [Pa] of small strain from nodal displacements (3n,) or (n, 3) [m]."""
+    """Cauchy stress (E, q, 3, 3) in Pa of small strains from nodal displacements (3n,) or (n, 3) in m."""
     lame, shear = material.lame
     nodal = np.asarray(displacement).reshape(-1, 3)
     stress = np.empty((len(discretisation.element_nodes), len(discretisation.weights), 3, 3))
     for part, gradients, _ in discretisation.batches():
-        slope = gradients @ nodal[discretisation.element_nodes[part]][:, None]
-        strain = 0.5 * (slope + slope.swapaxes(-1, -2))
+        gradient = gradients @ nodal[discretisation.element_nodes[part]][:, None]
+        strain = 0.5 * (gradient + gradient.swapaxes(-1, -2))
         volumetric = lame * np.trace(strain, axis1=-2, axis2=-1)
         stress[part] = 2 * shear * strain + volumetric[..., None, None] * np.eye(3)
     return stress
 
 
 def _gradient_products(gradients: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """int g_ai g_bj dV as (e, 3, b, 3, b), index order i, a, j, b."""
+    """int g_ai g_bj dV, (e, 3, b, 3, b) with the index order i, a, j, b."""
     elements, points, _, nodes = gradients.shape
     table = gradients.reshape(elements, points, 3 * nodes)
     products = table.swapaxes(1, 2) @ (weights[..., None] * table)
@@ -86,7 +92,7 @@ def _gradient_products(gradients: NDArray[np.float64], weights: NDArray[np.float
 
 
 def _value_products(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """int N_a N_b dV as (e, b, b): one matrix product over the quadrature points for all elements."""
+    """int N_a N_b dV, (e, b, b): one matrix product over the quadrature points for all elements."""
     points, nodes = values.shape
     pairs = (values[:, :, None] * values[:, None, :]).reshape(points, nodes * nodes)
     return weights @ pairs
@@ -98,7 +104,7 @@ def _symmetric_blocks(pattern: NodePattern, upper: NDArray[np.float64]) -> csr_m
     blocks = np.empty((pattern.n_pairs, 3, 3))
     for row, (i, j) in enumerate(_UPPER):
         if i == j:
-            # Round-off of the batched products is not symmetric; the factorisation and the modes assume that it is.
+            # The round-off of batched products is not symmetric, but factorisation and modes rely on symmetry.
             blocks[:, i, i] = 0.5 * (upper[row] + upper[row][swap])
         else:
             blocks[:, i, j] = upper[row]

@@ -1,7 +1,7 @@
-"""Nodes, connectivity and shape functions of a hexahedral mesh for one of the elements on offer.
+"""Nodes, connectivity and shape functions of a hexahedral mesh for the elements hex8, hex20 and hex27.
 
-The mesh stays first order (eight corners, trilinear geometry); scikit-fem supplies the numbering of the
-higher-order nodes, the shape functions and the quadrature, so no node order of a file format is involved.
+The geometry is first order (eight corners, trilinear). scikit-fem numbers the higher-order nodes and supplies the
+shape functions and the quadrature.
 """
 
 from __future__ import annotations
@@ -19,20 +19,38 @@ ELEMENTS = ("hex20", "hex8", "hex27")
 
 # Corner k of scikit-fem's reference hexahedron is corner VTK_CORNER[k] of VTK's and gmsh's.
 _VTK_CORNER = (6, 2, 5, 7, 1, 3, 4, 0)
-# Where the corners stand on the reference cube, (8, 3), in scikit-fem's order.
+# Corners of the reference cube, (8, 3), in scikit-fem's order.
 REFERENCE_CORNERS = ((1, 1, 1), (1, 1, 0), (1, 0, 1), (0, 1, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0))
-# Doubles held at once by one batch of elements (about 64 MB).
+# Doubles in one batch of elements (about 64 MB).
 _BATCH_DOUBLES = 8_000_000
 
 
 @dataclass(frozen=True)
 class Discretisation:
-    """Everything the integrals need; E elements of b nodes, n nodes in all, q quadrature points.
+    """Nodes and shape functions for the integrals: E elements of b nodes, n nodes in all, q quadrature points.
 
-    positions (n, 3) [m]; element_nodes (E, b); corners (E, 8, 3) [m]; values (q, b), gradients (q, 3, b) of the
-    shape functions and corner_gradients (q, 8, 3) of the geometry on the reference cube; weights (q,).
-    vertex_node (V,): node index of each mesh vertex; support (b, 8): the corners between which each node of an
-    element lies.
+    Attributes
+    ----------
+    element : str
+        Name of the element.
+    positions : (n, 3) array
+        Nodes, m.
+    element_nodes : (E, b) array
+        Nodes of each element.
+    vertex_node : (V,) array
+        Node of each mesh vertex.
+    corners : (E, 8, 3) array
+        Corners of each element, m.
+    values : (q, b) array
+        Shape functions at the quadrature points.
+    gradients : (q, 3, b) array
+        Their gradients on the reference cube.
+    corner_gradients : (q, 8, 3) array
+        Gradients of the trilinear shape functions of the geometry.
+    weights : (q,) array
+        Quadrature weights.
+    support : (b, 8) bool array
+        The corners between which each node of an element lies.
     """
 
     element: str
@@ -52,7 +70,7 @@ class Discretisation:
         return len(self.positions)
 
     def nodes_on(self, vertices: NDArray[np.integer[Any]]) -> NDArray[np.int64]:
-        """Sorted nodes that lie on or between the given mesh vertices (edge and face nodes of a clamped surface)."""
+        """Sorted nodes on or between the given mesh vertices (edge and face nodes of a clamped surface)."""
         chosen = np.zeros(self.n_nodes, dtype=bool)
         chosen[self.vertex_node[vertices]] = True
         corner_chosen = chosen[self.element_nodes[:, self.support.sum(axis=1) == 1]]
@@ -83,10 +101,10 @@ class Discretisation:
 def discretise(
     points: NDArray[np.float64], hexahedra: NDArray[np.integer[Any]], element: str = "hex20"
 ) -> Discretisation:
-    """Place the nodes of `element` on a mesh of points (V, 3) [m] and hexahedra (E, 8) in VTK node order.
+    """Place the nodes of an element on a mesh of points (V, 3) in m and hexahedra (E, 8) in VTK node order.
 
-    Quadrature: 3 x 3 x 3 Gauss points (order 5) for the quadratic elements, 2 x 2 x 2 for hex8: exact for the
-    stiffness of parallelepipeds and for constant strain in any shape.
+    The quadrature has 3 x 3 x 3 Gauss points (order 5) for the quadratic elements and 2 x 2 x 2 for hex8: exact for
+    the stiffness of parallelepipeds and for constant strain in any shape.
     Raises RomParameterError for an unknown element or a mesh with vertices that no element uses.
     """
     if element not in ELEMENTS:
@@ -125,9 +143,10 @@ def discretise(
 
 
 def shape_functions(element: str, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Values (q, b) and gradients (q, b, 3) of an element's b shape functions at points (3, q) of the reference cube.
+    """Values (q, b) and gradients (q, b, 3) of the b shape functions of an element.
 
-    The first eight belong to the corners (`REFERENCE_CORNERS`); those of "hex8" are the geometry of every element.
+    The points (3, q) lie in the reference cube. The first eight shape functions belong to the corners
+    (`REFERENCE_CORNERS`); those of "hex8" describe the geometry of every element.
     """
     skfem_element = _skfem_element(element)
     table = [skfem_element.lbasis(points, i) for i in range(skfem_element.doflocs.shape[0])]

@@ -21,17 +21,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FullModel:
-    """Matrices of one free sector with n nodes (mid-side nodes included), N = 3n dofs ordered node-major x, y, z.
+    """Matrices of one sector with n nodes, mid-side nodes included; N = 3n dofs ordered node-major x, y, z.
 
     Attributes
     ----------
-    stiffness, mass : (N, N) CSR, symmetric, N/m and kg; nothing is clamped in them.
-    positions : (n, 3) nodes, metres.
-    vertex_node : (V,) node index of each mesh vertex.
-    fixed : (f,) sorted indices of the dofs on the clamped root.
-    centrifugal : (N,) nodal forces at 1 rad/s about the x axis, N; they grow with the speed squared.
-    element : name of the element.
-    speed_rpm : speed whose stress stiffening and spin softening `stiffness` holds, 0 for none.
+    stiffness, mass : (N, N) CSR matrix
+        Symmetric, N/m and kg. The clamped dofs are not removed.
+    positions : (n, 3) array
+        Nodes, m.
+    vertex_node : (V,) array
+        Node of each mesh vertex.
+    fixed : (f,) array
+        Sorted indices of the dofs on the clamped root.
+    centrifugal : (N,) array
+        Nodal forces at 1 rad/s about the x axis, N; they grow with the square of the speed.
+    element : str
+        Name of the element.
+    speed_rpm : float
+        Speed, rev/min, whose stress stiffening and spin softening `stiffness` holds, 0 for none.
     """
 
     stiffness: csr_matrix
@@ -51,10 +58,26 @@ class FullModel:
 
 @one_blas_thread()
 def assemble(sector: SectorMesh, material: Material, element: str = "hex20") -> FullModel:
-    """Stiffness, mass and centrifugal force of a sector of one material; all of its node set `root` is clamped.
+    """Assemble stiffness, mass and centrifugal force of a sector.
 
-    element: "hex20", "hex27" or "hex8", whose mid-side nodes lie half-way between the vertices of the mesh.
-    Raises RomParameterError for an unknown element or a mesh with an element turned inside out.
+    Parameters
+    ----------
+    sector : SectorMesh
+        The mesh; its node set `root` is clamped.
+    material : Material
+        The material.
+    element : {"hex20", "hex27", "hex8"}
+        The element; mid-side nodes lie half-way between the vertices of the mesh.
+
+    Returns
+    -------
+    FullModel
+        The model at rest.
+
+    Raises
+    ------
+    RomParameterError
+        The element is unknown, or an element of the mesh is turned inside out.
     """
     discretisation = discretise(sector.points, sector.hexahedra, element)
     stiffness, mass = elastic_matrices(discretisation, material)
@@ -71,9 +94,9 @@ def assemble(sector: SectorMesh, material: Material, element: str = "hex20") -> 
 
 
 def centrifugal_force(discretisation: Discretisation, mass: csr_matrix) -> NDArray[np.float64]:
-    """Nodal forces (3n,) of rho (0, y, z) per volume: 1 rad/s about x.
+    """Nodal forces (3n,) of the centrifugal load rho (0, y, z) per volume at 1 rad/s about x.
 
-    The positions are in the span of the shape functions, so the mass matrix integrates the load exactly.
+    The positions lie in the span of the shape functions, so the mass matrix integrates the load exactly.
     """
     arm = discretisation.positions.copy()
     arm[:, 0] = 0.0

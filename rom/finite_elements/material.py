@@ -10,10 +10,22 @@ from rom.checks import require_between
 
 @dataclass(frozen=True)
 class Material:
-    """Linear elastic, isotropic: `young_modulus` in Pa, `poisson_ratio`, `density` in kg/m^3.
+    """Linear elastic, isotropic material.
 
-    Raises RomParameterError for values no stable isotropic solid can have, and for Poisson's ratios so
-    near to 1/2 that displacement elements lock.
+    Attributes
+    ----------
+    young_modulus : float
+        Young's modulus, Pa.
+    poisson_ratio : float
+        Poisson's ratio.
+    density : float
+        Density, kg/m^3.
+
+    Raises
+    ------
+    RomParameterError
+        No stable isotropic solid has these values, or Poisson's ratio is so near to 1/2 that displacement elements
+        lock.
     """
 
     young_modulus: float

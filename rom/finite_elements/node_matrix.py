@@ -1,4 +1,4 @@
-"""Sparse matrices over pairs of nodes: one pattern, filled component by component, shared by all matrices."""
+"""Sparse matrices over pairs of nodes: one sparsity pattern for all matrices, filled component by component."""
 
 from __future__ import annotations
 
@@ -14,9 +14,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class NodePattern:
-    """Sorted CSR pattern (indptr (n+1,), indices (p,)) of the p node pairs that share an element.
+    """CSR pattern of the p node pairs that share an element, each row sorted.
 
-    keys (p,) ascending: row * n + column of each pair, to look pairs up by.
+    Attributes
+    ----------
+    indptr, indices : (n + 1,), (p,) array
+        The CSR pattern.
+    keys : (p,) array
+        row * n + column of each pair, ascending: a pair is found by bisection.
     """
 
     indptr: NDArray[np.int32]
@@ -39,7 +44,7 @@ class NodePattern:
         return np.searchsorted(self.keys, (self.keys % n) * n + self.keys // n)
 
     def block_matrix(self, blocks: NDArray[np.float64]) -> csr_matrix:
-        """CSR matrix (3n, 3n) from one 3 x 3 block a pair, blocks (p, 3, 3); dofs are node-major x, y, z."""
+        """CSR matrix (3n, 3n) from one 3 x 3 block for each pair, (p, 3, 3); dofs are node-major x, y, z."""
         from scipy.sparse import bsr_matrix
 
         n = 3 * (len(self.indptr) - 1)
@@ -69,5 +74,5 @@ def node_pattern(element_nodes: NDArray[np.int64], n_nodes: int) -> NodePattern:
     pairs = (incidence.T @ incidence).tocsr()
     pairs.sort_indices()
     keys = np.repeat(np.arange(n_nodes), np.diff(pairs.indptr)) * n_nodes + pairs.indices
-    # 32-bit indices make every product with the matrices, which waits for memory, a quarter quicker.
+    # 32-bit indices make every product with the matrices, which is bound by memory, a quarter faster.
     return NodePattern(pairs.indptr.astype(np.int32), pairs.indices.astype(np.int32), keys)

@@ -1,7 +1,7 @@
-"""Which kernels the OpenBLAS of cvxopt works with: the best that the processor has the instructions for.
+"""The OpenBLAS kernels of cvxopt: the best that the processor has the instructions for.
 
-That library dates from 2021. To processors that it does not know it may give kernels of 2007, with which products of
-matrices take four times as long.
+That OpenBLAS dates from 2021. For processors that it does not know it may choose kernels of 2007, with which matrix
+products take four times as long.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 _VARIABLE = "OPENBLAS_CORETYPE"
-# The kernels by the names of OpenBLAS, best first, and what they are made of by the names of Linux.
+# Kernels by their OpenBLAS names, best first, and the instructions they need by their Linux names.
 _KERNELS = (
     ("SKYLAKEX", frozenset({"avx512f", "avx512cd", "avx512bw", "avx512dq", "avx512vl", "avx2", "fma"})),
     ("HASWELL", frozenset({"avx2", "fma"})),
@@ -22,10 +22,10 @@ _PROCESSOR = Path("/proc/cpuinfo")
 
 @contextmanager
 def best_kernels() -> Iterator[None]:
-    """An OpenBLAS that is loaded inside the block gets the best kernels that the processor has the instructions for.
+    """Context manager: an OpenBLAS loaded inside the block takes the best kernels that the processor supports.
 
-    What the user says by OPENBLAS_CORETYPE goes before. The variable is gone after the block, so that no process
-    started from here takes other kernels than this one.
+    OPENBLAS_CORETYPE set by the user takes precedence. The variable is removed after the block, so that processes
+    started later take the same kernels as this one.
     """
     best = None if _VARIABLE in os.environ else _best()
     if best is None:
@@ -39,13 +39,13 @@ def best_kernels() -> Iterator[None]:
 
 
 def _best() -> str | None:
-    """The first of the kernels that the processor has the instructions for."""
+    """The best kernels that the processor supports."""
     features = _features()
     return next((name for name, needed in _KERNELS if needed <= features), None)
 
 
 def _features() -> frozenset[str]:
-    """What the processor has, by its names in Linux; nothing where that cannot be read."""
+    """Instruction sets of the processor by their Linux names; empty where they cannot be read."""
     try:
         lines = _PROCESSOR.read_text().splitlines()
     except OSError:

@@ -1,9 +1,13 @@
-"""CHOLMOD, called directly in the library that the cvxopt wheel brings.
+"""CHOLMOD, called directly in the library inside the cvxopt wheel.
 
-The doors of cvxopt copy a matrix twice on its way in and solve a dense block column by column, each of which reads
-the whole factor from memory. CHOLMOD itself takes the arrays of SciPy as they are and any number of columns at once:
-from eight on it is bound by arithmetic, a third to a sixth of the time a column.
-Y. Chen, T. A. Davis, W. W. Hager, S. Rajamanickam, Algorithm 887: CHOLMOD, ACM Trans. Math. Softw. 35 (2008) 22.
+The interface of cvxopt copies a matrix twice and solves a dense block column by column; each column reads the whole
+factor from memory. CHOLMOD itself takes the arrays of SciPy as they are and any number of columns at once: from eight
+on it is bound by arithmetic, a third to a sixth of the time for each column.
+
+References
+----------
+Y. Chen, T. A. Davis, W. W. Hager, S. Rajamanickam, Algorithm 887: CHOLMOD, supernodal sparse Cholesky factorization
+and update/downdate, ACM Trans. Math. Softw. 35 (2008) 22.
 """
 
 from __future__ import annotations
@@ -23,16 +27,16 @@ from rom.linear_algebra.blas_kernels import best_kernels
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-COLUMNS = 16  # solved for at once: more are no quicker and take memory
+COLUMNS = 16  # right-hand sides at once: more are no faster and take memory
 _SLAB = 200_000  # entries of a matrix
-_VERSION = 3  # of CHOLMOD, whose structures are described here
+_VERSION = 3  # version of CHOLMOD whose structures are described here
 _LONG, _REAL, _DOUBLE, _UPPER, _NATURAL, _SOLVE_A, _ALWAYS = 2, 1, 0, 1, 0, 0, 2
 _FUNCTIONS = ("start", "finish", "analyze_p", "ptranspose", "factorize", "solve2")
 _RELEASES = ("free_sparse", "free_factor", "free_dense")
 
 
 class _Common(ctypes.Structure):
-    """The head of cholmod_common, settings; what follows is CHOLMOD's own."""
+    """The head of cholmod_common: settings; the rest is internal to CHOLMOD."""
 
     _fields_ = (
         ("limits", ctypes.c_double * 3),
@@ -44,12 +48,12 @@ class _Common(ctypes.Structure):
         ("nrelax", ctypes.c_size_t * 3),
         ("prefer", ctypes.c_int * 4),
         ("print", ctypes.c_int),
-        ("rest", ctypes.c_char * (1 << 16)),  # it takes some 3000 bytes
+        ("rest", ctypes.c_char * (1 << 16)),  # CHOLMOD uses some 3000 bytes
     )
 
 
 class _Sparse(ctypes.Structure):
-    """cholmod_sparse: a matrix by compressed columns."""
+    """cholmod_sparse: a matrix in compressed columns."""
 
     _fields_ = (
         *((name, ctypes.c_size_t) for name in ("nrow", "ncol", "nzmax")),
@@ -59,7 +63,7 @@ class _Sparse(ctypes.Structure):
 
 
 class _Dense(ctypes.Structure):
-    """cholmod_dense: a matrix by columns."""
+    """cholmod_dense: a column-major matrix."""
 
     _fields_ = (
         *((name, ctypes.c_size_t) for name in ("nrow", "ncol", "nzmax", "d")),
@@ -69,7 +73,7 @@ class _Dense(ctypes.Structure):
 
 
 class _Factor(ctypes.Structure):
-    """cholmod_factor; minor: the first column that was not positive definite, n for none."""
+    """cholmod_factor; `minor` is the first column that was not positive definite, n for none."""
 
     _fields_ = (
         *((name, ctypes.c_size_t) for name in ("n", "minor")),
@@ -87,10 +91,10 @@ _FACTOR_OF_TWO = {"n": 2, "minor": 2, "nsuper": 1, "xsize": 4, "is_ll": 1, "is_s
 
 
 class CholmodFactor:
-    """Supernodal Cholesky factor of a symmetric positive definite matrix (n, n), of which both triangles are there.
+    """Supernodal Cholesky factor of a symmetric positive definite matrix (n, n) with both triangles stored.
 
-    order (n,): in which to eliminate the unknowns; minimum degree is looked at too and the better one taken. The
-    constructor analyses and copies a triangle of the matrix, `factorise` does the work.
+    The constructor analyses the matrix and copies a triangle of it; `factorise` computes the factor. CHOLMOD tries
+    the elimination `order` (n,) and minimum degree, and takes the better one.
     """
 
     def __init__(self, matrix: csr_matrix, order: NDArray[np.int64] | None = None) -> None:
@@ -106,8 +110,8 @@ class CholmodFactor:
         if not self._address:
             raise MemoryError(f"CHOLMOD has no memory to analyse a matrix of {matrix.shape[0]} unknowns")
         self._factor = ctypes.cast(self._address, ctypes.POINTER(_Factor)).contents
-        self._room = (ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_void_p())  # solution and what it is made in
-        # The lower triangle in the new order, as CHOLMOD works on it: made here, the other one need not stay.
+        self._room = (ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_void_p())  # solution and workspace
+        # The lower triangle in the new order, on which CHOLMOD works: the other copy need not stay in memory.
         self._ordered = ctypes.c_void_p(
             found.cholmod_l_ptranspose(ctypes.byref(triangle), 2, self._factor.perm, None, 0, common)
         )
@@ -116,7 +120,7 @@ class CholmodFactor:
             raise MemoryError(f"CHOLMOD has no memory to order a matrix of {matrix.shape[0]} unknowns")
 
     def factorise(self) -> bool:
-        """Compute the factor and let the triangle go; False where the matrix is not positive definite."""
+        """Compute the factor and free the triangle; False where the matrix is not positive definite."""
         common = ctypes.byref(self._common)
         ordering, self._factor.ordering = self._factor.ordering, _NATURAL  # the triangle is in order already
         done = self._library.cholmod_l_factorize(self._ordered, self._address, common)
@@ -127,7 +131,7 @@ class CholmodFactor:
         return bool(self._factor.minor == self._factor.n)
 
     def solve(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The solutions (k, n) of k right-hand sides, each a row here as it is a column in A x = b."""
+        """Solutions (k, n) of A x = b for k right-hand sides, stored as rows."""
         rows = np.ascontiguousarray(rows, dtype=float)
         solution = np.empty(rows.shape)
         for first in range(0, len(rows), COLUMNS):
@@ -151,7 +155,7 @@ class CholmodFactor:
 
 @functools.cache
 def library() -> Any:
-    """The library with CHOLMOD's functions, None where there is none that is known here."""
+    """The library with CHOLMOD's functions, None where there is none of the known version."""
     try:
         with best_kernels():
             module = importlib.import_module("cvxopt.cholmod")
@@ -161,7 +165,7 @@ def library() -> Any:
 
 
 def _opened(module_file: str) -> Any:
-    """CHOLMOD as a module that was linked to it sees it, None where it is not of the kind described here."""
+    """CHOLMOD in the extension module that is linked to it; None where it is not of the known version."""
     try:
         found = ctypes.CDLL(module_file)
         version = (ctypes.c_int * 3)()
@@ -183,25 +187,25 @@ def _opened(module_file: str) -> Any:
     ]
     found.cholmod_l_factorize.argtypes = [ctypes.c_void_p] * 3
     found.cholmod_l_solve2.argtypes = [ctypes.c_int] + [ctypes.c_void_p] * 8
-    return found if _understood(found) else None
+    return found if _has_known_layout(found) else None
 
 
-def _understood(found: Any) -> bool:
-    """Whether the structures are the ones described here: known values stand where they are expected."""
+def _has_known_layout(found: Any) -> bool:
+    """Self-test: whether the structures are laid out as described here, with known values in their places."""
     common = _Common()
     found.cholmod_l_start(ctypes.byref(common))
-    understood = _holds(common, _COMMON_DEFAULTS)
-    if understood:
+    known = _holds(common, _COMMON_DEFAULTS)
+    if known:
         common.supernodal, common.print = _ALWAYS, 0
         arrays = np.array([0, 1, 3]), np.array([0, 0, 1]), np.array([2.0, 1.0, 2.0])
         triangle = _sparse(2, *arrays)
         address = ctypes.c_void_p(
             found.cholmod_l_analyze_p(ctypes.byref(triangle), None, None, 0, ctypes.byref(common))
         )
-        understood = bool(address) and _holds(ctypes.cast(address, ctypes.POINTER(_Factor)).contents, _FACTOR_OF_TWO)
+        known = bool(address) and _holds(ctypes.cast(address, ctypes.POINTER(_Factor)).contents, _FACTOR_OF_TWO)
         found.cholmod_l_free_factor(ctypes.byref(address), ctypes.byref(common))
     found.cholmod_l_finish(ctypes.byref(common))
-    return understood
+    return known
 
 
 def _holds(structure: ctypes.Structure, expected: Mapping[str, float]) -> bool:
@@ -209,7 +213,7 @@ def _holds(structure: ctypes.Structure, expected: Mapping[str, float]) -> bool:
 
 
 def _started(found: Any) -> _Common:
-    """Settings and workspace of one factor: always supernodal, which needs positive pivots, and nothing printed."""
+    """Settings and workspace of one factor: always supernodal, which needs positive pivots; no printing."""
     common = _Common()
     found.cholmod_l_start(ctypes.byref(common))
     common.supernodal, common.print = _ALWAYS, 0
@@ -217,14 +221,14 @@ def _started(found: Any) -> _Common:
 
 
 def _upper_triangle(matrix: csr_matrix) -> tuple[_Sparse, tuple[NDArray[Any], ...]]:
-    """The upper triangle by columns, and the arrays that it stands in: the lower triangle by rows is the same."""
+    """The upper triangle by columns (equal to the lower one by rows), and the arrays that hold it."""
     if not matrix.has_canonical_format:
         matrix = matrix.copy()
         matrix.sum_duplicates()
     n = matrix.shape[0]
     starts, indices, values = np.zeros(n + 1, np.int64), np.empty(matrix.nnz, np.int64), np.empty(matrix.nnz)
     count = 0
-    for rows in _slabs(matrix.indptr):  # in small pieces: large arrays on the way cost more than the work
+    for rows in _slabs(matrix.indptr):  # in slabs: large temporary arrays cost more than the work
         place = slice(matrix.indptr[rows[0]], matrix.indptr[rows[-1] + 1])
         columns, row = matrix.indices[place], np.repeat(rows, np.diff(matrix.indptr[rows[0] : rows[-1] + 2]))
         lower = columns <= row
@@ -237,13 +241,13 @@ def _upper_triangle(matrix: csr_matrix) -> tuple[_Sparse, tuple[NDArray[Any], ..
 
 
 def _sparse(n: int, starts: NDArray[np.int64], indices: NDArray[np.int64], values: NDArray[np.float64]) -> _Sparse:
-    """CHOLMOD's view of an upper triangle by columns; the arrays must stay as long as it is used."""
+    """CHOLMOD's view of an upper triangle by columns; the arrays must outlive it."""
     p, i, x = (array.ctypes.data for array in (starts, indices, values))
     return _Sparse(n, n, starts[-1], p, i, None, x, None, _UPPER, _LONG, _REAL, _DOUBLE, 1, 1)
 
 
 def _slabs(starts: NDArray[np.integer[Any]]) -> Iterator[NDArray[np.int64]]:
-    """Rows that lie together, some 200 000 entries at a time; starts (n + 1,): of the rows."""
+    """Consecutive rows with some 200 000 entries in all; `starts` (n + 1,) are the row pointers."""
     first, n = 0, len(starts) - 1
     while first < n:
         last = int(np.searchsorted(starts, starts[first] + _SLAB, side="right"))
@@ -255,7 +259,7 @@ def _slabs(starts: NDArray[np.integer[Any]]) -> Iterator[NDArray[np.int64]]:
 def _free(
     found: Any, common: _Common, factor: ctypes.c_void_p, ordered: ctypes.c_void_p, room: tuple[ctypes.c_void_p, ...]
 ) -> None:
-    """Give back what CHOLMOD holds; what is gone already is null."""
+    """Free the memory of CHOLMOD; what is freed already is null."""
     for address in room:
         found.cholmod_l_free_dense(ctypes.byref(address), ctypes.byref(common))
     found.cholmod_l_free_sparse(ctypes.byref(ordered), ctypes.byref(common))

@@ -1,7 +1,14 @@
 """Sparse factorisation of symmetric positive definite matrices.
 
-CHOLMOD where its wheel is installed, tuned SuperLU otherwise. CHOLMOD comes inside the cvxopt wheel
-(docs/dependencies.md says why). Both give the same solutions to round-off.
+CHOLMOD where it is installed, inside the cvxopt wheel (docs/dependencies.md says why); SuperLU otherwise. Both give
+the same solutions to round-off.
+
+References
+----------
+Y. Chen, T. A. Davis, W. W. Hager, S. Rajamanickam, Algorithm 887: CHOLMOD, supernodal sparse Cholesky factorization
+and update/downdate, ACM Trans. Math. Softw. 35 (2008) 22.
+X. S. Li, An overview of SuperLU: algorithms, implementation, and user interface, ACM Trans. Math. Softw. 31 (2005)
+302-325.
 """
 
 from __future__ import annotations
@@ -27,39 +34,65 @@ _NOT_DEFINITE = (
 
 
 class Factor(Protocol):
-    """A factorised matrix A; `backend` names what did it."""
+    """A factorised symmetric positive definite matrix A."""
 
     @property
     def backend(self) -> str:
-        """Name of the library that holds the factor."""
+        """Name of the library: "cholmod" or "superlu"."""
 
     @property
     def block(self) -> int:
-        """Right-hand sides that a process which may choose does best to bring at once."""
+        """Number of right-hand sides for which a solution is most efficient, for methods that may choose it."""
 
     def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
-        """A^-1 rhs for one (n,) or many (n, k) right-hand sides; rhs is left as it is."""
+        """Solve A x = rhs.
+
+        Parameters
+        ----------
+        rhs : (n,) or (n, k) array
+            One or more right-hand sides; not changed.
+
+        Returns
+        -------
+        (n,) or (n, k) array
+            The solutions.
+        """
 
 
 class Analysis(Protocol):
-    """A matrix made ready to be factorised: the matrix itself may go, which for a large mesh is worth its memory."""
+    """An analysed matrix, ready to be factorised: the matrix itself may be freed, which saves memory."""
 
     def factor(self) -> Factor:
-        """The factor, once: the work. Raises FactorisationError for a singular or indefinite matrix."""
+        """Compute the factor; called once. Raises FactorisationError for a singular or indefinite matrix."""
 
 
 def factorise(matrix: csr_matrix, backend: str = "auto") -> Factor:
-    """Factorise a symmetric positive definite sparse matrix (n, n).
+    """Factorise a symmetric positive definite sparse matrix.
 
-    backend: "cholmod", "superlu", or "auto" for the first that is installed. Raises FactorisationError when
-    the matrix is singular or indefinite (SuperLU notices only exact singularity), ValueError for an unknown or
-    missing backend.
+    Parameters
+    ----------
+    matrix : (n, n) CSR matrix
+        The matrix.
+    backend : {"auto", "cholmod", "superlu"}
+        The library; "auto" takes the first that is installed.
+
+    Returns
+    -------
+    Factor
+        The factor.
+
+    Raises
+    ------
+    FactorisationError
+        The matrix is singular or indefinite; SuperLU detects only exact singularity.
+    ValueError
+        The backend is unknown or not installed.
     """
     return analyse(matrix, backend).factor()
 
 
 def analyse(matrix: csr_matrix, backend: str = "auto") -> Analysis:
-    """What `factorise` does before the work: order the unknowns, copy what is needed. Arguments as there."""
+    """Symbolic part of `factorise`, with the same arguments: order the unknowns, copy what is needed."""
     if backend not in BACKENDS:
         raise ValueError(f"backend = {backend!r}: must be one of {', '.join(BACKENDS)}")
     installed = library() is not None
@@ -69,7 +102,7 @@ def analyse(matrix: csr_matrix, backend: str = "auto") -> Analysis:
 
 
 class _CholmodAnalysis:
-    """Ordered by nested dissection or minimum degree, whichever makes less of the factor."""
+    """Ordered by nested dissection or minimum degree, whichever gives the smaller factor."""
 
     def __init__(self, matrix: csr_matrix) -> None:
         self._analysed = CholmodFactor(matrix, nested_dissection(matrix))
@@ -97,7 +130,7 @@ class _Cholmod:
 
 
 class _SuperluAnalysis:
-    """The matrix by columns, as SuperLU reads it."""
+    """The matrix by columns, the format of SuperLU."""
 
     def __init__(self, matrix: csr_matrix) -> None:
         self._matrix = matrix.tocsc()
@@ -108,7 +141,7 @@ class _SuperluAnalysis:
 
 
 class _Superlu:
-    """LU factors of SciPy with a symmetric ordering and pivots kept on the diagonal."""
+    """SciPy's LU factors with a symmetric ordering and pivots on the diagonal."""
 
     backend = "superlu"
     block = 2

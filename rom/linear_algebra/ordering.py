@@ -1,4 +1,10 @@
-"""Fill-reducing order of the unknowns of a large mesh: nested dissection by METIS."""
+"""Fill-reducing order of the unknowns of a large mesh: nested dissection by METIS.
+
+References
+----------
+G. Karypis, V. Kumar, A fast and high quality multilevel scheme for partitioning irregular graphs,
+SIAM J. Sci. Comput. 20 (1998) 359-392.
+"""
 
 from __future__ import annotations
 
@@ -11,16 +17,16 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-# Below, minimum degree is as good and METIS takes longer than it saves (docs/dependencies.md).
+# Below this size minimum degree is as good and METIS takes longer than it saves (docs/dependencies.md).
 DISSECT_FROM = 60_000
 _PER_NODE = 3  # unknowns, ordered node by node
 
 
 def nested_dissection(matrix: csr_matrix) -> NDArray[np.int64] | None:
-    """The order (n,) in which to eliminate the unknowns of a symmetric matrix; None where METIS is not worth it.
+    """Elimination order (n,) of the unknowns of a symmetric matrix; None where METIS does not pay.
 
-    The unknowns come three by three, node by node; nodes are ordered, and with them their unknowns. None for a small
-    matrix, one of other unknowns, or where the package pymetis is missing.
+    There are three unknowns for each node; the nodes are ordered, and their unknowns with them. None for a small
+    matrix, for a number of unknowns that is not a multiple of three, and where the package pymetis is missing.
     """
     size = matrix.shape[0]
     if size < DISSECT_FROM or size % _PER_NODE or importlib.util.find_spec("pymetis") is None:
@@ -33,7 +39,7 @@ def nested_dissection(matrix: csr_matrix) -> NDArray[np.int64] | None:
 
 
 def _node_graph(matrix: csr_matrix) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Neighbours of every node but itself: where its list starts (n + 1,), and the lists one after another."""
+    """Adjacency of the nodes in compressed form: where the list of each node starts (n + 1,), and all lists."""
     from scipy.sparse import csr_matrix
 
     entries = np.ones(matrix.nnz, dtype=np.int8)

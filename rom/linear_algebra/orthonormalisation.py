@@ -1,27 +1,67 @@
-"""Vectors made orthonormal in the mass, without what is linearly dependent."""
+"""Orthonormalisation of vectors by the eigenvectors of their Gram matrix (SVQB).
+
+References
+----------
+A. Stathopoulos, K. Wu, A block orthogonalization procedure with constant synchronization requirements,
+SIAM J. Sci. Comput. 23 (2002) 2165-2182.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-# Smallest eigenvalue kept of the vectors' scaled Gram matrix: what lies below is round-off of the others.
+# Smallest eigenvalue of the scaled Gram matrix that is not round-off of the others.
 _DEPENDENT = 1e-11
-# Smallest length of a vector after others were taken out of it, over the length before.
+# Smallest length of a vector after others were taken out of it, over its length before.
 _LOST = 1e-7
 
 
-def independent(gram: NDArray[np.float64], before: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
-    """Combinations (k, r), r <= k, of k vectors with Gram matrix (k, k) that are orthonormal in its inner product.
+def svqb(
+    gram: NDArray[np.float64], lengths: NDArray[np.float64], smallest: float, most: int | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Combinations of k vectors that are orthonormal, from their Gram matrix G.
 
-    before (k,): squared lengths of the vectors before other ones were taken out of them; where next to nothing is
-    left, it is round-off and left out.
+    With D = diag(lengths) and D^-1 G D^-1 = V S V^T the combinations are X = D^-1 V S^-1/2: X^T G X = I. Linearly
+    dependent directions are dropped.
+
+    Parameters
+    ----------
+    gram : (k, k) array
+        Gram matrix of the vectors.
+    lengths : (k,) array
+        Scale of each vector, above 0.
+    smallest : float
+        Eigenvalues S up to this value are dropped.
+    most : int, optional
+        Largest number r of combinations.
+
+    Returns
+    -------
+    combinations : (k, r) array
+        X.
+    components : (r, k) array
+        The vectors in terms of the orthonormal ones, S^1/2 V^T D.
+    """
+    squares, directions = np.linalg.eigh(0.5 * (gram + gram.T) / np.outer(lengths, lengths))
+    chosen = np.flatnonzero(squares > smallest)
+    if most is not None:
+        chosen = chosen[len(chosen) - min(most, len(chosen)) :]
+    roots, directions = np.sqrt(squares[chosen]), directions[:, chosen]
+    return (directions / roots) / lengths[:, None], (roots * directions).T * lengths
+
+
+def orthonormal_combinations(
+    gram: NDArray[np.float64], before: NDArray[np.float64] | None = None
+) -> NDArray[np.float64]:
+    """Combinations (k, r), r <= k, of k vectors with Gram matrix (k, k) that are orthonormal.
+
+    before (k,): squared lengths of the vectors before they were made orthogonal to others. A vector of which next to
+    nothing is left is round-off; it is left out.
     """
     squared = np.maximum(np.diag(gram), 0.0)
-    scale = np.sqrt(squared)
     used = squared > (0.0 if before is None else _LOST**2 * before)
-    factor = np.zeros_like(scale)
-    factor[used] = 1.0 / scale[used]
-    values, vectors = np.linalg.eigh(factor[:, None] * gram * factor)
-    kept = values > _DEPENDENT
-    return factor[:, None] * vectors[:, kept] / np.sqrt(values[kept])
+    found, _ = svqb(gram[np.ix_(used, used)], np.sqrt(squared[used]), _DEPENDENT)
+    combinations = np.zeros((len(gram), found.shape[1]))
+    combinations[used] = found
+    return combinations

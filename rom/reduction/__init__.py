@@ -1,1 +1,1 @@
-"""Craig-Bampton reduction: boundary dofs, fixed-interface modes, residual modes, choice of the modes."""
+"""Craig-Bampton reduction: boundary dofs, fixed-interface modes, residual modes, number of modes."""

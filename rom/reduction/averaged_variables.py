@@ -1,9 +1,9 @@
 """Averages of the displacement as variables of the full model, each in the place of the displacement of one node.
 
-With the averages W u for variables the reduction needs nothing new: they are held, kept and loaded like nodes. The
-condition W u = u_k is solved for as many nodes p as there are averages, u_p = W_p^-1 (u_k - W_r u_r): a change of
-variables u = T z that is the identity but for the rows of those nodes. Which nodes they are changes the variables,
-not the model; those with the largest share keep W_p well conditioned.
+With the averages W u among the variables the reduction needs no change: they are held, are coordinates and are loaded
+like nodes. The condition W u = u_k is solved for as many nodes p as there are averages,
+u_p = W_p^-1 (u_k - W_r u_r). This is a change of variables u = T z that is the identity but for the rows of those
+nodes. The choice of the nodes changes the variables, not the model; with large shares W_p is well conditioned.
 """
 
 from __future__ import annotations
@@ -21,17 +21,18 @@ if TYPE_CHECKING:
 _DEPENDENT = 1e-6
 
 
-def averaged_variables(averages: csr_matrix, taken: NDArray[np.int64]) -> tuple[NDArray[np.int64], csr_matrix]:
-    """Nodes (k,) in whose places the averages W (k, n) stand, and T (3n, 3n) with displacements u = T z.
+def averaged_variables(averages: csr_matrix, reserved: NDArray[np.int64]) -> tuple[NDArray[np.int64], csr_matrix]:
+    """Nodes (k,) in whose places the averages W u stand, and T (3n, 3n) with displacements u = T z.
 
-    z holds at those nodes the averages (x, y, z), elsewhere the displacement. taken: nodes whose displacement must
-    stay a variable. Raises RomParameterError where the mesh cannot tell the averages from each other.
+    z holds at those nodes the averages (x, y, z), elsewhere the displacement. W has the shape (k, n); the
+    displacement of the `reserved` nodes stays a variable. Raises RomParameterError where the averages are linearly
+    dependent on this mesh.
     """
     from scipy.linalg import qr
     from scipy.sparse import coo_matrix, identity, kron
 
     count, n = averages.shape
-    candidates = np.setdiff1d(np.unique(averages.indices), taken)
+    candidates = np.setdiff1d(np.unique(averages.indices), reserved)
     triangle, order = qr(averages[:, candidates].toarray(), mode="r", pivoting=True)
     diagonal = np.abs(np.diag(triangle))
     if len(candidates) < count or diagonal.min() < _DEPENDENT * diagonal.max():
@@ -45,5 +46,5 @@ def averaged_variables(averages: csr_matrix, taken: NDArray[np.int64]) -> tuple[
     rows = np.concatenate([plain, np.repeat(nodes, len(used))])
     columns = np.concatenate([plain, np.tile(used, count)])
     change = coo_matrix((np.concatenate([np.ones(len(plain)), block.ravel()]), (rows, columns)), shape=(n, n)).tocsr()
-    change.eliminate_zeros()  # one face has no part in the other
+    change.eliminate_zeros()  # averages of one face do not depend on the other face
     return nodes, kron(change, identity(3), format="csr")

@@ -1,9 +1,9 @@
-"""Which dofs a reduced model keeps, and the frame in which it keeps them."""
+"""Boundary dofs of a reduced model: contact nodes, tip and loaded node, and the frames of their displacements."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,13 +23,75 @@ CONTACT_DOFS = ("nodal", "patch")
 
 
 @dataclass(frozen=True)
-class BoundaryDofs:
-    """Kept nodes in the order of the reduced coordinates: right contact, left contact, tip, loaded node.
+class BoundaryChoice:
+    """Choice of the boundary dofs: where the blade is excited, and what the contact dofs are.
 
-    nodes (k,); frames (k, 3, 3): rows are the directions whose displacements are the coordinates (t1, t2, n for
-    contact nodes, x, y, z for the others), so q = frame @ u at each node; n_contacts per face; tip and loaded:
-    positions in `nodes`. variables (N, N): T with mesh displacements u = T z, where z holds the averages over the
-    contact patches in the places of as many nodes, the first ones of `nodes`; None: z = u, contact dofs are nodal.
+    Attributes
+    ----------
+    excitation_direction : (3,) sequence of float
+        Direction of the excitation, of any length.
+    excitation_at : "tip" or (3,) sequence of float
+        Where it acts: at the tip, or at the mesh vertex nearest to a position in m.
+    contact_dofs : {"nodal", "patch"}
+        Displacements of the contact nodes, or averages over the part of the face that each of them stands for.
+
+    Raises
+    ------
+    RomParameterError
+        A value is not one of those allowed.
+    """
+
+    excitation_direction: ArrayLike = (0.0, 1.0, 0.0)
+    excitation_at: str | ArrayLike = "tip"
+    contact_dofs: str = "nodal"
+
+    def __post_init__(self) -> None:
+        direction, at = np.asarray(self.excitation_direction, dtype=float), self.excitation_at
+        if direction.shape != (3,) or not np.all(np.isfinite(direction)) or not np.any(direction):
+            raise RomParameterError(
+                "excitation", "direction", self.excitation_direction, "must be three finite numbers, not all 0"
+            )
+        if isinstance(at, str):
+            if at != "tip":
+                raise RomParameterError("excitation", "at", at, 'must be "tip" or a position [x, y, z] in metres')
+        elif np.shape(at) != (3,) or not np.all(np.isfinite(np.asarray(at, dtype=float))):
+            raise RomParameterError(
+                "excitation", "at", at, 'must be "tip" or a position [x, y, z] of finite numbers in metres'
+            )
+        if self.contact_dofs not in CONTACT_DOFS:
+            allowed = f"must be one of {', '.join(CONTACT_DOFS)}"
+            raise RomParameterError("rom", "contact_dofs", self.contact_dofs, allowed)
+
+    @property
+    def unit_direction(self) -> NDArray[np.float64]:
+        """Direction of the excitation, (3,), of length 1."""
+        vector = np.asarray(self.excitation_direction, dtype=float)
+        return vector / np.linalg.norm(vector)
+
+
+NODAL_TIP = BoundaryChoice()
+
+
+@dataclass(frozen=True)
+class BoundaryDofs:
+    """Boundary nodes in the order of the reduced coordinates: right contact, left contact, tip, loaded node.
+
+    Attributes
+    ----------
+    nodes : (k,) array
+        The boundary nodes. With averaged contact dofs the first ones stand for the averages.
+    frames : (k, 3, 3) array
+        Rows: the directions of the coordinates of each node, t1, t2, n for contact nodes and x, y, z for the others;
+        q = frame @ u.
+    n_contacts : int
+        Contact nodes on a face.
+    tip, loaded : int
+        Positions of the tip and of the loaded node in `nodes`.
+    direction : (3,) array
+        Direction of the excitation, of length 1.
+    variables : (N, N) matrix or None
+        T of the mesh displacements u = T z, where z holds the averages over the contact patches in the places of as
+        many nodes; None: z = u, the contact dofs are nodal.
     """
 
     nodes: NDArray[np.int64]
@@ -37,98 +99,88 @@ class BoundaryDofs:
     n_contacts: int
     tip: int
     loaded: int
+    direction: NDArray[np.float64]
     variables: csr_matrix | None = None
 
     @property
     def size(self) -> int:
-        """Number of kept dofs."""
+        """Number of boundary dofs."""
         return 3 * len(self.nodes)
 
     @property
     def dofs(self) -> NDArray[np.int64]:
-        """Kept mesh dofs (3k,), x, y, z of each node."""
+        """Boundary dofs of the mesh (3k,): x, y, z of each node."""
         return node_dofs(self.nodes).ravel()
 
     @property
     def rotation(self) -> NDArray[np.float64]:
-        """Block-diagonal (3k, 3k) with q = rotation @ u."""
+        """Block-diagonal matrix (3k, 3k) with q = rotation @ u."""
         rotation = np.zeros((self.size, self.size))
         for k, frame in enumerate(self.frames):
             rotation[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = frame
         return rotation
 
-    def displacement(self, k: int, n: int) -> NDArray[np.float64]:
-        """Rows (3, n): x, y, z displacement of kept node k from n reduced coordinates."""
-        rows = np.zeros((3, n))
+    def node_displacement(self, k: int) -> NDArray[np.float64]:
+        """Displacement x, y, z of boundary node k from the boundary dofs q, (3, 3k)."""
+        rows = np.zeros((3, self.size))
         rows[:, 3 * k : 3 * k + 3] = self.frames[k].T
         return rows
 
-    def quadratic_form(self, matrix: csr_matrix) -> csr_matrix:
-        """A matrix (N, N) of the mesh displacements in the variables z: T^T A T."""
+    def transform_matrix(self, matrix: csr_matrix) -> csr_matrix:
+        """Congruence transform T^T A T (N, N) of a matrix of the mesh to the variables z."""
         return matrix if self.variables is None else (self.variables.T @ matrix @ self.variables).tocsr()
 
-    def forces(self, force: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Forces (N,) on the variables z of nodal forces (N,): T^T f."""
+    def transform_force(self, force: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Forces T^T f (N,) on the variables z of nodal forces (N,)."""
         return force if self.variables is None else self.variables.T @ force
 
-    def displacements(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Mesh displacements (N, k) of values (N, k) of the variables z: T z."""
+    def mesh_displacements(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Mesh displacements T z (N, k) of values (N, k) of the variables z."""
         return values if self.variables is None else self.variables @ values
 
 
-def choose_boundary_dofs(
-    full: FullModel, sector: SectorMesh, excitation_at: str | ArrayLike, contact_dofs: str = "nodal"
-) -> BoundaryDofs:
-    """Contact dofs in the contact frame, the tip, and the node nearest to `excitation_at`: "tip" or (3,) metres.
+def choose_boundary_dofs(full: FullModel, sector: SectorMesh, choice: BoundaryChoice) -> BoundaryDofs:
+    """Boundary dofs of a sector: contact dofs in the contact frame, the tip and the loaded node.
 
-    contact_dofs: "nodal", the displacements of the contact nodes, or "patch", the averages over their patches of the
-    face. A tip or loaded node that is already kept is not kept twice. Raises RomParameterError when a node to keep
-    is clamped and where there are no such contact dofs.
+    A tip or loaded node that is a boundary node already is not added again. Raises RomParameterError when a boundary
+    node is clamped, and when the mesh does not have the contact dofs.
     """
     tip = int(full.vertex_node[sector.node_sets["tip"][0]])
-    loaded = tip if isinstance(excitation_at, str) else _nearest_vertex(full, excitation_at)
-    if isinstance(excitation_at, str) and excitation_at != "tip":
-        raise RomParameterError("excitation", "at", excitation_at, 'must be "tip" or a position [x, y, z] in metres')
-    contact, variables = _contact_nodes(full, sector, np.array([tip, loaded]), contact_dofs)
+    loaded = tip if isinstance(choice.excitation_at, str) else _nearest_vertex(full, choice.excitation_at)
+    contact, variables = _contact_nodes(full, sector, np.array([tip, loaded]), choice.contact_dofs)
     nodes = [int(node) for node in contact]
     frames = [*sector.right.frame, *sector.left.frame]
     for node in (tip, loaded):
         if node not in nodes:
             nodes.append(node)
             frames.append(np.eye(3))
-    kept = np.array(nodes, dtype=np.int64)
-    clamped = np.isin(3 * kept, full.fixed)
+    boundary = np.array(nodes, dtype=np.int64)
+    clamped = np.isin(3 * boundary, full.fixed)
     if clamped.any():
-        where = full.positions[kept[clamped][0]].tolist()
+        where = full.positions[boundary[clamped][0]].tolist()
         raise RomParameterError("excitation", "at", where, "this node lies on the clamped root; load a node off it")
     return BoundaryDofs(
-        kept, np.array(frames), len(sector.right.nodes), nodes.index(tip), nodes.index(loaded), variables
+        nodes=boundary,
+        frames=np.array(frames),
+        n_contacts=len(sector.right.nodes),
+        tip=nodes.index(tip),
+        loaded=nodes.index(loaded),
+        direction=choice.unit_direction,
+        variables=variables,
     )
 
 
 def _contact_nodes(
-    full: FullModel, sector: SectorMesh, taken: NDArray[np.int64], contact_dofs: str
+    full: FullModel, sector: SectorMesh, others: NDArray[np.int64], contact_dofs: str
 ) -> tuple[NDArray[np.int64], csr_matrix | None]:
-    """Nodes (2 n_c,) in whose places the contact dofs stand, right ones first, and T where they are averages."""
-    require_contact_dofs(contact_dofs)
+    """Nodes (2 n_c,) of the contact dofs, right ones first, and T for averages; `others`: other boundary nodes."""
     if contact_dofs == "nodal":
         return full.vertex_node[np.concatenate([sector.right.nodes, sector.left.nodes])], None
     discretisation = discretise(sector.points, sector.hexahedra, full.element)
-    return averaged_variables(patch_averages(discretisation, sector), taken)
-
-
-def require_contact_dofs(value: Any) -> None:
-    """Raise RomParameterError for a kind of contact dofs that there is not."""
-    if value not in CONTACT_DOFS:
-        raise RomParameterError("rom", "contact_dofs", value, f"must be one of {', '.join(CONTACT_DOFS)}")
+    return averaged_variables(patch_averages(discretisation, sector), others)
 
 
 def _nearest_vertex(full: FullModel, position: ArrayLike) -> int:
-    """Node of the mesh vertex nearest to a position (3,) in metres."""
-    point = np.asarray(position, dtype=float)
-    if point.shape != (3,) or not np.all(np.isfinite(point)):
-        raise RomParameterError(
-            "excitation", "at", position, 'must be "tip" or a position [x, y, z] of finite numbers in metres'
-        )
+    """Node of the mesh vertex nearest to a position (3,) in m."""
     vertices = full.positions[full.vertex_node]
-    return int(full.vertex_node[np.argmin(np.sum((vertices - point) ** 2, axis=1))])
+    return int(full.vertex_node[np.argmin(np.sum((vertices - np.asarray(position, dtype=float)) ** 2, axis=1))])

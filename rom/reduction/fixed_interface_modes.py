@@ -1,7 +1,8 @@
-"""Lowest modes of the structure with every kept dof held."""
+"""Lowest natural modes; with the boundary dofs held they are the fixed-interface modes of Craig and Bampton."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,17 +21,44 @@ _MOST_MODES = 1000
 _TOLERANCE = 1e-9  # of the shapes; the error of an eigenvalue is the square of it, round-off
 
 
-def lowest_modes(mass: csr_matrix, factor: Factor, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The `count` lowest modes of K phi = w^2 M phi: w (m,) [rad/s] ascending, mass-normalised shapes (n, m).
+@dataclass(frozen=True)
+class ModalBasis:
+    """Natural modes of a structure.
 
-    Block Lanczos with a factor of K. The start block is fixed and so are the signs (projection on its first
-    vector positive), so the same matrices give the same modes.
-    Raises FactorisationError when an eigenvalue is not above 0.
+    Attributes
+    ----------
+    omega : (m,) array
+        Natural frequencies in rad/s, ascending.
+    shapes : (n, m) array
+        Mass-normalised mode shapes.
+    """
+
+    omega: NDArray[np.float64]
+    shapes: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.omega)
+
+    @property
+    def highest_hz(self) -> float:
+        """Highest natural frequency in Hz, 0 without modes."""
+        return float(self.omega[-1]) / (2.0 * np.pi) if len(self) else 0.0
+
+    def first(self, count: int) -> ModalBasis:
+        """The lowest `count` modes."""
+        return ModalBasis(self.omega[:count], self.shapes[:, :count])
+
+
+def lowest_modes(mass: csr_matrix, factor: Factor, count: int) -> ModalBasis:
+    """The `count` lowest modes of K phi = w^2 M phi, by block Lanczos with a factor of K.
+
+    The start block is fixed, and so are the signs (positive projection on its first vector): the same matrices give
+    the same modes. Raises FactorisationError when an eigenvalue is not above 0.
     """
     size = mass.shape[0]
     count = min(count, size)
     if count < 1:
-        return np.zeros(0), np.zeros((size, 0))
+        return ModalBasis(np.zeros(0), np.zeros((size, 0)))
     start = np.random.default_rng(_SEED).standard_normal((min(factor.block, size), size))
     squared, rows = lowest_eigenpairs(lambda block: factor.solve(block.T).T, mass, start, count, _TOLERANCE)
     if squared[0] <= 0.0:
@@ -38,25 +66,20 @@ def lowest_modes(mass: csr_matrix, factor: Factor, count: int) -> tuple[NDArray[
             f"the held structure has the eigenvalue {squared[0]:.3g} (rad/s)^2, allowed: above 0; "
             "it is not held or, with rotation, not stable"
         )
-    return np.sqrt(squared), (rows * np.where(rows @ start[0] < 0.0, -1.0, 1.0)[:, None]).T
+    return ModalBasis(np.sqrt(squared), (rows * np.where(rows @ start[0] < 0.0, -1.0, 1.0)[:, None]).T)
 
 
-def modes_up_to(
-    mass: csr_matrix, factor: Factor, frequency_limit: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """All modes up to frequency_limit [Hz], as `lowest_modes`; asks for twice as many until one lies beyond.
+def modes_up_to(mass: csr_matrix, factor: Factor, frequency_limit: float) -> ModalBasis:
+    """All modes up to `frequency_limit` in Hz; twice as many are computed until one lies beyond.
 
-    Raises RomParameterError where there are more than can be kept, beside what `lowest_modes` raises.
+    Raises RomParameterError where there are too many, and what `lowest_modes` raises.
     """
     limit, count = 2 * np.pi * frequency_limit, _FIRST_GUESS
     while True:
-        angular, shapes = lowest_modes(mass, factor, count)
-        if len(angular) < count or angular[-1] > limit:
-            within = angular <= limit
-            return angular[within], shapes[:, within]
+        modes = lowest_modes(mass, factor, count)
+        if len(modes) < count or modes.omega[-1] > limit:
+            return modes.first(int(np.searchsorted(modes.omega, limit, side="right")))
         if count >= _MOST_MODES:
-            allowed = (
-                f"a lower one: more than {_MOST_MODES} modes lie below, up to {angular[-1] / (2 * np.pi):.4g} Hz"
-            )
+            allowed = f"a lower one: more than {_MOST_MODES} modes lie below, up to {modes.highest_hz:.4g} Hz"
             raise RomParameterError("rom", "frequency_limit", frequency_limit, allowed)
         count = min(2 * count, _MOST_MODES)

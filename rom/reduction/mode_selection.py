@@ -1,6 +1,6 @@
-"""As many fixed-interface modes as a tolerance needs, from what is known exactly of those left out.
+"""As few fixed-interface modes as a tolerance allows, by an exact estimate of the modal truncation error.
 
-Every reduced model with fewer modes than are at hand is a part of the enriched model (rom/enrichment.py), and is
+Every reduced model with fewer modes than were computed is a part of the augmented model (`residual_modes`), and is
 measured against it.
 """
 
@@ -11,15 +11,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from rom.checks import require_between
 from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import RomParameterError
 from rom.finite_elements.full_model import FullModel
 from rom.linear_algebra.threads import one_blas_thread
-from rom.reduction.boundary_selection import unit_vector
-from rom.reduction.craig_bampton import Reduction, craig_bampton_model, reach
+from rom.reduction.boundary_dofs import NODAL_TIP, BoundaryChoice
+from rom.reduction.craig_bampton import Reduction, craig_bampton_model
 from rom.reduction.fixed_interface_modes import lowest_modes
 from rom.reduction.model_comparison import (
     LinearError,
@@ -29,28 +28,31 @@ from rom.reduction.model_comparison import (
     linear_responses,
 )
 from rom.reduction.residual_modes import augmented_model, residual_vectors
-from rom.reduction.substructure import split
+from rom.reduction.substructure import partition_at_boundary
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
 
 _FIRST_GUESS = 30
 _MOST_MODES = 1000
-_BEYOND = 1.5  # the modes at hand reach to this many times the highest frequency of the range
+_BEYOND = 1.5  # highest mode computed over the highest frequency of the range, at least
 _LEAST_GROWTH, _MOST_GROWTH = 1.25, 4.0
 
 
 @dataclass(frozen=True)
-class _Ladder:
-    """All reduced models with up to as many modes as were computed, and the answers they are measured against."""
+class _NestedModels:
+    """All reduced models with up to as many modes as were computed, and the responses they are measured against.
 
-    enriched: ReducedModel
-    kept: int
+    The first `boundary` coordinates of the augmented model are boundary dofs, the next ones fixed-interface modes.
+    """
+
+    augmented: ReducedModel
+    boundary: int
     exact: tuple[tuple[LinearOperation, tuple[LinearResponse, ...]], ...]
 
     def error(self, modes: int) -> float:
         """Largest relative error of frequencies and receptances with so many modes."""
-        model = _first_coordinates(self.enriched, self.kept + modes)
+        model = _first_coordinates(self.augmented, self.boundary + modes)
         worst = 0.0
         for operation, exact in self.exact:
             found = linear_responses(model, operation, exact)
@@ -64,70 +66,101 @@ def reduce_to_tolerance(
     sector: SectorMesh,
     tolerance: float,
     operations: Sequence[LinearOperation],
+    boundary: BoundaryChoice = NODAL_TIP,
     *,
-    excitation_direction: ArrayLike = (0.0, 1.0, 0.0),
-    excitation_at: str | ArrayLike = "tip",
     store_basis: bool = True,
     backend: str = "auto",
-    contact_dofs: str = "nodal",
 ) -> Reduction:
-    """Reduce the full model of a sector with the fewest fixed-interface modes that stay within a tolerance.
+    """Reduce a sector with the fewest fixed-interface modes whose truncation error stays within a tolerance.
 
-    tolerance: largest relative error of the natural frequencies in the range and of the receptances of contact nodes
-    and output over it, with free, sliding and stuck joints (`LinearError`), in each of the operations.
-    full as in `reduction`; excitation_direction, excitation_at as in `reduce`; store_basis, backend, contact_dofs as
-    in `ReductionOptions`.
-    Raises RomParameterError for a tolerance that is not between 0 and 1 or that 1000 modes do not reach.
+    Parameters
+    ----------
+    full : FullModel or callable
+        The full model, or a function that makes it, as in `reduce_sector`.
+    sector : SectorMesh
+        The mesh of the full model.
+    tolerance : float
+        Largest relative error of the natural frequencies in the range, and of the receptances of contact nodes and
+        outputs over it, with free, sliding and stuck contacts (`LinearError`).
+    operations : sequence of LinearOperation
+        The tolerance holds in each of them.
+    boundary : BoundaryChoice
+        Excitation and contact dofs.
+    store_basis, backend : bool, str
+        As in `ReductionOptions`.
+
+    Returns
+    -------
+    Reduction
+        The reduced model with its estimated error.
+
+    Raises
+    ------
+    RomParameterError
+        The tolerance is not between 0 and 1, or 1000 modes do not reach it.
+    FactorisationError
+        The structure is not held or not stable.
     """
     require_between("rom", "tolerance", tolerance, 0.0, 1.0, "must be a number above 0 and below 1")
-    direction = unit_vector(excitation_direction)
-    parts = split(full, sector, excitation_at, backend, contact_dofs)
+    parts = partition_at_boundary(full, sector, boundary, backend)
     residual = residual_vectors(parts)
     highest = max(operation.frequency_hz[1] for operation in operations)
     count = _FIRST_GUESS
     while True:
-        angular, shapes = lowest_modes(parts.inner_mass, parts.factor, count)
-        if len(angular) == count and angular[-1] < 2.0 * np.pi * _BEYOND * highest:
-            # what is left out must lie above the range for its sum at low frequencies to stand for it
+        modes = lowest_modes(parts.interior_mass, parts.factor, count)
+        if len(modes) == count and modes.omega[-1] < 2.0 * np.pi * _BEYOND * highest:
+            # residual modes stand for the modes left out only if those lie above the range
             if count >= _MOST_MODES:
                 raise RomParameterError("response", "frequency", highest, f"a range below {count} modes of the blade")
             count = min(2 * count, _MOST_MODES)
             continue
-        enriched = augmented_model(sector, parts, residual, angular, shapes, direction)
-        exact = tuple((operation, linear_responses(enriched, operation)) for operation in operations)
-        ladder = _Ladder(enriched, parts.kept.size, exact)
-        modes, error = _fewest(ladder, tolerance, len(angular))
+        augmented = augmented_model(parts, modes, residual)
+        exact = tuple((operation, linear_responses(augmented, operation)) for operation in operations)
+        models = _NestedModels(augmented, parts.boundary.size, exact)
+        number, error = _fewest(models, tolerance, len(modes))
         if error <= tolerance:
             break
-        if len(angular) < count or count >= _MOST_MODES:
-            allowed = f"a larger number: {len(angular)} modes leave an error of {error:.2g} in response.frequency"
+        if len(modes) < count or count >= _MOST_MODES:
+            allowed = f"a larger number: {len(modes)} modes leave an error of {error:.2g} in response.frequency"
             raise RomParameterError("rom", "tolerance", tolerance, allowed)
-        count = min(_next_count(ladder, count, error / tolerance), _MOST_MODES)
-    model = craig_bampton_model(sector, parts, angular[:modes], shapes[:, :modes], direction, store_basis)
-    return Reduction(model, modes, parts.n_dofs, error, enriched, reach(angular))
+        count = min(_next_count(models, count, error / tolerance), _MOST_MODES)
+    model = craig_bampton_model(parts, modes.first(number), store_basis)
+    return Reduction(model, number, parts.n_dofs, error, augmented, modes.highest_hz)
 
 
 def reduction_errors(
-    model: ReducedModel, enriched: ReducedModel, highest_mode_hz: float, operation: LinearOperation
+    model: ReducedModel, augmented: ReducedModel, highest_mode_hz: float, operation: LinearOperation
 ) -> tuple[LinearError, ...] | None:
-    """Estimated errors of a reduced model in an operation by the modes left out, for each joint.
+    """Estimated modal truncation errors of a reduced model in each contact condition of an operation.
 
-    model, enriched, highest_mode_hz: of a `Reduction`. None where modes that were left out may lie in the range, so that
-    their sum at low frequencies does not stand for them.
+    Parameters
+    ----------
+    model, augmented : ReducedModel
+        The reduced and the augmented model of a `Reduction`.
+    highest_mode_hz : float
+        Of the same `Reduction`, Hz.
+    operation : LinearOperation
+        Operating conditions.
+
+    Returns
+    -------
+    tuple of LinearError or None
+        One for each contact condition; None where modes that were left out may lie in the range, so that residual
+        modes do not stand for them.
     """
     if highest_mode_hz < _BEYOND * operation.frequency_hz[1]:
         return None
-    exact = linear_responses(enriched, operation)
+    exact = linear_responses(augmented, operation)
     return linear_errors(linear_responses(model, operation, exact), exact, operation.frequency_hz)
 
 
-def _fewest(ladder: _Ladder, tolerance: float, most: int) -> tuple[int, float]:
-    """Fewest modes within the tolerance and their error, by bisection; the `most` of them where all are too few."""
-    enough, error = most, ladder.error(most)
+def _fewest(models: _NestedModels, tolerance: float, most: int) -> tuple[int, float]:
+    """Fewest modes within the tolerance and their error, by bisection; `most` of them where all are too few."""
+    enough, error = most, models.error(most)
     too_few = 0
     while error <= tolerance and enough - too_few > 1:
         middle = (enough + too_few) // 2
-        smaller = ladder.error(middle)
+        smaller = models.error(middle)
         if smaller <= tolerance:
             enough, error = middle, smaller
         else:
@@ -135,10 +168,10 @@ def _fewest(ladder: _Ladder, tolerance: float, most: int) -> tuple[int, float]:
     return enough, error
 
 
-def _next_count(ladder: _Ladder, count: int, excess: float) -> int:
-    """Modes to try where `count` of them leave `excess` times the tolerance, by the rate at which they got so far."""
+def _next_count(models: _NestedModels, count: int, excess: float) -> int:
+    """Modes to try where `count` of them leave `excess` times the tolerance, by the rate of convergence so far."""
     half = count // 2
-    rate = np.log(max(ladder.error(half) / ladder.error(count), 1.1)) / np.log(count / half)
+    rate = np.log(max(models.error(half) / models.error(count), 1.1)) / np.log(count / half)
     growth = float(np.clip(1.1 * excess ** (1.0 / rate), _LEAST_GROWTH, _MOST_GROWTH))
     return int(np.ceil(growth * count))
 

@@ -1,6 +1,6 @@
-"""Linear answers of a blade by which two models of it are compared: natural frequencies and receptances.
+"""Linear responses by which two models of a blade are compared: natural frequencies and receptances.
 
-The shrouds are free, sliding (normal springs only) or stuck (all springs): the three linear limits between which a
+The contacts are free, sliding (normal springs only) or stuck (all springs): the three linear limits between which a
 response with friction and gaps lies.
 """
 
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs
 from rom.cyclic.modal_model import ModalModel, modal_model
 from rom.cyclic.natural_frequencies import natural_frequencies
 from rom.cyclic.receptance import RelativeReceptance
@@ -24,10 +25,20 @@ _BETWEEN = 7  # frequencies of a receptance spread evenly over the range, its en
 
 @dataclass(frozen=True)
 class LinearOperation:
-    """What a model is used for: excitation frequencies, travelling wave, damping and contact springs.
+    """Operating conditions in which linear models are compared.
 
-    frequency_hz: (low, high) in Hz; phase: inter-blade phase angle in rad; normal, tangential: springs (n_c,) in N/m of
-    the contact nodes; damping_ratio or rayleigh as in `modal_model`.
+    Attributes
+    ----------
+    frequency_hz : (float, float)
+        Range (low, high) of the excitation frequency, Hz.
+    phase : float
+        Inter-blade phase angle, rad.
+    normal, tangential : (n_c,) array
+        Contact springs of the nodes, N/m.
+    damping_ratio : float or tuple of float, optional
+        As in `modal_model`.
+    rayleigh : (float, float), optional
+        As in `modal_model`.
     """
 
     frequency_hz: tuple[float, float]
@@ -37,32 +48,42 @@ class LinearOperation:
     damping_ratio: float | tuple[float, ...] | None = None
     rayleigh: tuple[float, float] | None = None
 
-    def joints(self) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        """Normal and tangential springs (n_c,) of `free`, `sliding`, `stuck`; none twice where springs are 0."""
+    def contact_conditions(self) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """Normal and tangential springs (n_c,) of the contact conditions `free`, `sliding` and `stuck`.
+
+        A condition without springs of its own, the same as another one, is left out.
+        """
         none = np.zeros_like(self.normal)
-        joints = {"free": (none, none)}
+        conditions = {"free": (none, none)}
         if np.any(self.normal):
-            joints["sliding"] = (self.normal, none)
+            conditions["sliding"] = (self.normal, none)
         if np.any(self.tangential):
-            joints["stuck"] = (self.normal, self.tangential)
-        return joints
+            conditions["stuck"] = (self.normal, self.tangential)
+        return conditions
 
 
 @dataclass(frozen=True)
 class LinearResponse:
-    """What one model answers with one joint.
+    """Natural frequencies and receptances of one model in one contact condition.
 
     Attributes
     ----------
-    joint : `free`, `sliding` or `stuck`.
-    first_mode : number of the first natural frequency here, 1 for the lowest of all.
-    natural_hz : (k,) from the first one in the range to the first one above it; infinite where the model has none.
-    sample_hz : (f,) where the receptances are taken: the resonances, the ends of the range and between.
-    contact : (f, 3 n_c, 3 n_c) relative motion of the contact nodes for relative forces there, m/N.
-    output : (f, n_o) displacements of the outputs for 1 N of excitation, m/N.
+    condition : str
+        Contact condition: `free`, `sliding` or `stuck`.
+    first_mode : int
+        Number of the first frequency in `natural_hz`, 1 for the lowest of all.
+    natural_hz : (k,) array
+        Natural frequencies from the first one in the range to the first one above it; infinite where the model has
+        none.
+    sample_hz : (f,) array
+        Frequencies of the receptances: the resonances, the ends of the range and some between.
+    contact : (f, 3 n_c, 3 n_c) complex array
+        Relative displacement of the contact nodes for relative forces there, m/N.
+    output : (f, n_o) complex array
+        Displacements of the outputs for 1 N of excitation, m/N.
     """
 
-    joint: str
+    condition: str
     first_mode: int
     natural_hz: NDArray[np.float64]
     sample_hz: NDArray[np.float64]
@@ -72,14 +93,22 @@ class LinearResponse:
 
 @dataclass(frozen=True)
 class LinearError:
-    """Relative errors of one model's answers with one joint.
+    """Relative errors of one model in one contact condition.
 
-    natural_hz (k,): signed; contact and output: largest |difference| / |answer| over the sampled frequencies, in the
-    spectral norm of the matrix and the length of the vector of outputs. within (k,): the frequencies in the range;
-    where it holds none of any joint, the first one above it of each.
+    Attributes
+    ----------
+    condition : str
+        Contact condition: `free`, `sliding` or `stuck`.
+    natural_hz : (k,) array
+        Signed errors of the natural frequencies.
+    contact, output : float
+        Largest relative error of the receptances over the sampled frequencies, in the spectral norm of the matrix and
+        the length of the vector of outputs.
+    within : (k,) bool array
+        Which natural frequencies lie in the range; where it holds none in any condition, the first one above it.
     """
 
-    joint: str
+    condition: str
     natural_hz: NDArray[np.float64]
     contact: float
     output: float
@@ -100,16 +129,33 @@ class LinearError:
 def linear_responses(
     model: ReducedModel, operation: LinearOperation, like: Sequence[LinearResponse] | None = None
 ) -> tuple[LinearResponse, ...]:
-    """Answers of a model in an operation with each joint; with `like`, of the same modes at the same frequencies.
+    """Linear responses of a model in each contact condition of an operation.
 
-    Raises ReducedModelError when the model has no static response or its damping is refused.
+    Parameters
+    ----------
+    model : ReducedModel
+        The model.
+    operation : LinearOperation
+        Frequency range, phase, springs and damping.
+    like : sequence of LinearResponse, optional
+        Responses of another model whose modes and sample frequencies are to be used.
+
+    Returns
+    -------
+    tuple of LinearResponse
+        One for each contact condition.
+
+    Raises
+    ------
+    ReducedModelError
+        The model has no static response, or its damping is refused.
     """
     damping = operation.damping_ratio
     if isinstance(damping, tuple):
         damping = damping[: model.size]  # a small model may have fewer modes than ratios are given
     modal = modal_model(model, damping_ratio=damping, rayleigh=operation.rayleigh)
-    answers = []
-    for index, (joint, (normal, tangential)) in enumerate(operation.joints().items()):
+    responses = []
+    for index, (condition, (normal, tangential)) in enumerate(operation.contact_conditions().items()):
         if like is None:
             every = _natural_beyond(model, operation, normal, tangential)
             first, natural = _in_and_above(every, operation.frequency_hz)
@@ -121,18 +167,33 @@ def linear_responses(
             every = natural_frequencies(model, operation.phase, normal=normal, tangential=tangential, count=last)
             found = every[first - 1 :]
             natural[: len(found)] = found
-        springs = np.column_stack([tangential, tangential, normal]).ravel()
+        springs = contact_springs(model.n_contacts, normal, tangential).reshape(-1)
         contact, output = _receptances(modal, operation.phase, springs, samples)
-        answers.append(LinearResponse(joint, first, natural, samples, contact, output))
-    return tuple(answers)
+        responses.append(LinearResponse(condition, first, natural, samples, contact, output))
+    return tuple(responses)
 
 
 def linear_errors(
-    found: Sequence[LinearResponse], exact: Sequence[LinearResponse], frequency: tuple[float, float]
+    found: Sequence[LinearResponse], exact: Sequence[LinearResponse], frequency_hz: tuple[float, float]
 ) -> tuple[LinearError, ...]:
-    """Errors of answers that were `found` like the `exact` ones; frequency: the range (low, high) in Hz."""
-    low, high = frequency
-    within = [(answer.natural_hz >= low) & (answer.natural_hz <= high) for answer in exact]
+    """Errors of linear responses against exact ones.
+
+    Parameters
+    ----------
+    found : sequence of LinearResponse
+        Responses made with `linear_responses(model, operation, exact)`.
+    exact : sequence of LinearResponse
+        Responses of the reference.
+    frequency_hz : (float, float)
+        Range (low, high), Hz.
+
+    Returns
+    -------
+    tuple of LinearError
+        One for each contact condition.
+    """
+    low, high = frequency_hz
+    within = [(response.natural_hz >= low) & (response.natural_hz <= high) for response in exact]
     if not any(inside.any() for inside in within):
         for inside in within:
             inside[0] = True
@@ -145,7 +206,7 @@ def _error(found: LinearResponse, exact: LinearResponse, within: NDArray[np.bool
     )
     output = np.linalg.norm(found.output - exact.output, axis=1) / np.linalg.norm(exact.output, axis=1)
     return LinearError(
-        joint=exact.joint,
+        condition=exact.condition,
         natural_hz=found.natural_hz / exact.natural_hz - 1.0,
         contact=float(np.max(contact)),
         output=float(np.max(output)),
@@ -156,7 +217,7 @@ def _error(found: LinearResponse, exact: LinearResponse, within: NDArray[np.bool
 def _natural_beyond(
     model: ReducedModel, operation: LinearOperation, normal: NDArray[np.float64], tangential: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Natural frequencies in Hz from the lowest to one above the range at least, or all there are."""
+    """Natural frequencies in Hz from the lowest to at least one above the range, or all there are."""
     count = _FIRST_GUESS
     while True:
         every = natural_frequencies(model, operation.phase, normal=normal, tangential=tangential, count=count)
@@ -165,17 +226,17 @@ def _natural_beyond(
         count *= 2
 
 
-def _in_and_above(every: NDArray[np.float64], frequency: tuple[float, float]) -> tuple[int, NDArray[np.float64]]:
+def _in_and_above(every: NDArray[np.float64], frequency_hz: tuple[float, float]) -> tuple[int, NDArray[np.float64]]:
     """Number of the first natural frequency in or above the range, and all up to the first one above it."""
-    low, high = frequency
+    low, high = frequency_hz
     first = min(int(np.searchsorted(every, low)), len(every) - 1)
     last = int(np.searchsorted(every, high, side="right"))
     return first + 1, every[first : last + 1]
 
 
-def _samples(natural: NDArray[np.float64], frequency: tuple[float, float]) -> NDArray[np.float64]:
-    """Frequencies (f,) at which receptances are compared: at a resonance a shifted frequency shows most."""
-    low, high = frequency
+def _samples(natural: NDArray[np.float64], frequency_hz: tuple[float, float]) -> NDArray[np.float64]:
+    """Frequencies (f,) of the receptances: a shifted natural frequency shows most at its resonance."""
+    low, high = frequency_hz
     resonances = natural[(natural >= low) & (natural <= high)]
     return np.unique(np.concatenate([np.linspace(low, high, _BETWEEN), resonances]))
 
@@ -183,7 +244,7 @@ def _samples(natural: NDArray[np.float64], frequency: tuple[float, float]) -> ND
 def _receptances(
     modal: ModalModel, phase: float, springs: NDArray[np.float64], sample_hz: NDArray[np.float64]
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Contact (f, 3 n_c, 3 n_c) and output (f, n_o) receptances with springs (3 n_c,): (I + G k)^-1 G and so on."""
+    """Contact receptance (I + G k)^-1 G (f, 3 n_c, 3 n_c) and outputs (f, n_o) for 1 N with springs k (3 n_c,)."""
     receptance = RelativeReceptance(modal, phase, (1,), 1.0)
     outputs = np.stack([modal.outputs[name] for name in sorted(modal.outputs)])
     size = len(springs)
@@ -193,9 +254,10 @@ def _receptances(
     for index, hertz in enumerate(sample_hz):
         omega = 2.0 * np.pi * hertz
         free = receptance.matrix(omega)[0]
-        moved, _ = receptance.response(omega, none)
-        solved = np.linalg.solve(np.eye(size) + free * springs, np.column_stack([free, moved[0]]))
-        contact[index] = solved[:, :-1]
-        coordinates, _ = receptance.modal_response(omega, np.asarray(-springs * solved[:, -1], dtype=complex)[None])
+        linear, _ = receptance.response(omega, none)
+        displacement = SpringSupportedMotion(free * springs).solve(np.column_stack([free, linear[0]]))
+        contact[index] = displacement[:, :-1]
+        contact_force = np.asarray(-springs * displacement[:, -1], dtype=complex)
+        coordinates, _ = receptance.modal_response(omega, contact_force[None])
         output[index] = outputs @ coordinates[0]
     return contact, output

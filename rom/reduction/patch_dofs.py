@@ -1,7 +1,7 @@
 """Averages of the displacement over the patches of a contact face.
 
 Every contact node stands for a patch: the points of the face that are nearer to it than to any other contact node. On
-the meshes of this house those are equal parts of the face. The average over patch k is
+the meshes of `geometry` the patches are equal parts of the face. The average over patch k is
 
     u_k = int_patch u dA / int_patch dA = sum_j W_kj u_j,       W_kj = int_patch N_j dA / int_patch dA,
 
@@ -31,10 +31,9 @@ _NORMALISED = 1e-12
 
 
 def patch_averages(discretisation: Discretisation, sector: SectorMesh) -> csr_matrix:
-    """W (2 n_c, n) of the patches of the right, then of the left face, from n mesh nodes; rows add up to 1.
+    """W (2 n_c, n) of the patches of the right, then of the left face, from n mesh nodes; each row sums to 1.
 
-    Raises RomParameterError where the mesh does not say which of its nodes lie on the faces, or a contact node has no
-    patch on its face.
+    Raises RomParameterError where the mesh has no node sets of the faces, or a contact node has no patch on its face.
     """
     from scipy.sparse import vstack
 
@@ -50,7 +49,7 @@ def patch_averages(discretisation: Discretisation, sector: SectorMesh) -> csr_ma
 def _averages(
     discretisation: Discretisation, vertices: NDArray[np.int64], centres: NDArray[np.float64]
 ) -> csr_matrix:
-    """W (n_c, n) of one face with the mesh vertices (v,) on it and contact nodes at `centres` (n_c, 3) m."""
+    """W (n_c, n) of one face; `vertices` (v,) of the mesh on it, contact nodes at `centres` (n_c, 3) in m."""
     from scipy.sparse import csr_matrix, diags
 
     on_face = np.zeros(discretisation.n_nodes, dtype=bool)

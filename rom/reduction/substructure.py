@@ -1,4 +1,12 @@
-"""The blade split at its kept dofs: static answers to their motion, and how the inside is coupled to them."""
+"""The blade partitioned at its boundary dofs: constraint modes and condensed matrices.
+
+With the interior dofs i and the boundary dofs b, the constraint modes Psi = -K_ii^-1 K_ib are the static responses of
+the interior to unit boundary displacements (Craig and Bampton 1968). Condensation by them alone is Guyan's.
+
+References
+----------
+R. J. Guyan, Reduction of stiffness and mass matrices, AIAA Journal 3 (1965) 380.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +15,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.linear_algebra.factorisation import Factor, analyse
-from rom.reduction.boundary_dofs import BoundaryDofs, choose_boundary_dofs
+from rom.reduction.boundary_dofs import BoundaryChoice, BoundaryDofs, choose_boundary_dofs
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -21,25 +29,38 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Substructure:
-    """A full model with b kept dofs and 3i dofs of i interior nodes; the clamped ones are gone.
+    """A full model with b boundary dofs and 3i dofs of i interior nodes; the clamped dofs are left out.
 
     Attributes
     ----------
-    kept : the kept dofs and their frames.
-    interior : (i,) nodes that are neither kept nor clamped; with averages for contact dofs, what the variables
-        `kept.variables` hold in their places.
-    inner_mass : (3i, 3i) CSR, M_ii.
-    factor : of K_ii, which itself is not kept: it takes as much memory as the full model's.
-    constraint : (3i, b) constraint modes, Psi = -K_ii^-1 K_ib.
-    coupling : (3i, b) inertia of the inside under the constraint modes, L = M_ib + M_ii Psi.
-    stiffness, mass : (b, b) condensed to the kept dofs (Guyan).
-    centrifugal : (N,) nodal forces of the full model at 1 rad/s, on its variables.
-    element, speed_rpm : of the full model, as there.
+    sector : SectorMesh
+        The mesh.
+    boundary : BoundaryDofs
+        Boundary dofs and their frames.
+    interior : (i,) array
+        Nodes that are neither boundary nodes nor clamped; with averaged contact dofs, the variables in their places.
+    interior_mass : (3i, 3i) CSR matrix
+        M_ii.
+    factor : Factor
+        Factor of K_ii. K_ii itself is not stored: it takes as much memory as that of the full model.
+    constraint : (3i, b) array
+        Constraint modes Psi = -K_ii^-1 K_ib.
+    coupling : (3i, b) array
+        Inertia of the interior under the constraint modes, L = M_ib + M_ii Psi.
+    stiffness, mass : (b, b) array
+        Guyan condensed matrices of the boundary dofs.
+    centrifugal : (N,) array
+        Centrifugal force of the full model at 1 rad/s, on its variables.
+    element : str
+        Element of the full model.
+    speed_rpm : float
+        Speed of the full model, rev/min.
     """
 
-    kept: BoundaryDofs
+    sector: SectorMesh
+    boundary: BoundaryDofs
     interior: NDArray[np.int64]
-    inner_mass: csr_matrix
+    interior_mass: csr_matrix
     factor: Factor
     constraint: NDArray[np.float64]
     coupling: NDArray[np.float64]
@@ -55,36 +76,33 @@ class Substructure:
         return len(self.centrifugal)
 
 
-def split(
-    full: FullModel | Callable[[], FullModel],
-    sector: SectorMesh,
-    excitation_at: str | ArrayLike,
-    backend: str = "auto",
-    contact_dofs: str = "nodal",
+def partition_at_boundary(
+    full: FullModel | Callable[[], FullModel], sector: SectorMesh, choice: BoundaryChoice, backend: str = "auto"
 ) -> Substructure:
-    """Split a sector at its contact, tip and loaded dofs; contact_dofs as in `ReductionOptions`.
+    """Partition a sector at its boundary dofs and solve for the constraint modes.
 
-    full: the full model, or what makes one, which then does not stay in memory.
-    Raises RomParameterError for a loaded point out of place or contact dofs that cannot be had, FactorisationError
+    `full` is the full model, or a function that makes it; then the full model does not stay in memory.
+    Raises RomParameterError for a loaded node that is clamped or a mesh without the contact dofs, FactorisationError
     when the structure is not held or not stable.
     """
     if not isinstance(full, FullModel):
         full = full()
-    kept = choose_boundary_dofs(full, sector, excitation_at, contact_dofs)
-    interior = _interior_nodes(full, kept)
-    centrifugal, element, speed_rpm = kept.forces(full.centrifugal), full.element, full.speed_rpm
-    k_ii, k_ib, k_bb = _partition(kept.quadratic_form(full.stiffness), interior, kept)
+    boundary = choose_boundary_dofs(full, sector, choice)
+    interior = _interior_nodes(full, boundary)
+    centrifugal, element, speed_rpm = boundary.transform_force(full.centrifugal), full.element, full.speed_rpm
+    k_ii, k_ib, k_bb = _partition(boundary.transform_matrix(full.stiffness), interior, boundary)
     analysis = analyse(k_ii, backend)
-    del k_ii  # before the factor comes, beside which there is little room on a large mesh
+    del k_ii  # before the factor is computed: on a large mesh there is little memory beside it
     factor = analysis.factor()
-    m_ii, m_ib, m_bb = _partition(kept.quadratic_form(full.mass), interior, kept)
+    m_ii, m_ib, m_bb = _partition(boundary.transform_matrix(full.mass), interior, boundary)
     del full
     constraint = -factor.solve(k_ib.toarray())
     coupling = m_ib.toarray() + m_ii @ constraint
     return Substructure(
-        kept=kept,
+        sector=sector,
+        boundary=boundary,
         interior=interior,
-        inner_mass=m_ii,
+        interior_mass=m_ii,
         factor=factor,
         constraint=constraint,
         coupling=coupling,
@@ -97,25 +115,25 @@ def split(
 
 
 def symmetric(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Half the sum of a matrix and its transpose: takes away round-off."""
+    """Symmetric part of a matrix: takes away round-off."""
     return 0.5 * (matrix + matrix.T)
 
 
-def _interior_nodes(full: FullModel, kept: BoundaryDofs) -> NDArray[np.int64]:
-    """Nodes (i,) that are neither kept nor clamped."""
+def _interior_nodes(full: FullModel, boundary: BoundaryDofs) -> NDArray[np.int64]:
+    """Nodes (i,) that are neither boundary nodes nor clamped."""
     inside = np.ones(len(full.positions), dtype=bool)
-    inside[kept.nodes] = False
+    inside[boundary.nodes] = False
     inside[full.fixed // 3] = False
     return np.flatnonzero(inside)
 
 
 def _partition(
-    matrix: csr_matrix, interior: NDArray[np.int64], kept: BoundaryDofs
+    matrix: csr_matrix, interior: NDArray[np.int64], boundary: BoundaryDofs
 ) -> tuple[csr_matrix, csr_matrix, NDArray[np.float64]]:
-    """Blocks (interior, interior) and (interior, kept) sparse, (kept, kept) dense, kept dofs in their frames."""
+    """Blocks ii and ib sparse, bb dense; boundary dofs in their frames."""
     from scipy.sparse import csr_matrix
 
-    inside, dofs, rotation = node_dofs(interior).ravel(), kept.dofs, csr_matrix(kept.rotation)
+    inside, dofs, rotation = node_dofs(interior).ravel(), boundary.dofs, csr_matrix(boundary.rotation)
     rows = matrix[inside]
     corner = rotation @ matrix[dofs][:, dofs] @ rotation.T
     return rows[:, inside], rows[:, dofs] @ rotation.T, corner.toarray()

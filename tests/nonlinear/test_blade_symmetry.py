@@ -7,7 +7,7 @@ import pytest
 
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
-from rom import Material, ReductionOptions, assemble, modal_model, reduce
+from rom import Material, ReductionOptions, assemble, modal_model, reduce_sector
 
 
 @lru_cache(maxsize=4)
@@ -16,7 +16,9 @@ def modes(angle, twist):
     shroud = ShroudParameters(angle=angle, thickness=0.005, axial_width=0.040, contact_length=0.012)
     sector = build_sector(blade, shroud, MeshParameters(size=0.007))
     full = assemble(sector, Material(210e9, 0.3, 7850.0))
-    return modal_model(reduce(full, sector, ReductionOptions(modes=10, store_basis=False)), damping_ratio=0.003)
+    return modal_model(
+        reduce_sector(full, sector, ReductionOptions(modes=10, store_basis=False)).model, damping_ratio=0.003
+    )
 
 
 def solve(angle, twist, engine_order, interference=2e-6, force=1.0):

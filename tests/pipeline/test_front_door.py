@@ -13,7 +13,7 @@ from pipeline_support import ground_scene, shroud, small_scene, write_ground_mod
 
 import pipeline
 from pipeline import InputError, plot_curve, read_results, read_scene, run_scene
-from rom import ReducedModel
+from rom import inter_blade_phase
 
 
 def test_results_are_those_of_the_files(finished: Path) -> None:
@@ -103,12 +103,9 @@ def test_a_curve_is_drawn_dashed_where_it_is_unstable(finished: Path) -> None:
     np.testing.assert_allclose(dot.get_ydata(), [1e3 * curve.peak.amplitude_m])
 
 
-def test_the_phase_of_a_model() -> None:
-    one = np.eye(3)
-    vector = np.ones(3)
-    model = ReducedModel(one, one, one, np.zeros((1, 3)), vector, {"tip": vector}, n_blades=12)
-    assert model.phase(3) == model.phase(15) == pytest.approx(np.pi / 2)
-    assert ReducedModel(one, one, one, np.zeros((1, 3)), vector, {"tip": vector}).phase(3) == 0.0
+def test_the_inter_blade_phase() -> None:
+    assert inter_blade_phase(3, 12) == inter_blade_phase(15, 12) == pytest.approx(np.pi / 2)
+    assert inter_blade_phase(3, None) == 0.0
 
 
 def test_every_public_name_is_there_and_costs_nothing_until_it_is_used() -> None:

@@ -96,6 +96,24 @@ def test_the_blade_of_a_scene_is_ignored(finished: Path, tmp_path: Path) -> None
     assert curve["peak_frequency_hz"] == pytest.approx(original["peak_frequency_hz"], rel=1e-9)
 
 
+def test_a_model_of_another_speed_is_refused(finished: Path, tmp_path: Path) -> None:
+    """The centrifugal force of one speed does not belong to the stiffness of another; each way round."""
+    rom = finished / summary_of(finished)["curves"][0]["rom"]
+    assert read_reduced_model(rom).speed_rpm == 0.0
+    stiffened = tmp_path / "stiffened.h5"
+    stiffened.write_bytes(rom.read_bytes())
+    with h5py.File(stiffened, "r+") as file:
+        file.attrs["speed_rpm"] = 3000.0
+    for model, made, asked in ((rom, 0.0, 3000.0), (stiffened, 3000.0, 0.0), (stiffened, 3000.0, 1500.0)):
+        status, error = respond(tmp_path, small_scene(load__speed_rpm=asked), model)
+        assert status == 2
+        assert f"load.speed_rpm = {asked:g}" in error
+        assert f"{made:g} rev/min" in error
+        assert error.count("\n") == 1
+        assert not (tmp_path / "out").exists()
+    assert respond(tmp_path, small_scene(load__speed_rpm=3000.0), stiffened) == (0, "")
+
+
 @pytest.mark.parametrize(
     ("scene", "expected"),
     [

@@ -11,7 +11,7 @@ import rom.reduction.fixed_interface_modes
 from nonlinear.harmonic_selection.adaptive_harmonics import HARMONIC_NUMBERS, feasible_harmonic_numbers
 from pipeline.scene.size_limits import AUTO_HARMONICS
 from rom import ReducedModelError
-from rom.cyclic.expansion import expand
+from rom.cyclic.expansion import expand_to_mesh
 from rom.errors import RomParameterError
 
 
@@ -36,7 +36,7 @@ def test_a_frequency_limit_above_all_modes_that_can_be_kept(monkeypatch: pytest.
     monkeypatch.setattr(rom.reduction.fixed_interface_modes, "_MOST_MODES", 40)
     stiffness = diags_array((2.0 * np.pi * np.arange(1.0, 101.0)) ** 2).tocsr()  # 1 to 100 Hz
     mass, factor = eye_array(100).tocsr(), rom.factorise(stiffness)
-    angular, _ = rom.reduction.fixed_interface_modes.modes_up_to(mass, factor, 30.5)
+    angular = rom.reduction.fixed_interface_modes.modes_up_to(mass, factor, 30.5).omega
     assert angular == pytest.approx(2.0 * np.pi * np.arange(1.0, 31.0))
     with pytest.raises(RomParameterError, match="a lower one: more than 40 modes lie below, up to 40 Hz"):
         rom.reduction.fixed_interface_modes.modes_up_to(mass, factor, 1e15)
@@ -52,7 +52,7 @@ def test_automatic_harmonics_stop_before_the_balance_is_too_large() -> None:
 def test_a_basis_that_is_none_of_a_mesh() -> None:
     model = ground_model(basis=np.ones((7, 12)))
     with pytest.raises(ReducedModelError, match="basis: 7 rows, allowed: three for each node"):
-        expand(model, np.ones(12))
+        expand_to_mesh(model, np.ones(12))
 
 
 def test_an_odd_title_is_drawn_as_it_stands(tmp_path: Path) -> None:

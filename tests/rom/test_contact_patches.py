@@ -11,17 +11,18 @@ from scipy.sparse.linalg import spsolve
 
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
 from rom import (
+    BoundaryChoice,
     LinearOperation,
     Material,
     ReductionOptions,
     RomParameterError,
     assemble,
-    expand,
+    expand_to_mesh,
     full_reference,
     linear_errors,
     linear_responses,
     natural_frequencies,
-    reduce,
+    reduce_sector,
     reduce_to_tolerance,
     static_error,
 )
@@ -29,7 +30,8 @@ from rom.finite_elements.discretisation import discretise
 from rom.reduction.patch_dofs import patch_averages
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
-PATCH = ReductionOptions(modes=12, contact_dofs="patch")
+MODES = ReductionOptions(modes=12)
+PATCH = BoundaryChoice(contact_dofs="patch")
 BLADE = BladeParameters(n_blades=72, hub_radius=0.3, length=0.1, chord=0.03, thickness=0.008, twist=20.0)
 SHROUD = ShroudParameters(angle=70.0, thickness=0.006, axial_width=0.036, contact_length=0.01)
 
@@ -60,7 +62,7 @@ def full(sector):
 
 @pytest.fixture(scope="module")
 def model(full, sector):
-    return reduce(full, sector, PATCH)
+    return reduce_sector(full, sector, MODES, PATCH).model
 
 
 @pytest.mark.parametrize("element", ["hex8", "hex20", "hex27"])
@@ -144,7 +146,7 @@ def test_statics_are_those_of_the_full_model_under_tractions(model, full, sector
     exact = averages @ moved
     found = coordinates[: len(force)]
     assert np.max(np.abs(found - exact)) < 1e-9 * np.max(np.abs(exact))
-    whole = expand(model, coordinates).ravel()  # on the whole mesh too
+    whole = expand_to_mesh(model, coordinates).ravel()  # on the whole mesh too
     assert np.max(np.abs(whole - moved)) < 1e-9 * np.max(np.abs(moved))
 
 
@@ -158,8 +160,7 @@ def test_frequencies_converge_to_those_of_the_full_model(full, sector, normal, t
     exact = lowest_hz(stiffness, full.mass, 6, full.fixed)
     errors = []
     for modes in (10, 20, 40, 80):
-        options = ReductionOptions(modes=modes, store_basis=False, contact_dofs="patch")
-        reduced = reduce(full, sector, options)
+        reduced = reduce_sector(full, sector, ReductionOptions(modes=modes, store_basis=False), PATCH).model
         found = natural_frequencies(reduced, phase, normal=normal, tangential=tangential, count=6)
         errors.append(found / exact - 1)
     worst = np.max(errors, axis=1)
@@ -188,8 +189,8 @@ def test_a_half_turn_exchanges_the_faces(model, sector):
 def test_reference_and_automatic_choice_hold_for_patches(full, sector):
     n_c = len(sector.right.nodes)
     operation = LinearOperation((400.0, 3000.0), np.pi, np.full(n_c, 2e5), np.full(n_c, 1.5e5), damping_ratio=0.003)
-    reference = full_reference(full, sector, 3000.0, contact_dofs="patch")
-    made = reduce_to_tolerance(full, sector, 1e-2, [operation], contact_dofs="patch", store_basis=False)
+    reference = full_reference(full, sector, 3000.0, PATCH)
+    made = reduce_to_tolerance(full, sector, 1e-2, [operation], PATCH, store_basis=False)
     assert static_error(made.model, reference.flexibility) < 1e-9
     exact = linear_responses(reference.model, operation)
     errors = linear_errors(linear_responses(made.model, operation, exact), exact, operation.frequency_hz)
@@ -205,12 +206,12 @@ def test_a_loaded_contact_node_stays_a_node(element):
     sector = patch_block()
     full = assemble(sector, STEEL, element)
     at = sector.right.position[4]
-    model = reduce(full, sector, PATCH, excitation_at=at, excitation_direction=(0, 1, 0))
+    model = reduce_sector(full, sector, MODES, replace(PATCH, excitation_at=at)).model
     assert model.size == 6 * model.n_contacts + 6 + 12
     coordinates = np.random.default_rng(1).standard_normal(model.size)
     node = full.vertex_node[sector.right.nodes[4]]
-    assert model.outputs["tip"] @ coordinates == pytest.approx(expand(model, coordinates)[node, 1], rel=1e-10)
-    averages = vector_averages(sector, element) @ expand(model, coordinates).ravel()
+    assert model.outputs["tip"] @ coordinates == pytest.approx(expand_to_mesh(model, coordinates)[node, 1], rel=1e-10)
+    averages = vector_averages(sector, element) @ expand_to_mesh(model, coordinates).ravel()
     np.testing.assert_allclose(averages, coordinates[: len(averages)], atol=1e-9)
     # Which nodes give way to the averages does not matter: the natural frequencies are those without this load
     # but for the modes left out.
@@ -224,7 +225,9 @@ def test_compliance_of_a_patch_converges_where_that_of_a_node_grows():
         sector = patch_block((n, n, n), (0.01, 0.01, 0.01), grid=(1, 1))
         full = assemble(sector, STEEL)
         for dofs, values in found.items():
-            model = reduce(full, sector, ReductionOptions(modes=0, store_basis=False, contact_dofs=dofs))
+            model = reduce_sector(
+                full, sector, ReductionOptions(modes=0, store_basis=False), BoundaryChoice(contact_dofs=dofs)
+            ).model
             right = model.contact_right
             values.append(np.diag(right @ np.linalg.solve(model.stiffness, right.T)))
     nodal, patch = np.diff(found["nodal"], axis=0), np.diff(found["patch"], axis=0)
@@ -250,11 +253,11 @@ def test_what_cannot_be_had_is_refused_in_one_line():
     }
     far = replace(block, **doubled)
     with pytest.raises(RomParameterError) as bad:
-        ReductionOptions(contact_dofs="mortar")
+        BoundaryChoice(contact_dofs="mortar")
     with pytest.raises(RomParameterError) as no_face:
-        reduce(full, sector, PATCH)
+        reduce_sector(full, sector, MODES, PATCH)
     with pytest.raises(RomParameterError) as no_patch:
-        reduce(assemble(block, STEEL, "hex8"), far, PATCH)
+        reduce_sector(assemble(block, STEEL, "hex8"), far, MODES, PATCH)
     for caught in (bad, no_face, no_patch):
         assert (caught.value.table, caught.value.parameter) == ("rom", "contact_dofs")
         assert "\n" not in str(caught.value)

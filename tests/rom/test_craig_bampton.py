@@ -11,16 +11,17 @@ from scipy.sparse.linalg import spsolve
 
 import rom.reduction.craig_bampton
 from rom import (
+    BoundaryChoice,
     FactorisationError,
     Material,
     ReducedModelError,
     ReductionOptions,
     RomParameterError,
     assemble,
-    expand,
+    expand_to_mesh,
     mode_shapes,
     natural_frequencies,
-    reduce,
+    reduce_sector,
 )
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
@@ -39,7 +40,7 @@ def full(sector):
 
 @pytest.fixture(scope="module")
 def model(full, sector):
-    return reduce(full, sector, ReductionOptions(modes=20))
+    return reduce_sector(full, sector, ReductionOptions(modes=20)).model
 
 
 def test_coordinates_are_right_left_tip_and_modes(model, full, sector):
@@ -54,7 +55,7 @@ def test_coordinates_are_right_left_tip_and_modes(model, full, sector):
     assert model.n_blades == sector.n_blades
     # Seen from the mesh: the basis moves each contact node along its own frame.
     right = full.vertex_node[sector.right.nodes]
-    moved = expand(model, np.eye(model.size)[: 3 * n_c])[:, right]
+    moved = expand_to_mesh(model, np.eye(model.size)[: 3 * n_c])[:, right]
     expected = np.zeros((3 * n_c, n_c, 3))
     for node in range(n_c):
         expected[3 * node : 3 * node + 3, node] = sector.right.frame[node]
@@ -79,7 +80,7 @@ def test_natural_frequencies_agree_with_the_full_model(full, sector, contact):
     exact = lowest_hz(stiffness, full.mass, 8, full.fixed)
     errors = []
     for modes in (10, 20, 40, 80):
-        reduced = reduce(full, sector, ReductionOptions(modes=modes, store_basis=False))
+        reduced = reduce_sector(full, sector, ReductionOptions(modes=modes, store_basis=False)).model
         found = natural_frequencies(reduced, phase, normal=normal, tangential=tangential, count=8)
         errors.append(found / exact - 1)
     worst = np.max(errors, axis=1)
@@ -90,27 +91,27 @@ def test_natural_frequencies_agree_with_the_full_model(full, sector, contact):
     assert np.all(worst < [3e-2, 2e-3, 3e-4, 5e-5])
 
 
-def test_static_answers_at_the_kept_dofs_are_exact(model, full, sector):
+def test_static_responses_at_the_boundary_dofs_are_exact(model, full, sector):
     rng = np.random.default_rng(2)
-    kept = full.vertex_node[np.concatenate([sector.right.nodes, sector.left.nodes, sector.node_sets["tip"]])]
+    boundary = full.vertex_node[np.concatenate([sector.right.nodes, sector.left.nodes, sector.node_sets["tip"]])]
     frames = [*sector.right.frame, *sector.left.frame, np.eye(3)]
-    contact_load = rng.standard_normal(3 * len(kept))
+    contact_load = rng.standard_normal(3 * len(boundary))
     load = 50.0 * full.centrifugal
-    for node, frame, part in zip(kept, frames, contact_load.reshape(-1, 3), strict=True):
+    for node, frame, part in zip(boundary, frames, contact_load.reshape(-1, 3), strict=True):
         load[3 * node : 3 * node + 3] += frame.T @ part
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     exact = np.zeros(full.n_dofs)
     exact[free] = spsolve(full.stiffness[free][:, free].tocsc(), load[free])
-    exact_kept = [frame @ exact[3 * node : 3 * node + 3] for node, frame in zip(kept, frames, strict=True)]
+    exact_boundary = [frame @ exact[3 * node : 3 * node + 3] for node, frame in zip(boundary, frames, strict=True)]
     reduced_load = 50.0 * model.force_centrifugal
-    reduced_load[: 3 * len(kept)] += contact_load
-    found = np.linalg.solve(model.stiffness, reduced_load)[: 3 * len(kept)]
-    assert np.max(np.abs(found - np.concatenate(exact_kept))) < 1e-10 * np.max(np.abs(found))
+    reduced_load[: 3 * len(boundary)] += contact_load
+    found = np.linalg.solve(model.stiffness, reduced_load)[: 3 * len(boundary)]
+    assert np.max(np.abs(found - np.concatenate(exact_boundary))) < 1e-10 * np.max(np.abs(found))
 
 
-def test_loads_at_the_kept_dofs_alone_are_exact_on_the_whole_mesh(model, full):
+def test_loads_at_the_boundary_dofs_alone_are_exact_on_the_whole_mesh(model, full):
     coordinates = np.linalg.solve(model.stiffness, model.force_excitation)
-    displacement = expand(model, coordinates).ravel()
+    displacement = expand_to_mesh(model, coordinates).ravel()
     residual = full.stiffness @ displacement
     tip = int(np.argmin(np.sum((full.positions - [0.0, 0.0, 0.4]) ** 2, axis=1)))
     residual[3 * tip + 1] -= 1.0
@@ -144,7 +145,7 @@ def test_sectors_stuck_together_are_the_whole_ring(diameter):
     """Travelling-wave convention, frames and phase at once: hex8, so that every node of a face is in contact."""
     sizes, thickness = (0.1, 0.2), 0.03
     sector = ring_sector((3, 2, 1), *sizes, thickness, 10)
-    model = reduce(assemble(sector, STEEL, "hex8"), sector, ReductionOptions(modes=30))
+    model = reduce_sector(assemble(sector, STEEL, "hex8"), sector, ReductionOptions(modes=30)).model
     phase = 2 * np.pi * diameter / 10
     found = natural_frequencies(model, phase, normal=1e14, tangential=1e14, count=3)
     points, hexahedra = annulus((3, 20, 1), *sizes, thickness)
@@ -175,25 +176,25 @@ def test_shapes_on_the_mesh_are_mass_normalised_modes(model, full, sector):
 
 
 def test_modes_up_to_a_frequency_limit(full, sector):
-    hz = reduced_interface_hz(reduce(full, sector, ReductionOptions(modes=60)))
+    hz = reduced_interface_hz(reduce_sector(full, sector, ReductionOptions(modes=60)).model)
     for wanted in (3, 27):
         limit = (hz[wanted - 1] + hz[wanted]) / 2
-        model = reduce(full, sector, ReductionOptions(modes=None, frequency_limit=limit))
+        model = reduce_sector(full, sector, ReductionOptions(modes=None, frequency_limit=limit)).model
         np.testing.assert_allclose(reduced_interface_hz(model), hz[:wanted], rtol=1e-9)
-    none = reduce(full, sector, ReductionOptions(frequency_limit=1.0))
-    assert none.size == reduce(full, sector, ReductionOptions(modes=0)).size == 6 * none.n_contacts + 3
+    none = reduce_sector(full, sector, ReductionOptions(frequency_limit=1.0)).model
+    assert none.size == reduce_sector(full, sector, ReductionOptions(modes=0)).model.size == 6 * none.n_contacts + 3
 
 
 def reduced_interface_hz(model):
-    kept = 6 * model.n_contacts + 3
-    np.testing.assert_array_equal(model.mass[kept:, kept:], np.eye(model.size - kept))
-    return np.sqrt(np.diag(model.stiffness)[kept:]) / (2 * np.pi)
+    boundary = 6 * model.n_contacts + 3
+    np.testing.assert_array_equal(model.mass[boundary:, boundary:], np.eye(model.size - boundary))
+    return np.sqrt(np.diag(model.stiffness)[boundary:]) / (2 * np.pi)
 
 
 def test_backends_and_repeated_runs_give_the_same_model(full, sector):
     pytest.importorskip("cvxopt")
     options = [ReductionOptions(modes=12, backend=backend) for backend in ("cholmod", "superlu", "cholmod")]
-    first, other, again = (reduce(full, sector, option) for option in options)
+    first, other, again = (reduce_sector(full, sector, option).model for option in options)
     assert "cholmod" in first.producer
     assert "superlu" in other.producer
     for name in ("mass", "stiffness", "basis", "force_centrifugal"):
@@ -205,22 +206,22 @@ def test_backends_and_repeated_runs_give_the_same_model(full, sector):
         np.testing.assert_allclose(pair[0], pair[1], rtol=1e-10)
 
 
-def test_excitation_elsewhere_keeps_and_observes_that_node(full, sector):
+def test_excitation_elsewhere_adds_and_observes_that_node(full, sector):
     place, direction = [0.015, 0.01, 0.35], [3.0, 0.0, 4.0]
-    model = reduce(full, sector, ReductionOptions(), excitation_direction=direction, excitation_at=place)
-    kept = 6 * model.n_contacts
+    model = reduce_sector(full, sector, ReductionOptions(), BoundaryChoice(direction, place)).model
+    boundary = 6 * model.n_contacts
     expected = np.zeros(model.size)
-    expected[kept + 3 : kept + 6] = [0.6, 0.0, 0.8]
+    expected[boundary + 3 : boundary + 6] = [0.6, 0.0, 0.8]
     np.testing.assert_allclose(model.force_excitation, expected, atol=1e-15)
     np.testing.assert_array_equal(model.outputs["tip"], model.force_excitation)
     node = int(np.argmin(np.sum((full.positions - place) ** 2, axis=1)))
-    found = expand(model, np.eye(model.size)[kept + 3 : kept + 6])[:, node]
+    found = expand_to_mesh(model, np.eye(model.size)[boundary + 3 : boundary + 6])[:, node]
     np.testing.assert_array_equal(found, np.eye(3))
 
 
 def test_excitation_at_a_contact_node_uses_its_frame(full, sector):
     position = sector.right.position[4]
-    model = reduce(full, sector, ReductionOptions(modes=3), excitation_at=position, excitation_direction=(1, 0, 0))
+    model = reduce_sector(full, sector, ReductionOptions(modes=3), BoundaryChoice((1, 0, 0), position)).model
     assert model.size == 6 * model.n_contacts + 3 + 3
     expected = np.zeros(model.size)
     expected[12:15] = sector.right.frame[4] @ [1.0, 0.0, 0.0]
@@ -240,7 +241,7 @@ def test_excitation_at_a_contact_node_uses_its_frame(full, sector):
 )
 def test_bad_excitation_is_refused_in_one_line(full, sector, keywords, parameter):
     with pytest.raises(RomParameterError) as caught:
-        reduce(full, sector, ReductionOptions(), **keywords)
+        reduce_sector(full, sector, ReductionOptions(), BoundaryChoice(**keywords))
     assert (caught.value.table, caught.value.parameter) == ("excitation", parameter)
     assert "\n" not in str(caught.value)
 
@@ -265,7 +266,7 @@ def test_bad_options_are_refused(keywords, parameter):
 
 
 def test_model_without_basis_does_not_expand(full, sector):
-    model = reduce(full, sector, ReductionOptions(modes=2, store_basis=False))
+    model = reduce_sector(full, sector, ReductionOptions(modes=2, store_basis=False)).model
     assert model.basis is None
     with pytest.raises(ReducedModelError, match="basis: missing"):
         mode_shapes(model, 0.0)
@@ -276,13 +277,13 @@ def test_structure_that_is_not_held_is_refused(full, sector):
 
     drifting = replace(full, fixed=np.zeros(0, dtype=int), stiffness=0.0 * full.stiffness)
     with pytest.raises(FactorisationError):
-        reduce(drifting, sector, ReductionOptions(modes=2))
+        reduce_sector(drifting, sector, ReductionOptions(modes=2))
 
 
-def test_asking_for_more_modes_than_there_are_keeps_what_there_is():
+def test_asking_for_more_modes_than_there_are_gives_all_of_them():
     sector = box_sector(divisions=(2, 1, 3), lengths=(0.02, 0.02, 0.03))
     full = assemble(sector, STEEL, "hex8")
-    model = reduce(full, sector, ReductionOptions(modes=500))
+    model = reduce_sector(full, sector, ReductionOptions(modes=500)).model
     interior = full.n_dofs - len(full.fixed) - 6 * model.n_contacts - 3
     assert model.size - 6 * model.n_contacts - 3 == interior
 

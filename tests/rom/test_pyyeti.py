@@ -14,7 +14,15 @@ import pytest
 from rom_reference import lowest_hz
 
 from geometry import BladeParameters, MeshParameters, SectorMesh, ShroudParameters, build_sector
-from rom import FullModel, Material, ReductionOptions, assemble, read_reduced_model, reduce, write_reduced_model
+from rom import (
+    FullModel,
+    Material,
+    ReductionOptions,
+    assemble,
+    read_reduced_model,
+    reduce_sector,
+    write_reduced_model,
+)
 from rom.finite_elements.full_model import node_dofs
 
 cb = pytest.importorskip("pyyeti.cb", reason="pyYeti is not installed (package pyyeti)")
@@ -46,7 +54,7 @@ class Checked:
         return np.flatnonzero(np.arange(len(self.answer.rbg)) % 6 < 3)
 
     @property
-    def kept_positions(self):
+    def boundary_positions(self):
         """Kept nodes (k, 3) [m] in the order of the reduced coordinates."""
         sector = self.sector
         return np.vstack([sector.right.position, sector.left.position, sector.points[sector.node_sets["tip"]]])
@@ -77,7 +85,7 @@ def checked(folder, clamped=False, left_frame=None):
     """Reduce a sector, write and read the file, and let pyYeti check what it says, the left frames being as given."""
     sector = shrouded(clamped)
     full = assemble(sector, STEEL)
-    write_reduced_model(folder / "model.h5", reduce(full, sector, ReductionOptions(modes=MODES)))
+    write_reduced_model(folder / "model.h5", reduce_sector(full, sector, ReductionOptions(modes=MODES)).model)
     model = read_reduced_model(folder / "model.h5")
     mass, stiffness = (six_dofs_a_node(matrix, model.n_contacts) for matrix in (model.mass, model.stiffness))
     # One corner of the right face, two dofs of the opposite corner, one of the left face.
@@ -88,7 +96,7 @@ def checked(folder, clamped=False, left_frame=None):
     frames = [*sector.right.frame, *(sector.left.frame if left_frame is None else left_frame)]
     axes = [np.array([[k, 1, 0], [0, 0, 0], t2, t1]) for k, (t1, t2, _) in enumerate(frames, 1)]
     names = list(range(1, len(axes) + 2))
-    table = nastran.addgrid(None, names, "b", 0, found.kept_positions, [*axes, 0])
+    table = nastran.addgrid(None, names, "b", 0, found.boundary_positions, [*axes, 0])
     report = io.StringIO()
     boundary = np.arange(6 * len(names))
     answer = cb.cbcheck(report, mass, stiffness, boundary, support, uset=table, rb_norm=True)
@@ -122,7 +130,7 @@ def test_rigid_body_modes_by_stiffness_and_by_eigenvectors_are_those_of_the_geom
     np.testing.assert_allclose(answer.rbe[rows], answer.rbg[rows], atol=1e-8)
     found = cb.cbcoordchk(answer.k, answer.bset, free.support, verbose=False, rb_normalizer=answer.rbg[free.support])
     assert found.refpoint_chk == "pass"
-    np.testing.assert_allclose(found.coords, free.kept_positions, atol=1e-9)
+    np.testing.assert_allclose(found.coords, free.boundary_positions, atol=1e-9)
 
 
 def test_nothing_holds_the_free_blade(free):
@@ -142,7 +150,7 @@ def test_mass_centre_of_gravity_and_inertia_are_those_of_the_full_model(free):
         np.testing.assert_allclose(found, exact, atol=1e-8 * np.max(exact))
 
 
-def test_fixed_base_frequencies_are_those_of_the_full_model_with_the_kept_dofs_held(free):
+def test_fixed_base_frequencies_are_those_of_the_full_model_with_the_boundary_dofs_held(free):
     sector, full = free.sector, free.full
     vertices = np.concatenate([sector.right.nodes, sector.left.nodes, sector.node_sets["tip"]])
     exact = lowest_hz(full.stiffness, full.mass, 8, node_dofs(full.vertex_node[vertices]).ravel())

@@ -1,5 +1,7 @@
 """Modal model and receptance of the reduced system against direct solutions with the dynamic stiffness."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -81,6 +83,22 @@ def test_modes_are_mass_normalised_and_damping_is_as_asked():
     assert ratios == pytest.approx([0.01] + [0.03] * (model.size - 1))  # the last one holds for the modes above
     rayleigh = modal_model(model, rayleigh=(0.5, 0.25))
     assert rayleigh.damping == pytest.approx(0.5 + 0.25 * rayleigh.angular_frequency**2)
+
+
+def test_a_model_stiffened_for_one_speed_has_the_centrifugal_force_of_that_speed_only():
+    model = random_model(5)
+    stiffened = replace(model, speed_rpm=120.0)
+    asked = modal_model(stiffened, damping_ratio=0.01, speed_rpm=120.0)
+    assert asked.static_force == pytest.approx(modal_model(model, damping_ratio=0.01, speed_rpm=120.0).static_force)
+    assert asked.static_force == pytest.approx(modal_model(stiffened, damping_ratio=0.01).static_force)
+    for speed in (0.0, 119.0):
+        with pytest.raises(ReducedModelError, match=f"load.speed_rpm = {speed:g}: .* for 120 rev/min") as refused:
+            modal_model(stiffened, damping_ratio=0.01, speed_rpm=speed)
+        assert "\n" not in str(refused.value)
+    with pytest.raises(ReducedModelError, match="for 0 rev/min"):
+        modal_model(replace(model, speed_rpm=0.0), damping_ratio=0.01, speed_rpm=120.0)
+    with pytest.raises(ReducedModelError, match="speed_rpm: nan, allowed: a finite number"):
+        replace(model, speed_rpm=float("nan"))
 
 
 def test_phase_is_aliased():

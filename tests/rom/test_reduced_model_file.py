@@ -41,6 +41,14 @@ def test_round_trip_is_exact(tmp_path, ground):
     }
 
 
+@pytest.mark.parametrize("speed", [None, 0.0, 3000.5])
+def test_the_speed_is_optional(tmp_path, speed):
+    write_reduced_model(tmp_path / "rom.h5", replace(random_model(), speed_rpm=speed))
+    with h5py.File(tmp_path / "rom.h5") as file:
+        assert ("speed_rpm" in file.attrs) == (speed is not None)
+    assert read_reduced_model(tmp_path / "rom.h5").speed_rpm == speed
+
+
 def test_the_basis_is_read_only_where_it_is_wanted(tmp_path):
     model = replace(random_model(), basis=np.ones((7, 10)))
     write_reduced_model(tmp_path / "rom.h5", model)
@@ -92,11 +100,13 @@ def damage(path, name, change):
         ("format", "7", "format: '7', allowed: '1'"),
         ("n_blades", 0, "n_blades: 0, allowed: 1 to 10000"),
         ("n_blades", 2.5, "n_blades.*whole number"),
+        ("speed_rpm", "fast", "speed_rpm.*finite number"),
+        ("speed_rpm", np.inf, "speed_rpm.*finite number"),
     ],
 )
 def test_what_is_wrong_is_named(tmp_path, name, change, words):
     path = tmp_path / "rom.h5"
-    write_reduced_model(path, random_model())
+    write_reduced_model(path, replace(random_model(), speed_rpm=0.0))
     damage(path, name, change)
     with pytest.raises(ReducedModelError, match=words) as caught:
         read_reduced_model(path)

@@ -13,8 +13,8 @@ from rom import (
     assemble,
     centrifugal_displacement,
     natural_frequencies,
-    reduce,
-    spin,
+    reduce_sector,
+    stiffen_by_rotation,
 )
 from rom.finite_elements.assembly import elastic_matrices, geometric_stiffness, stress_at_quadrature
 from rom.finite_elements.discretisation import discretise
@@ -109,7 +109,7 @@ def test_rotating_beam_stiffens_like_the_ritz_solution_and_softens_in_plane(slen
     sector, full = slender
     unit = 0.01 / 0.5**2 * np.sqrt(NO_POISSON.young_modulus / (12 * NO_POISSON.density))
     speed = ratio * unit
-    flap, lag = bending(spin(full, sector, NO_POISSON, speed * RPM))
+    flap, lag = bending(stiffen_by_rotation(full, sector, NO_POISSON, speed * RPM))
     np.testing.assert_allclose(flap / unit, rotating_beam_ratio(ratio, hub=0.0, count=2), rtol=2e-3)
     # In the plane of rotation the centrifugal force turns with the blade: W^2 less, but for the sections' turning.
     np.testing.assert_allclose(flap**2 - lag**2, speed**2, rtol=3e-3)
@@ -125,7 +125,9 @@ def test_southwell_coefficient_with_a_hub(slender):
     sector = bar((1, 1, 24), (0.01, 0.01, 0.5), hub=0.5)
     full = assemble(sector, NO_POISSON)
     unit = 0.01 / 0.5**2 * np.sqrt(NO_POISSON.young_modulus / (12 * NO_POISSON.density))
-    at_rest, turning = (bending(spin(full, sector, NO_POISSON, w * unit * RPM), 1)[0] / unit for w in (0.0, 0.5))
+    at_rest, turning = (
+        bending(stiffen_by_rotation(full, sector, NO_POISSON, w * unit * RPM), 1)[0] / unit for w in (0.0, 0.5)
+    )
     found = (turning**2 - at_rest**2) / 0.5**2
     exact = (rotating_beam_ratio(0.5, 1.0) ** 2 - rotating_beam_ratio(0.0, 1.0) ** 2) / 0.5**2
     np.testing.assert_allclose(found, exact, rtol=2e-3)
@@ -154,13 +156,13 @@ def test_stiffening_and_softening_cancel_when_a_whole_ring_turns():
 def test_no_speed_changes_nothing_and_speed_scales_with_its_square():
     sector = box_sector(divisions=(4, 2, 4))
     full = assemble(sector, NO_POISSON)
-    assert spin(full, sector, NO_POISSON, 0.0) is full
-    slow, fast = (spin(full, sector, NO_POISSON, speed) for speed in (1000.0, -2000.0))
+    assert stiffen_by_rotation(full, sector, NO_POISSON, 0.0) is full
+    slow, fast = (stiffen_by_rotation(full, sector, NO_POISSON, speed) for speed in (1000.0, -2000.0))
     assert (slow.speed_rpm, fast.speed_rpm) == (1000.0, -2000.0)
     difference = (fast.stiffness - full.stiffness) - 4 * (slow.stiffness - full.stiffness)
     assert abs(difference).max() < 1e-13 * abs(full.stiffness).max()
     assert abs(fast.stiffness - fast.stiffness.T).max() < 1e-15 * abs(full.stiffness).max()
-    hz = [natural_frequencies(reduce(m, sector, ReductionOptions()), 0.0)[0] for m in (full, slow, fast)]
+    hz = [natural_frequencies(reduce_sector(m, sector, ReductionOptions()).model, 0.0)[0] for m in (full, slow, fast)]
     assert hz[0] < hz[1] < hz[2]
 
 
@@ -168,6 +170,6 @@ def test_bad_speed_is_refused_in_one_line():
     sector = box_sector(divisions=(4, 2, 4))
     full = assemble(sector, NO_POISSON, "hex8")
     with pytest.raises(RomParameterError, match=r"load.speed_rpm = nan: must be a finite number"):
-        spin(full, sector, NO_POISSON, float("nan"))
+        stiffen_by_rotation(full, sector, NO_POISSON, float("nan"))
     with pytest.raises(RomParameterError, match="model at rest"):
-        spin(spin(full, sector, NO_POISSON, 100.0), sector, NO_POISSON, 200.0)
+        stiffen_by_rotation(stiffen_by_rotation(full, sector, NO_POISSON, 100.0), sector, NO_POISSON, 200.0)

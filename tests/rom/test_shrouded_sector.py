@@ -5,7 +5,15 @@ import pytest
 from rom_reference import lowest_hz, spring_stiffness
 
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
-from rom import Material, ReductionOptions, assemble, centrifugal_displacement, natural_frequencies, reduce, spin
+from rom import (
+    Material,
+    ReductionOptions,
+    assemble,
+    centrifugal_displacement,
+    natural_frequencies,
+    reduce_sector,
+    stiffen_by_rotation,
+)
 
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
 BLADE = BladeParameters(
@@ -34,7 +42,7 @@ def test_reduced_and_full_frequencies(full, sector, normal, tangential, engine_o
     phase = 2 * np.pi * engine_order / sector.n_blades
     stiffness = full.stiffness + spring_stiffness(full, sector, phase, normal, tangential)
     exact = lowest_hz(stiffness, full.mass, 6, full.fixed)
-    model = reduce(full, sector, ReductionOptions(modes=20, store_basis=False))
+    model = reduce_sector(full, sector, ReductionOptions(modes=20, store_basis=False)).model
     found = natural_frequencies(model, phase, normal=normal, tangential=tangential, count=6)
     assert np.all(found / exact - 1 > -1e-7)
     np.testing.assert_allclose(found, exact, rtol=3e-3)
@@ -42,7 +50,7 @@ def test_reduced_and_full_frequencies(full, sector, normal, tangential, engine_o
 
 
 def test_contact_stiffens_in_order_free_sliding_stuck(full, sector):
-    model = reduce(full, sector, ReductionOptions(store_basis=False))
+    model = reduce_sector(full, sector, ReductionOptions(store_basis=False)).model
     phase = 2 * np.pi * 24 / sector.n_blades
     free, sliding, stuck = (
         natural_frequencies(model, phase, normal=normal, tangential=tangential)
@@ -60,7 +68,7 @@ def test_mirrored_shroud_angle_has_the_same_free_and_stuck_frequencies(full, sec
         MeshParameters(size=0.006),
     )
     models = [
-        reduce(part, blade, ReductionOptions(store_basis=False))
+        reduce_sector(part, blade, ReductionOptions(store_basis=False)).model
         for part, blade in ((full, sector), (assemble(mirrored, STEEL), mirrored))
     ]
     for normal, tangential in ((0.0, 0.0), (1e6, 7e5)):
@@ -77,10 +85,14 @@ def test_rotation_untwists_the_blade_and_raises_its_frequencies(full, sector):
     assert turn < 0.0
     assert np.mean(still[tip, 2]) > 0.0
     options = ReductionOptions(store_basis=False)
-    hz = [natural_frequencies(reduce(spin(full, sector, STEEL, rpm), sector, options), 0.0)[0] for rpm in (0, 8000)]
+    models = [
+        reduce_sector(stiffen_by_rotation(full, sector, STEEL, rpm), sector, options).model for rpm in (0.0, 8000.0)
+    ]
+    assert [model.speed_rpm for model in models] == [0.0, 8000.0]
+    hz = [natural_frequencies(model, 0.0)[0] for model in models]
     assert hz[1] > hz[0]
     # The reduced centrifugal force moves the contact nodes as the full model does.
-    rest = reduce(full, sector, options)
+    rest = reduce_sector(full, sector, options).model
     moved = rest.contact_right @ np.linalg.solve(rest.stiffness, rest.force_centrifugal)
     nodes = full.vertex_node[sector.right.nodes]
     exact = np.einsum("kij,kj->ki", sector.right.frame, still[nodes]).ravel()

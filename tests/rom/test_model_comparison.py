@@ -11,6 +11,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
 from rom import (
+    BoundaryChoice,
     LinearOperation,
     Material,
     ReductionOptions,
@@ -19,7 +20,7 @@ from rom import (
     full_reference,
     linear_errors,
     linear_responses,
-    reduce,
+    reduce_sector,
     reduce_to_tolerance,
     static_error,
 )
@@ -53,13 +54,13 @@ def operation(sector):
 
 @pytest.fixture(scope="module")
 def reference(full, sector):
-    return full_reference(full, sector, RANGE[1], excitation_direction=DIRECTION)
+    return full_reference(full, sector, RANGE[1], BoundaryChoice(excitation_direction=DIRECTION))
 
 
 def directly(full, sector, operation, like, damping_matrix=None):
     """Relative contact receptance and tip motion (tip, x, y, z), each frequency factorised by itself."""
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
-    normal, tangential = operation.joints()[like.joint]
+    normal, tangential = operation.contact_conditions()[like.condition]
     stiffness, mass = full.stiffness.astype(complex), full.mass
     if damping_matrix is None:
         a, b = operation.rayleigh
@@ -104,21 +105,23 @@ def _only(face, node):
 def test_the_reference_has_the_frequencies_of_the_full_model(full, sector, reference):
     springs = 2e7 * np.ones(len(sector.right.nodes))
     operation = replace(operation_of(sector), normal=springs, tangential=0.7 * springs)
-    for answer in linear_responses(reference.model, operation):
-        normal, tangential = (values[0] for values in operation.joints()[answer.joint])
+    for response in linear_responses(reference.model, operation):
+        normal, tangential = (values[0] for values in operation.contact_conditions()[response.condition])
         stiffness = full.stiffness + spring_stiffness(full, sector, operation.phase, normal, tangential)
-        last = answer.first_mode - 1 + len(answer.natural_hz)
+        last = response.first_mode - 1 + len(response.natural_hz)
         exact = lowest_hz(stiffness, full.mass, last + 1, full.fixed)
-        np.testing.assert_allclose(answer.natural_hz, exact[answer.first_mode - 1 : last], rtol=1e-9)
-        inside = (answer.natural_hz >= RANGE[0]) & (answer.natural_hz <= RANGE[1])
+        np.testing.assert_allclose(response.natural_hz, exact[response.first_mode - 1 : last], rtol=1e-9)
+        inside = (response.natural_hz >= RANGE[0]) & (response.natural_hz <= RANGE[1])
         assert inside[:-1].all()
         assert not inside[-1]
-        assert np.isin(answer.natural_hz[inside], answer.sample_hz).all()
+        assert np.isin(response.natural_hz[inside], response.sample_hz).all()
 
 
 @pytest.mark.parametrize("modes", [4, 12])
 def test_reported_errors_are_those_against_a_direct_solution(full, sector, operation, reference, modes):
-    model = reduce(full, sector, ReductionOptions(modes=modes), excitation_direction=DIRECTION)
+    model = reduce_sector(
+        full, sector, ReductionOptions(modes=modes), BoundaryChoice(excitation_direction=DIRECTION)
+    ).model
     exact = linear_responses(reference.model, operation)
     found = linear_responses(model, operation, exact)
     for mine, theirs, error in zip(found, exact, linear_errors(found, exact, RANGE), strict=True):
@@ -140,32 +143,32 @@ def test_modal_damping_of_the_reference_is_that_of_the_full_model(full, sector, 
     damping = np.zeros((full.n_dofs, full.n_dofs))
     weighted = mass @ shapes
     damping[np.ix_(free, free)] = (weighted * (0.02 * np.sqrt(squared))) @ weighted.T
-    answer = linear_responses(reference.model, operation)[-1]
-    answer = replace(answer, sample_hz=answer.sample_hz[::3])
-    contact, output = directly(full, sector, operation, answer, csr_matrix(damping))
-    found = linear_responses(reference.model, operation, [answer] * 3)[-1]
+    response = linear_responses(reference.model, operation)[-1]
+    response = replace(response, sample_hz=response.sample_hz[::3])
+    contact, output = directly(full, sector, operation, response, csr_matrix(damping))
+    found = linear_responses(reference.model, operation, [response] * 3)[-1]
     np.testing.assert_allclose(found.contact, contact, rtol=0, atol=1e-5 * np.abs(contact).max())
     np.testing.assert_allclose(found.output, output, rtol=0, atol=1e-5 * np.abs(output).max())
 
 
 def test_static_error_is_round_off_and_sees_a_wrong_stiffness(full, sector, reference):
-    model = reduce(full, sector, ReductionOptions(modes=4))
+    model = reduce_sector(full, sector, ReductionOptions(modes=4)).model
     assert static_error(model, reference.flexibility) < 1e-9
     softer = replace(model, stiffness=0.999 * model.stiffness)
     assert static_error(softer, reference.flexibility) == pytest.approx(1e-3, rel=0.01)
 
 
-def test_joints_without_springs_are_not_told_twice(sector):
+def test_contact_conditions_without_springs_are_left_out(sector):
     operation = operation_of(sector)
     none = np.zeros_like(operation.normal)
-    assert list(replace(operation, tangential=none).joints()) == ["free", "sliding"]
-    assert list(replace(operation, normal=none).joints()) == ["free", "stuck"]
-    assert list(replace(operation, normal=none, tangential=none).joints()) == ["free"]
+    assert list(replace(operation, tangential=none).contact_conditions()) == ["free", "sliding"]
+    assert list(replace(operation, normal=none).contact_conditions()) == ["free", "stuck"]
+    assert list(replace(operation, normal=none, tangential=none).contact_conditions()) == ["free"]
 
 
 @pytest.mark.parametrize("tolerance", [3e-2, 1e-2, 1e-3])
 def test_modes_by_tolerance_are_enough_and_not_too_many(full, sector, operation, reference, tolerance):
-    made = reduce_to_tolerance(full, sector, tolerance, [operation], excitation_direction=DIRECTION)
+    made = reduce_to_tolerance(full, sector, tolerance, [operation], BoundaryChoice(excitation_direction=DIRECTION))
     exact = linear_responses(reference.model, operation)
 
     def true_error(model):
@@ -174,9 +177,13 @@ def test_modes_by_tolerance_are_enough_and_not_too_many(full, sector, operation,
     assert made.model.size == 6 * len(sector.right.nodes) + 3 + made.modes
     assert true_error(made.model) <= tolerance
     assert true_error(made.model) == pytest.approx(made.error, rel=0.02)
-    same = reduce(full, sector, ReductionOptions(modes=made.modes), excitation_direction=DIRECTION)
+    same = reduce_sector(
+        full, sector, ReductionOptions(modes=made.modes), BoundaryChoice(excitation_direction=DIRECTION)
+    ).model
     np.testing.assert_allclose(same.mass, made.model.mass, atol=1e-7 * np.abs(same.mass).max())
-    fewer = reduce(full, sector, ReductionOptions(modes=made.modes - 1), excitation_direction=DIRECTION)
+    fewer = reduce_sector(
+        full, sector, ReductionOptions(modes=made.modes - 1), BoundaryChoice(excitation_direction=DIRECTION)
+    ).model
     assert true_error(fewer) > tolerance
 
 
@@ -184,8 +191,8 @@ def test_modes_by_tolerance_reach_beyond_a_high_range(full, sector):
     """More modes in the range than the first guess: the estimate must not be taken from too few."""
     high = (10_000.0, 90_000.0)
     operation = operation_of(sector, high)
-    made = reduce_to_tolerance(full, sector, 1e-2, [operation], excitation_direction=DIRECTION)
-    reference = full_reference(full, sector, high[1], excitation_direction=DIRECTION)
+    made = reduce_to_tolerance(full, sector, 1e-2, [operation], BoundaryChoice(excitation_direction=DIRECTION))
+    reference = full_reference(full, sector, high[1], BoundaryChoice(excitation_direction=DIRECTION))
     exact = linear_responses(reference.model, operation)
     assert len(exact[0].natural_hz) > 30
     found = linear_responses(made.model, operation, exact)

@@ -1,0 +1,61 @@
+"""Linear springs between facing contact nodes: the limits of the contact without friction, slip or separation.
+
+Free contacts have no springs, sliding ones without friction the normal springs, stuck ones all springs.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg.lapack import dgetrf, dgetrs, zgetrf, zgetrs
+
+
+def contact_springs(n_contacts: int, normal: ArrayLike, tangential: ArrayLike) -> NDArray[np.float64]:
+    """Spring stiffness of the contact nodes along t1, t2 and n: (kt, kt, kn), an array (n_c, 3) in N/m.
+
+    Parameters
+    ----------
+    n_contacts : int
+        Number of contact nodes n_c.
+    normal, tangential : float or (n_c,) array
+        Stiffness kn and kt of each node, N/m.
+    """
+    springs = np.empty((n_contacts, 3))
+    springs[:, :2] = np.broadcast_to(np.asarray(tangential, dtype=float), n_contacts)[:, None]
+    springs[:, 2] = np.asarray(normal, dtype=float)
+    return springs
+
+
+def spring_stiffness(motion: NDArray[Any], springs: NDArray[np.float64]) -> NDArray[Any]:
+    """Stiffness B^H diag(k) B (n, n) of springs k (n_c, 3) between nodes with relative motion B (3 n_c, n)."""
+    return motion.conj().T @ (springs.reshape(-1, 1) * motion)
+
+
+class SpringSupportedMotion:
+    """Relative displacement of contact nodes joined by linear springs: (I + G k) d = d_lin.
+
+    d_lin is the relative displacement with free contacts. The springs exert the contact force f = -k d, hence
+    d = d_lin + G f (Gulisano et al. 2011, eq. 6, with a linear contact force).
+
+    Parameters
+    ----------
+    receptance : (3 n_c, 3 n_c) array
+        G k: the receptance G of the relative displacement times the springs k of its columns, real (static) or
+        complex, C-contiguous; it is overwritten.
+    """
+
+    def __init__(self, receptance: NDArray[Any]) -> None:
+        receptance.flat[:: len(receptance) + 1] += 1.0
+        self._complex = receptance.dtype.kind == "c"
+        if self._complex:  # solved at each frequency: without a copy LAPACK sees the transpose
+            self._factors, self._pivots, _ = zgetrf(receptance.T, overwrite_a=1)
+        else:
+            self._factors, self._pivots, _ = dgetrf(receptance)
+
+    def solve(self, linear: NDArray[Any]) -> NDArray[Any]:
+        """Solution d, (3 n_c,) or (3 n_c, k), for d_lin = `linear`."""
+        if self._complex:
+            return zgetrs(self._factors, self._pivots, linear, trans=1)[0]
+        return dgetrs(self._factors, self._pivots, linear)[0]

@@ -1,0 +1,55 @@
+"""Travelling waves in a ring of identical blades: inter-blade phase angle and relative contact motion.
+
+In a travelling wave blade j+1 moves like blade j, with its harmonic h ahead by the phase h psi. The right face of one
+blade touches the left face of the next.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def inter_blade_phase(engine_order: int, n_blades: int | None) -> float:
+    """Inter-blade phase angle of an engine-order excitation, psi = 2 pi EO / N_b.
+
+    Parameters
+    ----------
+    engine_order : int
+        Engine order EO.
+    n_blades : int or None
+        Number of blades N_b of the ring; None for a single structure.
+
+    Returns
+    -------
+    float
+        psi in rad, 0 <= psi < 2 pi; 0 for a single structure.
+    """
+    return 0.0 if n_blades is None else 2.0 * np.pi * (engine_order % n_blades) / n_blades
+
+
+def relative_contact_motion(
+    right: NDArray[np.float64], left: NDArray[np.float64] | None, phase: ArrayLike
+) -> NDArray[np.complex128]:
+    """Relative displacement of facing contact nodes in a travelling wave, B = right - exp(i phase) left.
+
+    With phase = h psi this is the operator B_h of Gulisano et al. 2011, eq. 17: d^(h) = B_h q^(h).
+
+    Parameters
+    ----------
+    right : (3 n_c, n) array
+        Displacement of the right contact nodes for unit coordinates, rows t1, t2, n of each node.
+    left : (3 n_c, n) array or None
+        The same for the left nodes; None for contact against ground.
+    phase : float or (k,) array
+        Phase from one blade to the next, rad.
+
+    Returns
+    -------
+    (3 n_c, n) or (k, 3 n_c, n) complex array
+        B, one matrix for each phase.
+    """
+    ahead: NDArray[np.complex128] = np.exp(1j * np.asarray(phase, dtype=complex))[..., None, None]
+    if left is None:
+        return np.ones_like(ahead) * right
+    return right - left * ahead
