@@ -75,18 +75,16 @@ def full_model_of(scene: Scene, sector: SectorMesh) -> FullModel:
 
 def clamped_modes(full: FullModel, count: int, backend: str = "auto") -> tuple[np.ndarray, np.ndarray]:
     """Lowest modes of the blade clamped at its root: omega (m,) in rad/s, shapes (N, m); one BLAS thread."""
-    from threadpoolctl import threadpool_limits
-
-    from rom import factorise
+    from rom import factorise, one_blas_thread
     from rom.reduction.fixed_interface_modes import lowest_modes
 
     moving = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     stiffness, mass = (matrix[moving][:, moving] for matrix in (full.stiffness, full.mass))
-    with threadpool_limits(limits=1):
-        omega, found = lowest_modes(mass, factorise(stiffness, backend), count)
-    shapes = np.zeros((full.n_dofs, len(omega)))
-    shapes[moving] = found
-    return omega, shapes
+    with one_blas_thread():
+        found = lowest_modes(mass, factorise(stiffness, backend), count)
+    shapes = np.zeros((full.n_dofs, len(found)))
+    shapes[moving] = found.shapes
+    return found.omega, shapes
 
 
 @dataclass(frozen=True)

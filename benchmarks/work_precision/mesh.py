@@ -115,7 +115,9 @@ def _linear_values(model: ReducedModel, scene: Scene, sector: SectorMesh) -> dic
     """First natural frequency in the range or above it, Hz, free and stuck; highest tip receptance free, m/N."""
     from rom import linear_responses
 
-    responses = {response.joint: response for response in linear_responses(model, linear_operation(scene, sector))}
+    responses = {
+        response.condition: response for response in linear_responses(model, linear_operation(scene, sector))
+    }
     free = responses["free"]
     stuck = responses.get("stuck", free)
     highest = float(np.max(np.abs(free.output)))

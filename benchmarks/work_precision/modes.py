@@ -62,15 +62,14 @@ def modes_study(scene_file: Path, settings: ModesSettings) -> Study:
 
 def _full_reference(mesh: BuiltMesh, beyond: float) -> ReducedModel:
     """A model of the full one's responses, good up to `beyond` times the frequency range."""
-    from rom import full_reference
+    from rom import BoundaryChoice, full_reference
 
     highest, excitation = beyond * mesh.scene.response.frequency[1], mesh.scene.excitation
     return full_reference(
         mesh.full_model(),
         mesh.sector(),
         highest,
-        excitation_direction=excitation.unit_direction,
-        excitation_at=excitation.at,
+        BoundaryChoice(excitation.unit_direction, excitation.at),
     ).model
 
 
@@ -78,10 +77,10 @@ def _errors(model: ReducedModel, operation: LinearOperation, exact: Sequence[Lin
     from rom import linear_errors, linear_responses
 
     errors = linear_errors(linear_responses(model, operation, exact), exact, operation.frequency_hz)
-    by_joint = {error.joint: error for error in errors}
+    by_condition = {error.condition: error for error in errors}
     return {
-        FREE: by_joint["free"].frequency,
-        STUCK: by_joint.get("stuck", by_joint["free"]).frequency,
+        FREE: by_condition["free"].frequency,
+        STUCK: by_condition.get("stuck", by_condition["free"]).frequency,
         CONTACT: max(error.contact for error in errors),
         OUTPUT: max(error.output for error in errors),
     }
