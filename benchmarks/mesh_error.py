@@ -94,7 +94,7 @@ def free_blade(scene_file: Path, size: float, ratio: float) -> tuple[int, float,
 def measure(scene_file: str, size: float, grid: Sequence[int] | None) -> list[dict[str, Any]]:
     """One row for each kind of contact dofs on a mesh of a size in mm: m/N, Hz of the first three modes."""
     from nonlinear import punch_stiffness
-    from rom import ReductionOptions, inter_blade_phase, reduce_sector
+    from rom import BoundaryChoice, ReductionOptions, inter_blade_phase, reduce_sector
 
     changes = {"mesh.size": 1e-3 * size} | ({"mesh.contact_grid": tuple(grid)} if grid else {})
     scene = scene_with(scene_file, changes)
@@ -108,8 +108,8 @@ def measure(scene_file: str, size: float, grid: Sequence[int] | None) -> list[di
     phase = inter_blade_phase(scene.excitation.engine_order, sector.n_blades)
     rows = []
     for kind in KINDS:
-        options = ReductionOptions(FIXED_INTERFACE_MODES, store_basis=False, contact_dofs=kind)
-        model = reduce_sector(full, sector, options).model
+        options = ReductionOptions(FIXED_INTERFACE_MODES, store_basis=False)
+        model = reduce_sector(full, sector, options, BoundaryChoice(contact_dofs=kind)).model
         row = {"size_mm": size, "dofs": full.n_dofs, "contact_dofs": kind, "n_contacts": model.n_contacts}
         rows.append(row | _compliance(model, phase) | _frequencies(model, phase, springs))
     return rows
@@ -117,9 +117,9 @@ def measure(scene_file: str, size: float, grid: Sequence[int] | None) -> list[di
 
 def _compliance(model: Any, phase: float) -> dict[str, float]:
     """Means over the contact nodes, m/N: `whole_*` of the relative flexibility, `local_*` with all others held."""
-    from rom import contact_motion
+    from rom import relative_contact_motion
 
-    motion = contact_motion(model, phase)
+    motion = relative_contact_motion(model.contact_right, model.contact_left, phase)
     flexibility = motion @ np.linalg.solve(model.stiffness, motion.conj().T)
     alone = 1.0 / np.real(np.diag(np.linalg.inv(flexibility)))
     values = {}

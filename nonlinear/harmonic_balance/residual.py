@@ -135,23 +135,47 @@ class HarmonicBalance:
         return (2 * len(self.receptance.harmonics) - 1 - self.first_row) * 3 * self.n_contacts
 
     def displacement(self, unknown: Array) -> Array:
-        """Real Fourier coefficients of d from the unknown (n,): (2H+1, n_c, 3), frozen harmonic 0 included."""
+        """Real Fourier coefficients of d, (2H+1, n_c, 3), a frozen harmonic 0 included.
+
+        Parameters
+        ----------
+        unknown : (n,) float
+            x, m.
+        """
         rows = unknown.reshape(-1, self.n_contacts, 3)
         return rows if self.frozen_static is None else np.concatenate([self.frozen_static[None], rows])
 
     def unknown(self, displacement: Array) -> Array:
-        """The unknown (n,) from real Fourier coefficients (2H+1, n_c, 3): the inverse of `displacement`."""
+        """The unknown x, (n,), of a displacement: the inverse of `displacement`.
+
+        Parameters
+        ----------
+        displacement : (2H+1, n_c, 3) float
+            Real Fourier coefficients of d, m.
+        """
         return displacement[self.first_row :].reshape(-1)
 
     def forces(self, unknown: Array) -> ContactForces:
-        """Contact forces and their Jacobian at the unknown (n,)."""
+        """Contact forces and their Jacobian.
+
+        Parameters
+        ----------
+        unknown : (n,) float
+            x, m.
+        """
         forces = self.element.evaluate(self.displacement(unknown))
         if self.odd:
             forces.force[3::4] = forces.force[4::4] = 0.0  # round-off, which stiff contacts would amplify
         return forces
 
     def with_force(self, force: float) -> "HarmonicBalance":
-        """The same balance under another excitation amplitude `force` (N)."""
+        """The same balance under another excitation amplitude.
+
+        Parameters
+        ----------
+        force : float
+            Amplitude, N.
+        """
         return replace(self, receptance=replace(self.receptance, force=force))
 
     def evaluate(self, unknown: Array, omega: float) -> LinearisedResidual:
@@ -172,7 +196,13 @@ class HarmonicBalance:
         return LinearisedResidual(self, omega, residual, -to_real(dresponse_domega)[first:].reshape(-1), contact)
 
     def vibration(self, unknown: Array) -> float:
-        """2-norm of harmonics 1 .. H of the unknown (n,), metres."""
+        """2-norm of harmonics 1 .. H, m.
+
+        Parameters
+        ----------
+        unknown : (n,) float
+            x, m.
+        """
         dynamic = unknown[(1 - self.first_row) * 3 * self.n_contacts :]
         return math.sqrt(dynamic @ dynamic)
 
@@ -182,6 +212,13 @@ class HarmonicBalance:
         The static rows count relative to the whole displacement, the dynamic rows relative to the vibration. A
         vibration a million times smaller than the static displacement is not resolved further: round-off of the
         contact forces does not allow it.
+
+        Parameters
+        ----------
+        residual : (n,) float
+            R, m.
+        unknown : (n,) float
+            x, m.
         """
         total = math.sqrt(unknown @ unknown) + self.tiny + self._static_resolution
         vibration = max(self.vibration(unknown), SMALLEST_VIBRATION * total)

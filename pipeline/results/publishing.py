@@ -6,9 +6,12 @@ import filecmp
 import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from pipeline.stages.request import Run
 from pipeline.store.content_store import MANIFEST, Store
+
+if TYPE_CHECKING:
+    from pipeline.stages.request import Run
 
 
 def published(run: Run, stage: str, key: str, doing: str, build: Callable[[Path], None], target: Path) -> list[Path]:

@@ -10,7 +10,6 @@ from pathlib import Path
 
 from pipeline.errors import reason_of
 from pipeline.process.progress import Reporter
-from pipeline.process.worker_count import worker_count
 from pipeline.process.workers import workers
 from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member
@@ -18,6 +17,7 @@ from pipeline.stages.curve_file import CURVE
 from pipeline.stages.curve_summary import CurveSummary, read_summary
 from pipeline.stages.solve_curve import Progress, solve_curve
 from pipeline.stages.stage_log import StageLog
+from pipeline.stages.worker_count import worker_count
 from pipeline.store.content_store import Store
 from pipeline.store.disk_errors import StorageError
 

@@ -55,7 +55,13 @@ class SpringSupportedMotion:
             self._factors, self._pivots, _ = dgetrf(receptance)
 
     def solve(self, linear: NDArray[Any]) -> NDArray[Any]:
-        """Solution d, (3 n_c,) or (3 n_c, k), for d_lin = `linear`."""
+        """Solution d of (I + G k) d = d_lin, of the shape of d_lin.
+
+        Parameters
+        ----------
+        linear : (3 n_c,) or (3 n_c, k) array
+            Response d_lin without contact springs, m.
+        """
         if self._complex:
             return zgetrs(self._factors, self._pivots, linear, trans=1)[0]
         return dgetrs(self._factors, self._pivots, linear)[0]

@@ -60,7 +60,13 @@ class ModalModel:
         return self.right.shape[0] // 3
 
     def phase(self, engine_order: int) -> float:
-        """Inter-blade phase angle psi, rad, of `engine_order`, see `inter_blade_phase`."""
+        """Inter-blade phase angle psi, rad; see `inter_blade_phase`.
+
+        Parameters
+        ----------
+        engine_order : int
+            Engine order EO.
+        """
         return inter_blade_phase(engine_order, self.n_blades)
 
 

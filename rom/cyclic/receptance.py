@@ -79,7 +79,7 @@ class RelativeReceptance:
         Parameters
         ----------
         omega : float
-            Excitation frequency w, rad/s.
+            Excitation frequency, rad/s.
 
         Returns
         -------
@@ -96,7 +96,13 @@ class RelativeReceptance:
         return found
 
     def matrix(self, omega: float) -> ComplexArray:
-        """Receptance G^(h), (n_h, 3 n_c, 3 n_c) in m/N, at `omega` in rad/s."""
+        """Receptance G^(h), (n_h, 3 n_c, 3 n_c), m/N.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        """
         value, _ = self.denominators(omega)
         return (self.relative * (1.0 / value)[:, None, :]) @ self.adjoint
 
@@ -108,7 +114,7 @@ class RelativeReceptance:
         Parameters
         ----------
         omega : float
-            Excitation frequency w, rad/s.
+            Excitation frequency, rad/s.
         contact_force : (n_h, 3 n_c) complex array
             f^(h) on the right nodes, N.
 
@@ -127,7 +133,7 @@ class RelativeReceptance:
         Parameters
         ----------
         omega : float
-            Excitation frequency w, rad/s.
+            Excitation frequency, rad/s.
         contact_force : (n_h, 3 n_c) complex array
             f^(h) on the right nodes, N.
 

@@ -17,7 +17,7 @@ HEAVY = ("gmsh", "pyvista", "vtk", "matplotlib", "meshio", "skfem", "numba", "ri
 ROOMS = {
     "geometry": [],
     "rom": [
-        {"errors"},
+        {"errors", "units"},
         {"checks"},
         {"linear_algebra"},
         {"finite_elements"},
@@ -43,7 +43,7 @@ ROOMS = {
         {"results"},
         {"figures", "render", "export", "verify"},
         {"report"},
-        {"run"},
+        {"run", "terminal"},
         {"python_interface", "cli"},
     ],
 }
