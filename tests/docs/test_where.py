@@ -45,7 +45,7 @@ def equations(cell: str) -> set[int]:
     return set(range(int(found[1]), int(found[2] or found[1]) + 1)) if found else set()
 
 
-@pytest.mark.parametrize("section", ["Equations of the paper", "Algorithms"])
+@pytest.mark.parametrize("section", ["Equations of the paper", "Algorithms", "Laws and rules", "Way of a parameter"])
 def test_every_name_is_defined_in_its_file(section: str) -> None:
     found = [fault for fault in map(wrong, rows(section)) if fault]
     assert found == [], "\n".join(["wrong rows of docs/where.md:", *found])
@@ -60,6 +60,15 @@ def test_every_algorithm_of_the_method_is_listed() -> None:
     parts = (DOCS / "method.md").read_text().split("\n## ")
     described = [re.findall(r"^### (.*)$", part, re.MULTILINE) for part in parts if part.startswith("Algorithms")]
     assert {cells[0] for cells in rows("Algorithms")} == {name for names in described for name in names}
+
+
+def test_every_folder_of_code_is_explained() -> None:
+    named = {name for cells in rows("Folders") for name in re.findall(r"`([\w/]+)/`", cells[0])}
+    packages = ("geometry", "rom", "nonlinear", "pipeline")
+    folders = {
+        path.parent.relative_to(ROOT).as_posix() for package in packages for path in (ROOT / package).rglob("*.py")
+    }
+    assert named == folders - {"rom", "nonlinear", "pipeline"}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())

@@ -188,3 +188,10 @@ def test_a_run_without_a_render_imports_no_renderer(tmp_path: Path) -> None:
     assert not found.intersection(("pyvista", "vtk", "matplotlib"))
     again = modules_after("run", scene, "--out", tmp_path / "out", "--until", "respond", "--quiet", cwd=tmp_path)
     assert not again.intersection(("gmsh", "skfem", "scipy", "numba", "meshio"))
+
+
+@pytest.mark.xdist_group("group")
+def test_groups_of_tests_stay_on_one_worker(request: pytest.FixtureRequest) -> None:
+    """What a module makes for its tests is made once: pytest-xdist tells its groups by the names of the tests."""
+    if request.config.getoption("dist", "no") == "loadgroup":
+        assert request.node.nodeid.endswith("@group")

@@ -19,7 +19,7 @@ import pipeline.process.isolated_reading
 from pipeline.errors import InputError
 from pipeline.process.isolated_reading import read_apart
 
-HOUSE = Path(__file__).parents[2]
+REPOSITORY = Path(__file__).parents[2]
 
 
 def one_line(command: tuple[object, ...], path: Path) -> str:
@@ -252,7 +252,7 @@ def test_nothing_that_is_read_is_run() -> None:
     modules = {"pickle", "cPickle", "dill", "cloudpickle", "joblib", "shelve", "marshal", "yaml"}
     calls = {"eval", "exec", "compile", "__import__"}
     for room in ("geometry", "rom", "nonlinear", "pipeline"):
-        for path in sorted((HOUSE / room).rglob("*.py")):
+        for path in sorted((REPOSITORY / room).rglob("*.py")):
             for node in ast.walk(ast.parse(path.read_text())):
                 where = f"{path}:{getattr(node, 'lineno', 0)}"
                 if isinstance(node, ast.Import):

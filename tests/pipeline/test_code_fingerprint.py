@@ -17,6 +17,8 @@ import pipeline.stages.cache_keys as keys
 from pipeline.scene.reading import read_scene
 from pipeline.stages.code_fingerprint import CARRIERS, PACKAGES, REPOSITORY, SourceTree, imports
 
+pytestmark = pytest.mark.xdist_group("fingerprint")  # one worker: what the module makes is made once
+
 ENTRIES = {
     "mesh": keys.MESH_CODE,
     "assemble": keys.FULL_MODEL_CODE,

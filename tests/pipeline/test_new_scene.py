@@ -12,7 +12,7 @@ import pytest
 from jsonschema import Draft202012Validator
 from pipeline_support import shroud, small_scene, write_scene
 
-HOUSE = Path(__file__).parents[2]
+REPOSITORY = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -37,8 +37,8 @@ def test_a_new_scene_is_valid_and_has_the_name_of_its_folder(tmp_path: Path) -> 
 
 
 def test_it_is_the_default_scene() -> None:
-    template = (HOUSE / "pipeline" / "scene" / "template" / "scene.toml").read_text()
-    assert template == (HOUSE / "scenes" / "dummy.toml").read_text()
+    template = (REPOSITORY / "pipeline" / "scene" / "template" / "scene.toml").read_text()
+    assert template == (REPOSITORY / "scenes" / "dummy.toml").read_text()
 
 
 def test_nothing_is_overwritten(tmp_path: Path) -> None:
@@ -66,7 +66,7 @@ def test_a_file_in_the_way(tmp_path: Path) -> None:
     assert error.count("\n") == 1
 
 
-@pytest.mark.parametrize("scene", sorted((HOUSE / "scenes").glob("*.toml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("scene", sorted((REPOSITORY / "scenes").glob("*.toml")), ids=lambda path: path.stem)
 def test_the_schema_knows_every_shipped_scene(validator: Draft202012Validator, scene: Path) -> None:
     assert list(validator.iter_errors(tomllib.loads(scene.read_text()))) == []
 
@@ -121,6 +121,11 @@ def test_completion() -> None:
         "COMP_CWORD": "1",
     }
     done = subprocess.run(
-        [sys.executable, "-m", "pipeline"], cwd=HOUSE, env=environment, capture_output=True, text=True, check=False
+        [sys.executable, "-m", "pipeline"],
+        cwd=REPOSITORY,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.stdout.split() == ["verify"]

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-HOUSE = Path(__file__).parents[2]
+REPOSITORY = Path(__file__).parents[2]
 ROOMS = ("geometry", "rom", "nonlinear", "pipeline")
 
 
@@ -27,7 +27,7 @@ def pip(*arguments: object, cwd: Path) -> None:
 def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy to build in: setuptools leaves things behind."""
     ignored = shutil.ignore_patterns(".venv", ".git", "out", "build", "dist", "*.egg-info", "*_cache", "__pycache__")
-    return Path(shutil.copytree(HOUSE, tmp_path_factory.mktemp("sources") / "shroud", ignore=ignored))
+    return Path(shutil.copytree(REPOSITORY, tmp_path_factory.mktemp("sources") / "shroud", ignore=ignored))
 
 
 @pytest.fixture(scope="module")
@@ -43,9 +43,9 @@ def test_the_wheel_holds_the_four_packages_and_nothing_else(wheel: Path) -> None
         names = {name for name in archive.namelist() if ".dist-info/" not in name}
         said = archive.read(next(n for n in archive.namelist() if n.endswith("METADATA"))).decode()
     here = {
-        path.relative_to(HOUSE).as_posix()
+        path.relative_to(REPOSITORY).as_posix()
         for room in ROOMS
-        for path in (HOUSE / room).rglob("*")
+        for path in (REPOSITORY / room).rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     }
     assert names == here
@@ -62,7 +62,7 @@ def test_the_source_archive_holds_what_its_tests_need(sources: Path) -> None:
         names = {name.partition("/")[2] for name in archive.getnames()}
     wanted = {"Makefile", "README.md", "pyproject.toml", ".ci/run", "docs/conf.py", "scenes/dummy.toml"}
     assert wanted <= names
-    tests = {path.relative_to(HOUSE).as_posix() for path in (HOUSE / "tests").rglob("*.py")}
+    tests = {path.relative_to(REPOSITORY).as_posix() for path in (REPOSITORY / "tests").rglob("*.py")}
     assert tests <= names
     assert not [
         name for name in names if name.startswith((".venv", "out/", "dist/", "build/")) or "__pycache__" in name

@@ -19,6 +19,8 @@ import pipeline.stages.respond
 from geometry import ContactFace, SectorMesh
 from pipeline.report.surface import outer_surface
 
+pytestmark = pytest.mark.xdist_group("report")  # one worker: what the module makes is made once
+
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 VOID = {"meta", "link", "img", "input", "br", "rect", "line"}
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)

@@ -19,7 +19,7 @@ from pipeline.scene.json_schema import scene_schema
 from pipeline.scene.reading import LARGEST_FILE, read_scene
 from pipeline.scene.schema import SECTIONS
 
-HOUSE = Path(__file__).parents[2]
+REPOSITORY = Path(__file__).parents[2]
 KEYS = [(section, key) for section, model in SECTIONS.items() for key in model.model_fields]
 WRONG: dict[str, Any] = {
     "text": "nonsense",
@@ -276,7 +276,7 @@ def test_nothing_heavy_is_imported_before_a_complaint(tmp_path: Path) -> None:
         "assert set(found) == {2}, found\n"
         "print(*{name.partition('.')[0] for name in sys.modules})"
     )
-    environment = {**os.environ, "PYTHONPATH": str(HOUSE)}
+    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path, env=environment
     )

@@ -16,6 +16,8 @@ from pipeline.run import execute
 from pipeline.scene.reading import read_scene
 from pipeline.stages.request import Request, RunOutcome
 
+pytestmark = pytest.mark.xdist_group("spectra")  # one worker: what the module makes is made once
+
 SPEEDS = [0.0, 4000.0, 8000.0]
 COLOURS = {"free": "0.0", "sliding": "#56B4E9", "stuck": "#D55E00"}
 
