@@ -58,10 +58,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def measure(names: Sequence[str], out: Path) -> None:
     """Run the studies with one BLAS thread, as the pipeline does, and write each."""
-    from threadpoolctl import threadpool_limits
+    from rom import one_blas_thread
 
     out.mkdir(parents=True, exist_ok=True)
-    with threadpool_limits(limits=1):
+    with one_blas_thread():
         warm_up(LIFT_OFF[0])
         for name in names:
             start = time.perf_counter()

@@ -62,10 +62,10 @@ def main(arguments: list[str] | None = None) -> int:
 
 def measure(scene_file: str, grid: int, harmonics: int) -> dict[str, Any]:
     """Seconds to the reduced model, milliseconds a point, and largest memory (GB) of this process."""
-    from threadpoolctl import threadpool_limits
+    from rom import one_blas_thread
 
     scene = scene_with(scene_file, {"contact.interference": INTERFERENCE, "mesh.contact_grid": (grid, grid)})
-    with threadpool_limits(limits=1):
+    with one_blas_thread():
         with built_mesh(scene) as mesh:
             made = mesh.reduced()
             problem = curve_problem(made.file, scene)

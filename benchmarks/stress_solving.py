@@ -63,9 +63,8 @@ def solve_case(case: StressCase, model: Path, limit: float) -> StressResult:
 
 def attempt(case: StressCase, model: Path, limit: float) -> tuple[StressResult, ResponseCurve | None]:
     """As `solve_case`, with the curve, if there is one."""
-    from threadpoolctl import threadpool_limits
-
     from nonlinear import forced_response
+    from rom import one_blas_thread
 
     began = time.perf_counter()
     low = high = NAN
@@ -77,7 +76,7 @@ def attempt(case: StressCase, model: Path, limit: float) -> tuple[StressResult, 
         if time.perf_counter() - began > limit:
             raise OutOfTimeError(f"given up at {frequency_hz:.6g} Hz after {limit:g} s")
 
-    with threadpool_limits(1):
+    with one_blas_thread():
         try:
             low, high = frequency_range(case, model)
             curve = forced_response(*posed(case, model, (low, high)), watch)

@@ -107,9 +107,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 def validate(case: StressCase, model: Path, limit: float) -> Validation:
     """Solve a case, estimate its truncation error and find the truth; `limit`: seconds for each whole curve."""
-    from threadpoolctl import threadpool_limits
+    from rom import one_blas_thread
 
-    with threadpool_limits(1):
+    with one_blas_thread():
         try:
             problem = problem_of(case, model)
             began = time.perf_counter()

@@ -10,8 +10,7 @@ from nonlinear.contact.numba_cache import compiled
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactParameters
 from nonlinear.stability.block_matrices import Matrix
 
-MAX_TURNS = 200
-REPEATED = 1e-12  # of the largest motion: a cycle that comes back this near is the steady one
+REPEAT_TOLERANCE = 1e-12  # of the largest motion: a cycle that comes back this near is the steady one
 
 
 @dataclass(frozen=True)
@@ -156,7 +155,7 @@ def cone_slider_memory(
     motion, speed : (n_c, 3, N)
         Relative displacement and its derivative in theta there.
     """
-    from nonlinear.contact.return_map import cone_return_map
+    from nonlinear.contact.return_map import MAX_PERIODS, cone_return_map
 
     p, n = parameters, table.shape[0]
     load = p.normal_load(motion[:, 2].T).T
@@ -165,7 +164,7 @@ def cone_slider_memory(
         limit, kt = p.friction[k] * load[k], float(p.tangential_stiffness[k])
         plane, traction = np.ascontiguousarray(motion[k, :2].T), np.empty((n, 2))
         state = np.empty(n, dtype=np.int64)
-        cone_return_map(plane, limit, kt, MAX_TURNS, REPEATED * float(np.abs(plane).max()), state, traction)
+        cone_return_map(plane, limit, kt, MAX_PERIODS, REPEAT_TOLERANCE * float(np.abs(plane).max()), state, traction)
         if np.all(state == STICK):
             continue
         limit_dn = p.friction[k] * p.normal_stiffness[k] / kt

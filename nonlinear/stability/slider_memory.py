@@ -145,7 +145,7 @@ class MemorySampler:
         )
         if p.law == "cone":
             return cone_slider_memory(p, self._tables[0], motion, speed)
-        state, source, sign = self._march(motion)
+        state, source, sign = self._return_map(motion)
         row, sample, length = _stick_intervals(state, source)
         if row.size == 0:
             return None
@@ -162,7 +162,7 @@ class MemorySampler:
         start, extent = (np.asarray(2.0 * np.pi / n * count, dtype=np.float64) for count in (sample + 0.5, length))
         return SliderMemory(node, direction, start, extent, dw_dn, kt, self.n_harmonics)
 
-    def _march(self, motion: Array) -> tuple[Integers, Integers, Integers]:
+    def _return_map(self, motion: Array) -> tuple[Integers, Integers, Integers]:
         """What `jenkins_return_map` writes for all sliders, (n_c, 2, samples) each; -1 where there is none."""
         from nonlinear.contact.return_map import jenkins_return_map
 

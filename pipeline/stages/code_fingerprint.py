@@ -17,12 +17,13 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
+from pipeline.store.fingerprints import LENGTH
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 PACKAGES = ("geometry", "rom", "nonlinear", "pipeline")
 # They carry results from place to place and have no part in what is in them.
 CARRIERS = ("pipeline.errors", "pipeline.process", "pipeline.store")
 _DISTRIBUTIONS = {"skfem": "scikit-fem", "PIL": "pillow"}  # where the name to install is another one
-_LENGTH = 24
 _TYPE_CHECKING = re.compile(r"^if TYPE_CHECKING:\n(?:[ \t]+.*\n|\n)+", re.MULTILINE)
 _IMPORT = re.compile(r"^[ \t]*import ([\w., \t]+)", re.MULTILINE)
 _FROM = re.compile(r"^[ \t]*from ([\w.]+) import (\([^)]*\)|[^\n(]+)", re.MULTILINE)
@@ -70,7 +71,7 @@ class SourceTree:
             digest.update(f"{module}\0{self._text(module)}\0".encode())
         for library in sorted(libraries):
             digest.update(f"{library} {_version(library)}\n".encode())
-        return digest.hexdigest()[:_LENGTH]
+        return digest.hexdigest()[:LENGTH]
 
     def reached(self, *modules: str) -> tuple[set[str], set[str]]:
         """The modules themselves with all that they import, directly or not; and top-level names of libraries."""

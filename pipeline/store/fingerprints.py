@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-_LENGTH = 24
+LENGTH = 24  # hexadecimal digits of every fingerprint
 
 
 def fingerprint(values: Mapping[str, Any]) -> str:
     """Hash of plain values (numbers, text, lists, mappings), equal for equal content whatever the order of keys."""
     text = json.dumps(values, sort_keys=True, separators=(",", ":"), allow_nan=False, default=list)
-    return hashlib.sha256(text.encode()).hexdigest()[:_LENGTH]
+    return hashlib.sha256(text.encode()).hexdigest()[:LENGTH]
 
 
 def file_sha256(path: Path) -> str:
@@ -25,4 +25,4 @@ def file_sha256(path: Path) -> str:
 
 def file_fingerprint(path: Path) -> str:
     """Hash of a file's content, of the length of the other fingerprints."""
-    return file_sha256(path)[:_LENGTH]
+    return file_sha256(path)[:LENGTH]

@@ -50,6 +50,7 @@ def test_names_of_the_symbols(cls, attribute):
 def test_places_of_the_formulas(name, file):
     item = importlib.import_module(file.removesuffix(".py").replace("/", "."))
     for part in name.split("."):
+        assert hasattr(item, part)
         item = getattr(item, part)
 
 

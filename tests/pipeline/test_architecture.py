@@ -13,8 +13,8 @@ from pipeline_support import ground_scene, small_scene, write_ground_model, writ
 PROJECT = Path(__file__).parents[2]
 PACKAGES = ("geometry", "rom", "nonlinear", "pipeline")
 HEAVY = ("gmsh", "pyvista", "vtk", "matplotlib", "meshio", "skfem", "numba", "rich", "jinja2", "PIL")
-# Rooms of a package: a file imports from its own room and from those before it. Rooms side by side share a line.
-ROOMS = {
+# Folders and top-level files of a package, lowest first: each imports only from those on earlier lines.
+LAYERS = {
     "geometry": [],
     "rom": [
         {"errors", "units"},
@@ -48,7 +48,7 @@ ROOMS = {
     ],
 }
 MOST_PARAMETERS = 8
-DEEPEST = 5
+DEEPEST = 4
 FILES = [path for package in PACKAGES for path in sorted((PROJECT / package).rglob("*.py"))]
 
 
@@ -65,12 +65,12 @@ def imports(tree: ast.AST) -> Iterator[tuple[str, str, bool]]:
         if isinstance(node, ast.Import):
             yield from ((alias.name, "", id(node) not in guarded) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, "relative imports hide which room is meant"
+            assert node.level == 0, "relative imports hide which folder is meant"
             yield from ((str(node.module), alias.name, id(node) not in guarded) for alias in node.names)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(PROJECT).as_posix())
-def test_imports_go_one_way_and_through_the_front_door(path: Path) -> None:
+def test_packages_import_one_way_and_public_names_only(path: Path) -> None:
     package = path.relative_to(PROJECT).parts[0]
     for module, name, _ in imports(ast.parse(path.read_text())):
         other, *inner = module.split(".")
@@ -82,26 +82,21 @@ def test_imports_go_one_way_and_through_the_front_door(path: Path) -> None:
         assert not name.startswith("_"), f"{module}.{name} is private"
 
 
-def room_of(module: list[str]) -> str:
-    """Name of the room of a module given as [package, room or file, ...]."""
-    return module[1] if len(module) > 1 else ""
-
-
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(PROJECT).as_posix())
-def test_rooms_import_one_way(path: Path) -> None:
+def test_folders_import_one_way(path: Path) -> None:
     package, *inner = path.relative_to(PROJECT).with_suffix("").parts
-    floors = {room: floor for floor, rooms in enumerate(ROOMS[package]) for room in rooms}
+    layers = {name: layer for layer, names in enumerate(LAYERS[package]) for name in names}
     own = inner[0]
-    if own not in floors:  # __init__, __main__, bootstrap; geometry has no rooms
-        assert len(inner) == 1, f"{package}/{own} is no room: name its place in ROOMS"
+    if own not in layers:  # __init__, __main__, bootstrap; geometry has no folders
+        assert len(inner) == 1, f"{package}/{own} has no place in LAYERS"
         return
     for module, _, _ in imports(ast.parse(path.read_text())):
-        parts = module.split(".")
-        other = room_of(parts)
-        if parts[0] != package or other in ("", own):
+        other_package, _, rest = module.partition(".")
+        other = rest.partition(".")[0]
+        if other_package != package or other in ("", own):
             continue
-        assert other in floors, f"{module} is no room"
-        assert floors[other] < floors[own], f"{package}/{own} must not import {package}/{other}"
+        assert other in layers, f"{module} has no place in LAYERS"
+        assert layers[other] < layers[own], f"{package}/{own} must not import {package}/{other}"
 
 
 def test_every_folder_of_code_is_a_package() -> None:
