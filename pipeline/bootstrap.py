@@ -1,7 +1,8 @@
 """System libraries that the wheels need: found missing, installed where that is allowed, otherwise named.
 
 Runs before the virtual environment exists, so it uses nothing but the standard library:
-`python3 pipeline/bootstrap.py`.
+`python3 pipeline/bootstrap.py`. With `--test-programs` it brings the programs that some tests compare with; without
+them these tests are skipped.
 """
 
 import ctypes
@@ -10,7 +11,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 # Debian package -> shared libraries of which any one will do; gmsh needs all but the last, rendering needs libegl1.
 PACKAGES: dict[str, tuple[str, ...]] = {
@@ -23,6 +24,17 @@ PACKAGES: dict[str, tuple[str, ...]] = {
     "libgomp1": ("libgomp.so.1",),
     "libegl1": ("libEGL.so.1", "libOSMesa.so.8", "libOSMesa.so.6"),
 }
+
+# Debian package -> programs of which any one will do.
+TEST_PROGRAMS: dict[str, tuple[str, ...]] = {
+    "calculix-ccx": ("ccx",),
+    "chromium": ("chromium", "chromium-browser", "google-chrome"),
+}
+
+
+def missing_test_programs() -> list[str]:
+    """Debian packages of the test programs that are not on the path."""
+    return [package for package, names in TEST_PROGRAMS.items() if not any(map(shutil.which, names))]
 
 
 def missing_packages() -> list[str]:
@@ -43,9 +55,14 @@ def install_commands(packages: Sequence[str]) -> list[list[str]]:
     ]
 
 
-def main() -> int:
+def main(arguments: Sequence[str] = ()) -> int:
     """Install what is missing; 0 if nothing is missing in the end, otherwise 1 and the command that mends it."""
-    missing = missing_packages()
+    return bring(missing_test_programs if "--test-programs" in arguments else missing_packages)
+
+
+def bring(look: Callable[[], list[str]]) -> int:
+    """Install the packages that `look` finds missing; 0 if it finds none in the end, otherwise 1 and a command."""
+    missing = look()
     if not missing:
         return 0
     commands = install_commands(missing)
@@ -56,7 +73,7 @@ def main() -> int:
                 command, env={**os.environ, "DEBIAN_FRONTEND": "noninteractive"}, check=False
             ).returncode:
                 break
-        missing = missing_packages()
+        missing = look()
         if not missing:
             return 0
     by_hand = " && ".join(
@@ -85,4 +102,4 @@ def _sudo_without_password() -> bool:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

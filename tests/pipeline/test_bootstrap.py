@@ -1,6 +1,7 @@
 """The set-up's look for system libraries: what is missing is named, installed where allowed, or a command printed."""
 
 import subprocess
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -48,6 +49,35 @@ def test_root_installs(monkeypatch: pytest.MonkeyPatch) -> None:
     assert bootstrap.main() == 0
     assert [command[2] for command in installed] == ["update", "install"]
     assert installed[1][-1] == "libglu1-mesa"
+
+
+def test_programs_that_tests_compare_with_are_brought(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    present = {"google-chrome"}
+    monkeypatch.setattr(bootstrap.shutil, "which", lambda name: name if name in present else None)
+    monkeypatch.setattr(bootstrap, "_is_root", lambda: True)
+    assert bootstrap.main(["--test-programs"]) == 1
+    assert capsys.readouterr().err.splitlines() == [
+        "missing system packages: calculix-ccx",
+        "install them with: apt-get update && apt-get install -y --no-install-recommends calculix-ccx",
+    ]
+    present.add("ccx")
+    assert bootstrap.main(["--test-programs"]) == 0
+
+
+CI = Path(__file__).parents[2] / ".ci" / "run"
+
+
+@pytest.mark.skipif(not CI.is_file(), reason="no .ci/run beside these tests")
+def test_continuous_integration_brings_them_before_the_tests() -> None:
+    lines = [line for line in CI.read_text().splitlines() if not line.startswith("#")]
+    bringing = next(k for k, line in enumerate(lines) if "bootstrap.py --test-programs" in line)
+    assert bringing < lines.index("exec make test")
+
+
+def test_every_skipped_test_is_listed_with_its_reason(pytestconfig: pytest.Config) -> None:
+    assert "s" in pytestconfig.getoption("reportchars")
 
 
 def test_a_run_without_a_system_library_names_the_command() -> None:

@@ -210,13 +210,18 @@ def test_broken_files(tmp_path: Path, kind: str, command: str) -> None:
     assert not out.exists()
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root reads every file")
 def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
     path = write_scene(tmp_path / "scene.toml", small_scene())
     path.chmod(0)
-    status, _, error = shroud("validate", path)
-    assert (status, error) == (
+    # root reads every file unless it gives up the right to
+    rights = ["setpriv", "--bounding-set=-dac_override,-dac_read_search"] if os.geteuid() == 0 else []
+    if rights and subprocess.run([*rights, "true"], capture_output=True).returncode:
+        pytest.skip("root cannot give up reading every file here")
+    command = [*rights, sys.executable, "-m", "pipeline", "validate", str(path)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (
         2,
+        "",
         f"{path}: cannot be read: Permission denied, allowed: a readable scene file in TOML\n",
     )
 
