@@ -30,9 +30,11 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-
-SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.")]
-OutOption = Annotated[Path | None, typer.Option("--out", help="Output folder; out/<scene name> by default.")]
+# readable=False: a file that may not be read is told of by the code that reads it, like everything else about a file
+SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.", readable=False)]
+OutOption = Annotated[
+    Path | None, typer.Option("--out", help="Output folder; out/<scene name> by default.", readable=False)
+]
 ForceOption = Annotated[bool, typer.Option("--force", help="Compute everything again, even what has not changed.")]
 JobsOption = Annotated[
     int | None,
@@ -66,7 +68,7 @@ def run(
 @app.command()
 def respond(
     scene: SceneArgument,
-    rom: Annotated[Path, typer.Option("--rom", metavar="FILE.h5", help="Reduced model, HDF5.")],
+    rom: Annotated[Path, typer.Option("--rom", metavar="FILE.h5", help="Reduced model, HDF5.", readable=False)],
     out: OutOption = None,
     force: ForceOption = False,
     jobs: JobsOption = None,
@@ -123,7 +125,7 @@ def report(
 
 @app.command()
 def info(
-    file: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.", readable=False)],
     as_json: JsonOption = False,
 ) -> None:
     """Print what a result or a reduced model holds."""
@@ -136,10 +138,12 @@ def info(
 
 @app.command()
 def export(
-    source: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.")],
-    to: Annotated[Path, typer.Option("--to", metavar="FILE", help="Ends with .mat, .uff, .unv or .vtu.")],
+    source: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.", readable=False)],
+    to: Annotated[
+        Path, typer.Option("--to", metavar="FILE", help="Ends with .mat, .uff, .unv or .vtu.", readable=False)
+    ],
     mesh: Annotated[
-        Path | None, typer.Option("--mesh", metavar="FILE", help="For .vtu: mesh.vtu of the model.")
+        Path | None, typer.Option("--mesh", metavar="FILE", help="For .vtu: mesh.vtu of the model.", readable=False)
     ] = None,
     quiet: QuietOption = False,
 ) -> None:
@@ -188,7 +192,9 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
 
 @app.command()
 def new(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to make; the scene takes its name.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Folder to make; the scene takes its name.", readable=False)
+    ],
 ) -> None:
     """Write a commented scene to start from, and its schema for editors."""
     from pipeline.scene.templates import write_new_scene
