@@ -95,11 +95,13 @@ def stored_array(dataset: Any) -> np.ndarray:
 
 
 def why_unreadable(error: BaseException) -> str:
-    """Message of an exception of `UNREADABLE`, its first line only: HDF5 adds its internals on others.
+    """Message of an exception of `UNREADABLE`: the system's own, or its first line; HDF5 adds internals on others.
 
     Parameters
     ----------
     error : BaseException
         The exception.
     """
+    if isinstance(error, OSError) and error.errno:  # an error of the system, wrapped by HDF5 in its own words
+        return os.strerror(error.errno)
     return str(error).strip("'\"").splitlines()[0] if str(error) else type(error).__name__

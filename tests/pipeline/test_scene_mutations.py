@@ -210,20 +210,26 @@ def test_broken_files(tmp_path: Path, kind: str, command: str) -> None:
     assert not out.exists()
 
 
-def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
-    path = write_scene(tmp_path / "scene.toml", small_scene())
-    path.chmod(0)
+UNREADABLE = {
+    ("validate", "FILE"): ": cannot be read: Permission denied, allowed: a readable scene file in TOML\n",
+    ("info", "FILE"): ": cannot be read: Permission denied, allowed: an HDF5 file with ",
+    ("respond", "SCENE", "--rom", "FILE"): ": not readable as a reduced model: Permission denied\n",
+}
+
+
+@pytest.mark.parametrize("command", UNREADABLE, ids=lambda command: command[0])
+def test_a_file_that_may_not_be_read(tmp_path: Path, command: tuple[str, ...]) -> None:
+    places = {"SCENE": write_scene(tmp_path / "scene.toml", small_scene()), "FILE": tmp_path / "file"}
+    places["FILE"].touch(0)
     # root reads every file unless it gives up the right to
     rights = ["setpriv", "--bounding-set=-dac_override,-dac_read_search"] if os.geteuid() == 0 else []
     if rights and subprocess.run([*rights, "true"], capture_output=True).returncode:
         pytest.skip("root cannot give up reading every file here")
-    command = [*rights, sys.executable, "-m", "pipeline", "validate", str(path)]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert (done.returncode, done.stdout, done.stderr) == (
-        2,
-        "",
-        f"{path}: cannot be read: Permission denied, allowed: a readable scene file in TOML\n",
-    )
+    words = [str(places.get(word, word)) for word in command]
+    done = subprocess.run([*rights, sys.executable, "-m", "pipeline", *words], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"{places['FILE']}{UNREADABLE[command]}")
+    assert done.stderr.count("\n") == 1
 
 
 def test_a_byte_order_mark_and_windows_line_ends_are_taken(tmp_path: Path) -> None:
