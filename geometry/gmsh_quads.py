@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from geometry.gmsh_start import start
+from geometry.gmsh_start import start_gmsh
 from geometry.layout import Layout, MeshingError, Patch
 from geometry.sector import FloatArray, IntArray
 
@@ -41,7 +41,7 @@ def _session(options: dict[str, float]) -> Iterator[Any]:
 
     ours = not gmsh.isInitialized()
     if ours:
-        start(gmsh)
+        start_gmsh(gmsh)
         _restore_signals()
     before = "" if ours else gmsh.model.getCurrent()
     saved = {name: gmsh.option.getNumber(name) for name in options}

@@ -15,7 +15,7 @@ ARGUMENTS = ("gmsh", "-v", "0", "-skip_petscrc")
 _NOBODY = 65534
 
 
-def start(gmsh: Any) -> None:
+def start_gmsh(gmsh: Any) -> None:
     """Initialise gmsh.
 
     Parameters
