@@ -1,4 +1,4 @@
-"""Start of gmsh without a home: no file of the user or of the system is read for its settings, and none is written.
+"""Start of gmsh without a home: no settings of the user are read, and none are written.
 
 At its first start in a process gmsh reads, whatever its options say, the settings of its user interface (FLTK) and of
 its solvers (PETSc), and writes those of FLTK: `~/.fltk` and, for the superuser, `/etc/fltk`.
