@@ -8,10 +8,11 @@ import threading
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pipeline.store.content_store import Store
-from pipeline.store.fingerprints import file_fingerprint, fingerprint
+from pipeline.store.fingerprints import arrays_fingerprint, content_fingerprint, fingerprint
 
 
 def writer(text: str):
@@ -157,12 +158,25 @@ def test_two_at_once_end_with_one_whole_entry(tmp_path: Path) -> None:
     assert entry.file("a.txt").read_text() == "same"
 
 
-def test_fingerprints_follow_content_and_nothing_else(tmp_path: Path) -> None:
+def test_fingerprints_follow_content_and_nothing_else() -> None:
     assert fingerprint({"a": 1.0, "b": (1, 2)}) == fingerprint({"b": [1, 2], "a": 1.0})
     assert fingerprint({"a": 1.0}) != fingerprint({"a": 1.0000000000000002})
     assert fingerprint({"a": None}) != fingerprint({})
-    one, two = tmp_path / "one", tmp_path / "two"
-    one.write_bytes(b"same")
-    two.write_bytes(b"same")
-    os.utime(two, (0, 0))
-    assert file_fingerprint(one) == file_fingerprint(two)
+    assert content_fingerprint(b"same") == content_fingerprint(bytes([*b"same"])) != content_fingerprint(b"Same")
+
+
+def test_fingerprints_of_arrays_follow_every_bit_and_every_name() -> None:
+    values = {"a": np.eye(2), "b": {"c": np.zeros(3)}, "d": None, "e": 1.0}
+    changes: list[dict[str, Any]] = [
+        {"a": np.eye(2) * (1.0 + 2e-16)},
+        {"a": np.eye(2).astype(complex)},
+        {"a": np.eye(2).reshape(1, 4)},
+        {"a": None},
+        {"b": {"d": np.zeros(3)}},
+        {"b": {"c": -np.zeros(3)}},
+        {"d": np.zeros(0)},
+        {"e": 1},
+    ]
+    found = [arrays_fingerprint(values | change) for change in [{}, *changes]]
+    assert len(set(found)) == len(found)
+    assert arrays_fingerprint({"e": 1.0, "d": None, "b": {"c": np.zeros(3)}, "a": np.eye(2).T}) == found[0]
