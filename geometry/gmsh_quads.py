@@ -1,4 +1,4 @@
-"""Quadrilaterals by gmsh; no other module calls it."""
+"""Quadrilaterals by gmsh."""
 
 import signal
 import threading
@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from geometry.gmsh_start import start_gmsh
 from geometry.layout import Layout, MeshingError, Patch
 from geometry.sector import FloatArray, IntArray
 
@@ -40,8 +41,7 @@ def _session(options: dict[str, float]) -> Iterator[Any]:
 
     ours = not gmsh.isInitialized()
     if ours:
-        # interruptible=False: gmsh would install a signal handler, which Python allows in the main thread only
-        gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
+        start_gmsh(gmsh)
         _restore_signals()
     before = "" if ours else gmsh.model.getCurrent()
     saved = {name: gmsh.option.getNumber(name) for name in options}

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from rom.finite_elements.full_model import FullModel, assemble
     from rom.finite_elements.material import Material
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
+    from rom.linear_algebra.blas_kernels import processor
     from rom.linear_algebra.factorisation import Factor, factorise
     from rom.linear_algebra.threads import one_blas_thread, one_blas_thread_in_children
     from rom.reduction.boundary_dofs import BoundaryChoice
@@ -86,6 +87,7 @@ __all__ = [
     "one_blas_thread",
     "one_blas_thread_in_children",
     "opened",
+    "processor",
     "read_reduced_model",
     "reduce_sector",
     "reduce_to_tolerance",
@@ -139,6 +141,7 @@ _PLACES = {
     "new_hdf5": "rom.files.hdf5_writing",
     "one_blas_thread": "rom.linear_algebra.threads",
     "one_blas_thread_in_children": "rom.linear_algebra.threads",
+    "processor": "rom.linear_algebra.blas_kernels",
     "opened": "rom.files.hdf5_reading",
     "read_reduced_model": "rom.files.reduced_model_file",
     "reduce_sector": "rom.reduction.craig_bampton",

@@ -7,15 +7,12 @@ Each function is optimised and translated again in every one that calls it, and 
 not go deep.
 """
 
-import hashlib
-import os
-import re
-import tempfile
 from collections.abc import Callable
 from contextlib import suppress
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
+
+from nonlinear.contact.kernel_folder import kernel_folder
 
 Function = TypeVar("Function", bound=Callable)
 
@@ -50,59 +47,39 @@ def _compile(function: Function, **options: bool) -> Any:
     settings: Any = config
     njit: Any = numba.njit
     before = settings.CACHE_DIR
-    settings.CACHE_DIR = before or str(cache_directory())
+    folder = kernel_folder(before)
+    settings.CACHE_DIR = str(folder or "")
     try:
-        kernel = njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
+        kernel = njit(cache=folder is not None, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
     finally:
         settings.CACHE_DIR = before
-    _may_stay_unsaved(kernel)
+    if folder is not None:
+        _guard(kernel, folder)
     return kernel
 
 
-def _may_stay_unsaved(kernel: Any) -> None:
-    """Where the disk of the cache is full a kernel is compiled again the next time: no reason to fail."""
+def _guard(kernel: Any, folder: Path) -> None:
+    """Hold a kernel to the folder, and compile it anew where its file cannot be read or written."""
+    from numba.core.caching import NullCache
+
     cache = getattr(kernel, "_cache", None)  # none where the compiler is switched off
     if cache is None:
         return
-    save = cache.save_overload
+    if not Path(cache.cache_path).is_relative_to(folder):  # numba chooses another where it cannot write this one
+        kernel._cache = NullCache()
+        return
+    save, load = cache.save_overload, cache.load_overload
 
     def saved(*arguments: Any) -> None:
         with suppress(OSError):
             save(*arguments)
 
-    cache.save_overload = saved
-
-
-@lru_cache(maxsize=1)
-def cache_directory() -> Path:
-    """Folder of the kernels of this very source: beside it or, where that is read-only, in the user's cache."""
-    package = Path(__file__).parent.parent
-    name = f"compiled-{source_digest(package)}"
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
-    for parent in (package / "__pycache__", home / "shroud", Path(tempfile.gettempdir()) / f"shroud-{os.getuid()}"):
+    def loaded(*arguments: Any) -> Any:
         try:
-            folder = parent / name
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK):
-            return folder
-    raise OSError("no writable folder for compiled kernels: set NUMBA_CACHE_DIR to one")
+            return load(*arguments)
+        except Exception:  # whatever unpickling stumbles over in a damaged file
+            with suppress(OSError):
+                cache.flush()
+            return None
 
-
-def source_digest(package: Path) -> str:
-    """Hash of the sources of all kernels below `package` and of the modules of the package that these import.
-
-    A kernel depends on the constants and types of the modules that it imports, so these count too.
-    """
-    sources = {source: source.read_bytes() for source in package.rglob("*.py")}
-    needed = [source for source, text in sources.items() if b"from nonlinear.contact.numba_cache import" in text]
-    for source in needed:  # grows
-        for module in re.findall(rb"from nonlinear\.([\w.]+) import", sources[source]):
-            imported = package / (module.decode().replace(".", "/") + ".py")
-            if imported in sources and imported not in needed:
-                needed.append(imported)
-    digest = hashlib.sha256()
-    for source in sorted(needed):
-        digest.update(source.relative_to(package).as_posix().encode() + sources[source])
-    return digest.hexdigest()[:16]
+    cache.save_overload, cache.load_overload = saved, loaded

@@ -38,11 +38,13 @@ _SETTINGS: dict[str, Any] = {
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """matplotlib with the style of the figures, and without a display."""
+    """matplotlib with the style of the figures whatever the user's own settings are, and without a display."""
     import matplotlib as mpl
 
     mpl.use("Agg")
-    with mpl.rc_context(cast(Any, _SETTINGS)):
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(cast(Any, _SETTINGS))
         yield
 
 

@@ -135,7 +135,7 @@ def _figures(source: ReportSource) -> dict[str, Picture]:
     """The figures of the run, by name."""
     found = {}
     for name, caption in _CAPTIONS.items():
-        svg, png = (source.picture(f"figures/{name}.{suffix}") for suffix in ("svg", "png"))
+        svg, png = (source.pictures.get(f"figures/{name}.{suffix}") for suffix in ("svg", "png"))
         if svg is not None and png is not None:
             found[name] = Picture(inline_figure(svg, png), caption)
     return found
@@ -143,7 +143,9 @@ def _figures(source: ReportSource) -> dict[str, Picture]:
 
 def _stills(source: ReportSource) -> list[Picture]:
     names = [name for name in source.pictures if name.startswith("renders/") and name.endswith(".png")]
-    return [Picture(inline_render(source.out / name), _render_caption(Path(name))) for name in names[:MOST_STILLS]]
+    return [
+        Picture(inline_render(source.pictures[name]), _render_caption(Path(name))) for name in names[:MOST_STILLS]
+    ]
 
 
 def _render_caption(render: Path) -> str:

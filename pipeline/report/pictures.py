@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import base64
 import io
-from pathlib import Path
 
 LARGEST_VECTOR = 450_000  # bytes; a larger figure is included as PNG
 WIDTH = 1200  # pixels of a render
 QUALITY = 86
 
 
-def inline_figure(svg: Path, png: Path) -> str:
+def inline_figure(svg: bytes, png: bytes) -> str:
     """A figure as a data URI: its SVG, or its PNG where that is much smaller."""
-    vector = svg.read_bytes()
-    if len(vector) <= LARGEST_VECTOR:
-        return inline_vector(vector)
-    return _uri("image/png", png.read_bytes())
+    return inline_vector(svg) if len(svg) <= LARGEST_VECTOR else _uri("image/png", png)
 
 
 def inline_vector(svg: bytes) -> str:
@@ -24,11 +20,11 @@ def inline_vector(svg: bytes) -> str:
     return _uri("image/svg+xml", svg)
 
 
-def inline_render(png: Path) -> str:
+def inline_render(png: bytes) -> str:
     """A render as a JPEG data URI, no wider than `WIDTH`."""
     from PIL import Image
 
-    with Image.open(png) as picture:
+    with Image.open(io.BytesIO(png)) as picture:
         image = picture.convert("RGB")
     if image.width > WIDTH:
         image = image.resize((WIDTH, round(image.height * WIDTH / image.width)), Image.Resampling.LANCZOS)

@@ -14,12 +14,11 @@ from pipeline.stages.model_chain import BuiltModel
 from pipeline.stages.request import Run, RunOutcome
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.sweep_models import Models
-from pipeline.store.fingerprints import file_fingerprint, fingerprint
+from pipeline.store.fingerprints import content_fingerprint, fingerprint
 from pipeline.verify.cases import Verifier, distinct_cases
 from pipeline.verify.stage import VerifiedCase
 
 _PAGE_MODULE = "pipeline.report.page"
-_TEMPLATES = Path(__file__).parent / "templates"
 
 
 @dataclass(frozen=True)
@@ -40,8 +39,8 @@ class ReportSource:
         Reduced model of each member of the sweep, by its index.
     model_rows : sequence of dict
         `models` of summary.json.
-    pictures : sequence of str
-        Files in `out`.
+    pictures : mapping of str to bytes
+        Figures and stills that the page may show, by their names in `out`.
     verified : sequence of VerifiedCase
         Errors found by `shroud verify`, empty where it has not been run.
     costs, results : mapping of str
@@ -59,7 +58,7 @@ class ReportSource:
     curves: Sequence[CurveResult]
     models: Mapping[int, BuiltModel | None]
     model_rows: Sequence[dict[str, Any]]
-    pictures: Sequence[str]
+    pictures: Mapping[str, bytes]
     verified: Sequence[VerifiedCase]
     costs: Mapping[str, float]
     results: Mapping[str, int]
@@ -76,10 +75,6 @@ class ReportSource:
         """Heading of the page."""
         return self.first.title or self.first.name
 
-    def picture(self, name: str) -> Path | None:
-        """A picture of this run by its path in the output folder, such as `figures/response.svg`."""
-        return self.out / name if name in self.pictures else None
-
     def key(self) -> str:
         """Hash of all this and of the code that makes the page."""
         return fingerprint(
@@ -91,13 +86,13 @@ class ReportSource:
                 ],
                 "models": {str(index): model.key for index, model in self.models.items() if model is not None},
                 "rows": list(self.model_rows),
-                "pictures": {name: file_fingerprint(self.out / name) for name in self.pictures},
+                "pictures": {name: content_fingerprint(content) for name, content in self.pictures.items()},
                 "verified": [[case.label, repr(errors)] for case, errors in self.verified],
                 "costs": dict(self.costs),
+                "numbers": dict(self.results),
                 "problems": list(self.problems),
                 "results": self.results_key,
                 "code": code_fingerprint(_PAGE_MODULE),
-                "templates": {path.name: file_fingerprint(path) for path in _TEMPLATES.iterdir()},
             }
         )
 
@@ -112,12 +107,16 @@ def report_source(run: Run, models: Models, outcome: RunOutcome) -> ReportSource
     return ReportSource(
         out=run.request.out,
         scene_file=scene.path,
-        scene_text=scene.path.read_text(encoding="utf-8"),
+        scene_text=scene.text,
         swept=scene.swept,
         curves=outcome.curves,
         models=models,
         model_rows=outcome.models,
-        pictures=outcome.pictures,
+        pictures={
+            name: (run.request.out / name).read_bytes()
+            for name in outcome.pictures
+            if name.endswith((".svg", ".png"))
+        },
         verified=_verified(run, models),
         costs={stage: round(seconds, 2) for stage, seconds in costs.items() if counts[stage]},
         results=counts,

@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.store.content_store import MANIFEST, Store
+from pipeline.store.content_store import Store
+from pipeline.store.manifest import MANIFEST
 
 if TYPE_CHECKING:
     from pipeline.stages.request import Run
@@ -49,7 +50,7 @@ def remove_outdated(target: Path, patterns: Sequence[str], current: Sequence[Pat
 
 
 def _copied(store: Store, source: Path, target: Path) -> list[Path]:
-    files = [file for file in sorted(source.iterdir()) if file.name != MANIFEST]
+    files = [file for file in sorted(source.iterdir()) if file.is_file() and file.name != MANIFEST]
     for file in files:
         if not _same(file, target / file.name):
             with store.replacing(target / file.name) as (path,):

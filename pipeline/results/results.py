@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
 import json
 import os
 from collections.abc import Mapping
@@ -120,7 +122,7 @@ def read_results(folder: str | os.PathLike[str]) -> Results:
             folder=folder,
             complete=bool(summary["complete"]),
             problems=tuple(summary["problems"]),
-            curves=tuple(_curves(folder, summary["curves"])),
+            curves=tuple(_curves(folder, summary)),
             summary=summary,
         )
     except FileNotFoundError as error:
@@ -130,13 +132,17 @@ def read_results(folder: str | os.PathLike[str]) -> Results:
         raise input_error(folder, "", f"cannot be read: {reason_of(error)}", allowed) from None
 
 
-def _curves(folder: Path, entries: list[dict[str, Any]]) -> list[Curve]:
+def _curves(folder: Path, summary: dict[str, Any]) -> list[Curve]:
     """The curves that the summary names, with their arrays from response.h5."""
+    entries: list[dict[str, Any]] = summary["curves"]
     if not entries:
         return []
     import h5py
 
-    with h5py.File(folder / RESPONSE, "r") as file:
+    content = (folder / RESPONSE).read_bytes()  # once: a run may replace the files meanwhile
+    if hashlib.sha256(content).hexdigest() != summary["response"][RESPONSE]:
+        raise ValueError(f"{SUMMARY} and {RESPONSE} are not of one run")
+    with h5py.File(io.BytesIO(content), "r") as file:
         groups = file["curve"]
         return [_curve(folder, entry, groups.get(str(index))) for index, entry in enumerate(entries)]
 

@@ -63,6 +63,8 @@ class SceneFile:
         What the preset gave to the first member; None where the scene names none.
     notes : tuple of str
         One line for every deprecated spelling of a value.
+    text : str
+        Text of the file as it was read.
     """
 
     path: Path
@@ -70,6 +72,7 @@ class SceneFile:
     swept: tuple[str, ...]
     accuracy: Accuracy | None = None
     notes: tuple[str, ...] = ()
+    text: str = ""
 
     @property
     def first(self) -> Scene:
@@ -98,7 +101,7 @@ def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> Scene
         The file cannot be read, is not TOML, or a value is missing, unknown or not allowed.
     """
     path = Path(path)
-    raw = _load(path)
+    raw, text = _load(path)
     sweep = _sweep_lists(path, raw.pop("sweep", {}))
     if given_model:
         _refuse_without_effect(path, sweep)
@@ -115,10 +118,11 @@ def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> Scene
             places = {key: position for key, (position, _) in chosen.items()}
             raise scene_error(path, merged, error.errors(include_url=False), places) from None
         members.append(Member(index, scene, {key: value for key, (_, value) in chosen.items()}))
-    return SceneFile(path, tuple(members), tuple(sweep), presets[0], notes)
+    return SceneFile(path, tuple(members), tuple(sweep), presets[0], notes, text)
 
 
-def _load(path: Path) -> dict[str, Any]:
+def _load(path: Path) -> tuple[dict[str, Any], str]:
+    """The tables of the file, and its text."""
     allowed = "a readable scene file in TOML"
     try:
         if path.exists() and not path.is_file():
@@ -136,7 +140,7 @@ def _load(path: Path) -> dict[str, Any]:
         reason = getattr(error, "strerror", None) or reason_of(error)
         raise input_error(path, "", f"cannot be read: {reason}", allowed) from None
     try:
-        return tomllib.loads(text)
+        return tomllib.loads(text), text
     except (ValueError, RecursionError) as error:
         raise input_error(path, "", f"not valid TOML: {one_line(str(error))}", "TOML 1.0") from None
 

@@ -1,4 +1,5 @@
-"""Fingerprint of the code behind a result: every module that its maker imports, and the libraries these use.
+"""Fingerprint of all that computes a result: every module that its maker imports, their data files, the libraries
+that these use, and the machine.
 
 The imports are read from the source text, those inside functions included, so that no list of files is kept by hand.
 Imports for type checking only do not count. Reading them by regular expressions takes a few milliseconds for a
@@ -9,38 +10,38 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import os
 import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cache
-from importlib import metadata
 from pathlib import Path
 
+from pipeline.stages.environment import machine, versions
 from pipeline.store.fingerprints import LENGTH
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PACKAGES = ("geometry", "rom", "nonlinear", "pipeline")
 # They carry results from place to place and have no part in what is in them.
 CARRIERS = ("pipeline.errors", "pipeline.process", "pipeline.store")
-_DISTRIBUTIONS = {"skfem": "scikit-fem", "PIL": "pillow"}  # where the name to install is another one
 _TYPE_CHECKING = re.compile(r"^if TYPE_CHECKING:\n(?:[ \t]+.*\n|\n)+", re.MULTILINE)
-_IMPORT = re.compile(r"^[ \t]*import ([\w., \t]+)", re.MULTILINE)
-_FROM = re.compile(r"^[ \t]*from ([\w.]+) import (\([^)]*\)|[^\n(]+)", re.MULTILINE)
+_IMPORT = re.compile(r"^[ \t]*(?:import ([\w., \t]+)|from ([\w.]+) import (\([^)]*\)|[^\n(]+))", re.MULTILINE)
+_BY_NAME = re.compile(r"\bimport_module\(\"([\w.]+)\"\)")
+_DATA = re.compile(r"__file__\)\.parent / \"([\w./-]+)\"")
+_COMMENT = re.compile(r"#.*")
 _PLACES = re.compile(r"^_PLACES = (\{.*?^\})", re.MULTILINE | re.DOTALL)
 Import = tuple[str, str]  # module, and the name imported from it ("" for the module itself)
 
 
 def imports(text: str) -> Iterator[Import]:
     """What a source text imports when it runs, at the top or in a function."""
-    text = _TYPE_CHECKING.sub("", text)
-    for found in _IMPORT.finditer(text):
-        for part in found[1].split(","):
-            yield part.split(" as ")[0].strip(), ""
-    for found in _FROM.finditer(text):
-        for part in re.sub(r"#.*", "", found[2]).strip("()").split(","):
+    for modules, module, names in _IMPORT.findall(_TYPE_CHECKING.sub("", text)):
+        for part in _COMMENT.sub("", modules or names).strip("()").split(","):
             if name := part.split(" as ")[0].strip():
-                yield found[1], name
+                yield (module, name) if module else (name, "")
+    if "import_module" in text:
+        yield from ((name, "") for name in _BY_NAME.findall(text))
 
 
 @dataclass
@@ -54,11 +55,23 @@ class SourceTree:
     """
 
     root: Path = REPOSITORY
+    _files: dict[str, str] = field(default_factory=dict)
     _texts: dict[str, str] = field(default_factory=dict)
     _imports: dict[str, tuple[set[str], set[str]]] = field(default_factory=dict)
+    _tables: dict[str, dict[str, str]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Find the files of the packages."""
+        for package in PACKAGES:
+            for folder, _, names in os.walk(self.root / package):
+                dotted = os.path.relpath(folder, self.root).replace(os.sep, ".")
+                modules = (name.removesuffix(".py") for name in names if name.endswith(".py"))
+                for name in modules:
+                    place = dotted if name == "__init__" else f"{dotted}.{name}"
+                    self._files[place] = os.path.join(folder, f"{name}.py")
 
     def fingerprint(self, *modules: str) -> str:
-        """Hash of the modules, of all that they import of the four packages, and of the versions of libraries.
+        """Hash of the modules, of all that they import of the four packages, of the libraries and the machine.
 
         Raises
         ------
@@ -66,11 +79,13 @@ class SourceTree:
             There is no such module.
         """
         sources, libraries = self.reached(*modules)
-        digest = hashlib.sha256()
+        digest = hashlib.sha256(machine().encode())
         for module in sorted(sources):
             digest.update(f"{module}\0{self._text(module)}\0".encode())
-        for library in sorted(libraries):
-            digest.update(f"{library} {_version(library)}\n".encode())
+            for path in self.data_files(module):
+                digest.update(f"{path.name}\0".encode() + path.read_bytes() + b"\0")
+        for library, version in sorted(versions(libraries).items()):
+            digest.update(f"{library} {version}\n".encode())
         return digest.hexdigest()[:LENGTH]
 
     def reached(self, *modules: str) -> tuple[set[str], set[str]]:
@@ -87,6 +102,15 @@ class SourceTree:
                 libraries |= outer
         return sources, libraries
 
+    def data_files(self, module: str) -> list[Path]:
+        """Files beside a module that it reads, or all in a folder there: named after `Path(__file__).parent /`."""
+        found: list[Path] = []
+        text = self._text(module)
+        for named in _DATA.findall(text) if "__file__" in text else ():
+            place = Path(self._path(module)).parent / named
+            found += sorted(path for path in place.rglob("*") if path.is_file()) if place.is_dir() else [place]
+        return found
+
     def _imported(self, module: str) -> tuple[set[str], set[str]]:
         """What one module imports: modules of the packages, and top-level names of libraries."""
         if module not in self._imports:
@@ -102,25 +126,24 @@ class SourceTree:
 
     def _defining(self, module: str, name: str) -> str:
         """The module that an import leads to: packages hand on names from their files, some by a table."""
-        if self._path(module).name != "__init__.py":
-            return module
-        if self._file(f"{module}.{name}").exists() or self._file(f"{module}.{name}.__init__").exists():
+        if f"{module}.{name}" in self._files:
             return f"{module}.{name}"
-        table = _PLACES.search(self._text(module))
-        places: dict[str, str] = ast.literal_eval(table[1]) if table else {}
-        return places.get(name, module)
+        if not self._path(module).endswith("__init__.py"):
+            return module
+        if module not in self._tables:
+            table = _PLACES.search(self._text(module))
+            self._tables[module] = ast.literal_eval(table[1]) if table else {}
+        return self._tables[module].get(name, module)
 
     def _text(self, module: str) -> str:
         if module not in self._texts:
-            self._texts[module] = self._path(module).read_text(encoding="utf-8")
+            self._texts[module] = Path(self._path(module)).read_text(encoding="utf-8")
         return self._texts[module]
 
-    def _path(self, module: str) -> Path:
-        package = self._file(f"{module}.__init__")
-        return package if package.exists() else self._file(module)
-
-    def _file(self, module: str) -> Path:
-        return self.root.joinpath(*module.split(".")).with_suffix(".py")
+    def _path(self, module: str) -> str:
+        if module not in self._files:
+            raise FileNotFoundError(f"no module {module} in {self.root}")
+        return self._files[module]
 
 
 @cache
@@ -138,11 +161,3 @@ def code_fingerprint(*modules: str) -> str:
 @cache
 def _tree() -> SourceTree:
     return SourceTree()
-
-
-@cache
-def _version(library: str) -> str:
-    try:
-        return metadata.version(_DISTRIBUTIONS.get(library, library))
-    except metadata.PackageNotFoundError:
-        return "absent"

@@ -17,7 +17,7 @@ from pipeline.stages.natural_frequencies import stored_frequencies
 from pipeline.stages.request import Run, RunOutcome
 from pipeline.stages.stage_names import Stage
 from pipeline.store.disk_errors import StorageError
-from pipeline.store.fingerprints import file_fingerprint, fingerprint
+from pipeline.store.fingerprints import arrays_fingerprint, fingerprint
 from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:
@@ -30,13 +30,12 @@ WRITER = "rom.files.reduced_model_file"
 def models_from_file(run: Run, model: ReducedModel) -> Models:
     """A reduced model from elsewhere for every member, written into the output folder beside the results.
 
-    It is written anew and not copied: what else its file may hold stays outside.
+    It is written anew and not copied: what else its file may hold stays outside. Its key is the hash of what was
+    read, not of the file, which may be another one by now.
     """
     from rom import write_reduced_model
 
-    path = run.request.rom
-    assert path is not None
-    key = fingerprint({"file": file_fingerprint(path), "code": code_fingerprint(WRITER)})
+    key = fingerprint({"model": arrays_fingerprint(vars(model)), "code": code_fingerprint(WRITER)})
     entry = run.store.get("rom", key, lambda folder: write_reduced_model(folder / REDUCED_MODEL, model))
     dofs = model.size if model.basis is None else model.basis.shape[0]
     facts: dict[str, Any] = {"dofs": dofs, "reduced_dofs": model.size, "n_contacts": model.n_contacts}

@@ -1,13 +1,13 @@
 """A cache of results in the output folder, addressed by a hash of their inputs.
 
-An entry is a folder `store/KIND/KEY` with the files of one result and `entry.json`, which lists their sizes and
-hashes. It is built in `store/tmp` and moved into place by one rename, so it is whole or absent. An entry that does
-not match its list counts as absent.
+An entry is a folder `store/KIND/KEY` with the files of one result and `entry.json`, which names kind and key and
+lists the files with sizes and hashes. It is built in `store/tmp` and moved into place by one rename, so it is whole
+or absent. An entry that does not match its list, or stands under another kind or key, counts as absent: it is
+replaced when its result is asked for.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import time
@@ -19,9 +19,7 @@ from pathlib import Path
 
 from pipeline.process.clock import seconds_since
 from pipeline.store.disk_errors import storage_error
-from pipeline.store.fingerprints import file_sha256
-
-MANIFEST = "entry.json"
+from pipeline.store.manifest import Manifest
 
 
 @dataclass(frozen=True)
@@ -68,13 +66,12 @@ class Store:
     def find(self, kind: str, key: str, thorough: bool = True) -> Entry | None:
         """The entry where it is whole, otherwise None. Sizes are always compared, hashes only when `thorough`."""
         folder = self.root / kind / key
-        try:
-            manifest = json.loads((folder / MANIFEST).read_text())
-            whole = all(_matches(folder / n, f, thorough) for n, f in manifest["files"].items())
-            run, seconds = str(manifest["run"]), float(manifest["seconds"])
-        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        manifest = Manifest.read(folder)
+        if manifest is None or (manifest.kind, manifest.key) != (kind, key):
             return None
-        return Entry(folder, False, seconds) if whole and (run == self.run or not self.force) else None
+        if (self.force and manifest.run != self.run) or not manifest.agrees_with(folder, thorough):
+            return None
+        return Entry(folder, False, float(manifest.seconds))
 
     def get(self, kind: str, key: str, build: Callable[[Path], None]) -> Entry:
         """The entry; `build(folder)` computes it where `find` has none."""
@@ -85,8 +82,7 @@ class Store:
         with self.temporary() as folder:
             build(folder)
             seconds = seconds_since(start)
-            manifest = {"files": _listing(folder), "seconds": seconds, "run": self.run}
-            (folder / MANIFEST).write_text(json.dumps(manifest, indent=1, sort_keys=True))
+            Manifest.of_files(folder, kind, key, self.run, seconds).write(folder)
             target = self.root / kind / key
             self._install(folder, target)
         return Entry(target, True, seconds)
@@ -140,12 +136,3 @@ class Store:
                 return
         if self.find(target.parent.name, target.name) is None:
             raise OSError(f"{target}: cannot be replaced")
-
-
-def _listing(folder: Path) -> dict[str, dict[str, object]]:
-    files = sorted(p for p in folder.rglob("*") if p.is_file())
-    return {p.relative_to(folder).as_posix(): {"size": p.stat().st_size, "sha256": file_sha256(p)} for p in files}
-
-
-def _matches(path: Path, expected: dict[str, object], thorough: bool) -> bool:
-    return path.stat().st_size == expected["size"] and (not thorough or file_sha256(path) == expected["sha256"])

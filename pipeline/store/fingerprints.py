@@ -1,4 +1,4 @@
-"""Hashes of what a result depends on: scene values, upstream results, files."""
+"""Hashes of what a result depends on: scene values, upstream results, models, pictures."""
 
 from __future__ import annotations
 
@@ -23,6 +23,21 @@ def file_sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def file_fingerprint(path: Path) -> str:
-    """Hash of a file's content, of the length of the other fingerprints."""
-    return file_sha256(path)[:LENGTH]
+def content_fingerprint(content: bytes) -> str:
+    """Hash of bytes, of the length of the other fingerprints."""
+    return hashlib.sha256(content).hexdigest()[:LENGTH]
+
+
+def arrays_fingerprint(values: Mapping[str, Any]) -> str:
+    """Hash of arrays and plain values by their names, of mappings of such, to the last bit of every number."""
+    digest = hashlib.sha256()
+    for name, value in sorted(values.items()):
+        head = f"{name} {value.dtype.str} {value.shape}" if hasattr(value, "dtype") else name
+        digest.update(f"{head}\0".encode())
+        if hasattr(value, "dtype"):
+            digest.update(value.tobytes())
+        elif isinstance(value, Mapping):
+            digest.update(arrays_fingerprint(value).encode())
+        else:
+            digest.update(fingerprint({"value": value}).encode())
+    return digest.hexdigest()[:LENGTH]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import takewhile
 from pathlib import Path
 
 _VARIABLE = "OPENBLAS_CORETYPE"
@@ -44,11 +45,18 @@ def _best() -> str | None:
     return next((name for name, needed in _KERNELS if needed <= features), None)
 
 
+def processor() -> dict[str, str]:
+    """Description of the first processor by the names that Linux gives; empty where it cannot be read."""
+    described = {}
+    try:
+        with _PROCESSOR.open() as lines:
+            for name, _, value in (line.partition(":") for line in takewhile(str.strip, lines)):
+                described[name.strip()] = value.strip()
+    except OSError:
+        return {}
+    return described
+
+
 def _features() -> frozenset[str]:
     """Instruction sets of the processor by their Linux names; empty where they cannot be read."""
-    try:
-        lines = _PROCESSOR.read_text().splitlines()
-    except OSError:
-        return frozenset()
-    flags = next((line for line in lines if line.startswith("flags")), ":")
-    return frozenset(flags.split(":", 1)[1].split())
+    return frozenset(processor().get("flags", "").split())

@@ -109,8 +109,10 @@ def test_is_quiet_and_closes_gmsh(capfd):
 def test_leaves_a_callers_gmsh_session_as_it_was():
     import gmsh
 
+    from geometry.gmsh_start import start_gmsh
+
     expected = digest(build_sector(*CASES["contorted"]))
-    gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
+    start_gmsh(gmsh)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("Mesh.Algorithm", 5)

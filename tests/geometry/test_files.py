@@ -58,9 +58,11 @@ def test_files_are_the_same_bytes_each_time(tmp_path, suffix):
 def test_gmsh_reads_the_msh_file(tmp_path):
     import gmsh
 
+    from geometry.gmsh_start import start_gmsh
+
     mesh = sector(SLENDER, slender_shroud(70.0))
     export_sector(tmp_path / "sector.msh", mesh)
-    gmsh.initialize(argv=[], readConfigFiles=False, interruptible=False)
+    start_gmsh(gmsh)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.open(str(tmp_path / "sector.msh"))

@@ -3,14 +3,16 @@
 import copy
 import io
 import json
-from collections.abc import Mapping
-from contextlib import redirect_stderr, redirect_stdout
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from datetime import date
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
+import pipeline.run
 from pipeline.cli import command
 from rom import ReducedModel, write_reduced_model
 
@@ -133,6 +135,22 @@ def shroud(*arguments: object) -> tuple[int, str, str]:
     with redirect_stdout(out), redirect_stderr(err):
         status = command([str(a) for a in arguments])
     return status, out.getvalue(), err.getvalue()
+
+
+@contextmanager
+def changing_when_locked(change: Callable[[], object]) -> Iterator[None]:
+    """Within the block a run calls `change` when it asks for its output folder, as if it had to wait for it."""
+    real = pipeline.run.working_store
+
+    @contextmanager
+    def waited(*arguments: Any) -> Iterator[Any]:
+        change()
+        with real(*arguments) as store:
+            yield store
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pipeline.run, "working_store", waited)
+        yield
 
 
 def summary_of(folder: Path) -> dict[str, Any]:

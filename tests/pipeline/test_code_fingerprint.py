@@ -8,6 +8,8 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
@@ -15,7 +17,10 @@ from pipeline_support import small_scene, write_scene
 
 import pipeline.stages.cache_keys as keys
 from pipeline.scene.reading import read_scene
+from pipeline.stages import environment
 from pipeline.stages.code_fingerprint import CARRIERS, PACKAGES, REPOSITORY, SourceTree, imports
+from pipeline.stages.environment import versions
+from rom.linear_algebra import blas_kernels
 
 pytestmark = pytest.mark.xdist_group("fingerprint")  # one worker: what the module makes is made once
 
@@ -32,6 +37,12 @@ ENTRIES = {
     "verify": "pipeline.verify.compare",
 }
 PAGE = "pipeline.report.page"  # shows the results of all stages
+DATA = [
+    path.relative_to(REPOSITORY).as_posix()
+    for package in PACKAGES
+    for path in sorted((REPOSITORY / package).rglob("*"))
+    if path.is_file() and path.suffix != ".py" and "__pycache__" not in path.parts
+]
 FILES = [path for package in PACKAGES for path in sorted((REPOSITORY / package).rglob("*.py"))]
 
 
@@ -48,6 +59,42 @@ def prints(root: Path) -> dict[str, str]:
     """Fingerprint of every kind of result."""
     tree = SourceTree(root)
     return {kind: tree.fingerprint(module) for kind, module in ENTRIES.items()}
+
+
+@contextmanager
+def edited(*paths: Path) -> Iterator[None]:
+    """The files with one more line within the block."""
+    before = [path.read_bytes() for path in paths]
+    for path, content in zip(paths, before, strict=True):
+        path.write_bytes(content + b"\nEDITED = 1\n")
+    try:
+        yield
+    finally:
+        for path, content in zip(paths, before, strict=True):
+            path.write_bytes(content)
+
+
+def test_an_edit_of_any_module_that_a_stage_reaches_changes_its_key(copy: Path) -> None:
+    """Each module for one of the stages that reach it; and modules that the same stages reach for all stages."""
+    tree, stages = SourceTree(copy), [*ENTRIES.values(), PAGE]
+    before = {stage: tree.fingerprint(stage) for stage in stages}
+    reached = {stage: tree.reached(stage)[0] for stage in stages}
+    groups: dict[frozenset[str], list[Path]] = {}
+    for path in FILES:
+        place = path.relative_to(REPOSITORY)
+        module = ".".join((place.parent if path.name == "__init__.py" else place.with_suffix("")).parts)
+        of = frozenset(stage for stage in stages if module in reached[stage])
+        groups.setdefault(of, []).append(copy / place)
+        if of:
+            stage = min(of, key=lambda stage: len(reached[stage]))
+            tree._texts.clear()  # read again; who imports whom is the same
+            with edited(copy / place):
+                assert tree.fingerprint(stage) != before[stage], (stage, module)
+    assert len(groups) > 10
+    for of, paths in groups.items():
+        tree._texts.clear()
+        with edited(*paths):
+            assert {stage for stage in stages if tree.fingerprint(stage) != before[stage]} == of
 
 
 @pytest.mark.parametrize(
@@ -71,28 +118,19 @@ def prints(root: Path) -> dict[str, str]:
 )
 def test_an_edit_changes_the_keys_of_what_the_module_computes(copy: Path, module: str, changed: set[str]) -> None:
     before = prints(copy)
-    path = copy / module
-    text = path.read_text()
-    path.write_text(text + "# edited\n")
-    try:
+    with edited(copy / module):
         after = prints(copy)
-    finally:
-        path.write_text(text)
     assert {kind for kind in ENTRIES if before[kind] != after[kind]} == changed
 
 
 @pytest.mark.parametrize(
-    "module", ["report/rows", "report/viewer", "figures/style", "scene/labels", "results/tables"]
+    "path",
+    [path for path in DATA if path != "pipeline/scene/template/scene.toml"],  # what `shroud new` writes
 )
-def test_an_edit_of_what_the_page_shows_changes_its_key(copy: Path, module: str) -> None:
+def test_an_edit_of_a_data_file_changes_the_key_of_the_page(copy: Path, path: str) -> None:
     before = SourceTree(copy).fingerprint(PAGE)
-    path = copy / f"pipeline/{module}.py"
-    text = path.read_text()
-    path.write_text(text + "# edited\n")
-    try:
+    with edited(copy / path):
         assert SourceTree(copy).fingerprint(PAGE) != before
-    finally:
-        path.write_text(text)
 
 
 RUN = """
@@ -105,6 +143,8 @@ scene = Scene.model_validate_json(Path("scene.json").read_text())
 make({arguments})
 print(*sorted(set(sys.modules) - before))
 """
+# Taken by NumPy and numba where they are there, to read Fortran and settings.
+WITHOUT_PART = {"charset-normalizer", "pyyaml"}
 MAKERS = {
     "mesh": ("make_mesh", "Path('.'), scene"),
     "assemble": ("make_full_model", "Path('.'), Path('sector.h5'), scene"),
@@ -133,9 +173,17 @@ def test_no_module_is_used_that_is_not_in_the_key(folder: Path, kind: str) -> No
     ).stdout
     used = {name for name in said.split() if name.partition(".")[0] in PACKAGES and not name.startswith(CARRIERS)}
     packages = {path.parent.relative_to(REPOSITORY).as_posix().replace("/", ".") for path in FILES}
-    found, _ = SourceTree().reached(ENTRIES[kind])
+    found, libraries = SourceTree().reached(ENTRIES[kind])
     assert len(used) > 10
     assert used - packages <= found
+    distributions = packages_distributions()
+    loaded = {
+        distribution.lower().replace("_", "-")
+        for name in {name.partition(".")[0] for name in said.split()} - {*sys.stdlib_module_names, *PACKAGES}
+        for distribution in distributions.get(name, [])
+    }
+    assert "numpy" in loaded
+    assert loaded - WITHOUT_PART <= set(versions(libraries))
 
 
 def by_syntax_tree(text: str) -> Iterator[tuple[str, str]]:
@@ -154,6 +202,8 @@ def by_syntax_tree(text: str) -> Iterator[tuple[str, str]]:
             yield from ((alias.name, "") for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             yield from ((str(node.module), alias.name) for alias in node.names)
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] == "import_module":
+            yield from ((argument.value, "") for argument in node.args if isinstance(argument, ast.Constant))
 
 
 def test_imports_are_read_as_python_reads_them() -> None:
@@ -174,11 +224,97 @@ def test_a_module_that_is_not_there_is_an_error() -> None:
         SourceTree().fingerprint("pipeline.stages.gone")
 
 
-def test_another_version_of_a_library_is_another_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    import pipeline.stages.code_fingerprint as code
+def test_packages_only_hand_on_names() -> None:
+    """So that an edit of a package that a stage's modules lie in has no part in the result."""
+    reached = set().union(*(SourceTree().reached(module)[0] for module in ENTRIES.values()))
+    for path in FILES:
+        package = path.parent.relative_to(REPOSITORY).as_posix().replace("/", ".")
+        if path.name != "__init__.py" or package in reached:
+            continue
+        for node in ast.parse(path.read_text()).body:
+            names = {ast.unparse(target) for target in getattr(node, "targets", [getattr(node, "target", node)])}
+            assert (
+                isinstance(node, ast.Import | ast.ImportFrom | ast.Expr)
+                or (isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
+                or (isinstance(node, ast.FunctionDef) and node.name in ("__getattr__", "__dir__"))
+                or names <= {"__all__", "_PLACES", "__version__"}
+            ), f"{path}: line {node.lineno}"
 
-    before = SourceTree().fingerprint(keys.MESH_CODE)
-    monkeypatch.setattr(code, "_version", lambda library: "0" if library == "gmsh" else "1")
-    one = SourceTree().fingerprint(keys.MESH_CODE)
-    monkeypatch.setattr(code, "_version", lambda library: "1")
-    assert len({before, one, SourceTree().fingerprint(keys.MESH_CODE)}) == 3
+
+def test_another_version_of_a_library_is_another_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of one that is imported, or that such a one needs; of others not."""
+    real = environment._installed
+
+    def fingerprint(changed: str, module: str) -> str:
+        monkeypatch.setattr(environment, "_installed", lambda name: ("0", ()) if name == changed else real(name))
+        return SourceTree().fingerprint(module)
+
+    render = ENTRIES["render"]
+    cases = {keys.MESH_CODE: "gmsh", keys.REDUCED_MODEL_CODE: "cvxopt", keys.CURVE_CODE: "llvmlite", render: "vtk"}
+    for module, library in cases.items():
+        assert fingerprint(library, module) != fingerprint("", module), library
+        assert fingerprint("jsonschema", module) == fingerprint("", module)
+    assert fingerprint("matplotlib", keys.CURVE_CODE) == fingerprint("", keys.CURVE_CODE)
+    assert fingerprint("matplotlib", ENTRIES["figures"]) != fingerprint("", ENTRIES["figures"])
+
+
+def test_a_library_that_is_not_installed_is_told_from_one_that_is() -> None:
+    assert versions(["no-such-library"]) == {"no-such-library": "absent"}
+    assert versions(["skfem"]).keys() >= {"scikit-fem", "numpy"}
+    assert versions(["PIL"])["pillow"] != "absent"
+
+
+CPU = "processor\t: 0\nvendor_id\t: any\nmodel\t\t: 1\nmicrocode\t: 7\nflags\t\t: fpu sse2 avx2 fma md_clear\n\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "other"),
+    [
+        ("avx2", "avx2 avx512f", True),
+        ("model\t\t: 1", "model\t\t: 2", True),
+        ("md_clear", "md_clear flush_l1d", False),  # an update of the system
+        ("microcode\t: 7", "microcode\t: 8", False),
+        ("sse2 avx2", "avx2 sse2", False),
+        ("\n\n", "\n\nprocessor\t: 1\nmodel\t\t: 9\n\n", False),
+    ],
+)
+def test_another_kind_of_processor_is_another_key(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, old: str, new: str, other: bool
+) -> None:
+    found = []
+    for text in (CPU, CPU.replace(old, new)):
+        (tmp_path / "cpuinfo").write_text(text)
+        monkeypatch.setattr(blas_kernels, "_PROCESSOR", tmp_path / "cpuinfo")
+        monkeypatch.setattr("pipeline.stages.code_fingerprint.machine", environment.machine.__wrapped__)
+        found.append(SourceTree().fingerprint(keys.MESH_CODE))
+    assert (found[0] != found[1]) == other
+
+
+@pytest.mark.parametrize(
+    ("name", "other"),
+    [
+        ("OPENBLAS_CORETYPE", True),
+        ("NPY_DISABLE_CPU_FEATURES", True),
+        ("NUMBA_CPU_NAME", True),
+        ("NUMBA_CACHE_DIR", False),
+        ("OPENBLAS_NUM_THREADS", False),
+        ("HOME", False),
+    ],
+)
+def test_settings_that_choose_other_kernels_are_in_the_key(
+    monkeypatch: pytest.MonkeyPatch, name: str, other: bool
+) -> None:
+    monkeypatch.delenv(name, raising=False)
+    before = environment.machine.__wrapped__()
+    monkeypatch.setenv(name, "/any")
+    assert (environment.machine.__wrapped__() != before) == other
+
+
+def test_another_python_or_c_library_is_another_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = environment.machine.__wrapped__()
+    with monkeypatch.context() as patch:
+        patch.setattr("platform.python_version", lambda: "3.99.0")
+        assert environment.machine.__wrapped__() != before
+    with monkeypatch.context() as patch:
+        patch.setattr(environment, "_c_library", lambda: "musl 1")
+        assert environment.machine.__wrapped__() != before

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from matplotlib import pyplot as plt
@@ -73,6 +74,16 @@ def test_what_is_no_result_is_refused_in_one_line(tmp_path: Path, finished: Path
     (tmp_path / "absent" / "summary.json").write_bytes((finished / "summary.json").read_bytes())
     with pytest.raises(InputError, match=r"holds no response\.h5"):
         read_results(tmp_path / "absent")
+
+
+def test_files_of_two_runs_are_not_taken_for_one(tmp_path: Path, finished: Path) -> None:
+    for name in ("summary.json", "response.h5"):
+        (tmp_path / name).write_bytes((finished / name).read_bytes())
+    assert len(read_results(tmp_path).curves) == 2
+    with h5py.File(tmp_path / "response.h5", "r+") as file:
+        file["curve/0/amplitude_m"][0] += 1.0
+    with pytest.raises(InputError, match=r"summary\.json and response\.h5 are not of one run"):
+        read_results(tmp_path)
 
 
 def test_bad_input_is_refused_before_anything_is_written(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 from pipeline_support import (
+    changing_when_locked,
     ground_model,
     ground_scene,
     shroud,
@@ -85,6 +86,21 @@ def test_a_model_of_the_same_content_is_the_same_model(tmp_path: Path) -> None:
     other = write_ground_model(tmp_path / "three.h5", mass=1.1 * np.eye(12))
     assert respond(tmp_path, ground_scene(), other) == (0, "")
     assert statuses(tmp_path / "out")["respond"] == "ran"
+
+
+def test_a_model_exchanged_while_the_run_waits_is_not_taken_for_the_one_that_was_read(tmp_path: Path) -> None:
+    rom = write_ground_model(tmp_path / "one.h5")
+    other = write_ground_model(tmp_path / "other.h5", mass=1.1 * np.eye(12))
+    assert respond(tmp_path, ground_scene(), write_ground_model(tmp_path / "same.h5")) == (0, "")
+    expected = summary_of(tmp_path / "out")["models"][0]
+    with changing_when_locked(lambda: rom.write_bytes(other.read_bytes())):
+        assert respond(tmp_path, ground_scene(), rom) == (0, "")
+    found = summary_of(tmp_path / "out")["models"][0]
+    assert statuses(tmp_path / "out")["respond"] == "reused"
+    assert found == expected
+    assert respond(tmp_path, ground_scene(), rom) == (0, "")
+    found = summary_of(tmp_path / "out")["models"][0]
+    np.testing.assert_allclose(found["free_hz"], np.array(expected["free_hz"]) / np.sqrt(1.1), rtol=1e-9)
 
 
 def test_the_blade_of_a_scene_is_ignored(finished: Path, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import pytest
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
 from pipeline.figures.curve_line import stability_segments
+from pipeline.figures.style import save, styled
 from pipeline.render.mode_shapes import at_largest
 from pipeline.render.ring import turned
 from pipeline.scene.labels import prefixed, value_label
@@ -33,6 +34,24 @@ def test_every_figure_is_there_twice(finished: Path) -> None:
     for name in pictures:
         if name.endswith("png"):
             assert min(size_of(finished / name)) > 500
+
+
+def test_settings_of_the_user_have_no_part_in_a_figure(tmp_path: Path) -> None:
+    """As a matplotlibrc sets them."""
+    import matplotlib as mpl
+    from matplotlib import pyplot as plt
+
+    mine = {"lines.linestyle": ":", "axes.facecolor": "red", "font.family": "monospace", "figure.figsize": (2.0, 2.0)}
+    for name, settings in (("plain", {}), ("mine", mine)):
+        with mpl.rc_context(settings):
+            with styled():
+                figure, axes = plt.subplots()
+                axes.plot([0.0, 1.0], [0.0, 1.0])
+                axes.set_xlabel("x")
+                save(figure, tmp_path, name)
+            assert mpl.rcParams["axes.facecolor"] == settings.get("axes.facecolor", "white")
+    for suffix in ("png", "svg"):
+        assert (tmp_path / f"plain.{suffix}").read_bytes() == (tmp_path / f"mine.{suffix}").read_bytes()
 
 
 def test_the_response_figure_says_what_it_shows(finished: Path) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
+from pipeline_support import changing_when_locked, shroud, small_scene, statuses, summary_of, write_scene
 
 import pipeline.stages.respond
 from geometry import ContactFace, SectorMesh
@@ -64,11 +64,14 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def reported(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The finished run with its report."""
+    """The finished run with its report; while it runs the scene file becomes another one."""
     out = Path(shutil.copytree(finished, tmp_path_factory.mktemp("reported") / "out"))
     scene = write_scene(out.parent / "small.toml", small_scene(sweep=SWEEP, title="A < B & C"))
-    status, _, error = shroud("report", scene, "--out", out, "--quiet")
+    text = scene.read_text()
+    with changing_when_locked(lambda: scene.write_text("title = 'another'\n")):
+        status, _, error = shroud("report", scene, "--out", out, "--quiet")
     assert (status, error) == (0, "")
+    scene.write_text(text)
     return out
 
 

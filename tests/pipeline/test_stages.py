@@ -148,7 +148,7 @@ def test_a_changed_source_makes_its_stage_and_what_follows_again(
     assert rerun(copied) == expected(respond="ran", figures="ran")
 
 
-@pytest.mark.parametrize("damage", ["truncated", "altered", "gone", "no list", "empty list"])
+@pytest.mark.parametrize("damage", ["truncated", "altered", "gone", "added", "no list", "empty list"])
 @pytest.mark.parametrize("kind", ["mesh", "reduce", "curve", "figures"])
 def test_damaged_results_are_noticed_and_made_again(copied: Path, kind: str, damage: str) -> None:
     before = json.loads((copied / "summary.json").read_text())["curves"]
@@ -161,12 +161,26 @@ def test_damaged_results_are_noticed_and_made_again(copied: Path, kind: str, dam
         file.write_bytes(content[:-20] + bytes(255 - b for b in content[-20:]))
     elif damage == "gone":
         file.unlink()
+    elif damage == "added":
+        (entry / "more").touch()
     else:
         (entry / "entry.json").write_text("" if damage == "empty list" else "[]")
     found = rerun(copied)
     assert found[{"curve": "respond"}.get(kind, kind)] == "ran"
     after = json.loads((copied / "summary.json").read_text())["curves"]
     assert [c["peak_amplitude_m"] for c in after] == pytest.approx([c["peak_amplitude_m"] for c in before], rel=1e-9)
+
+
+def test_exchanged_results_are_noticed_and_made_again(copied: Path) -> None:
+    before = summary_of(copied)["curves"]
+    one, other = sorted((copied / "store" / "curve").iterdir())
+    one.rename(copied / "aside")
+    other.rename(one)
+    (copied / "aside").rename(other)
+    assert rerun(copied) == expected(respond="ran")
+    assert [curve["peak_amplitude_m"] for curve in summary_of(copied)["curves"]] == [
+        curve["peak_amplitude_m"] for curve in before
+    ]
 
 
 def test_a_damaged_full_model_is_made_again_when_it_is_needed(copied: Path) -> None:

@@ -1,13 +1,18 @@
 """The store: whole entries or none, found by key and checked by content."""
 
+import hashlib
+import json
 import os
+import shutil
 import threading
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from pipeline.store.content_store import Store
-from pipeline.store.fingerprints import file_fingerprint, fingerprint
+from pipeline.store.fingerprints import arrays_fingerprint, content_fingerprint, fingerprint
 
 
 def writer(text: str):
@@ -54,6 +59,62 @@ def test_sizes_are_compared_always_and_content_on_demand(tmp_path: Path) -> None
     assert store.get("k", "x", writer("one")).ran
 
 
+def test_an_entry_knows_its_kind_and_its_key(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    for kind, key, text in (("k", "x", "one"), ("k", "y", "two"), ("l", "x", "three")):
+        store.get(kind, key, writer(text))
+    shutil.rmtree(tmp_path / "k" / "x")
+    shutil.copytree(tmp_path / "k" / "y", tmp_path / "k" / "x")
+    assert store.find("k", "x") is None
+    shutil.rmtree(tmp_path / "k" / "x")
+    shutil.copytree(tmp_path / "l" / "x", tmp_path / "k" / "x")
+    assert store.find("k", "x") is None
+    assert store.get("k", "x", writer("one")).file("a.txt").read_text() == "one"
+    assert store.find("k", "x") is not None
+
+
+LISTS: dict[str, dict[str, Any]] = {
+    "no files": {"files": {}},
+    "of an earlier version": {"kind": None, "key": None},
+    "files as a list": {"files": ["a.txt"]},
+    "a file without its hash": {"files": {"a.txt": {"size": 3}}},
+    "a file elsewhere": {"files": {"../y/a.txt": {"size": 3, "sha256": hashlib.sha256(b"two").hexdigest()}}},
+    "no time": {"seconds": float("nan")},
+    "a negative time": {"seconds": -1.0},
+    "more than is known": {"colour": "red"},
+}
+
+
+@pytest.mark.parametrize("name", LISTS)
+def test_an_entry_with_a_wrong_list_is_absent_and_made_again(tmp_path: Path, name: str) -> None:
+    store = Store(tmp_path)
+    store.get("k", "x", writer("one"))
+    store.get("k", "y", writer("two"))
+    path = tmp_path / "k" / "x" / "entry.json"
+    changed = json.loads(path.read_text()) | LISTS[name]
+    path.write_text(json.dumps({key: value for key, value in changed.items() if value is not None}))
+    if name == "no files":
+        (tmp_path / "k" / "x" / "a.txt").unlink()
+    assert store.find("k", "x") is None
+    assert store.get("k", "x", writer("one")).ran
+    assert store.find("k", "x") is not None
+
+
+def test_a_file_in_the_place_of_an_entry_is_replaced(tmp_path: Path) -> None:
+    (tmp_path / "k").mkdir()
+    (tmp_path / "k" / "x").touch()
+    assert Store(tmp_path).get("k", "x", writer("one")).file("a.txt").read_text() == "one"
+
+
+@pytest.mark.parametrize("name", ["entry.json", "a.txt", "more"])
+def test_pipes_among_the_files_are_not_waited_for(tmp_path: Path, name: str) -> None:
+    store = Store(tmp_path)
+    folder = store.get("k", "x", writer("one")).folder
+    (folder / name).unlink(missing_ok=True)
+    os.mkfifo(folder / name)
+    assert (store.find("k", "x") is None) == (name != "more")  # a pipe is no file, nor part of the result
+
+
 def test_replacing_is_all_or_nothing(tmp_path: Path) -> None:
     store, target = Store(tmp_path / "store"), tmp_path / "result.txt"
     with store.replacing(target) as (path,):
@@ -97,12 +158,25 @@ def test_two_at_once_end_with_one_whole_entry(tmp_path: Path) -> None:
     assert entry.file("a.txt").read_text() == "same"
 
 
-def test_fingerprints_follow_content_and_nothing_else(tmp_path: Path) -> None:
+def test_fingerprints_follow_content_and_nothing_else() -> None:
     assert fingerprint({"a": 1.0, "b": (1, 2)}) == fingerprint({"b": [1, 2], "a": 1.0})
     assert fingerprint({"a": 1.0}) != fingerprint({"a": 1.0000000000000002})
     assert fingerprint({"a": None}) != fingerprint({})
-    one, two = tmp_path / "one", tmp_path / "two"
-    one.write_bytes(b"same")
-    two.write_bytes(b"same")
-    os.utime(two, (0, 0))
-    assert file_fingerprint(one) == file_fingerprint(two)
+    assert content_fingerprint(b"same") == content_fingerprint(bytes([*b"same"])) != content_fingerprint(b"Same")
+
+
+def test_fingerprints_of_arrays_follow_every_bit_and_every_name() -> None:
+    values = {"a": np.eye(2), "b": {"c": np.zeros(3)}, "d": None, "e": 1.0}
+    changes: list[dict[str, Any]] = [
+        {"a": np.eye(2) * (1.0 + 2e-16)},
+        {"a": np.eye(2).astype(complex)},
+        {"a": np.eye(2).reshape(1, 4)},
+        {"a": None},
+        {"b": {"d": np.zeros(3)}},
+        {"b": {"c": -np.zeros(3)}},
+        {"d": np.zeros(0)},
+        {"e": 1},
+    ]
+    found = [arrays_fingerprint(values | change) for change in [{}, *changes]]
+    assert len(set(found)) == len(found)
+    assert arrays_fingerprint({"e": 1.0, "d": None, "b": {"c": np.zeros(3)}, "a": np.eye(2).T}) == found[0]
