@@ -75,6 +75,9 @@ class ResponseCurve:
         Number of harmonics H.
     truncation_error : float
         Estimated relative error of the peak amplitude by neglected harmonics; NaN without an estimate.
+    sampling_error, sampling_frequency_error : float
+        Estimated relative errors of the amplitude and of the frequency of the peak by time sampling; 0 with
+        event-driven integration, NaN without an estimate, inf where the peak is lost without samples.
     detached : tuple of ResponseCurve
         Isolated branches, and the far part of an incomplete curve.
     """
@@ -104,6 +107,8 @@ class ResponseCurve:
     seconds: float
     harmonics: int
     truncation_error: float
+    sampling_error: float = float("nan")
+    sampling_frequency_error: float = float("nan")
     detached: tuple["ResponseCurve", ...] = ()
 
     @property

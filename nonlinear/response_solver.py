@@ -6,6 +6,7 @@ from dataclasses import replace
 from nonlinear.branches.branch import Branch, with_stability
 from nonlinear.branches.detached_branches import detached_branches
 from nonlinear.branches.range_continuation import continue_over_range
+from nonlinear.branches.sampling_error import sampling_error
 from nonlinear.branches.termination import TerminationReason
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactElement, ContactError, ContactParameters
@@ -104,6 +105,8 @@ def _solve(
         if options.truncation:
             truncation_error = estimator.at_peak(branches[0].points, branches[0].peak_indices)
     curve = assemble_curve(balance, branches[0], options.output, truncation_error)
+    sampling = sampling_error(continuation, contact, branches[0].points, curve.peak)
+    curve = replace(curve, sampling_error=sampling.amplitude, sampling_frequency_error=sampling.frequency)
     others = branches[1:]
     if options.detached:
         others = [*others, *detached_branches(continuation, estimator.balances, branches, static, progress)]

@@ -74,7 +74,7 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
 def _print_results(request: Request, outcome: RunOutcome) -> None:
     """The table of the curves, with notes and warnings on them."""
     from pipeline.results.frequency_range import range_warning
-    from pipeline.results.tables import curve_table, harmonics_warning, mode_notes, motion_notes
+    from pipeline.results.tables import curve_table, harmonics_warning, mode_notes, motion_notes, sampling_warning
 
     if outcome.curves:
         _console().print(curve_table(outcome))
@@ -83,6 +83,8 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
     if request.scene.accuracy is not None:
         print(request.scene.accuracy.text())
     if warning := harmonics_warning(outcome):
+        print(warning, file=sys.stderr)
+    if warning := sampling_warning(outcome):
         print(warning, file=sys.stderr)
     if warning := range_warning(outcome, request.scene.first):
         print_notes([warning], "warning")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from pipeline.figures.data import PlottedCurve
 from pipeline.report.report_source import ReportSource
-from pipeline.results.tables import TOLERATED, share
+from pipeline.results.tables import TOLERATED, TOLERATED_SAMPLING, sampling_errors, share
 
 SMALL, FAIR, LARGE, UNKNOWN = "small", "noticeable", "large", "not known"
 
@@ -24,8 +24,8 @@ class ErrorRow:
 
 
 def error_rows(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[ErrorRow]:
-    """Truncation error, energy error, modal truncation error, mesh error, stability."""
-    return [_truncation(source), _energy(source), *_model(source), _stability(source, shown)]
+    """Truncation error, sampling error, energy error, modal truncation error, mesh error, stability."""
+    return [_truncation(source), _sampling(source), _energy(source), *_model(source), _stability(source, shown)]
 
 
 def _truncation(source: ReportSource) -> ErrorRow:
@@ -43,10 +43,28 @@ def _truncation(source: ReportSource) -> ErrorRow:
     return ErrorRow("truncation error", f"{share(known[worst])} of the peak{where}", verdict, meaning)
 
 
+def _sampling(source: ReportSource) -> ErrorRow:
+    meaning = (
+        "Estimated error of the peak from the time samples of the contact force: the peak is solved again with "
+        'event-driven integration. Where it is large, raise contact.samples or set contact.integration = "exact".'
+    )
+    known = sampling_errors(source.curves)
+    if not known:
+        exact = source.first.contact.integration == "exact"
+        found, verdict = ("none: no samples", SMALL) if exact else ("not estimated", UNKNOWN)
+        return ErrorRow("sampling error", found, verdict, meaning)
+    worst = max(known, key=lambda number: max(known[number]))
+    amplitude, frequency = known[worst]
+    where = f", curve {worst}" if len(source.curves) > 1 else ""
+    found = f"{share(amplitude)} of the amplitude, {share(frequency)} of the frequency of the peak{where}"
+    return ErrorRow("sampling error", found, _verdict(max(known[worst]), 1e-3, TOLERATED_SAMPLING), meaning)
+
+
 def _energy(source: ReportSource) -> ErrorRow:
     meaning = (
-        "Relative mismatch of work input and dissipation per cycle, the largest over all points. For a solution the "
-        "two are equal; what remains is round-off or, with sampled contact, the error of sampling."
+        "Relative mismatch of work input and dissipation per cycle, the largest over all points. It shows how "
+        "exactly the balance is solved with the harmonics, the contact integration and the model chosen. It does not "
+        "contain the errors of these choices: it is small beside a large truncation error or sampling error too."
     )
     errors = {i: c.facts.energy_error for i, c in enumerate(source.curves) if c.facts is not None}
     known = {number: error for number, error in errors.items() if math.isfinite(error)}

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.report.report_source import ReportSource
-from pipeline.results.tables import bare_value, share
+from pipeline.results.tables import bare_value, is_sampled, share
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_mesh import SECTOR
@@ -40,6 +40,7 @@ class CurveRow:
     amplitude: Cell
     harmonics: Cell
     truncation: Cell
+    sampling: Cell
     energy: Cell
     points: Cell
     seconds: Cell
@@ -48,10 +49,11 @@ class CurveRow:
 
 @dataclass(frozen=True)
 class CurveTable:
-    """Headings of the swept keys, unit of the amplitudes, and one row for every curve."""
+    """Headings of the swept keys, unit of the amplitudes, whether a curve is sampled, one row for every curve."""
 
     swept: tuple[str, ...]
     unit: str
+    sampled: bool
     rows: tuple[CurveRow, ...]
 
 
@@ -75,8 +77,9 @@ def curve_table(source: ReportSource, stable_at_peak: dict[int, bool]) -> CurveT
         label = member_label(curve.member)
         if facts is None:
             none = Cell("-")
-            rows.append(CurveRow(number, label, swept, *(none,) * 7, (f"failed: {curve.reason}",)))
+            rows.append(CurveRow(number, label, swept, *(none,) * 8, (f"failed: {curve.reason}",)))
             continue
+        sampling = max(facts.sampling_error, facts.sampling_frequency_error)
         rows.append(
             CurveRow(
                 number,
@@ -86,13 +89,15 @@ def curve_table(source: ReportSource, stable_at_peak: dict[int, bool]) -> CurveT
                 _number(facts.peak_amplitude_m, "{:.4g}", factor),
                 Cell(str(facts.harmonics), str(facts.harmonics)),
                 Cell(share(facts.truncation_error), _plain(facts.truncation_error)),
+                Cell(share(sampling), _plain(sampling)),
                 _number(facts.energy_error, "{:.0e}"),
                 Cell(str(facts.points), str(facts.points)),
                 _number(facts.seconds, "{:.2f}"),
                 tuple(_notes(curve, stable_at_peak.get(number, True))),
             )
         )
-    return CurveTable(tuple(quantity(key).axis() for key in source.swept), unit, tuple(rows))
+    sampled = any(is_sampled(curve) for curve in source.curves)
+    return CurveTable(tuple(quantity(key).axis() for key in source.swept), unit, sampled, tuple(rows))
 
 
 def _notes(curve: Any, stable: bool) -> Iterable[str]:

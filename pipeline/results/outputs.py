@@ -118,11 +118,13 @@ def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
     """One entry of `curves` in summary.json; what is not known is null."""
     facts = curve.facts
     numbers: dict[str, Any] = dict.fromkeys(("peak_frequency_hz", "peak_amplitude_m", "energy_error"))
-    numbers |= dict.fromkeys(("truncation_error",)) | {"points": 0, "iterations": 0, "seconds": 0.0}
+    numbers |= dict.fromkeys(("truncation_error", "sampling_error", "sampling_frequency_error"))
+    numbers |= {"points": 0, "iterations": 0, "seconds": 0.0}
     numbers["harmonics"] = curve.member.scene.response.harmonics
     numbers |= {"bifurcations": [], "detached": []}
     if facts is not None:
-        for name in ("peak_frequency_hz", "peak_amplitude_m", "energy_error", "truncation_error"):
+        names = ("peak_frequency_hz", "peak_amplitude_m", "energy_error", "truncation_error")
+        for name in (*names, "sampling_error", "sampling_frequency_error"):
             numbers[name] = number_or_null(getattr(facts, name))
         numbers["points"], numbers["iterations"] = facts.points, facts.total_iterations
         numbers["seconds"], numbers["harmonics"] = facts.seconds, facts.harmonics

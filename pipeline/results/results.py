@@ -49,6 +49,9 @@ class Curve:
         Relative mismatch of work input and dissipation per cycle, the largest over the points; NaN: not known.
     truncation_error : float
         Estimated relative error of the peak from the neglected harmonics; NaN: not known.
+    sampling_error, sampling_frequency_error : float
+        Estimated relative errors of the peak's amplitude and frequency from time sampling, 0 with
+        `contact.integration = "exact"`; NaN: not known.
     harmonics : int
         Largest number of harmonics balanced at a point.
     datasets : mapping of str to array
@@ -66,6 +69,8 @@ class Curve:
     reason: str
     energy_error: float
     truncation_error: float
+    sampling_error: float
+    sampling_frequency_error: float
     harmonics: int
     datasets: Mapping[str, Array]
     rom: Path | None
@@ -161,6 +166,8 @@ def _curve(folder: Path, entry: dict[str, Any], group: h5py.Group | None) -> Cur
         reason=entry["reason"],
         energy_error=_number(entry["energy_error"]),
         truncation_error=_number(entry["truncation_error"]),
+        sampling_error=_number(entry["sampling_error"]),
+        sampling_frequency_error=_number(entry["sampling_frequency_error"]),
         harmonics=0 if group is None else int(entry["harmonics"]),
         datasets=datasets,
         rom=None if entry["rom"] is None else folder / entry["rom"],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from pipeline.scene.labels import prefixed, quantity
@@ -14,10 +15,11 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 TOLERATED = 0.05  # truncation error of a peak above which a run warns
+TOLERATED_SAMPLING = 0.01  # the same of the sampling error of its amplitude or frequency
 
 
 def curve_table(outcome: RunOutcome) -> Table:
-    """One row a curve: swept parameters, peak, its two error estimates, points and seconds."""
+    """One row a curve: swept parameters, peak, its error estimates, points and seconds."""
     from rich.table import Table
 
     swept = list(outcome.curves[0].member.parameters) if outcome.curves else []
@@ -27,20 +29,28 @@ def curve_table(outcome: RunOutcome) -> Table:
         table.add_column(quantity(key).axis(), justify="right")
     heights = [c.facts.peak_amplitude_m for c in outcome.curves if c.facts is not None]
     factor, unit = prefixed(max((h for h in heights if math.isfinite(h)), default=0.0), "m")
-    for heading in (
-        "peak\n[Hz]",
-        f"peak\n[{unit}]",
-        "harmonics",
-        "truncation\nerror",
-        "energy\nerror",
-        "points",
-        "seconds",
-    ):
+    sampled = any(is_sampled(c) for c in outcome.curves)
+    errors = ("truncation\nerror", *(("sampling\nerror",) * sampled), "energy\nerror")
+    for heading in ("peak\n[Hz]", f"peak\n[{unit}]", "harmonics", *errors, "points", "seconds"):
         table.add_column(heading, justify="right")
     for index, curve in enumerate(outcome.curves):
         values = [bare_value(key, value) for key, value in curve.member.parameters.items()]
-        table.add_row(str(index), *values, *_numbers(curve, factor))
+        table.add_row(str(index), *values, *_numbers(curve, factor, sampled))
     return table
+
+
+def is_sampled(curve: CurveResult) -> bool:
+    """Whether the contact force of a curve is sampled in time."""
+    return curve.member.scene.contact.integration == "sampled"
+
+
+def sampling_errors(curves: Sequence[CurveResult]) -> dict[int, tuple[float, float]]:
+    """Sampling errors of the peak's amplitude and frequency of the sampled curves, by number of the curve."""
+    return {
+        number: (curve.facts.sampling_error, curve.facts.sampling_frequency_error)
+        for number, curve in enumerate(curves)
+        if curve.facts is not None and is_sampled(curve) and not math.isnan(curve.facts.sampling_error)
+    }
 
 
 def bare_value(key: str, value: Any) -> str:
@@ -49,10 +59,11 @@ def bare_value(key: str, value: Any) -> str:
     return named.value(value).replace(f" {named.unit}", "") if named.unit else named.value(value)
 
 
-def _numbers(curve: CurveResult, factor: float) -> list[str]:
+def _numbers(curve: CurveResult, factor: float, sampled: bool) -> list[str]:
+    """Cells of a curve; with `sampled` there is one of the sampling error, the larger of amplitude and frequency."""
     facts = curve.facts
     if facts is None:
-        return ["failed", "-", "-", "-", "-", "0", "-"]
+        return ["failed", "-", "-", "-", *(["-"] * sampled), "-", "0", "-"]
     known = math.isfinite(facts.peak_frequency_hz)
     frequency = f"{facts.peak_frequency_hz:.6g}" if known else "-"
     amplitude = f"{facts.peak_amplitude_m * factor:.4g}" if known else "-"
@@ -65,6 +76,7 @@ def _numbers(curve: CurveResult, factor: float) -> list[str]:
         amplitude,
         str(facts.harmonics),
         share(facts.truncation_error),
+        *([share(max(facts.sampling_error, facts.sampling_frequency_error))] * sampled),
         energy,
         f"{facts.points}{mark}",
         f"{facts.seconds:.2f}",
@@ -72,7 +84,7 @@ def _numbers(curve: CurveResult, factor: float) -> list[str]:
 
 
 def share(error: float) -> str:
-    """A relative error in percent; "unknown" where it is infinite: the peak disappears with more harmonics."""
+    """A relative error in percent; "unknown" where it is infinite: a more accurate solution has no such peak."""
     if math.isnan(error):
         return "-"
     if error > 0.5:
@@ -89,6 +101,19 @@ def harmonics_warning(outcome: RunOutcome) -> str:
     return (
         f"{len(lacking)} of {len(outcome.curves)} curves: truncation error of the peak above "
         f"{100.0 * TOLERATED:.0f} % (largest estimate: {share(max(lacking))}); raise response.harmonics"
+    )
+
+
+def sampling_warning(outcome: RunOutcome) -> str:
+    """A line on the curves whose sampling error is too large; "" where there are none."""
+    lacking = [pair for pair in sampling_errors(outcome.curves).values() if max(pair) > TOLERATED_SAMPLING]
+    if not lacking:
+        return ""
+    amplitude, frequency = (share(max(errors)) for errors in zip(*lacking, strict=True))
+    return (
+        f"{len(lacking)} of {len(outcome.curves)} curves: sampling error of the peak above "
+        f"{100.0 * TOLERATED_SAMPLING:.0f} % (largest estimates: {amplitude} of the amplitude, {frequency} of the "
+        'frequency); raise contact.samples or set contact.integration = "exact"'
     )
 
 

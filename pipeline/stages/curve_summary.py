@@ -32,6 +32,8 @@ def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
         "energy_error": float(np.nanmax(errors)) if np.any(np.isfinite(errors)) else math.nan,
         "harmonics": int(response.harmonics),
         "truncation_error": float(response.truncation_error),
+        "sampling_error": float(response.sampling_error),
+        "sampling_frequency_error": float(response.sampling_frequency_error),
         "bifurcations": json.dumps([_bifurcation(item) for item in response.bifurcations]),
         "detached": json.dumps([_detached(branch) for branch in response.detached]),
     }
@@ -68,6 +70,8 @@ class CurveSummary:
     energy_error: float
     harmonics: int
     truncation_error: float
+    sampling_error: float
+    sampling_frequency_error: float
     bifurcations: tuple[dict[str, Any], ...]
     detached: tuple[dict[str, Any], ...]
 
@@ -88,6 +92,8 @@ def read_summary(group: h5py.Group) -> CurveSummary:
         energy_error=float(attributes["energy_error"]),
         harmonics=int(attributes["harmonics"]),
         truncation_error=float(attributes["truncation_error"]),
+        sampling_error=float(attributes["sampling_error"]),
+        sampling_frequency_error=float(attributes["sampling_frequency_error"]),
         bifurcations=tuple(json.loads(attributes["bifurcations"])),
         detached=tuple(json.loads(attributes["detached"])),
     )

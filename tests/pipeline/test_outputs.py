@@ -43,6 +43,8 @@ CURVE_KEYS = {
     "energy_error",
     "harmonics",
     "truncation_error",
+    "sampling_error",
+    "sampling_frequency_error",
     "bifurcations",
     "detached",
 }

@@ -119,6 +119,8 @@ def test_every_curve_is_there_with_the_numbers_of_the_summary(page: Page, report
     for number, curve in enumerate(summary["curves"]):
         for name, key in names.items():
             assert float(rows[number][name]) == curve[key]
+        sampling = curve["sampling_error"], curve["sampling_frequency_error"]
+        assert 0.0 < float(rows[number]["sampling"]) == max(sampling)
         assert f"v0 = {curve['parameters']['contact.interference'] * 1e6:.6g} µm" in page.inside["contact"]
     model = summary["models"][0]
     for value in [*model["free_hz"][:6], *model["stuck_hz"]["36"][:6]]:
