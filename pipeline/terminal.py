@@ -74,11 +74,11 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
 def _print_results(request: Request, outcome: RunOutcome) -> None:
     """The table of the curves, with notes and warnings on them."""
     from pipeline.results.frequency_range import range_warning
-    from pipeline.results.tables import curve_table, harmonics_warning, mode_notes, motion_notes
+    from pipeline.results.tables import coriolis_notes, curve_table, harmonics_warning, mode_notes, motion_notes
 
     if outcome.curves:
         _console().print(curve_table(outcome))
-    for note in [*mode_notes(outcome), *motion_notes(outcome)]:
+    for note in [*mode_notes(outcome), *coriolis_notes(outcome), *motion_notes(outcome)]:
         print(note)
     if request.scene.accuracy is not None:
         print(request.scene.accuracy.text())

@@ -46,8 +46,19 @@ def quadratic_mesh(sector):
     )
 
 
-def deck(mesh, material, count):
-    """Text of the input deck (SI units) that asks for `count` natural frequencies of the clamped body."""
+@dataclass(frozen=True)
+class Rotation:
+    """Steady rotation about the x axis, rad/s; the equilibrium is nonlinear (NLGEOM) or linear."""
+
+    omega: float
+    nonlinear: bool = True
+
+
+def deck(mesh, material, count, rotation=None):
+    """Text of the input deck (SI units) that asks for `count` natural frequencies of the clamped body.
+
+    With a rotation they are those of small vibrations about its static equilibrium.
+    """
     nodes = [f"{k}, " + ", ".join(f"{x:.12e}" for x in point) for k, point in enumerate(mesh.points, 1)]
     elements = []
     for k, element in enumerate(mesh.elements + 1, 1):
@@ -69,12 +80,28 @@ def deck(mesh, material, count):
         "*DENSITY",
         f"{material.density:.12e}",
         "*SOLID SECTION, ELSET=BLADE, MATERIAL=SOLID",
-        "*STEP",
+        *([] if rotation is None else _static_step(rotation)),
+        "*STEP" if rotation is None else "*STEP, PERTURBATION",
         "*FREQUENCY",
         f"{count}",
         "*END STEP",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _static_step(rotation):
+    """The centrifugal load, which a later perturbation step keeps; the tolerances are far below the default ones."""
+    fields = [f"{rotation.omega**2:.12e}", *"000", *"100"]
+    return [
+        "*STEP, NLGEOM" if rotation.nonlinear else "*STEP",
+        "*STATIC",
+        *(["*CONTROLS, PARAMETERS=FIELD", "1.e-9, 1.e-9, , , , , 1.e-9"] if rotation.nonlinear else []),
+        "*DLOAD",
+        "BLADE, CENTRIF, " + ", ".join(fields),
+        "*NODE PRINT, NSET=ALL",
+        "U",
+        "*END STEP",
+    ]
 
 
 def run(folder, text):
