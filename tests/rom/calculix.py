@@ -18,6 +18,7 @@ FIELD_WIDTH = 20
 # Ends of the mid-edge nodes 9 to 20 of a C3D20 among its corners: round the bottom, round the top, upwards.
 _EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 _PER_LINE = 10
+_TABLE = "E I G E N V A L U E   O U T P U T"
 
 
 @dataclass(frozen=True)
@@ -48,10 +49,19 @@ def quadratic_mesh(sector):
 
 @dataclass(frozen=True)
 class Rotation:
-    """Steady rotation about the x axis, rad/s; the equilibrium is nonlinear (NLGEOM) or linear."""
+    """Steady rotation about the x axis, rad/s; the equilibrium is nonlinear (NLGEOM) or linear.
+
+    With `coriolis` a second table has the frequencies with Coriolis forces, from as many modes as the first one.
+    """
 
     omega: float
     nonlinear: bool = True
+    coriolis: bool = False
+
+    @property
+    def load(self):
+        """Lines of the centrifugal load."""
+        return ["*DLOAD", f"BLADE, CENTRIF, {self.omega**2:.12e}, 0., 0., 0., 1., 0., 0."]
 
 
 def deck(mesh, material, count, rotation=None):
@@ -82,26 +92,27 @@ def deck(mesh, material, count, rotation=None):
         "*SOLID SECTION, ELSET=BLADE, MATERIAL=SOLID",
         *([] if rotation is None else _static_step(rotation)),
         "*STEP" if rotation is None else "*STEP, PERTURBATION",
-        "*FREQUENCY",
+        "*FREQUENCY, STORAGE=YES" if rotation is not None and rotation.coriolis else "*FREQUENCY",
         f"{count}",
         "*END STEP",
+        *(_coriolis_step(rotation, count) if rotation is not None and rotation.coriolis else []),
     ]
     return "\n".join(lines) + "\n"
 
 
 def _static_step(rotation):
     """The centrifugal load, which a later perturbation step keeps; the tolerances are far below the default ones."""
-    fields = [f"{rotation.omega**2:.12e}", *"000", *"100"]
     return [
         "*STEP, NLGEOM" if rotation.nonlinear else "*STEP",
         "*STATIC",
         *(["*CONTROLS, PARAMETERS=FIELD", "1.e-9, 1.e-9, , , , , 1.e-9"] if rotation.nonlinear else []),
-        "*DLOAD",
-        "BLADE, CENTRIF, " + ", ".join(fields),
-        "*NODE PRINT, NSET=ALL",
-        "U",
+        *rotation.load,
         "*END STEP",
     ]
+
+
+def _coriolis_step(rotation, count):
+    return ["*STEP, PERTURBATION", "*COMPLEX FREQUENCY, CORIOLIS", f"{count}", *rotation.load, "*END STEP"]
 
 
 def run(folder, text):
@@ -119,12 +130,20 @@ def run(folder, text):
 
 def frequencies(text):
     """Frequencies (m,) [Hz] in a result file: its first table, columns number, eigenvalue, rad/s, Hz, damping."""
-    table = text[text.index("E I G E N V A L U E") :].splitlines()
+    return _hertz_column(text[text.index(_TABLE) :], skipped=2)
+
+
+def gyroscopic_frequencies(text):
+    """Frequencies (m,) [Hz] with Coriolis forces: the last table, columns number, rad/s, Hz, damping."""
+    return _hertz_column(text[text.rindex(_TABLE) :], skipped=1)
+
+
+def _hertz_column(text, skipped):
     rows = []
-    for line in table[1:]:
+    for line in text.splitlines()[1:]:
         fields = line.split()
         if rows and not fields:
             break
-        if len(fields) == 5 and fields[0] == str(len(rows) + 1):
-            rows.append(float(fields[3]))
+        if len(fields) == skipped + 3 and fields[0] == str(len(rows) + 1):
+            rows.append(float(fields[skipped + 1]))
     return np.array(rows)
