@@ -57,7 +57,7 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
         print(json_text(plain(found)))
     if as_json or quiet:
         return
-    from pipeline.verify.table import error_table, heading, overview
+    from pipeline.verify.table import equilibrium_lines, error_table, heading, overview
 
     console = _console()
     for line in dict.fromkeys(heading(errors) for _, errors in found.measured):
@@ -67,8 +67,8 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
         console.print(error_table(errors, case.scene.response.frequency[1]))
     elif found.measured:
         console.print(overview(found.measured))
-    for each in found.advice:
-        print(each.text)
+    for line in [*equilibrium_lines(found.measured), *(each.text for each in found.advice)]:
+        print(line)
 
 
 def _print_results(request: Request, outcome: RunOutcome) -> None:
