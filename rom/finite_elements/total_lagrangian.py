@@ -16,6 +16,7 @@ K. J. Bathe, Finite Element Procedures, Prentice Hall (1996), section 6.2.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -57,6 +58,11 @@ class ElasticBody:
         pattern = node_pattern(discretisation.element_nodes, discretisation.n_nodes)
         return cls(discretisation, material, pattern)
 
+    def _batches(self) -> Iterator[tuple[slice, Array, Array]]:
+        """The batches of the discretisation, each array in one piece, for the reshapes that follow."""
+        for part, gradients, weights in self.discretisation.batches():
+            yield part, np.ascontiguousarray(gradients), np.ascontiguousarray(weights)
+
     def internal_force(self, displacement: Array) -> tuple[Array, float]:
         """Internal forces (3n,), N, and the largest Frobenius norm of the Green-Lagrange strain.
 
@@ -69,7 +75,7 @@ class ElasticBody:
         nodal = displacement.reshape(-1, 3)
         force = np.zeros((mesh.n_nodes, 3))
         largest = 0.0
-        for part, gradients, weights in mesh.batches():
+        for part, gradients, weights in self._batches():
             nodes = mesh.element_nodes[part]
             deformation = _deformation_gradient(gradients, nodal[nodes])
             strain = _green_lagrange(deformation)
@@ -96,7 +102,7 @@ class ElasticBody:
         nodal = displacement.reshape(-1, 3)
         lame, shear = self.material.lame
         upper = np.zeros((len(UPPER), self.pattern.n_pairs))
-        for part, gradients, weights in mesh.batches():
+        for part, gradients, weights in self._batches():
             nodes = mesh.element_nodes[part]
             slots = self.pattern.locate(nodes)
             deformation = _deformation_gradient(gradients, nodal[nodes])
