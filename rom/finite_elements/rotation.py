@@ -86,7 +86,7 @@ def stiffen_by_rotation(
     else:
         found = static_equilibrium(rotating, squared)
         if found is None:
-            allowed = f"must be lower: no static equilibrium with strains below {100 * LARGEST_STRAIN:g} % was found"
+            allowed = f"a lower speed: no static equilibrium with strains below {100 * LARGEST_STRAIN:g} % was found"
             raise RomParameterError("load", "speed_rpm", speed_rpm, allowed)
         displacement = found
     stiffness = rotating.stiffness(displacement, squared, stress)
