@@ -57,7 +57,7 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
         print(json_text(plain(found)))
     if as_json or quiet:
         return
-    from pipeline.verify.table import error_table, heading, overview
+    from pipeline.verify.table import equilibrium_lines, error_table, heading, overview
 
     console = _console()
     for line in dict.fromkeys(heading(errors) for _, errors in found.measured):
@@ -67,18 +67,25 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
         console.print(error_table(errors, case.scene.response.frequency[1]))
     elif found.measured:
         console.print(overview(found.measured))
-    for each in found.advice:
-        print(each.text)
+    for line in [*equilibrium_lines(found.measured), *(each.text for each in found.advice)]:
+        print(line)
 
 
 def _print_results(request: Request, outcome: RunOutcome) -> None:
     """The table of the curves, with notes and warnings on them."""
     from pipeline.results.frequency_range import range_warning
-    from pipeline.results.tables import curve_table, harmonics_warning, mode_notes, motion_notes, sampling_warning
+    from pipeline.results.tables import (
+        coriolis_notes,
+        curve_table,
+        harmonics_warning,
+        mode_notes,
+        motion_notes,
+        sampling_warning,
+    )
 
     if outcome.curves:
         _console().print(curve_table(outcome))
-    for note in [*mode_notes(outcome), *motion_notes(outcome)]:
+    for note in [*mode_notes(outcome), *coriolis_notes(outcome), *motion_notes(outcome)]:
         print(note)
     if request.scene.accuracy is not None:
         print(request.scene.accuracy.text())

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion
     from rom.cyclic.expansion import expand_to_mesh
     from rom.cyclic.modal_model import ModalModel, modal_model
-    from rom.cyclic.natural_frequencies import mode_shapes, natural_frequencies
+    from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
     from rom.cyclic.receptance import RelativeReceptance, coupled_frequencies, linear_response
     from rom.cyclic.reduced_model import ReducedModel
     from rom.errors import FactorisationError, FullModelFileError, ReducedModelError, RomParameterError
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from rom.linear_algebra.factorisation import Factor, factorise
     from rom.linear_algebra.threads import one_blas_thread, one_blas_thread_in_children
     from rom.reduction.boundary_dofs import BoundaryChoice
+    from rom.reduction.coriolis_error import coriolis_error
     from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce_sector
     from rom.reduction.mode_selection import reduce_to_tolerance, reduction_errors
     from rom.reduction.model_comparison import (
@@ -70,10 +71,12 @@ __all__ = [
     "assemble",
     "centrifugal_displacement",
     "contact_springs",
+    "coriolis_error",
     "coupled_frequencies",
     "expand_to_mesh",
     "factorise",
     "full_reference",
+    "gyroscopic_frequencies",
     "inter_blade_phase",
     "linear_errors",
     "linear_response",
@@ -125,10 +128,12 @@ _PLACES = {
     "assemble": "rom.finite_elements.full_model",
     "centrifugal_displacement": "rom.finite_elements.rotation",
     "contact_springs": "rom.cyclic.contact_springs",
+    "coriolis_error": "rom.reduction.coriolis_error",
     "coupled_frequencies": "rom.cyclic.receptance",
     "expand_to_mesh": "rom.cyclic.expansion",
     "factorise": "rom.linear_algebra.factorisation",
     "full_reference": "rom.reduction.reference_model",
+    "gyroscopic_frequencies": "rom.cyclic.natural_frequencies",
     "inter_blade_phase": "rom.cyclic.cyclic_symmetry",
     "linear_errors": "rom.reduction.model_comparison",
     "linear_response": "rom.cyclic.receptance",

@@ -24,8 +24,9 @@ class ErrorRow:
 
 
 def error_rows(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[ErrorRow]:
-    """Truncation error, sampling error, energy error, modal truncation error, mesh error, stability."""
-    return [_truncation(source), _sampling(source), _energy(source), *_model(source), _stability(source, shown)]
+    """Truncation, sampling, energy, modal truncation and mesh error, Coriolis forces, stability."""
+    peaks = [_truncation(source), _sampling(source), _energy(source)]
+    return [*peaks, *_model(source), *_coriolis(source), _stability(source, shown)]
 
 
 def _truncation(source: ReportSource) -> ErrorRow:
@@ -114,6 +115,20 @@ def _estimated(source: ReportSource) -> tuple[float, float] | None:
     if not rows or any(row["modes_error"] is None for row in rows):
         return None
     return max(row["modes_frequency_error"] for row in rows), max(row["receptance_error"] for row in rows)
+
+
+def _coriolis(source: ReportSource) -> list[ErrorRow]:
+    errors = [row["coriolis_error"] for row in source.model_rows]
+    if not any(error is None or error > 0.0 for error in errors):
+        return []  # nothing rotates
+    meaning = (
+        "Largest change of a natural frequency in the range by the Coriolis forces, which the response leaves out. "
+        "Near resonance a relative frequency error e changes the amplitude at a fixed frequency by about e / zeta."
+    )
+    if None in errors:
+        return [ErrorRow("Coriolis forces", "not known: the model has no Coriolis matrix", UNKNOWN, meaning)]
+    worst = max(errors)
+    return [ErrorRow("Coriolis forces", f"{share(worst)} of a frequency", _verdict(worst, 0.01, TOLERATED), meaning)]
 
 
 def _stability(source: ReportSource, shown: Sequence[PlottedCurve]) -> ErrorRow:

@@ -123,5 +123,6 @@ def _optional(model: ReducedModel) -> list[str]:
         "contact/area": model.contact_area,
         "force/centrifugal": model.force_centrifugal,
         "force/static": model.force_static,
+        "coriolis": model.coriolis,
     }
     return [name for name, array in arrays.items() if array is not None]

@@ -133,6 +133,16 @@ def mode_notes(outcome: RunOutcome) -> list[str]:
     ]
 
 
+def coriolis_notes(outcome: RunOutcome) -> list[str]:
+    """A line on what leaving out the Coriolis forces costs, where a model is at speed."""
+    errors = [model["coriolis_error"] for model in outcome.models]
+    if None in errors:
+        return ["Coriolis forces are neglected, effect not known: the reduced model has no dataset coriolis"]
+    if not any(errors):
+        return []
+    return [f"Coriolis forces are neglected: they change natural frequencies in the range by {share(max(errors))}"]
+
+
 def motion_notes(outcome: RunOutcome) -> list[str]:
     """A line for every detached branch, and for every curve with bifurcations other than folds."""
     notes = []

@@ -138,6 +138,11 @@ class Load(Section):
     speed_rpm: NotNegative = _key(
         "rotational speed, rev/min; 0: no centrifugal load", "a number, 0 to 1e6", 0.0, le=1e6
     )
+    equilibrium: Literal["nonlinear", "linear"] = _key(
+        "static equilibrium at speed: at large displacements, or the quick linear one",
+        '"nonlinear" or "linear"',
+        "nonlinear",
+    )
 
 
 class Contact(Section):

@@ -78,10 +78,12 @@ def boundary_choice(scene: Scene) -> BoundaryChoice:
 
 
 def at_speed(full: FullModel, sector: SectorMesh, scene: Scene) -> FullModel:
-    """The full model at the scene's speed of rotation."""
+    """The full model at the scene's speed of rotation, about its static equilibrium."""
     from rom import Material, stiffen_by_rotation
 
-    if scene.load.speed_rpm == 0.0:
+    load = scene.load
+    if load.speed_rpm == 0.0:
         return full
     assert scene.material is not None
-    return stiffen_by_rotation(full, sector, Material(**scene.material.model_dump()), scene.load.speed_rpm)
+    material = Material(**scene.material.model_dump())
+    return stiffen_by_rotation(full, sector, material, load.speed_rpm, load.equilibrium)

@@ -51,7 +51,7 @@ def model_keys(scene: Scene) -> ModelKeys:
         {
             "assemble": assemble,
             "rom": _reduction_inputs(scene),
-            "speed_rpm": scene.load.speed_rpm,
+            **rotation_inputs(scene),
             "direction": scene.excitation.unit_direction,
             "at": scene.excitation.at,
             "code": code_fingerprint(REDUCED_MODEL_CODE),
@@ -77,6 +77,12 @@ def linear_operation_inputs(scene: Scene) -> dict[str, Any]:
     }
 
 
+def rotation_inputs(scene: Scene) -> dict[str, Any]:
+    """What the stiffness at speed depends on, besides the blade; the equilibrium only where there is a speed."""
+    speed = scene.load.speed_rpm
+    return {"speed_rpm": speed, "equilibrium": scene.load.equilibrium if speed else None}
+
+
 def _reduction_inputs(scene: Scene) -> dict[str, Any]:
     """What the reduction depends on; with modes = "auto" also the linear operation that the model is used for."""
     rom = scene.rom
@@ -96,7 +102,7 @@ def _curve_inputs(scene: Scene) -> dict[str, Any]:
         "contact": scene.contact.model_dump(),
         "excitation": {"engine_order": scene.excitation.engine_order, "force": scene.excitation.force},
         "response": scene.response.model_dump(),
-        "load": scene.load.model_dump(),
+        "load": scene.load.model_dump(exclude={"equilibrium"}),
     }
     if scene.contact.uses_punch:
         values["material"] = scene.material.model_dump() if scene.material else None

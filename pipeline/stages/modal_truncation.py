@@ -38,7 +38,7 @@ def stored_truncation_error(store: Store, model: BuiltModel, scene: Scene) -> di
 
 def larger(one: dict[str, Any], other: dict[str, float | None]) -> dict[str, float | None]:
     """The larger of the errors of two operations, None where one of them is not known."""
-    pairs = {name: (one[name], other[name]) for name in UNKNOWN}
+    pairs = {name: (one[name], value) for name, value in other.items()}
     return {name: None if None in pair else max(pair) for name, pair in pairs.items()}
 
 

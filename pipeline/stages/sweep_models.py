@@ -11,6 +11,7 @@ from pipeline.scene.reading import Member
 from pipeline.stages.build_reduced_model import REDUCED_MODEL
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.coriolis_error import stored_coriolis_error
 from pipeline.stages.modal_truncation import larger, stored_truncation_error
 from pipeline.stages.model_chain import BuiltModel, ModelChain
 from pipeline.stages.natural_frequencies import stored_frequencies
@@ -81,7 +82,8 @@ def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[
             continue
         try:
             values = stored_frequencies(run.store, model, member.scene)
-            errors = stored_truncation_error(run.store, model, member.scene)
+            coriolis = stored_coriolis_error(run.store, model, member.scene)
+            errors = {**stored_truncation_error(run.store, model, member.scene), "coriolis_error": coriolis}
         except StorageError:
             raise
         except Exception as error:  # the curves stand without them

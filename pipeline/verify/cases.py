@@ -14,7 +14,7 @@ from pipeline.scene.reading import Member
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_full_model import FULL_MODEL
 from pipeline.stages.build_mesh import SECTOR
-from pipeline.stages.cache_keys import linear_operation_inputs, model_keys
+from pipeline.stages.cache_keys import linear_operation_inputs, model_keys, rotation_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.model_chain import BuiltModel, ModelChain
 from pipeline.stages.request import Run
@@ -164,7 +164,7 @@ def _blade_key(run: Run, scene: Scene) -> str:
     return fingerprint(
         {
             "assemble": model_keys(scene).assemble,
-            "speed_rpm": scene.load.speed_rpm,
+            **rotation_inputs(scene),
             "direction": scene.excitation.unit_direction,
             "at": scene.excitation.at,
             "contact_dofs": scene.rom.contact_dofs,

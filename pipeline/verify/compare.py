@@ -25,7 +25,7 @@ from pipeline.verify.other_mesh import other_sector
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
-    from rom import FullModel, FullReference, LinearError, LinearResponse
+    from rom import FullModel, FullReference, LinearError, LinearOperation, LinearResponse
 
 # Order of the error of the frequencies in the element size. Quadratic elements have fourth order on smooth solutions;
 # the singularities at re-entrant corners reduce it to little more than one.
@@ -61,6 +61,8 @@ class BladeReference:
         Its degrees of freedom.
     reference : FullReference
         Full model on this mesh.
+    nonlinear : FullReference or None
+        The same about the nonlinear equilibrium, where the scene has the linear one.
     other : OtherReference or None
         Full model on another mesh, None where there is none.
     reason : str
@@ -70,6 +72,7 @@ class BladeReference:
     sector: SectorMesh
     dofs: int
     reference: FullReference
+    nonlinear: FullReference | None
     other: OtherReference | None
     reason: str
 
@@ -88,7 +91,7 @@ def blade_reference(scene: Scene, files: BladeFiles) -> BladeReference:
         other, reason = _other_reference(scene, len(sector.hexahedra)), ""
     except Exception as error:  # the modal truncation error needs no other mesh
         other, reason = None, reason_of(error)
-    return BladeReference(sector, full.n_dofs, reference, other, reason)
+    return BladeReference(sector, full.n_dofs, reference, _nonlinear_reference(scene, files), other, reason)
 
 
 def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> ModelErrors:
@@ -126,8 +129,21 @@ def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> 
         reason=blade.reason,
         convergence=_convergence(scene, blade.other),
         static=static_error(model, blade.reference.flexibility),
+        equilibrium=_equilibrium_error(blade, operation, exact),
         joints=tuple(_joint(*each) for each in zip(errors, exact, found, elsewhere, strict=True)),
     )
+
+
+def _equilibrium_error(
+    blade: BladeReference, operation: LinearOperation, found: Sequence[LinearResponse]
+) -> float | None:
+    """Largest relative error of a natural frequency by the linear equilibrium at speed, None without it."""
+    from rom import linear_errors, linear_responses
+
+    if blade.nonlinear is None:
+        return None
+    exact = linear_responses(blade.nonlinear.model, operation, found)
+    return max(error.frequency for error in linear_errors(found, exact, operation.frequency_hz))
 
 
 def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -> int | None:
@@ -155,6 +171,14 @@ def _loaded(scene: Scene, files: BladeFiles) -> tuple[SectorMesh, FullModel]:
 
     sector = load_sector(files.sector)
     return sector, at_speed(load_full_model(files.full), sector, scene)
+
+
+def _nonlinear_reference(scene: Scene, files: BladeFiles) -> FullReference | None:
+    if scene.load.speed_rpm == 0.0 or scene.load.equilibrium == "nonlinear":
+        return None
+    load = scene.load.model_copy(update={"equilibrium": "nonlinear"})
+    other = scene.model_copy(update={"load": load})
+    return _reference(other, *_loaded(other, files))
 
 
 def _reference(scene: Scene, sector: SectorMesh, full: FullModel) -> FullReference:

@@ -77,6 +77,9 @@ class ModelErrors:
         Error of the scene's mesh over its difference from the other mesh.
     static : float
         Relative error of the contact flexibility.
+    equilibrium : float or None
+        Largest relative error of a natural frequency in the range by the linear equilibrium at speed; None where the
+        nonlinear one is used or nothing rotates.
     joints : tuple of JointErrors
         Errors in each contact condition.
     """
@@ -89,6 +92,7 @@ class ModelErrors:
     reason: str
     convergence: float
     static: float
+    equilibrium: float | None
     joints: tuple[JointErrors, ...]
 
     @property

@@ -39,6 +39,16 @@ def error_table(errors: ModelErrors, highest_hz: float) -> Table:
     return table
 
 
+def equilibrium_lines(cases: Sequence[VerifiedCase]) -> list[str]:
+    """One line on each case with the linear equilibrium at speed: its error against the nonlinear one."""
+    said = 'load.equilibrium = "linear" instead of "nonlinear" changes a frequency by'
+    return [
+        f"{case.label}: {said} {percent(errors.equilibrium)}"
+        for case, errors in cases
+        if errors.equilibrium is not None
+    ]
+
+
 def overview(cases: Sequence[VerifiedCase]) -> Table:
     """One row for each case and contact condition: lowest frequency in the range, largest errors."""
     names = ("lowest\n[Hz]", "modal trunc.\nerror", "receptance", "other mesh\n[Hz]", "mesh\nerror")

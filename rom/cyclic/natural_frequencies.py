@@ -11,6 +11,9 @@ from rom.cyclic.expansion import expand_to_mesh
 from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import ReducedModelError
 from rom.linear_algebra.threads import one_blas_thread
+from rom.units import angular_speed
+
+COUPLED_MODES = 300  # modes between which the Coriolis forces act, at most or as many as are asked for
 
 
 @one_blas_thread()
@@ -45,6 +48,47 @@ def natural_frequencies(
     """
     squared, _ = _cyclic_modes(model, phase, contact_springs(model.n_contacts, normal, tangential), count)
     return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi)
+
+
+@one_blas_thread()
+def gyroscopic_frequencies(
+    model: ReducedModel, phase: float, *, normal: ArrayLike = 0.0, tangential: ArrayLike = 0.0, count: int = 10
+) -> NDArray[np.float64]:
+    """Lowest natural frequencies of the ring with the Coriolis forces at the speed of the model.
+
+    They solve (K + B^H diag(k) B + i w W G - w^2 M) phi = 0 with w > 0, waves that run with the excitation; W is the
+    speed and G the Coriolis matrix. With the modes of G = 0 and the diagonal matrix w_0 of their frequencies they are
+    the positive eigenvalues of the Hermitian matrix [[0, w_0], [w_0, i W phi^H G phi]], half of all.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        A reduced model at a known speed with its Coriolis matrix.
+    phase, normal, tangential : float, float or (n_c,) array
+        Inter-blade phase angle, rad, and contact springs, N/m, as in `natural_frequencies`.
+    count : int
+        Number of frequencies.
+
+    Returns
+    -------
+    (count,) array
+        Natural frequencies in Hz, ascending; fewer for a smaller model.
+
+    Raises
+    ------
+    ReducedModelError
+        The mass is not positive definite, or the model has no Coriolis matrix or no speed.
+    """
+    from scipy.linalg import eigvalsh
+
+    if model.coriolis is None or model.speed_rpm is None:
+        raise ReducedModelError("coriolis: missing, allowed: a model at a known speed with its Coriolis matrix")
+    springs = contact_springs(model.n_contacts, normal, tangential)
+    squared, shapes = _cyclic_modes(model, phase, springs, max(count, COUPLED_MODES))
+    still = np.diag(np.sqrt(np.maximum(squared, 0.0)))
+    turning = 1j * angular_speed(model.speed_rpm) * (shapes.conj().T @ model.coriolis @ shapes)
+    values = eigvalsh(np.block([[np.zeros_like(still), still], [still, turning]]))
+    return values[len(still) :][:count] / (2 * np.pi)
 
 
 @one_blas_thread()

@@ -37,14 +37,17 @@ class ReducedModel:
         Tributary areas of the contact nodes, m^2.
     force_centrifugal : (n,) array or None
         Generalised centrifugal force at 1 rad/s; it grows with the square of the speed.
+        At a speed it holds the nonlinear equilibrium: its static displacement is that of free contacts.
     force_static : (n,) array or None
         Any other static force, N.
+    coriolis : (n, n) array or None
+        Skew-symmetric matrix at 1 rad/s that times the speed multiplies the velocity, kg; None: not known.
     basis : (N, n) array or None
         Displacements of the mesh nodes for unit coordinates.
     n_blades : int or None
         Number of blades of the ring; None for a single structure.
     speed_rpm : float or None
-        Speed, rev/min, whose stress stiffening and spin softening `stiffness` holds; None: not known.
+        Speed, rev/min, about whose static equilibrium `stiffness` holds; None: not known.
     producer : str
         Free text that says who made the model.
 
@@ -64,6 +67,7 @@ class ReducedModel:
     contact_area: Array | None = None
     force_centrifugal: Array | None = None
     force_static: Array | None = None
+    coriolis: Array | None = None
     basis: Array | None = None
     n_blades: int | None = None
     speed_rpm: float | None = None
@@ -85,6 +89,7 @@ class ReducedModel:
             "force/excitation": (self.force_excitation, (n,)),
             "force/centrifugal": (self.force_centrifugal, (n,)),
             "force/static": (self.force_static, (n,)),
+            "coriolis": (self.coriolis, (n, n)),
             **{f"output/{name}": (vector, (n,)) for name, vector in self.outputs.items()},
         }
         for name, (array, shape) in shapes.items():
@@ -92,6 +97,8 @@ class ReducedModel:
                 _check_array(name, np.asarray(array), shape)
         _check_symmetric("mass", self.mass)
         _check_symmetric("stiffness", self.stiffness)
+        if self.coriolis is not None:
+            _check_symmetric("coriolis", self.coriolis, skew=True)
         if "tip" not in self.outputs:
             raise ReducedModelError("output/tip: missing; it is the default output")
         if self.basis is not None:
@@ -125,11 +132,13 @@ def _check_array(name: str, array: NDArray[np.generic], shape: tuple[int, ...]) 
         raise ReducedModelError(f"{name}: holds values beyond {LARGEST_NUMBER:g}, allowed: numbers in SI units")
 
 
-def _check_symmetric(name: str, matrix: Array) -> None:
-    asymmetry = float(np.max(np.abs(matrix - matrix.T), initial=0.0))
+def _check_symmetric(name: str, matrix: Array, skew: bool = False) -> None:
+    mirrored = -matrix.T if skew else matrix.T
+    asymmetry = float(np.max(np.abs(matrix - mirrored), initial=0.0))
     scale = float(np.max(np.abs(matrix), initial=0.0))
     if asymmetry > SYMMETRY_TOLERANCE * scale:
         relative = asymmetry / scale
+        wrong = "not skew-symmetric, off" if skew else "asymmetric"
         raise ReducedModelError(
-            f"{name}: asymmetric by {relative:.2g} of its largest entry, allowed: {SYMMETRY_TOLERANCE:g}"
+            f"{name}: {wrong} by {relative:.2g} of its largest entry, allowed: {SYMMETRY_TOLERANCE:g}"
         )

@@ -21,8 +21,10 @@ _OPTIONAL = {
     "contact_area": "contact/area",
     "force_centrifugal": "force/centrifugal",
     "force_static": "force/static",
+    "coriolis": "coriolis",
     "basis": "basis",
 }
+_MATRICES = ("mass", "stiffness", "contact/position", "contact/right", "contact/left", "coriolis", "basis")
 _REQUIRED = {
     "mass": "mass",
     "stiffness": "stiffness",
@@ -131,7 +133,7 @@ def _array(file: "h5py.File", name: str, complex_allowed: bool) -> np.ndarray:
             f"{name}: type {dataset.dtype}, allowed: real{' or complex' * complex_allowed} numbers"
         )
     # the shape checks of the model raise an IndexError for an array of the wrong dimension
-    wanted = 2 if name in ("mass", "stiffness", "contact/position", "contact/right", "contact/left", "basis") else 1
+    wanted = 2 if name in _MATRICES else 1
     if len(dataset.shape or ()) != wanted:
         raise ReducedModelError(f"{name}: shape {dataset.shape}, allowed: an array of {wanted} dimension(s)")
     if max(dataset.shape[-1:] if name == "basis" else dataset.shape) > LARGEST_MODEL:

@@ -18,13 +18,10 @@ from numpy.typing import NDArray
 
 from rom.finite_elements.discretisation import Discretisation
 from rom.finite_elements.material import Material
-from rom.finite_elements.node_matrix import NodePattern, node_pattern
+from rom.finite_elements.node_matrix import UPPER, node_pattern
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
-
-# Blocks (i, j) that are computed; the ones below the diagonal follow from symmetry.
-_UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
 def elastic_matrices(discretisation: Discretisation, material: Material) -> tuple[csr_matrix, csr_matrix]:
@@ -38,52 +35,34 @@ def elastic_matrices(discretisation: Discretisation, material: Material) -> tupl
     """
     pattern = node_pattern(discretisation.element_nodes, discretisation.n_nodes)
     lame, shear = material.lame
-    stiffness = np.zeros((len(_UPPER), pattern.n_pairs))
+    stiffness = np.zeros((len(UPPER), pattern.n_pairs))
     mass = np.zeros(pattern.n_pairs)
     for part, gradients, weights in discretisation.batches():
         slots = pattern.locate(discretisation.element_nodes[part])
-        products = _gradient_products(gradients, weights)
+        products = gradient_products(gradients, weights)
         trace = shear * (products[:, 0, :, 0] + products[:, 1, :, 1] + products[:, 2, :, 2])
-        for row, (i, j) in enumerate(_UPPER):
+        for row, (i, j) in enumerate(UPPER):
             block = lame * products[:, i, :, j] + shear * products[:, j, :, i]
             if i == j:
                 block += trace
             np.add.at(stiffness[row], slots, block.ravel())
         np.add.at(mass, slots, _value_products(discretisation.values, weights).ravel())
-    return _symmetric_blocks(pattern, stiffness), pattern.isotropic_matrix(material.density * mass)
-
-
-def geometric_stiffness(discretisation: Discretisation, stress: NDArray[np.float64]) -> csr_matrix:
-    """Geometric (initial-stress) stiffness (3n, 3n) in N/m of a Cauchy stress (E, q, 3, 3) in Pa.
-
-    The block of the node pair (a, b) is (int g_a . stress g_b dV) I: the nonlinear strain stiffness of the total
-    Lagrangian form at small displacements (Bathe, chapter 6). The stress is given at the quadrature points.
-    """
-    pattern = node_pattern(discretisation.element_nodes, discretisation.n_nodes)
-    values = np.zeros(pattern.n_pairs)
-    for part, gradients, weights in discretisation.batches():
-        flux = (weights[..., None, None] * stress[part]) @ gradients
-        element = np.einsum("eqia,eqib->eab", gradients, flux, optimize=True)
-        np.add.at(values, pattern.locate(discretisation.element_nodes[part]), element.ravel())
-    return pattern.isotropic_matrix(values)
+    return pattern.symmetric_matrix(stiffness), pattern.isotropic_matrix(material.density * mass)
 
 
 def stress_at_quadrature(
     discretisation: Discretisation, material: Material, displacement: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Cauchy stress (E, q, 3, 3) in Pa of small strains from nodal displacements (3n,) or (n, 3) in m."""
-    lame, shear = material.lame
     nodal = np.asarray(displacement).reshape(-1, 3)
     stress = np.empty((len(discretisation.element_nodes), len(discretisation.weights), 3, 3))
     for part, gradients, _ in discretisation.batches():
         gradient = gradients @ nodal[discretisation.element_nodes[part]][:, None]
-        strain = 0.5 * (gradient + gradient.swapaxes(-1, -2))
-        volumetric = lame * np.trace(strain, axis1=-2, axis2=-1)
-        stress[part] = 2 * shear * strain + volumetric[..., None, None] * np.eye(3)
+        stress[part] = material.stress(0.5 * (gradient + gradient.swapaxes(-1, -2)))
     return stress
 
 
-def _gradient_products(gradients: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def gradient_products(gradients: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """int g_ai g_bj dV, (e, 3, b, 3, b) with the index order i, a, j, b."""
     elements, points, _, nodes = gradients.shape
     table = gradients.reshape(elements, points, 3 * nodes)
@@ -96,17 +75,3 @@ def _value_products(values: NDArray[np.float64], weights: NDArray[np.float64]) -
     points, nodes = values.shape
     pairs = (values[:, :, None] * values[:, None, :]).reshape(points, nodes * nodes)
     return weights @ pairs
-
-
-def _symmetric_blocks(pattern: NodePattern, upper: NDArray[np.float64]) -> csr_matrix:
-    """Full block matrix from the six components (6, p) on and above the diagonal of every 3 x 3 block."""
-    swap = pattern.transposed_slots()
-    blocks = np.empty((pattern.n_pairs, 3, 3))
-    for row, (i, j) in enumerate(_UPPER):
-        if i == j:
-            # The round-off of batched products is not symmetric, but factorisation and modes rely on symmetry.
-            blocks[:, i, i] = 0.5 * (upper[row] + upper[row][swap])
-        else:
-            blocks[:, i, j] = upper[row]
-            blocks[:, j, i] = upper[row][swap]
-    return pattern.block_matrix(blocks)

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rom.checks import require_between
 
 
@@ -45,3 +48,15 @@ class Material:
         """Lame's constants (lambda, mu) in Pa."""
         e, nu = self.young_modulus, self.poisson_ratio
         return e * nu / ((1 + nu) * (1 - 2 * nu)), e / (2 * (1 + nu))
+
+    def stress(self, strain: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Stress (..., 3, 3) in Pa of a strain (..., 3, 3): lambda tr(E) I + 2 mu E (Hooke, St. Venant-Kirchhoff).
+
+        Parameters
+        ----------
+        strain : (..., 3, 3) array
+            Small strain, or Green-Lagrange strain for the second Piola-Kirchhoff stress.
+        """
+        lame, shear = self.lame
+        volumetric = lame * np.trace(strain, axis1=-2, axis2=-1)
+        return 2 * shear * strain + volumetric[..., None, None] * np.eye(3)

@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 
+# Components (i, j) on and above the diagonal of a 3 x 3 block; the others follow from symmetry.
+UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
 @dataclass(frozen=True)
 class NodePattern:
     """CSR pattern of the p node pairs that share an element, each row sorted.
@@ -42,6 +46,19 @@ class NodePattern:
         """Slot of pair (b, a) for every pair (a, b), shape (p,)."""
         n = len(self.indptr) - 1
         return np.searchsorted(self.keys, (self.keys % n) * n + self.keys // n)
+
+    def symmetric_matrix(self, upper: NDArray[np.float64]) -> csr_matrix:
+        """CSR matrix (3n, 3n) from the components `UPPER` (6, p) of the block of every pair."""
+        swap = self.transposed_slots()
+        blocks = np.empty((self.n_pairs, 3, 3))
+        for row, (i, j) in enumerate(UPPER):
+            if i == j:
+                # The round-off of batched products is not symmetric, but factorisation and modes rely on symmetry.
+                blocks[:, i, i] = 0.5 * (upper[row] + upper[row][swap])
+            else:
+                blocks[:, i, j] = upper[row]
+                blocks[:, j, i] = upper[row][swap]
+        return self.block_matrix(blocks)
 
     def block_matrix(self, blocks: NDArray[np.float64]) -> csr_matrix:
         """CSR matrix (3n, 3n) from one 3 x 3 block for each pair, (p, 3, 3); dofs are node-major x, y, z."""

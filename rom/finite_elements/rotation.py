@@ -1,8 +1,7 @@
-"""Stress stiffening and spin softening by a steady rotation about the engine axis.
+"""The blade in steady rotation about the engine axis: static displacement, stiffness at speed, Coriolis forces.
 
-References
-----------
-K. J. Bathe, Finite Element Procedures, Prentice Hall (1996), chapter 6.
+Small vibrations about the static displacement u have the stiffness K_T(u) - W^2 M_yz: the tangent stiffness with its
+initial-displacement and geometric (stress stiffening) parts, less the spin softening.
 """
 
 from __future__ import annotations
@@ -16,10 +15,12 @@ from numpy.typing import NDArray
 
 from rom.checks import require_between
 from rom.errors import RomParameterError
-from rom.finite_elements.assembly import geometric_stiffness, stress_at_quadrature
+from rom.finite_elements.assembly import stress_at_quadrature
 from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import FullModel
 from rom.finite_elements.material import Material
+from rom.finite_elements.static_equilibrium import LARGEST_STRAIN, RotatingBody, static_equilibrium
+from rom.finite_elements.total_lagrangian import ElasticBody
 from rom.linear_algebra.factorisation import analyse
 from rom.linear_algebra.threads import one_blas_thread
 from rom.units import angular_speed
@@ -27,14 +28,19 @@ from rom.units import angular_speed
 if TYPE_CHECKING:
     from geometry import SectorMesh
 
+EQUILIBRIA = ("nonlinear", "linear")
+
 
 @one_blas_thread()
-def stiffen_by_rotation(full: FullModel, sector: SectorMesh, material: Material, speed_rpm: float) -> FullModel:
-    """The full model of a sector in steady rotation about the x axis: stress stiffening and spin softening.
+def stiffen_by_rotation(
+    full: FullModel, sector: SectorMesh, material: Material, speed_rpm: float, equilibrium: str = "nonlinear"
+) -> FullModel:
+    """The full model of a sector in steady rotation about the x axis, for small vibrations about its equilibrium.
 
-    The stiffness becomes K + W^2 (K_g - M_yz) with W in rad/s. K_g is the geometric stiffness of the linear static
-    stress under the centrifugal force at 1 rad/s, with free contacts and clamped root. -W^2 M_yz, with the mass M_yz
-    of the y and z motions, is the centrifugal force that follows the displacement. Coriolis forces are left out.
+    The contacts are free and the root is clamped. With `equilibrium = "nonlinear"` the static displacement u solves
+    f_int(u) = W^2 (f_0 + M_yz u) at large displacements, W in rad/s; the stiffness becomes K_T(u) - W^2 M_yz. With
+    "linear" it is u = W^2 K^-1 f_0, and the geometric part of K_T(u) has the stress of its small strains: no
+    iterations, an error of order W^4. Coriolis forces are no part of the stiffness.
 
     Parameters
     ----------
@@ -46,36 +52,53 @@ def stiffen_by_rotation(full: FullModel, sector: SectorMesh, material: Material,
         Its material.
     speed_rpm : float
         Rotational speed, rev/min.
+    equilibrium : {"nonlinear", "linear"}
+        The static equilibrium.
 
     Returns
     -------
     FullModel
-        The stiffened model; `full` itself when the speed is 0.
+        The model at speed, its `centrifugal` such that `centrifugal_displacement` is u / W^2; `full` itself when the
+        speed is 0.
 
     Raises
     ------
     RomParameterError
-        The speed is not a finite number, or the model is stiffened already.
+        A value is not allowed, the model is at speed already, or there is no equilibrium within the strains of linear
+        elasticity.
     FactorisationError
         The structure is not held.
     """
     require_between("load", "speed_rpm", speed_rpm, -math.inf, math.inf, "must be a finite number (rev/min)")
+    if equilibrium not in EQUILIBRIA:
+        raise RomParameterError("load", "equilibrium", equilibrium, f"must be one of {', '.join(EQUILIBRIA)}")
     if speed_rpm == 0.0:
         return full
     if full.speed_rpm != 0.0:
-        raise RomParameterError("load", "speed_rpm", full.speed_rpm, "only a model at rest can be stiffened")
+        raise RomParameterError("load", "speed_rpm", full.speed_rpm, "only a model at rest can be set in rotation")
     discretisation = discretise(sector.points, sector.hexahedra, full.element)
-    stress = stress_at_quadrature(discretisation, material, centrifugal_displacement(full))
+    rotating = RotatingBody.of(ElasticBody.of(discretisation, material), full)
     squared = angular_speed(speed_rpm) ** 2
-    softening = full.mass.copy()
-    # Rows and columns of a mass entry have the same direction, so dropping the x rows drops the x columns too.
-    softening.data[np.repeat(np.arange(full.n_dofs) % 3 == 0, np.diff(softening.indptr))] = 0.0
-    stiffness = full.stiffness + squared * (geometric_stiffness(discretisation, stress) - softening)
-    return replace(full, stiffness=stiffness.tocsr(), speed_rpm=float(speed_rpm))
+    stress = None
+    if equilibrium == "linear":
+        displacement = squared * centrifugal_displacement(full)
+        stress = stress_at_quadrature(discretisation, material, displacement)
+    else:
+        found = static_equilibrium(rotating, squared)
+        if found is None:
+            allowed = f"a lower speed: no static equilibrium with strains below {100 * LARGEST_STRAIN:g} % was found"
+            raise RomParameterError("load", "speed_rpm", speed_rpm, allowed)
+        displacement = found
+    stiffness = rotating.stiffness(displacement, squared, stress)
+    force = full.centrifugal.copy()
+    force[rotating.free] = (stiffness @ displacement)[rotating.free] / squared
+    return replace(full, stiffness=stiffness, centrifugal=force, speed_rpm=float(speed_rpm))
 
 
 def centrifugal_displacement(full: FullModel, backend: str = "auto") -> NDArray[np.float64]:
-    """Linear static displacement of a full model under its centrifugal force at 1 rad/s, with free contacts.
+    """Static displacement of a full model under its centrifugal force at 1 rad/s, with free contacts.
+
+    At rest it is the linear one. At speed, times the speed squared, it is that of the equilibrium.
 
     Parameters
     ----------
@@ -100,3 +123,14 @@ def centrifugal_displacement(full: FullModel, backend: str = "auto") -> NDArray[
     displacement = np.zeros(full.n_dofs)
     displacement[free] = factor.solve(full.centrifugal[free])
     return displacement
+
+
+def cross_axis(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """e_x x u of displacements or velocities (3k,) or (3k, m), node-major x, y, z: (0, -u_z, u_y) at each node.
+
+    With M the consistent mass, the Coriolis forces in rotation about x are -2 W M (e_x x du/dt).
+    """
+    nodal = vectors.reshape(len(vectors) // 3, 3, -1)
+    turned = np.zeros_like(nodal)
+    turned[:, 1], turned[:, 2] = -nodal[:, 2], nodal[:, 1]
+    return turned.reshape(vectors.shape)

@@ -103,6 +103,7 @@ class CholmodFactor:
             raise ValueError("this cvxopt has no CHOLMOD that is known here")
         self._library, self._common = found, _started(found)
         triangle, _arrays = _upper_triangle(matrix)
+        self._entries = triangle.nzmax
         common = ctypes.byref(self._common)
         given = None if order is None else np.ascontiguousarray(order, dtype=np.int64)
         place = None if given is None else given.ctypes.data
@@ -111,13 +112,29 @@ class CholmodFactor:
             raise MemoryError(f"CHOLMOD has no memory to analyse a matrix of {matrix.shape[0]} unknowns")
         self._factor = ctypes.cast(self._address, ctypes.POINTER(_Factor)).contents
         self._room = (ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_void_p())  # solution and workspace
-        # The lower triangle in the new order, on which CHOLMOD works: the other copy need not stay in memory.
-        self._ordered = ctypes.c_void_p(
-            found.cholmod_l_ptranspose(ctypes.byref(triangle), 2, self._factor.perm, None, 0, common)
-        )
+        self._ordered = ctypes.c_void_p()
         weakref.finalize(self, _free, found, self._common, self._address, self._ordered, self._room)
+        self._order(triangle)
+
+    def load(self, matrix: csr_matrix) -> None:
+        """Take another matrix with the same pattern; `factorise` then computes its factor in the place of the last.
+
+        Raises ValueError for another number of entries.
+        """
+        triangle, _arrays = _upper_triangle(matrix)
+        if triangle.nzmax != self._entries:
+            raise ValueError(f"{triangle.nzmax} entries in a triangle, {self._entries} were analysed")
+        self._order(triangle)
+
+    def _order(self, triangle: _Sparse) -> None:
+        """Copy the lower triangle in the new order, on which CHOLMOD works: the given one need not stay in memory."""
+        common = ctypes.byref(self._common)
+        self._library.cholmod_l_free_sparse(ctypes.byref(self._ordered), common)
+        self._ordered.value = self._library.cholmod_l_ptranspose(
+            ctypes.byref(triangle), 2, self._factor.perm, None, 0, common
+        )
         if not self._ordered:
-            raise MemoryError(f"CHOLMOD has no memory to order a matrix of {matrix.shape[0]} unknowns")
+            raise MemoryError(f"CHOLMOD has no memory to order a matrix of {self._factor.n} unknowns")
 
     def factorise(self) -> bool:
         """Compute the factor and free the triangle; False where the matrix is not positive definite."""

@@ -63,7 +63,10 @@ class Analysis(Protocol):
     """An analysed matrix, ready to be factorised: the matrix itself may be freed, which saves memory."""
 
     def factor(self) -> Factor:
-        """Compute the factor; called once. Raises FactorisationError for a singular or indefinite matrix."""
+        """Compute the factor; called once a matrix. Raises FactorisationError for a singular or indefinite matrix."""
+
+    def load(self, matrix: csr_matrix) -> None:
+        """Take another matrix with the same pattern, zeros stored alike. The last factor is no longer valid."""
 
 
 def factorise(matrix: csr_matrix, backend: str = "auto") -> Factor:
@@ -113,6 +116,10 @@ class _CholmodAnalysis:
             raise FactorisationError(_NOT_DEFINITE)
         return _Cholmod(self._analysed)
 
+    def load(self, matrix: csr_matrix) -> None:
+        """See Analysis."""
+        self._analysed.load(matrix)
+
 
 class _Cholmod:
     """Supernodal Cholesky factor."""
@@ -138,6 +145,10 @@ class _SuperluAnalysis:
     def factor(self) -> Factor:
         """See Analysis."""
         return _Superlu(self._matrix)
+
+    def load(self, matrix: csr_matrix) -> None:
+        """See Analysis."""
+        self._matrix = matrix.tocsc()
 
 
 class _Superlu:

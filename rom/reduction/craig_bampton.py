@@ -18,6 +18,7 @@ from rom.checks import require_between
 from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
+from rom.finite_elements.rotation import cross_axis
 from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import NODAL_TIP, BoundaryChoice
 from rom.reduction.boundary_selection import boundary_selection
@@ -178,12 +179,23 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
         contact_position=parts.sector.right.position,
         contact_area=parts.sector.right.area,
         force_centrifugal=centrifugal,
+        coriolis=_coriolis(parts, modes),
         basis=_basis(parts, shapes) if store_basis else None,
         n_blades=parts.sector.n_blades,
         speed_rpm=parts.speed_rpm,
         producer=f"shroud: {made_of}, {parts.factor.backend}",
         **boundary_selection(boundary, np.eye(b, n)),
     )
+
+
+def _coriolis(parts: Substructure, modes: ModalBasis) -> NDArray[np.float64] | None:
+    """Coriolis matrix (n, n) of the reduced coordinates at 1 rad/s; None at rest."""
+    if parts.coriolis is None:
+        return None
+    turned = 2.0 * cross_axis(modes.shapes)
+    mixed = parts.coupling.T @ turned
+    inner = modes.shapes.T @ (parts.interior_mass @ turned)
+    return np.block([[parts.coriolis, mixed], [-mixed.T, 0.5 * (inner - inner.T)]])
 
 
 def _basis(parts: Substructure, shapes: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.finite_elements.full_model import FullModel, node_dofs
+from rom.finite_elements.rotation import cross_axis
 from rom.linear_algebra.factorisation import Factor, analyse
 from rom.reduction.boundary_dofs import BoundaryChoice, BoundaryDofs, choose_boundary_dofs
 
@@ -51,6 +52,8 @@ class Substructure:
         Guyan condensed matrices of the boundary dofs.
     centrifugal : (N,) array
         Centrifugal force of the full model at 1 rad/s, on its variables.
+    coriolis : (b, b) array or None
+        Coriolis matrix of the boundary dofs with their constraint modes at 1 rad/s; None at rest.
     element : str
         Element of the full model.
     speed_rpm : float
@@ -67,6 +70,7 @@ class Substructure:
     stiffness: NDArray[np.float64]
     mass: NDArray[np.float64]
     centrifugal: NDArray[np.float64]
+    coriolis: NDArray[np.float64] | None
     element: str
     speed_rpm: float
 
@@ -109,9 +113,24 @@ def partition_at_boundary(
         stiffness=symmetric(k_bb + k_ib.T @ constraint),
         mass=symmetric(m_bb + m_ib.T @ constraint + constraint.T @ coupling),
         centrifugal=centrifugal,
+        coriolis=None if speed_rpm == 0.0 else _condensed_coriolis(boundary, constraint, coupling, m_ib, m_bb),
         element=element,
         speed_rpm=speed_rpm,
     )
+
+
+def _condensed_coriolis(
+    boundary: BoundaryDofs,
+    constraint: NDArray[np.float64],
+    coupling: NDArray[np.float64],
+    m_ib: csr_matrix,
+    m_bb: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """2 C^T M R C (b, b) with the constraint modes C = (Psi, I) and R = e_x x, in the frames of the boundary dofs."""
+    rotation = boundary.rotation
+    turned = rotation @ cross_axis(rotation.T)
+    product = coupling.T @ cross_axis(constraint) + (m_ib.T @ constraint + m_bb).T @ turned
+    return product - product.T  # twice the skew part: takes away round-off
 
 
 def symmetric(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -18,6 +18,7 @@ FIELD_WIDTH = 20
 # Ends of the mid-edge nodes 9 to 20 of a C3D20 among its corners: round the bottom, round the top, upwards.
 _EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 _PER_LINE = 10
+_TABLE = "E I G E N V A L U E   O U T P U T"
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,28 @@ def quadratic_mesh(sector):
     )
 
 
-def deck(mesh, material, count):
-    """Text of the input deck (SI units) that asks for `count` natural frequencies of the clamped body."""
+@dataclass(frozen=True)
+class Rotation:
+    """Steady rotation about the x axis, rad/s; the equilibrium is nonlinear (NLGEOM) or linear.
+
+    With `coriolis` a second table has the frequencies with Coriolis forces, from as many modes as the first one.
+    """
+
+    omega: float
+    nonlinear: bool = True
+    coriolis: bool = False
+
+    @property
+    def load(self):
+        """Lines of the centrifugal load."""
+        return ["*DLOAD", f"BLADE, CENTRIF, {self.omega**2:.12e}, 0., 0., 0., 1., 0., 0."]
+
+
+def deck(mesh, material, count, rotation=None):
+    """Text of the input deck (SI units) that asks for `count` natural frequencies of the clamped body.
+
+    With a rotation they are those of small vibrations about its static equilibrium.
+    """
     nodes = [f"{k}, " + ", ".join(f"{x:.12e}" for x in point) for k, point in enumerate(mesh.points, 1)]
     elements = []
     for k, element in enumerate(mesh.elements + 1, 1):
@@ -69,12 +90,29 @@ def deck(mesh, material, count):
         "*DENSITY",
         f"{material.density:.12e}",
         "*SOLID SECTION, ELSET=BLADE, MATERIAL=SOLID",
-        "*STEP",
-        "*FREQUENCY",
+        *([] if rotation is None else _static_step(rotation)),
+        "*STEP" if rotation is None else "*STEP, PERTURBATION",
+        "*FREQUENCY, STORAGE=YES" if rotation is not None and rotation.coriolis else "*FREQUENCY",
         f"{count}",
         "*END STEP",
+        *(_coriolis_step(rotation, count) if rotation is not None and rotation.coriolis else []),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _static_step(rotation):
+    """The centrifugal load, which a later perturbation step keeps; the tolerances are far below the default ones."""
+    return [
+        "*STEP, NLGEOM" if rotation.nonlinear else "*STEP",
+        "*STATIC",
+        *(["*CONTROLS, PARAMETERS=FIELD", "1.e-9, 1.e-9, , , , , 1.e-9"] if rotation.nonlinear else []),
+        *rotation.load,
+        "*END STEP",
+    ]
+
+
+def _coriolis_step(rotation, count):
+    return ["*STEP, PERTURBATION", "*COMPLEX FREQUENCY, CORIOLIS", f"{count}", *rotation.load, "*END STEP"]
 
 
 def run(folder, text):
@@ -92,12 +130,20 @@ def run(folder, text):
 
 def frequencies(text):
     """Frequencies (m,) [Hz] in a result file: its first table, columns number, eigenvalue, rad/s, Hz, damping."""
-    table = text[text.index("E I G E N V A L U E") :].splitlines()
+    return _hertz_column(text[text.index(_TABLE) :], skipped=2)
+
+
+def gyroscopic_frequencies(text):
+    """Frequencies (m,) [Hz] with Coriolis forces: the last table, columns number, rad/s, Hz, damping."""
+    return _hertz_column(text[text.rindex(_TABLE) :], skipped=1)
+
+
+def _hertz_column(text, skipped):
     rows = []
-    for line in table[1:]:
+    for line in text.splitlines()[1:]:
         fields = line.split()
         if rows and not fields:
             break
-        if len(fields) == 5 and fields[0] == str(len(rows) + 1):
-            rows.append(float(fields[3]))
+        if len(fields) == skipped + 3 and fields[0] == str(len(rows) + 1):
+            rows.append(float(fields[skipped + 1]))
     return np.array(rows)

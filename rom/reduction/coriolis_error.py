@@ -1,0 +1,49 @@
+"""What leaving out the Coriolis forces costs: the change of the natural frequencies."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rom.cyclic.natural_frequencies import COUPLED_MODES, gyroscopic_frequencies, natural_frequencies
+from rom.cyclic.reduced_model import ReducedModel
+from rom.reduction.model_comparison import LinearOperation
+
+
+def coriolis_error(model: ReducedModel, operation: LinearOperation) -> float | None:
+    """Largest relative change of a natural frequency in the range by the Coriolis forces, in any contact condition.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        The model at its speed.
+    operation : LinearOperation
+        Range, phase and springs.
+
+    Returns
+    -------
+    float or None
+        The change, that of the first frequency above the range where the range holds none, 0 at rest; None where the
+        model does not say its speed or has no Coriolis matrix.
+
+    Raises
+    ------
+    ReducedModelError
+        The mass is not positive definite.
+    """
+    if model.speed_rpm == 0.0:
+        return 0.0
+    if model.speed_rpm is None or model.coriolis is None:
+        return None
+    low, high = operation.frequency_hz
+    inside: list[float] = []
+    above: list[float] = []
+    for normal, tangential in operation.contact_conditions().values():
+        springs: dict[str, Any] = {"normal": normal, "tangential": tangential, "count": COUPLED_MODES}
+        without = natural_frequencies(model, operation.phase, **springs)
+        change = np.abs(gyroscopic_frequencies(model, operation.phase, **springs) / without - 1.0)
+        first, last = np.searchsorted(without, low), np.searchsorted(without, high, side="right")
+        inside.extend(change[first:last])
+        above.extend(change[last : last + 1])
+    return float(max(inside or above, default=0.0))

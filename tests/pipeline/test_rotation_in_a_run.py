@@ -1,0 +1,143 @@
+"""A blade at speed from the scene to the summary: equilibrium, Coriolis forces, what is said about them."""
+
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from pipeline_support import shroud, small_scene, summary_of, write_scene
+
+from pipeline.results.tables import coriolis_notes
+from pipeline.scene.reading import read_scene
+from pipeline.stages.coriolis_error import stored_coriolis_error
+from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.request import RunOutcome
+from pipeline.store.content_store import Store
+from rom import (
+    Material,
+    centrifugal_displacement,
+    gyroscopic_frequencies,
+    inter_blade_phase,
+    load_full_model,
+    load_sector,
+    natural_frequencies,
+    read_reduced_model,
+    stiffen_by_rotation,
+)
+
+SPEED = 9000.0
+CHANGES = {"load__speed_rpm": SPEED, "blade__twist": 25.0, "mesh__size": 0.012, "contact__interference": -1e-3}
+SWEEP = {"load.equilibrium": ["nonlinear", "linear"]}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """Folder of a run with both equilibria, and what it said."""
+    folder = tmp_path_factory.mktemp("speed")
+    scene = write_scene(folder / "scene.toml", small_scene(**CHANGES, sweep=SWEEP))
+    status, said, error = shroud("run", scene, "--out", folder / "out", "--until", "respond", "--jobs", "1")
+    assert status == 0, error
+    return folder, said
+
+
+def test_the_static_displacement_is_that_of_the_nonlinear_equilibrium(finished: tuple[Path, str]) -> None:
+    """The contacts stay open: harmonic 0 of the response is the displacement of the full model."""
+    folder, _ = finished
+    (matrices,) = (folder / "out" / "store" / "assemble").glob("*/full.h5")
+    (mesh,) = (folder / "out" / "store" / "mesh").glob("*/sector.h5")
+    full, sector = load_full_model(matrices), load_sector(mesh)
+    at_speed = stiffen_by_rotation(full, sector, Material(210e9, 0.3, 7850.0), SPEED)
+    squared = (SPEED * np.pi / 30.0) ** 2
+    exact = squared * centrifugal_displacement(at_speed).reshape(-1, 3)
+    right, left = (
+        np.einsum("kij,kj->ki", face.frame, exact[full.vertex_node[face.nodes]])
+        for face in (sector.right, sector.left)
+    )
+    with h5py.File(folder / "out" / "response.h5") as file:
+        relative = file["curve/0/relative_displacement"][0, 0].real
+    np.testing.assert_allclose(relative, right - left, atol=1e-8 * np.abs(right - left).max())
+    linear = squared * centrifugal_displacement(full).reshape(-1, 3)
+    tip = full.vertex_node[sector.node_sets["tip"][0]]
+    with h5py.File(folder / "out" / "response.h5") as file:
+        assert file["curve/0/static_m"][0] == pytest.approx(exact[tip, 1], rel=1e-8)
+    assert abs(linear[tip, 1] / exact[tip, 1] - 1.0) > 1e-4
+
+
+def test_the_equilibrium_is_part_of_the_model_and_the_neglected_forces_are_known(finished: tuple[Path, str]) -> None:
+    folder, said = finished
+    models = summary_of(folder / "out")["models"]
+    assert len(models) == 2
+    free = np.array([model["free_hz"] for model in models])
+    assert 1e-6 < np.abs(free[1] / free[0] - 1.0).max() < 1e-2
+    model = read_reduced_model(folder / "out" / models[0]["rom"])
+    phase = inter_blade_phase(36, 72)
+    changes = []
+    for springs in ((0.0, 0.0), (2e5 / 4, 0.0), (2e5 / 4, 1.5e5 / 4)):
+        kinds = {"normal": springs[0], "tangential": springs[1]}
+        still = natural_frequencies(model, phase, **kinds)
+        inside = (still >= 300.0) & (still <= 700.0)
+        changes.extend(np.abs(gyroscopic_frequencies(model, phase, **kinds) / still - 1.0)[inside])
+    assert models[0]["coriolis_error"] == pytest.approx(max(changes), rel=1e-4)
+    assert max(changes) > 1e-5
+    assert "Coriolis forces are neglected: they change natural frequencies in the range by" in said
+
+
+def test_at_rest_the_equilibrium_is_no_input(tmp_path: Path) -> None:
+    changes = CHANGES | {"load__speed_rpm": 0.0}
+    scene = write_scene(tmp_path / "scene.toml", small_scene(**changes, sweep=SWEEP))
+    status, said, _ = shroud("run", scene, "--out", tmp_path / "out", "--until", "respond", "--jobs", "1")
+    assert status == 0
+    (model,) = summary_of(tmp_path / "out")["models"]
+    assert model["coriolis_error"] == 0.0
+    assert "Coriolis" not in said
+    assert summary_of(tmp_path / "out")["stages"]["reduce"]["ran"] == 1
+
+
+def test_of_a_given_model_without_its_coriolis_matrix_the_effect_is_not_known(
+    finished: tuple[Path, str], tmp_path: Path
+) -> None:
+    folder, _ = finished
+    rom = tmp_path / "rom.h5"
+    rom.write_bytes((folder / "out" / summary_of(folder / "out")["models"][0]["rom"]).read_bytes())
+    scene = read_scene(write_scene(tmp_path / "scene.toml", small_scene(**CHANGES))).first
+    store = Store(tmp_path / "store")
+    assert stored_coriolis_error(store, BuiltModel("whole", rom, None, {}), scene) > 1e-5
+    with h5py.File(rom, "r+") as file:
+        del file["coriolis"]
+    assert stored_coriolis_error(store, BuiltModel("other", rom, None, {}), scene) is None
+    (note,) = coriolis_notes(RunOutcome(models=[{"coriolis_error": 1e-3}, {"coriolis_error": None}]))
+    assert note == "Coriolis forces are neglected, effect not known: the reduced model has no dataset coriolis"
+
+
+def test_an_absurd_speed_is_refused_in_one_line(tmp_path: Path) -> None:
+    scene = write_scene(tmp_path / "scene.toml", small_scene(**CHANGES | {"load__speed_rpm": 9e5}))
+    status, _, error = shroud("run", scene, "--out", tmp_path / "out", "--until", "respond", "--quiet")
+    assert status == 2
+    assert "load.speed_rpm: 900000.0, allowed: a lower speed: no static equilibrium" in error
+    assert error.count("\n") == 1
+
+
+def test_verify_says_what_the_linear_equilibrium_costs(
+    finished: tuple[Path, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, _ = finished
+
+    def no_other_mesh(*_: object) -> None:
+        raise RuntimeError("no other mesh in this test")
+
+    monkeypatch.setattr("pipeline.verify.compare.other_sector", no_other_mesh)
+    options = ("--out", folder / "out", "--tolerance", "0.5", "--quiet")
+    status, said, _ = shroud("verify", folder / "scene.toml", *options, "--json")
+    assert status == 0
+    nonlinear, linear = json.loads(said)["cases"]
+    assert nonlinear["equilibrium"] is None
+    changes = [
+        abs(found / exact - 1.0)
+        for one, other in zip(linear["joints"], nonlinear["joints"], strict=True)
+        for found, exact, inside in zip(one["full_hz"], other["full_hz"], other["within"], strict=True)
+        if inside
+    ]
+    assert linear["equilibrium"] == pytest.approx(max(changes), rel=1e-6)
+    said = shroud("verify", folder / "scene.toml", *options[:-1])[1]
+    assert said.count('load.equilibrium = "linear" instead of "nonlinear" changes a frequency by') == 1
