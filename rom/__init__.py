@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from rom.linear_algebra.factorisation import Factor, factorise
     from rom.linear_algebra.threads import one_blas_thread, one_blas_thread_in_children
     from rom.reduction.boundary_dofs import BoundaryChoice
+    from rom.reduction.contact_dofs import contact_areas
     from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce_sector
     from rom.reduction.mode_selection import reduce_to_tolerance, reduction_errors
     from rom.reduction.model_comparison import (
@@ -68,6 +69,7 @@ __all__ = [
     "SpringSupportedMotion",
     "assemble",
     "centrifugal_displacement",
+    "contact_areas",
     "contact_springs",
     "coupled_frequencies",
     "expand_to_mesh",
@@ -122,6 +124,7 @@ _PLACES = {
     "UNREADABLE": "rom.files.hdf5_reading",
     "assemble": "rom.finite_elements.full_model",
     "centrifugal_displacement": "rom.finite_elements.rotation",
+    "contact_areas": "rom.reduction.contact_dofs",
     "contact_springs": "rom.cyclic.contact_springs",
     "coupled_frequencies": "rom.cyclic.receptance",
     "expand_to_mesh": "rom.cyclic.expansion",
