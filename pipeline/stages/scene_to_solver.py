@@ -126,6 +126,28 @@ def linear_operation_on_model(scene: Scene, model: ReducedModel) -> LinearOperat
     return _linear_operation(scene, contact_on_model(scene, model), phase)
 
 
+def linear_operation_on_face(scene: Scene, face: ReducedModel) -> LinearOperation | None:
+    """The same with the stiffness spread over the face of a model with a fine grid of contact nodes.
+
+    None where the scene gives a stiffness node by node: what it is between the nodes is not known.
+    """
+    from nonlinear import ContactParameters
+    from rom import inter_blade_phase
+
+    contact = resolved_contact(scene, face_area(face))
+    normal, tangential = contact.normal_stiffness, contact.tangential_stiffness
+    if isinstance(normal, tuple) or isinstance(tangential, tuple):
+        return None
+    spread = ContactParameters.shared(
+        face.n_contacts,
+        normal_stiffness=float(normal),
+        tangential_stiffness=float(tangential),
+        friction=0.0,
+        area=face.contact_area,
+    )
+    return _linear_operation(scene, spread, inter_blade_phase(scene.excitation.engine_order, face.n_blades))
+
+
 def _linear_operation(scene: Scene, contact: ContactParameters, phase: float) -> LinearOperation:
     from rom import LinearOperation
 

@@ -85,6 +85,22 @@ def mortar_projections(
     return vstack(rows, format="csr"), np.concatenate(frames), shares[0]
 
 
+def coarser_mortar(fine: Grid, coarse: Grid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Contact dofs of a coarser mortar (n_c,) from those of a fine one (m_c,), as E (n_c, m_c), and shares (n_c,).
+
+    The projection on polynomials of lower degree is that of the projection on those of higher degree. For a
+    rectangle; no direction of `coarse` has more points than `fine`.
+    """
+    along, radial = (_restriction(m, n) for m, n in zip(fine, coarse, strict=True))
+    return np.asarray(np.kron(radial[0], along[0])), np.asarray(np.kron(radial[1], along[1]))
+
+
+def _restriction(fine: int, coarse: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """E (n, m) and shares (n,) of one direction: int psi_k u ds / w_k by the Gauss rule of the fine mortar."""
+    (points, weights), (nodes, shares) = (np.polynomial.legendre.leggauss(n) for n in (fine, coarse))
+    return _lagrange(nodes, points) * weights / shares[:, None], shares / 2.0
+
+
 def _coordinates(face: ContactFace, position: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Coordinates s (q,) along t1 and r (q,) along the radius of points (q, 3) on a face, m.
 

@@ -30,7 +30,7 @@ from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, choose_boundary_
 from rom.reduction.boundary_selection import boundary_selection
 from rom.reduction.contact_dofs import ContactDofs, averaged_dofs
 from rom.reduction.fixed_interface_modes import ModalBasis, lowest_modes
-from rom.reduction.mortar_dofs import contact_grid
+from rom.reduction.mortar_dofs import Grid, coarser_mortar, contact_grid
 from rom.reduction.substructure import symmetric
 
 if TYPE_CHECKING:
@@ -61,12 +61,41 @@ class FullReference:
     face : ReducedModel or None
         The same with other contact dofs: a mortar so fine that its springs are as good as spread over the face. None
         where it was not asked for or the mesh has no node sets of the faces.
+    face_grid : (int, int)
+        Contact nodes of `face` along t1 and along the radius.
     """
 
     model: ReducedModel
     flexibility: NDArray[np.float64]
     modes: int
     face: ReducedModel | None = None
+    face_grid: Grid = (0, 0)
+
+    def with_mortar(self, grid: Grid) -> ReducedModel:
+        """The model of `face` with a mortar of another, coarser grid.
+
+        Parameters
+        ----------
+        grid : (int, int)
+            Contact nodes along t1 and along the radius, at most those of `face_grid`.
+
+        Raises
+        ------
+        ReducedModelError
+            There is no `face`.
+        """
+        if self.face is None or self.face.contact_left is None:
+            raise ReducedModelError("face: missing, allowed: a reference made with it")
+        rows, shares = coarser_mortar(self.face_grid, grid)
+        each = np.kron(rows, np.eye(3))
+        area = self.face.contact_area
+        return replace(
+            self.face,
+            contact_right=each @ self.face.contact_right,
+            contact_left=each @ self.face.contact_left,
+            contact_position=rows @ self.face.contact_position,
+            contact_area=None if area is None else shares * float(area.sum()),
+        )
 
 
 @one_blas_thread()
@@ -122,7 +151,7 @@ def full_reference(
     second = factor.solve(mass @ first)
     vectors = [modes.shapes, first, second - modes.shapes @ (modes.shapes.T @ (mass @ second))]
     if face is not None:
-        on_face = face.motion[:, free].T.toarray()
+        on_face = face[0].motion[:, free].T.toarray()
         vectors.append(_without_modes(factor.solve(on_face), on_face, modes))
     basis = np.hstack(vectors)
     basis = basis @ orthonormal_combinations(basis.T @ (mass @ basis))
@@ -137,8 +166,11 @@ def full_reference(
         **boundary_selection(dofs, motion @ basis),
     )
     flexibility = (motion @ static)[:contact, :contact]
-    spread = None if face is None else _with_contact(model, face, face.motion[:, free] @ basis)
-    return FullReference(model, flexibility, len(modes), spread)
+    if face is None:
+        return FullReference(model, flexibility, len(modes))
+    contact_dofs, grid = face
+    spread = _with_contact(model, contact_dofs, contact_dofs.motion[:, free] @ basis)
+    return FullReference(model, flexibility, len(modes), spread, grid)
 
 
 def _without_modes(
@@ -148,12 +180,12 @@ def _without_modes(
     return static - modes.shapes @ ((modes.shapes.T @ forces) / modes.omega[:, None] ** 2)
 
 
-def _spread_over_face(full: FullModel, sector: SectorMesh) -> ContactDofs | None:
-    """Contact dofs of a mortar finer than the contact grid; None where the mesh has no faces for it."""
+def _spread_over_face(full: FullModel, sector: SectorMesh) -> tuple[ContactDofs, Grid] | None:
+    """Contact dofs of a mortar finer than the contact grid, and its grid; None where the mesh has no faces for it."""
     try:
-        grid = contact_grid(sector.right)
-        fine = tuple(max(least, 2 * ((n + 1) // 2) + 2) for n, least in zip(grid, _LEAST_ON_FACE, strict=True))
-        return averaged_dofs(sector, full.element, "mortar", (fine[0], fine[1]))
+        along, radial = contact_grid(sector.right)
+        grid = max(_LEAST_ON_FACE[0], 2 * ((along + 1) // 2) + 2), max(_LEAST_ON_FACE[1], 2 * ((radial + 1) // 2) + 2)
+        return averaged_dofs(sector, full.element, "mortar", grid), grid
     except RomParameterError:
         return None
 
