@@ -61,6 +61,8 @@ class JointErrors:
         """Error of each natural frequency due to the contact dofs, relative; NaN: not known."""
         if self.face_hz is None:
             return (math.nan,) * len(self.full_hz)
+        if self.joint == "free":  # without springs: the rest is round-off
+            return (0.0,) * len(self.full_hz)
         return tuple(found / exact - 1.0 for found, exact in zip(self.full_hz, self.face_hz, strict=True))
 
     def mesh_error(self, convergence: float) -> tuple[float, ...]:
@@ -141,15 +143,12 @@ class ModelErrors:
         """The inverse of `plain`."""
         joints = tuple(_joint(table) for table in values["joints"])
         other = values["other"]
-        grid = tuple(values["contact_grid"])
-        return cls(
-            **{
-                **values,
-                "joints": joints,
-                "contact_grid": grid,
-                "other": None if other is None else OtherMesh(**other),
-            }
-        )
+        read = {
+            "joints": joints,
+            "contact_grid": tuple(values["contact_grid"]),
+            "other": None if other is None else OtherMesh(**other),
+        }
+        return cls(**(values | read))
 
 
 def _joint(table: dict[str, Any]) -> JointErrors:
