@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from rom.linear_algebra.factorisation import Factor, factorise
     from rom.linear_algebra.threads import one_blas_thread, one_blas_thread_in_children
     from rom.reduction.boundary_dofs import BoundaryChoice
+    from rom.reduction.contact_dofs import contact_areas
     from rom.reduction.coriolis_error import coriolis_error
     from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce_sector
     from rom.reduction.mode_selection import reduce_to_tolerance, reduction_errors
@@ -70,6 +71,7 @@ __all__ = [
     "SpringSupportedMotion",
     "assemble",
     "centrifugal_displacement",
+    "contact_areas",
     "contact_springs",
     "coriolis_error",
     "coupled_frequencies",
@@ -127,6 +129,7 @@ _PLACES = {
     "UNREADABLE": "rom.files.hdf5_reading",
     "assemble": "rom.finite_elements.full_model",
     "centrifugal_displacement": "rom.finite_elements.rotation",
+    "contact_areas": "rom.reduction.contact_dofs",
     "contact_springs": "rom.cyclic.contact_springs",
     "coriolis_error": "rom.reduction.coriolis_error",
     "coupled_frequencies": "rom.cyclic.receptance",

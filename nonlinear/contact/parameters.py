@@ -74,6 +74,7 @@ class ContactParameters:
         interference: ArrayLike = 0.0,
         preload: ArrayLike = 0.0,
         law: Law = "two_sliders",
+        area: ArrayLike | None = None,
     ) -> "ContactParameters":
         """Build from the stiffnesses of the whole contact face.
 
@@ -82,11 +83,14 @@ class ContactParameters:
         n_contacts : int
             Number of contact nodes.
         normal_stiffness, tangential_stiffness : float or (n_c,) float
-            kn and kt, N/m. A number is the stiffness of the whole face, shared evenly by the nodes.
+            kn and kt, N/m. A number is the stiffness of the whole face, shared by the nodes as their areas.
         friction, interference, preload : float or (n_c,) float
-            mu, v0 (m) and N0 (N). A number holds for each node.
+            mu, v0 (m) and N0 (N). A number holds for each node, a preload for a node of mean area: the pressure is
+            the same on all.
         law : {"two_sliders", "cone"}
             Friction law.
+        area : (n_c,) float, optional
+            Areas of the nodes, m^2; None: all the same.
 
         Returns
         -------
@@ -99,18 +103,21 @@ class ContactParameters:
             For values out of range and lists of another length.
         """
 
-        def per_node(value: ArrayLike, share: bool) -> Array:
+        even = np.ones(n_contacts)
+        areas = even if area is None else np.asarray(area, dtype=float)
+        if areas.shape != even.shape or not np.all(np.isfinite(areas)) or np.any(areas <= 0.0):
+            raise ContactError(f"area: {areas.tolist()}, allowed: {n_contacts} numbers above 0")
+
+        def per_node(value: ArrayLike, factors: Array, whole: float = 1.0) -> Array:
             array = np.asarray(value, dtype=float)
-            if array.ndim == 0:
-                return np.full(n_contacts, float(array) / (n_contacts if share else 1))
-            return array.copy()
+            return array.copy() if array.ndim else float(array) * factors / whole
 
         return cls(
-            normal_stiffness=per_node(normal_stiffness, True),
-            tangential_stiffness=per_node(tangential_stiffness, True),
-            friction=per_node(friction, False),
-            interference=per_node(interference, False),
-            preload=per_node(preload, False),
+            normal_stiffness=per_node(normal_stiffness, areas, areas.sum()),
+            tangential_stiffness=per_node(tangential_stiffness, areas, areas.sum()),
+            friction=per_node(friction, even),
+            interference=per_node(interference, even),
+            preload=per_node(preload, areas / areas.mean()),
             law=law,
         )
 

@@ -14,8 +14,10 @@ from pipeline.scene.labels import member_label
 from pipeline.scene.schema import Contact, Scene
 from pipeline.stages.curve_file import BRANCHES, section_from_attributes
 from pipeline.stages.curve_summary import read_summary
+from pipeline.stages.scene_to_solver import contact_parameters
 
 if TYPE_CHECKING:
+    from nonlinear import ContactParameters
     from pipeline.stages.respond import CurveResult
 
 Array = NDArray[np.float64]
@@ -52,8 +54,10 @@ class PlottedCurve:
         Row of the highest point, -1 without points.
     peak_displacement : (H+1, n_c, 3) complex or None
         Coefficients of the relative displacement there, m.
-    contact : dict
+    contact : Contact
         Contact parameters of the curve.
+    contact_area : (n_c,) array or None
+        Areas of the contact nodes, m^2; None where the model does not know them.
     branches : tuple of PlottedBranch
         Detached branches.
     bifurcations : tuple of dict
@@ -72,8 +76,13 @@ class PlottedCurve:
     peak_index: int
     peak_displacement: NDArray[np.complex128] | None
     contact: Contact
+    contact_area: Array | None
     branches: tuple[PlottedBranch, ...]
     bifurcations: tuple[dict[str, Any], ...]
+
+    def contact_parameters(self, n_contacts: int) -> ContactParameters:
+        """Contact parameters of each of the contact nodes."""
+        return contact_parameters(self.contact, n_contacts, self.contact_area)
 
     @property
     def peak(self) -> tuple[float, float]:
@@ -110,7 +119,15 @@ def _read(index: int, curve: CurveResult, file: Path, rom: Path) -> PlottedCurve
             branches=tuple(_branch(source[BRANCHES][name]) for name in sorted(source.get(BRANCHES, ()), key=int)),
             bifurcations=read_summary(source).bifurcations,
             contact=section_from_attributes(Contact, source.attrs),
+            contact_area=_contact_area(rom),
         )
+
+
+def _contact_area(rom: Path) -> Array | None:
+    import h5py
+
+    with h5py.File(rom, "r") as model:
+        return model["contact/area"][()] if "contact/area" in model else None
 
 
 def _branch(group: Any) -> PlottedBranch:

@@ -9,7 +9,6 @@ import numpy as np
 
 from pipeline.figures.data import Array, PlottedCurve
 from pipeline.figures.style import DISTINCT, ordered_colours, scale
-from pipeline.stages.scene_to_solver import contact_parameters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,7 +79,7 @@ def _cycle(curve: PlottedCurve) -> tuple[ContactCycle, Array]:
     from nonlinear import contact_cycle
 
     assert curve.peak_displacement is not None
-    contact = contact_parameters(curve.contact, curve.peak_displacement.shape[1])
+    contact = curve.contact_parameters(curve.peak_displacement.shape[1])
     return contact_cycle(curve.peak_displacement, contact, samples=_SAMPLES), contact.interference
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.figures.data import Array, PlottedCurve
-from pipeline.stages.scene_to_solver import contact_parameters, damped_modes
+from pipeline.stages.scene_to_solver import damped_modes
 
 if TYPE_CHECKING:
     from rom import ModalModel, ReducedModel
@@ -64,7 +64,7 @@ def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: l
     curve = curves[at[0]]
     scene = curve.scene
     modal: ModalModel = damped_modes(model, scene.response, scene.load)
-    contact = contact_parameters(curve.contact, model.n_contacts)
+    contact = curve.contact_parameters(model.n_contacts)
     stuck = kind == "stuck"
     springs: dict[str, Any] = {
         "normal": contact.normal_stiffness if stuck else 0.0,

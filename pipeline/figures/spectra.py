@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.figures.data import Array, PlottedCurve
-from pipeline.stages.scene_to_solver import contact_parameters
 
 if TYPE_CHECKING:
     from rom import ReducedModel
@@ -25,7 +24,7 @@ def spectrum(model: ReducedModel, curve: PlottedCurve, nodal_diameter: int) -> d
     from rom import natural_frequencies
 
     phase = 0.0 if model.n_blades is None else 2.0 * np.pi * nodal_diameter / model.n_blades
-    contact = contact_parameters(curve.contact, model.n_contacts)
+    contact = curve.contact_parameters(model.n_contacts)
     springs: dict[str, dict[str, Array]] = {
         "free": {},
         "sliding": {"normal": contact.normal_stiffness},

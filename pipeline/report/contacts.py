@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.figures.data import PlottedCurve
-from pipeline.stages.scene_to_solver import contact_parameters
 
 Array = NDArray[np.float64]
 SAMPLES = 720
@@ -68,7 +67,7 @@ def face_cycle(curve: PlottedCurve, grid: tuple[int, int]) -> FaceCycle | None:
     if curve.peak_displacement is None:
         return None
     names = {STICK: "stick", SLIP: "slip", LIFT_OFF: "open"}
-    contact = contact_parameters(curve.contact, curve.peak_displacement.shape[1])
+    contact = curve.contact_parameters(curve.peak_displacement.shape[1])
     cycle = contact_cycle(curve.peak_displacement, contact, samples=SAMPLES)
     velocity = np.roll(cycle.displacement, -1, axis=0) - np.roll(cycle.displacement, 1, axis=0)
     work = np.sum(cycle.force[:, :, :2] * velocity[:, :, :2] / 2.0, axis=(0, 2))

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from pipeline.errors import shown
+from pipeline.scene.contact_stiffness import stiff_contact_warning
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 
 # dotted key -> (from, to) of usual values, and a hint what may be wrong beyond them
@@ -29,11 +30,17 @@ USUAL_BLADE_CONTACT: dict[str, tuple[float, float, str]] = {
 
 
 def plausibility_warnings(file: SceneFile) -> list[str]:
-    """One line for every key with an unusual value, computed all the same; a value of 0 is never unusual."""
+    """One line for every key with an unusual value, computed all the same; a value of 0 is never unusual.
+
+    A stiffness that the contact dofs resolve badly counts among them.
+    """
     found: dict[str, str] = {}
     for member in file.members:
         for key, text in _unusual_values(member):
             found.setdefault(key, f"{file.path}: {text}")
+        stiff = stiff_contact_warning(member)
+        if stiff is not None:
+            found.setdefault(f"stiff {stiff[0]}", f"{file.path}: {stiff[1]}")
     return list(found.values())
 
 

@@ -34,7 +34,8 @@ DEFAULT_MODES = 20
 POSITIVE = "a number above 0, 1e-12 to 1e15"
 LENGTH = "a number above 0, 1e-6 to 1000"
 STIFFNESS = (
-    'a number, 0 or more (whole face, shared evenly by the nodes), a list of such numbers node by node, or "punch"'
+    "a number, 0 or more (whole face, shared by the nodes as their areas), a list of such numbers node by node, "
+    'or "punch"'
 )
 
 
@@ -111,10 +112,11 @@ class Rom(Section):
         None,
     )
     frequency_limit: Positive | None = _key("keep every fixed-interface mode up to this, Hz", POSITIVE, None)
-    contact_dofs: Literal["nodal", "patch"] = _key(
-        "degrees of freedom of a contact node: its own displacement or the average over its part of the face",
-        '"nodal" or "patch"',
-        "nodal",
+    contact_dofs: Literal["mortar", "patch", "nodal"] = _key(
+        "displacements of the contact nodes: of the face projected on polynomials, averages over parts of the face, "
+        "or displacements of mesh nodes",
+        '"mortar", "patch" or "nodal"',
+        "mortar",
     )
     tolerance: Number = _key(
         "largest relative error of frequencies and receptances in the frequency range",
@@ -159,7 +161,7 @@ class Contact(Section):
         0.0,
     )
     preload: NotNegative | Positives = _key(
-        "N0, N for each node: normal load already in equilibrium",
+        "N0, N for each node (a number: on average): normal load already in equilibrium",
         "a number, 0 or more, or a list of such numbers node by node",
         0.0,
     )

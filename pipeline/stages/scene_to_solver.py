@@ -9,6 +9,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from geometry import SectorMesh
     from nonlinear import ContactParameters, Excitation, SolverOptions
     from pipeline.scene.schema import Contact, Load, Response, Scene
@@ -44,17 +47,20 @@ def resolved_contact(scene: Scene, face_area: float | None) -> Contact:
     )
 
 
-def contact_parameters(contact: Contact, n_contacts: int) -> ContactParameters:
-    """Parameters of each of the contact nodes, from a section [contact] that holds numbers only."""
+def contact_parameters(contact: Contact, n_contacts: int, area: NDArray[np.float64] | None) -> ContactParameters:
+    """Parameters of each of the contact nodes, from a section [contact] that holds numbers only.
+
+    `area` (n_c,) of the nodes, m^2, by which numbers for the whole face are shared; None: evenly.
+    """
     from nonlinear import ContactParameters
 
     values = contact.model_dump(exclude={"integration", "samples"})
-    return ContactParameters.shared(n_contacts, **values)
+    return ContactParameters.shared(n_contacts, **values, area=area)
 
 
 def contact_on_model(scene: Scene, model: ReducedModel) -> ContactParameters:
     """Parameters of each contact node of a reduced model."""
-    return contact_parameters(resolved_contact(scene, face_area(model)), model.n_contacts)
+    return contact_parameters(resolved_contact(scene, face_area(model)), model.n_contacts, model.contact_area)
 
 
 def face_area(model: ReducedModel) -> float | None:
@@ -104,11 +110,12 @@ def damped_modes(model: ReducedModel, response: Response, load: Load) -> ModalMo
 
 def linear_operation(scene: Scene, sector: SectorMesh) -> LinearOperation:
     """Frequency range, travelling wave, damping and contact springs of a scene on the mesh of its blade."""
-    from rom import inter_blade_phase
+    from rom import contact_areas, inter_blade_phase
 
     phase = inter_blade_phase(scene.excitation.engine_order, sector.n_blades)
-    contact = resolved_contact(scene, float(sector.right.area.sum()))
-    return _linear_operation(scene, contact_parameters(contact, len(sector.right.nodes)), phase)
+    area = contact_areas(sector, scene.rom.contact_dofs)
+    contact = resolved_contact(scene, float(area.sum()))
+    return _linear_operation(scene, contact_parameters(contact, len(area), area), phase)
 
 
 def linear_operation_on_model(scene: Scene, model: ReducedModel) -> LinearOperation:
@@ -117,6 +124,28 @@ def linear_operation_on_model(scene: Scene, model: ReducedModel) -> LinearOperat
 
     phase = inter_blade_phase(scene.excitation.engine_order, model.n_blades)
     return _linear_operation(scene, contact_on_model(scene, model), phase)
+
+
+def linear_operation_on_face(scene: Scene, face: ReducedModel) -> LinearOperation | None:
+    """The same with the stiffness spread over the face of a model with a fine grid of contact nodes.
+
+    None where the scene gives a stiffness node by node: what it is between the nodes is not known.
+    """
+    from nonlinear import ContactParameters
+    from rom import inter_blade_phase
+
+    contact = resolved_contact(scene, face_area(face))
+    normal, tangential = contact.normal_stiffness, contact.tangential_stiffness
+    if isinstance(normal, tuple) or isinstance(tangential, tuple):
+        return None
+    spread = ContactParameters.shared(
+        face.n_contacts,
+        normal_stiffness=float(normal),
+        tangential_stiffness=float(tangential),
+        friction=0.0,
+        area=face.contact_area,
+    )
+    return _linear_operation(scene, spread, inter_blade_phase(scene.excitation.engine_order, face.n_blades))
 
 
 def _linear_operation(scene: Scene, contact: ContactParameters, phase: float) -> LinearOperation:

@@ -53,7 +53,7 @@ def solve_curve(
         contact = resolved_contact(scene, face_area(model))
         response = forced_response(
             damped_modes(model, scene.response, scene.load),
-            contact_parameters(contact, model.n_contacts),
+            contact_parameters(contact, model.n_contacts, model.contact_area),
             excitation(scene),
             solver_options(scene),
             progress,

@@ -4,47 +4,89 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from pipeline.scene.labels import quantity
 from pipeline.scene.schema import Rom
-from pipeline.verify.compare import ORDER
+from pipeline.verify.advised_mesh import AdvisedMesh
 from pipeline.verify.model_errors import ModelErrors
 
-_MARGIN = 0.8  # the advised size aims below the tolerance: the order is assumed, and meshes change in steps
 _MORE_MODES = 1.15  # on another mesh the decisive mode may have a somewhat higher number
 
 
+@dataclass(frozen=True)
+class AdvisedContacts:
+    """Contact nodes of a mortar, along the segment and along the radius, and the error expected with them."""
+
+    grid: tuple[int, int]
+    error: float
+
+
+@dataclass(frozen=True)
+class Remedies:
+    """What was found to help; None where nothing is to be changed or nothing is known.
+
+    Attributes
+    ----------
+    contacts : AdvisedContacts or None
+        Contact dofs.
+    mesh : AdvisedMesh or None
+        Mesh.
+    modes : int or None
+        Fixed-interface modes that the tolerance needs on this mesh.
+    no_mesh : str
+        Why there is no other mesh, otherwise "".
+    """
+
+    contacts: AdvisedContacts | None = None
+    mesh: AdvisedMesh | None = None
+    modes: int | None = None
+    no_mesh: str = ""
+
+
 def within(errors: Sequence[ModelErrors], tolerance: float) -> bool:
-    """Whether all errors are known and none is above the tolerance."""
+    """Whether all errors are known and none is above the tolerance.
+
+    The error of contact dofs is not known, and does not count, where a stiffness is given node by node.
+    """
     return all(
-        max(each.modes_frequency, each.receptance) <= tolerance and each.mesh_frequency <= tolerance
+        max(each.modes_frequency, each.receptance) <= tolerance
+        and each.mesh_frequency <= tolerance
+        and not each.contact_frequency > tolerance
         for each in errors
     )
 
 
-def advice(errors: Sequence[ModelErrors], rom: Rom, tolerance: float, needed: int | None) -> str:
-    """The two errors of the natural frequencies, and the keys to change so that all errors stay within the tolerance.
+def worst_mesh(errors: Sequence[ModelErrors]) -> int:
+    """Which of the errors has the largest mesh error; an unknown one (no other mesh) ranks below any known one."""
+    known = [-1.0 if math.isnan(each.mesh_frequency) else each.mesh_frequency for each in errors]
+    return known.index(max(known))
+
+
+def advice(errors: Sequence[ModelErrors], rom: Rom, tolerance: float, remedies: Remedies) -> str:
+    """The errors of the natural frequencies, and the keys to change so that all errors stay within the tolerance.
 
     Parameters
     ----------
     errors : sequence of ModelErrors
         Errors of the models with one choice of mesh and modes.
     rom : Rom
-        That choice of modes.
+        That choice of modes and contact dofs.
     tolerance : float
         Relative error allowed.
-    needed : int or None
-        Fixed-interface modes that the tolerance needs on this mesh, None where the present ones are enough or the
-        number is not known.
+    remedies : Remedies
+        What helps.
     """
-    # an unknown error (NaN, no other mesh) ranks below any known one
-    mesh = max(errors, key=lambda each: -1.0 if math.isnan(each.mesh_frequency) else each.mesh_frequency)
-    changes = _mesh_changes(mesh, tolerance)
-    if changes and needed is not None:
+    changes, limits = _contact_changes(errors, rom, tolerance, remedies.contacts)
+    mesh_changes, mesh_limits = _mesh_changes(errors[worst_mesh(errors)], tolerance, remedies)
+    needed = remedies.modes
+    if (changes or mesh_changes) and needed is not None:
         needed = math.ceil(_MORE_MODES * needed)
-    changes += _mode_changes(errors, rom, tolerance, needed)
-    todo = " and ".join(changes) or "nothing to do"
-    return f"{_dominant(errors, mesh)}; for a tolerance of {100.0 * tolerance:.3g} %: {todo}"
+    changes += mesh_changes + _mode_changes(errors, rom, tolerance, needed)
+    todo = " and ".join(changes) or ("nothing helps" if limits + mesh_limits else "nothing to do")
+    return f"{_dominant(errors)}; for a tolerance of {100.0 * tolerance:.3g} %: " + "; ".join(
+        [todo, *limits, *mesh_limits]
+    )
 
 
 def percent(error: float) -> str:
@@ -52,33 +94,55 @@ def percent(error: float) -> str:
     return "unknown" if math.isnan(error) else f"{100.0 * abs(error):.2g} %"
 
 
-def finer_size(errors: ModelErrors, tolerance: float) -> float:
-    """Element size in m, two digits, whose estimated error is within the tolerance."""
-    size = errors.size * (_MARGIN * tolerance / errors.mesh_frequency) ** (1.0 / ORDER)
-    unit = 10.0 ** (math.floor(math.log10(size)) - 1)
-    return float(f"{math.floor(size / unit + 1e-9) * unit:.2g}")
+def _dominant(errors: Sequence[ModelErrors]) -> str:
+    """Mesh error, modal truncation error and error of the contact dofs of the natural frequencies, largest first."""
+    worst = errors[worst_mesh(errors)]
+    found = [(max(each.modes_frequency for each in errors), "modal truncation error")]
+    contact = [each.contact_frequency for each in errors if not math.isnan(each.contact_frequency)]
+    if contact:
+        found.append((max(contact), "error of the contact dofs"))
+    if not math.isnan(worst.mesh_frequency):
+        found.append((worst.mesh_frequency, "mesh error"))
+    (first, *others) = sorted(found, key=lambda each: -each[0])
+    said = [f"{first[1]} {percent(first[0])} of a frequency", *(f"{name} {percent(error)}" for error, name in others)]
+    if math.isnan(worst.mesh_frequency):
+        said.append(f"mesh error not known ({worst.reason})")
+    return ", ".join(said)
 
 
-def _dominant(errors: Sequence[ModelErrors], worst_mesh: ModelErrors) -> str:
-    """Mesh error and modal truncation error of the natural frequencies, the larger one first."""
-    mesh, modes = worst_mesh.mesh_frequency, max(each.modes_frequency for each in errors)
-    if math.isnan(mesh):
-        return f"modal truncation error {percent(modes)} of a frequency, mesh error not known ({worst_mesh.reason})"
-    ranked = sorted([(mesh, "mesh error"), (modes, "modal truncation error")], key=lambda each: -each[0])
-    (larger, first), (smaller, second) = ranked
-    return f"{first} {percent(larger)} of a frequency, {second} {percent(smaller)}"
+def _contact_changes(
+    errors: Sequence[ModelErrors], rom: Rom, tolerance: float, contacts: AdvisedContacts | None
+) -> tuple[list[str], list[str]]:
+    """Changes of the contact dofs, and what they cannot do."""
+    if contacts is None:
+        return [], []
+    changes = [] if rom.contact_dofs == "mortar" else ['set rom.contact_dofs = "mortar"']
+    grid = f"[{contacts.grid[0]}, {contacts.grid[1]}]"
+    if contacts.grid != errors[0].contact_grid:
+        changes.append(f"set mesh.contact_grid = {grid}")
+    if contacts.error <= tolerance:
+        return changes, []
+    limit = f"contact nodes {grid} leave an error of {percent(contacts.error)}: no grid tried has less"
+    return changes, [f"{limit}, lower the contact stiffness"]
 
 
-def _mesh_changes(errors: ModelErrors, tolerance: float) -> list[str]:
-    if not errors.mesh_frequency > tolerance or errors.other is None:
-        return []
-    if errors.other.element != errors.element:
-        return [f'set mesh.element = "{errors.other.element}"']
-    size, finer = quantity("mesh.size"), finer_size(errors, tolerance)
-    # dofs grow with the size as they do between the two meshes
-    growth = math.log(errors.other.dofs / errors.dofs) / math.log(errors.size / errors.other.size)
-    dofs = float(f"{errors.dofs * (errors.size / finer) ** growth:.2g}")
-    return [f"lower mesh.size from {size.value(errors.size)} to {size.value(finer)} (some {dofs:.0f} dofs)"]
+def _mesh_changes(errors: ModelErrors, tolerance: float, remedies: Remedies) -> tuple[list[str], list[str]]:
+    """Changes of the mesh, and what they cannot do."""
+    mesh = remedies.mesh
+    if remedies.no_mesh:
+        return [], [f"no finer mesh ({remedies.no_mesh})"]
+    if mesh is None:
+        return [], []
+    if mesh.element != errors.element:
+        return [f'set mesh.element = "{mesh.element}" ({mesh.dofs} dofs)'], []
+    size = quantity("mesh.size")
+    limits = []
+    if mesh.error > tolerance:
+        reached = f"a mesh of {mesh.dofs} dofs leaves an error of some {percent(mesh.error)}"
+        limits = [f"{reached}: the tolerance takes more dofs than are practical"]
+    if mesh.size >= errors.size:
+        return [], limits
+    return [f"lower mesh.size from {size.value(errors.size)} to {size.value(mesh.size)} ({mesh.dofs} dofs)"], limits
 
 
 def _mode_changes(errors: Sequence[ModelErrors], rom: Rom, tolerance: float, needed: int | None) -> list[str]:

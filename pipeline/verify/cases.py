@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +21,21 @@ from pipeline.stages.request import Run
 from pipeline.stages.sweep_models import Models
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.fingerprints import fingerprint
-from pipeline.verify.compare import BladeFiles, BladeReference, blade_reference, model_errors, needed_modes
+from pipeline.verify.advice import AdvisedContacts
+from pipeline.verify.advised_mesh import AdvisedMesh, advised_mesh
+from pipeline.verify.compare import (
+    BladeFiles,
+    BladeReference,
+    blade_reference,
+    model_errors,
+    needed_grid,
+    needed_modes,
+    node_by_node,
+)
 from pipeline.verify.model_errors import ModelErrors
 
 KIND, FILE = "verify", "verify.json"
-_COMPARISON = "pipeline.verify.compare"  # the module that measures
+_COMPARISON = "pipeline.verify.advised_mesh"  # it imports the module that measures
 # Keys that change a response but nothing linear.
 _WITHOUT_EFFECT = (
     *(f"contact.{key}" for key in ("friction", "interference", "preload", "law", "integration", "samples")),
@@ -59,6 +69,9 @@ class Case:
     def scene(self) -> Scene:
         """The member's scene."""
         return self.member.scene
+
+
+VerifiedCase = tuple[Case, ModelErrors]
 
 
 @dataclass
@@ -102,6 +115,30 @@ class Verifier:
                 return None
             most = max(most, modes)
         return most
+
+    def contacts(self, cases: Sequence[VerifiedCase], tolerance: float) -> AdvisedContacts:
+        """The contact dofs of a mortar that a tolerance needs in all cases, or the best ones. Raises StageError."""
+        found = [self._contacts_of(case, errors, tolerance) for case, errors in cases]
+        return max(found, key=lambda each: (each.grid[0] * each.grid[1], each.error))
+
+    def _contacts_of(self, case: Case, errors: ModelErrors, tolerance: float) -> AdvisedContacts:
+        content = {"contacts": self._key(case), "tolerance": tolerance}
+
+        def compute() -> dict[str, Any]:
+            grid, error = needed_grid(case.scene, self._reference(case), errors, tolerance)
+            return {"grid": grid, "error": error}
+
+        found = self._cached(fingerprint(content), "counting the contact nodes needed", compute)
+        return AdvisedContacts((found["grid"][0], found["grid"][1]), found["error"])
+
+    def mesh(self, case: Case, errors: ModelErrors, tolerance: float, grid: tuple[int, int]) -> AdvisedMesh:
+        """The mesh that a tolerance needs, or the best one. Raises StageError."""
+        content = {"mesh": self._key(case), "tolerance": tolerance, "grid": grid}
+
+        def compute() -> dict[str, Any]:
+            return asdict(advised_mesh(case.scene, errors, tolerance, grid))
+
+        return AdvisedMesh(**self._cached(fingerprint(content), "building the mesh advised", compute))
 
     def _needed_on(self, cases: Sequence[Case], tolerance: float) -> int | None:
         scenes = [case.scene for case in cases]
@@ -168,6 +205,7 @@ def _blade_key(run: Run, scene: Scene) -> str:
             "direction": scene.excitation.unit_direction,
             "at": scene.excitation.at,
             "contact_dofs": scene.rom.contact_dofs,
+            "node_by_node": node_by_node(scene),
             "highest": scene.response.frequency[1],
         }
     )

@@ -1,6 +1,8 @@
 """Errors of the reduced model of a scene: against the full model on its own mesh, and on another mesh.
 
-The mesh error is Richardson's estimate from two meshes [1]_.
+The error of the contact dofs is measured against springs spread over the face of the full model. The mesh error is
+Richardson's estimate from two meshes [1]_, with springs spread over the face on both: under a nodal force the local
+compliance grows without limit as the mesh is refined.
 
 References
 ----------
@@ -14,22 +16,31 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import reason_of
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_reduced_model import at_speed, boundary_choice
-from pipeline.stages.scene_to_solver import linear_operation
+from pipeline.stages.scene_to_solver import (
+    linear_operation,
+    linear_operation_on_face,
+    linear_operation_on_model,
+)
 from pipeline.verify.model_errors import JointErrors, ModelErrors, OtherMesh
 from pipeline.verify.other_mesh import other_sector
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
-    from rom import FullModel, FullReference, LinearError, LinearOperation, LinearResponse
+    from rom import FullModel, FullReference, LinearError, LinearOperation, LinearResponse, ReducedModel
 
 # Order of the error of the frequencies in the element size. Quadratic elements have fourth order on smooth solutions;
 # the singularities at re-entrant corners reduce it to little more than one.
 ORDER = 1.0
+Frequencies = tuple[float, ...]  # natural, Hz
+# Grids of contact nodes that are tried for a tolerance. An odd number in a direction is hardly better than the even
+# one below: the projection gains where it can follow the next odd deformation of the face.
+_GRIDS = ((2, 2), (3, 3), (4, 3), (4, 4), (6, 4), (6, 6))
+_MARGIN = 0.8  # the other grid comes with another mesh
 
 
 @dataclass(frozen=True)
@@ -116,21 +127,25 @@ def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> 
     exact = linear_responses(blade.reference.model, operation)
     found = linear_responses(model, operation, exact)
     errors = linear_errors(found, exact, operation.frequency_hz)
-    elsewhere: Sequence[LinearResponse | None] = [None] * len(exact)
-    if blade.other is not None:
-        there = linear_operation(scene, blade.other.sector)
-        elsewhere = linear_responses(blade.other.reference.model, there, exact)
+    on_face = _on_face(scene, blade.reference, exact)
+    elsewhere: Sequence[Frequencies | None] = [None] * len(exact)
+    if blade.other is not None and None not in on_face:
+        elsewhere = _on_face(scene, blade.other.reference, exact)
+    elif blade.other is not None:
+        there = blade.other.reference.model
+        elsewhere = _frequencies_like(exact, there, linear_operation_on_model(scene, there))
     return ModelErrors(
         modes=modes,
         dofs=blade.dofs,
         size=scene.mesh.size,
         element=scene.mesh.element,
+        contact_grid=scene.mesh.contact_grid,
         other=None if blade.other is None else blade.other.mesh,
         reason=blade.reason,
         convergence=_convergence(scene, blade.other),
         static=static_error(model, blade.reference.flexibility),
         equilibrium=_equilibrium_error(blade, operation, exact),
-        joints=tuple(_joint(*each) for each in zip(errors, exact, found, elsewhere, strict=True)),
+        joints=tuple(_joint(*each) for each in zip(errors, exact, found, on_face, elsewhere, strict=True)),
     )
 
 
@@ -144,6 +159,47 @@ def _equilibrium_error(
         return None
     exact = linear_responses(blade.nonlinear.model, operation, found)
     return max(error.frequency for error in linear_errors(found, exact, operation.frequency_hz))
+
+
+def needed_grid(
+    scene: Scene, blade: BladeReference, errors: ModelErrors, tolerance: float
+) -> tuple[tuple[int, int], float]:
+    """The fewest contact nodes of a mortar that a tolerance needs in the operation of a scene, and their error.
+
+    Where none of the grids tried is enough, the finest of them.
+
+    Parameters
+    ----------
+    scene : Scene
+        Operation.
+    blade : BladeReference
+        Full models of its blade, with springs spread over the face.
+    errors : ModelErrors
+        Errors measured in it.
+    tolerance : float
+        Relative error allowed.
+    """
+    assert scene.mesh is not None
+    own = scene.mesh.contact_grid
+    finer = [grid for grid in _GRIDS if math.prod(grid) > math.prod(own)]
+    tried = [own, *finer] if scene.rom.contact_dofs != "mortar" else finer
+    best = own, errors.contact_frequency
+    for grid in tried:
+        if not all(n <= most for n, most in zip(grid, blade.reference.face_grid, strict=True)):
+            continue
+        model = blade.reference.with_mortar(grid)
+        operation = linear_operation_on_face(scene, model)
+        assert operation is not None  # as the error that was measured
+        worst = 0.0
+        for joint, springs in zip(errors.joints, operation.contact_conditions().values(), strict=True):
+            assert joint.face_hz is not None
+            found = _frequencies(model, operation.phase, springs, joint.first_mode, len(joint.face_hz))
+            pairs = zip(found, joint.face_hz, joint.within, strict=True)
+            worst = max(worst, *(abs(here / exact - 1.0) for here, exact, counts in pairs if counts), 0.0)
+        best = grid, worst
+        if worst <= _MARGIN * tolerance:
+            break
+    return best
 
 
 def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -> int | None:
@@ -184,7 +240,42 @@ def _nonlinear_reference(scene: Scene, files: BladeFiles) -> FullReference | Non
 def _reference(scene: Scene, sector: SectorMesh, full: FullModel) -> FullReference:
     from rom import full_reference
 
-    return full_reference(full, sector, scene.response.frequency[1], boundary_choice(scene))
+    highest, choice = scene.response.frequency[1], boundary_choice(scene)
+    return full_reference(full, sector, highest, choice, with_face=not node_by_node(scene))
+
+
+def node_by_node(scene: Scene) -> bool:
+    """Whether a contact stiffness is given node by node, so that it has no value between the nodes."""
+    return any(isinstance(k, tuple) for k in (scene.contact.normal_stiffness, scene.contact.tangential_stiffness))
+
+
+def _on_face(scene: Scene, reference: FullReference, exact: Sequence[LinearResponse]) -> Sequence[Frequencies | None]:
+    """Natural frequencies, Hz, in each contact condition with springs spread over the face; None: not known."""
+    operation = None if reference.face is None else linear_operation_on_face(scene, reference.face)
+    if reference.face is None or operation is None:
+        return [None] * len(exact)
+    return _frequencies_like(exact, reference.face, operation)
+
+
+def _frequencies_like(
+    exact: Sequence[LinearResponse], model: ReducedModel, operation: LinearOperation
+) -> list[Frequencies]:
+    """Natural frequencies, Hz, of a model in each contact condition, those of the modes of `exact`."""
+    return [
+        _frequencies(model, operation.phase, springs, response.first_mode, len(response.natural_hz))
+        for response, springs in zip(exact, operation.contact_conditions().values(), strict=True)
+    ]
+
+
+def _frequencies(
+    model: ReducedModel, phase: float, springs: tuple[Any, Any], first_mode: int, count: int
+) -> Frequencies:
+    """`count` natural frequencies, Hz, from the mode number `first_mode` on; infinite where the model has none."""
+    from rom import natural_frequencies
+
+    last = first_mode - 1 + count
+    found = natural_frequencies(model, phase, normal=springs[0], tangential=springs[1], count=last)
+    return (*found.tolist(), *[math.inf] * (last - len(found)))[first_mode - 1 :]
 
 
 def _other_reference(scene: Scene, elements: int) -> OtherReference:
@@ -208,7 +299,11 @@ def _convergence(scene: Scene, other: OtherReference | None) -> float:
 
 
 def _joint(
-    error: LinearError, exact: LinearResponse, found: LinearResponse, other: LinearResponse | None
+    error: LinearError,
+    exact: LinearResponse,
+    found: LinearResponse,
+    on_face: Frequencies | None,
+    other: Frequencies | None,
 ) -> JointErrors:
     return JointErrors(
         joint=error.condition,
@@ -218,5 +313,6 @@ def _joint(
         within=tuple(error.within.tolist()),
         contact=error.contact,
         output=error.output,
-        other_hz=None if other is None else tuple(other.natural_hz.tolist()),
+        face_hz=on_face,
+        other_hz=other,
     )

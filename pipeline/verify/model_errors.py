@@ -33,8 +33,12 @@ class JointErrors:
         Whether a frequency counts: it lies in the range, or is the first above a range that holds none.
     contact, output : float
         Largest relative error of the receptances of the contact nodes and of the output over the range.
+    face_hz : tuple of float or None
+        Natural frequencies of the full model with its springs spread over the face; None where a stiffness is given
+        node by node.
     other_hz : tuple of float or None
-        Natural frequencies of the full model on the other mesh, None without such a mesh.
+        Natural frequencies of the full model on the other mesh, None without such a mesh; with springs spread over
+        the face where `face_hz` has them.
     """
 
     joint: str
@@ -44,6 +48,7 @@ class JointErrors:
     within: tuple[bool, ...]
     contact: float
     output: float
+    face_hz: tuple[float, ...] | None
     other_hz: tuple[float, ...] | None
 
     @property
@@ -51,12 +56,22 @@ class JointErrors:
         """Modal truncation error of each natural frequency, relative."""
         return tuple(found / exact - 1.0 for found, exact in zip(self.reduced_hz, self.full_hz, strict=True))
 
+    @property
+    def contact_error(self) -> tuple[float, ...]:
+        """Error of each natural frequency due to the contact dofs, relative; NaN: not known."""
+        if self.face_hz is None:
+            return (math.nan,) * len(self.full_hz)
+        if self.joint == "free":  # without springs: the rest is round-off
+            return (0.0,) * len(self.full_hz)
+        return tuple(found / exact - 1.0 for found, exact in zip(self.full_hz, self.face_hz, strict=True))
+
     def mesh_error(self, convergence: float) -> tuple[float, ...]:
         """Estimated relative mesh error of each natural frequency, NaN: not known (`convergence`: `ModelErrors`)."""
         if self.other_hz is None:
             return (math.nan,) * len(self.full_hz)
-        absolute = [convergence * (here - other) for here, other in zip(self.full_hz, self.other_hz, strict=True)]
-        return tuple(error / (here - error) for error, here in zip(absolute, self.full_hz, strict=True))
+        meshed = self.full_hz if self.face_hz is None else self.face_hz
+        absolute = [convergence * (here - other) for here, other in zip(meshed, self.other_hz, strict=True)]
+        return tuple(error / (here - error) for error, here in zip(absolute, meshed, strict=True))
 
 
 @dataclass(frozen=True)
@@ -69,6 +84,8 @@ class ModelErrors:
         Fixed-interface modes.
     dofs, size, element : int, float, str
         Degrees of freedom, element size [m] and element of the scene's mesh.
+    contact_grid : (int, int)
+        Contact nodes of the scene along the segment and along the radius.
     other : OtherMesh or None
         The mesh it is compared with.
     reason : str
@@ -88,6 +105,7 @@ class ModelErrors:
     dofs: int
     size: float
     element: str
+    contact_grid: tuple[int, int]
     other: OtherMesh | None
     reason: str
     convergence: float
@@ -106,6 +124,11 @@ class ModelErrors:
         return max(max(joint.contact, joint.output) for joint in self.joints)
 
     @property
+    def contact_frequency(self) -> float:
+        """Largest error of a natural frequency in the range due to the contact dofs, relative; NaN: not known."""
+        return _largest((joint.contact_error, joint.within) for joint in self.joints)
+
+    @property
     def mesh_frequency(self) -> float:
         """Largest estimated mesh error of a natural frequency in the range, relative; NaN: not known."""
         return _largest((joint.mesh_error(self.convergence), joint.within) for joint in self.joints)
@@ -115,6 +138,7 @@ class ModelErrors:
         values = asdict(self)
         for joint, table in zip(self.joints, values["joints"], strict=True):
             table["modes_error"] = list(joint.modes_error)
+            table["contact_error"] = list(joint.contact_error)
             table["mesh_error"] = list(joint.mesh_error(self.convergence))
         return values
 
@@ -123,7 +147,12 @@ class ModelErrors:
         """The inverse of `plain`."""
         joints = tuple(_joint(table) for table in values["joints"])
         other = values["other"]
-        return cls(**{**values, "joints": joints, "other": None if other is None else OtherMesh(**other)})
+        read = {
+            "joints": joints,
+            "contact_grid": tuple(values["contact_grid"]),
+            "other": None if other is None else OtherMesh(**other),
+        }
+        return cls(**(values | read))
 
 
 def _joint(table: dict[str, Any]) -> JointErrors:

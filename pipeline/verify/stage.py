@@ -15,11 +15,8 @@ from pipeline.stages.request import Request, Run, RunOutcome
 from pipeline.stages.stage_log import StageLog
 from pipeline.stages.sweep_models import models_of_blade
 from pipeline.store.output_folder import working_store
-from pipeline.verify.advice import advice, within
-from pipeline.verify.cases import Case, Verifier, distinct_cases
-from pipeline.verify.model_errors import ModelErrors
-
-VerifiedCase = tuple[Case, ModelErrors]
+from pipeline.verify.advice import Remedies, advice, within, worst_mesh
+from pipeline.verify.cases import Case, VerifiedCase, Verifier, distinct_cases
 
 
 @dataclass(frozen=True)
@@ -37,6 +34,8 @@ class Advice:
     needed_modes : int or None
         Fixed-interface modes that the tolerance needs on this mesh, None where the present ones are enough or the
         number is not known.
+    advised_dofs : int or None
+        Degrees of freedom of the mesh that is advised, None where the mesh is good enough.
     text : str
         The advice on one line.
     """
@@ -45,6 +44,7 @@ class Advice:
     tolerance: float
     within: bool
     needed_modes: int | None
+    advised_dofs: int | None
     text: str
 
 
@@ -111,18 +111,35 @@ def _advise(verifier: Verifier, tolerance: float | None, verification: Verificat
     for (_, rom), group in groups.items():
         allowed = rom.tolerance if tolerance is None else tolerance
         found = [each for _, each in group]
-        lacking = [case for case, each in group if max(each.modes_frequency, each.receptance) > allowed]
-        needed = None
-        if lacking and rom.modes != "auto":
-            try:
-                needed = verifier.needed(lacking, allowed)
-            except StageError as error:
-                verification.problems.append(str(error))
+        remedies = Remedies()
+        try:
+            remedies = _remedies(verifier, group, allowed)
+        except StageError as error:
+            verification.problems.append(str(error))
         labels = tuple(case.label for case, _ in group)
-        text = advice(found, rom, allowed, needed)
+        text = advice(found, rom, allowed, remedies)
         if len(groups) > 1:
             text = f"{labels[0]}{' ...' if len(labels) > 1 else ''}: {text}"
-        verification.advice.append(Advice(labels, allowed, within(found, allowed), needed, text))
+        dofs = None if remedies.mesh is None else remedies.mesh.dofs
+        verification.advice.append(Advice(labels, allowed, within(found, allowed), remedies.modes, dofs, text))
+
+
+def _remedies(verifier: Verifier, group: Sequence[VerifiedCase], tolerance: float) -> Remedies:
+    """What helps where an error of the cases is above the tolerance. Raises StageError."""
+    contacts, mesh, no_mesh, modes = None, None, "", None
+    stiff = [(case, each) for case, each in group if each.contact_frequency > tolerance]
+    if stiff:
+        contacts = verifier.contacts(stiff, tolerance)
+    case, errors = group[worst_mesh([each for _, each in group])]
+    if errors.mesh_frequency > tolerance and errors.other is not None:
+        try:
+            mesh = verifier.mesh(case, errors, tolerance, errors.contact_grid if contacts is None else contacts.grid)
+        except StageError as error:
+            no_mesh = str(error)
+    lacking = [case for case, each in group if max(each.modes_frequency, each.receptance) > tolerance]
+    if lacking and case.scene.rom.modes != "auto":
+        modes = verifier.needed(lacking, tolerance)
+    return Remedies(contacts, mesh, modes, no_mesh)
 
 
 def plain(verification: Verification) -> dict[str, Any]:
@@ -134,6 +151,7 @@ def plain(verification: Verification) -> dict[str, Any]:
             **errors.plain(),
             "modes_frequency_error": errors.modes_frequency,
             "receptance_error": errors.receptance,
+            "contact_frequency_error": errors.contact_frequency,
             "mesh_frequency_error": errors.mesh_frequency,
         }
         for case, errors in verification.measured

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from pipeline.scene.labels import quantity
 from pipeline.verify.advice import percent
+from pipeline.verify.cases import VerifiedCase
 from pipeline.verify.model_errors import JointErrors, ModelErrors
-from pipeline.verify.stage import VerifiedCase
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -31,11 +31,18 @@ def error_table(errors: ModelErrors, highest_hz: float) -> Table:
     `highest_hz` is the end of the frequency range.
     """
     table = _empty(
-        "contact", "", "reduced\n[Hz]", "full\n[Hz]", "modal trunc.\nerror", "other mesh\n[Hz]", "mesh\nerror"
+        "contact",
+        "",
+        "reduced\n[Hz]",
+        "full\n[Hz]",
+        "modal trunc.\nerror",
+        "contact dofs\nerror",
+        "other mesh\n[Hz]",
+        "mesh\nerror",
     )
     for joint in errors.joints:
         _add_joint(table, joint, errors.convergence, highest_hz)
-    table.add_row("", "static flexibility", "", "", percent(errors.static), "", "")
+    table.add_row("", "static flexibility", "", "", percent(errors.static), "", "", "")
     return table
 
 
@@ -51,7 +58,14 @@ def equilibrium_lines(cases: Sequence[VerifiedCase]) -> list[str]:
 
 def overview(cases: Sequence[VerifiedCase]) -> Table:
     """One row for each case and contact condition: lowest frequency in the range, largest errors."""
-    names = ("lowest\n[Hz]", "modal trunc.\nerror", "receptance", "other mesh\n[Hz]", "mesh\nerror")
+    names = (
+        "lowest\n[Hz]",
+        "modal trunc.\nerror",
+        "receptance",
+        "contact dofs\nerror",
+        "other mesh\n[Hz]",
+        "mesh\nerror",
+    )
     table = _empty("case", "contact", *names)
     for case, errors in cases:
         for index, joint in enumerate(errors.joints):
@@ -62,6 +76,7 @@ def overview(cases: Sequence[VerifiedCase]) -> Table:
                 f"{joint.full_hz[0]:.6g}",
                 _or_dash(_largest(joint.modes_error, joint.within)),
                 percent(max(joint.contact, joint.output)),
+                _or_dash(_largest(joint.contact_error, joint.within)),
                 "-" if joint.other_hz is None else f"{joint.other_hz[0]:.6g}",
                 _or_dash(_largest(mesh, joint.within)),
             )
@@ -90,11 +105,12 @@ def _add_joint(table: Table, joint: JointErrors, convergence: float, highest_hz:
             f"{joint.reduced_hz[index]:.6g}",
             f"{full:.6g}",
             percent(modes[index]),
+            _or_dash(joint.contact_error[index]),
             "-" if joint.other_hz is None else f"{joint.other_hz[index]:.6g}",
             percent(mesh[index]),
         )
     for name, error in (("receptance, contact nodes", joint.contact), ("receptance, output", joint.output)):
-        table.add_row("", name, "", "", percent(error), "", "")
+        table.add_row("", name, "", "", percent(error), "", "", "")
     table.add_section()
 
 

@@ -21,12 +21,14 @@ if TYPE_CHECKING:
 _DEPENDENT = 1e-6
 
 
-def averaged_variables(averages: csr_matrix, reserved: NDArray[np.int64]) -> tuple[NDArray[np.int64], csr_matrix]:
+def averaged_variables(
+    averages: csr_matrix, reserved: NDArray[np.int64], kind: str
+) -> tuple[NDArray[np.int64], csr_matrix]:
     """Nodes (k,) in whose places the averages W u stand, and T (3n, 3n) with displacements u = T z.
 
     z holds at those nodes the averages (x, y, z), elsewhere the displacement. W has the shape (k, n); the
-    displacement of the `reserved` nodes stays a variable. Raises RomParameterError where the averages are linearly
-    dependent on this mesh.
+    displacement of the `reserved` nodes stays a variable. Raises RomParameterError, about contact dofs of a `kind`,
+    where the averages are linearly dependent on this mesh.
     """
     from scipy.linalg import qr
     from scipy.sparse import coo_matrix, identity, kron
@@ -37,7 +39,7 @@ def averaged_variables(averages: csr_matrix, reserved: NDArray[np.int64]) -> tup
     diagonal = np.abs(np.diag(triangle))
     if len(candidates) < count or diagonal.min() < _DEPENDENT * diagonal.max():
         allowed = "needs a finer mesh or fewer contact nodes: these averages depend on each other"
-        raise RomParameterError("rom", "contact_dofs", "patch", allowed)
+        raise RomParameterError("rom", "contact_dofs", kind, allowed)
     nodes = candidates[order[:count]]
     others = np.setdiff1d(np.unique(averages.indices), nodes)
     own = np.linalg.inv(averages[:, nodes].toarray())

@@ -9,17 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom.errors import RomParameterError
-from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.reduction.averaged_variables import averaged_variables
-from rom.reduction.patch_dofs import patch_averages
+from rom.reduction.contact_dofs import CONTACT_DOFS, ContactDofs, averaged_dofs, nodal_dofs
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
     from geometry import SectorMesh
-
-CONTACT_DOFS = ("nodal", "patch")
 
 
 @dataclass(frozen=True)
@@ -32,8 +29,12 @@ class BoundaryChoice:
         Direction of the excitation, of any length.
     excitation_at : "tip" or (3,) sequence of float
         Where it acts: at the tip, or at the mesh vertex nearest to a position in m.
-    contact_dofs : {"nodal", "patch"}
-        Displacements of the contact nodes, or averages over the part of the face that each of them stands for.
+    contact_dofs : {"mortar", "patch", "nodal"}
+        What the contact dofs are: the displacement of the face projected on polynomials, with the contact nodes at
+        its Gauss points; averages over the part of the face that each contact node of the mesh stands for; or the
+        displacements of these nodes.
+    mortar_grid : (int, int), optional
+        Gauss points of the mortar along t1 and along the radius, by default as many as the mesh has contact nodes.
 
     Raises
     ------
@@ -43,7 +44,8 @@ class BoundaryChoice:
 
     excitation_direction: ArrayLike = (0.0, 1.0, 0.0)
     excitation_at: str | ArrayLike = "tip"
-    contact_dofs: str = "nodal"
+    contact_dofs: str = "mortar"
+    mortar_grid: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
         direction, at = np.asarray(self.excitation_direction, dtype=float), self.excitation_at
@@ -69,7 +71,7 @@ class BoundaryChoice:
         return vector / np.linalg.norm(vector)
 
 
-NODAL_TIP = BoundaryChoice()
+AT_TIP = BoundaryChoice()
 
 
 @dataclass(frozen=True)
@@ -83,24 +85,29 @@ class BoundaryDofs:
     frames : (k, 3, 3) array
         Rows: the directions of the coordinates of each node, t1, t2, n for contact nodes and x, y, z for the others;
         q = frame @ u.
-    n_contacts : int
-        Contact nodes on a face.
+    contact : ContactDofs
+        The contact dofs.
     tip, loaded : int
         Positions of the tip and of the loaded node in `nodes`.
     direction : (3,) array
         Direction of the excitation, of length 1.
     variables : (N, N) matrix or None
-        T of the mesh displacements u = T z, where z holds the averages over the contact patches in the places of as
-        many nodes; None: z = u, the contact dofs are nodal.
+        T of the mesh displacements u = T z, where z holds the averaged contact dofs in the places of as many nodes;
+        None: z = u, the contact dofs are nodal.
     """
 
     nodes: NDArray[np.int64]
     frames: NDArray[np.float64]
-    n_contacts: int
+    contact: ContactDofs
     tip: int
     loaded: int
     direction: NDArray[np.float64]
     variables: csr_matrix | None = None
+
+    @property
+    def n_contacts(self) -> int:
+        """Number of contact nodes on a face."""
+        return self.contact.count
 
     @property
     def size(self) -> int:
@@ -126,6 +133,14 @@ class BoundaryDofs:
         rows[:, 3 * k : 3 * k + 3] = self.frames[k].T
         return rows
 
+    def motion(self, n_nodes: int) -> csr_matrix:
+        """Boundary dofs q (3k, 3n) of mesh displacements."""
+        from scipy.sparse import csr_matrix, vstack
+
+        held = node_dofs(self.nodes[2 * self.n_contacts :]).ravel()
+        others = csr_matrix((np.ones(len(held)), (np.arange(len(held)), held)), shape=(len(held), 3 * n_nodes))
+        return vstack([self.contact.motion, others], format="csr")
+
     def transform_matrix(self, matrix: csr_matrix) -> csr_matrix:
         """Congruence transform T^T A T (N, N) of a matrix of the mesh to the variables z."""
         return matrix if self.variables is None else (self.variables.T @ matrix @ self.variables).tocsr()
@@ -147,9 +162,9 @@ def choose_boundary_dofs(full: FullModel, sector: SectorMesh, choice: BoundaryCh
     """
     tip = int(full.vertex_node[sector.node_sets["tip"][0]])
     loaded = tip if isinstance(choice.excitation_at, str) else _nearest_vertex(full, choice.excitation_at)
-    contact, variables = _contact_nodes(full, sector, np.array([tip, loaded]), choice.contact_dofs)
-    nodes = [int(node) for node in contact]
-    frames = [*sector.right.frame, *sector.left.frame]
+    contact, held, variables = _contact_nodes(full, sector, np.array([tip, loaded]), choice)
+    nodes = [int(node) for node in held]
+    frames = [*contact.frames]
     for node in (tip, loaded):
         if node not in nodes:
             nodes.append(node)
@@ -162,7 +177,7 @@ def choose_boundary_dofs(full: FullModel, sector: SectorMesh, choice: BoundaryCh
     return BoundaryDofs(
         nodes=boundary,
         frames=np.array(frames),
-        n_contacts=len(sector.right.nodes),
+        contact=contact,
         tip=nodes.index(tip),
         loaded=nodes.index(loaded),
         direction=choice.unit_direction,
@@ -171,13 +186,14 @@ def choose_boundary_dofs(full: FullModel, sector: SectorMesh, choice: BoundaryCh
 
 
 def _contact_nodes(
-    full: FullModel, sector: SectorMesh, others: NDArray[np.int64], contact_dofs: str
-) -> tuple[NDArray[np.int64], csr_matrix | None]:
-    """Nodes (2 n_c,) of the contact dofs, right ones first, and T for averages; `others`: other boundary nodes."""
-    if contact_dofs == "nodal":
-        return full.vertex_node[np.concatenate([sector.right.nodes, sector.left.nodes])], None
-    discretisation = discretise(sector.points, sector.hexahedra, full.element)
-    return averaged_variables(patch_averages(discretisation, sector), others)
+    full: FullModel, sector: SectorMesh, others: NDArray[np.int64], choice: BoundaryChoice
+) -> tuple[ContactDofs, NDArray[np.int64], csr_matrix | None]:
+    """Contact dofs, the nodes (2 n_c,) that they stand at, and T for averages; `others`: other boundary nodes."""
+    if choice.contact_dofs == "nodal":
+        contact = nodal_dofs(sector, full.vertex_node, len(full.positions))
+        return contact, contact.weights.indices.astype(np.int64), None
+    contact = averaged_dofs(sector, full.element, choice.contact_dofs, choice.mortar_grid)
+    return contact, *averaged_variables(contact.weights, others, choice.contact_dofs)
 
 
 def _nearest_vertex(full: FullModel, position: ArrayLike) -> int:

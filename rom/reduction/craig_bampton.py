@@ -20,7 +20,7 @@ from rom.errors import RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.finite_elements.rotation import cross_axis
 from rom.linear_algebra.threads import one_blas_thread
-from rom.reduction.boundary_dofs import NODAL_TIP, BoundaryChoice
+from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice
 from rom.reduction.boundary_selection import boundary_selection
 from rom.reduction.fixed_interface_modes import ModalBasis, lowest_modes, modes_up_to
 from rom.reduction.residual_modes import augmented_model, residual_vectors
@@ -106,7 +106,7 @@ def reduce_sector(
     full: FullModel | Callable[[], FullModel],
     sector: SectorMesh,
     options: ReductionOptions,
-    boundary: BoundaryChoice = NODAL_TIP,
+    boundary: BoundaryChoice = AT_TIP,
     *,
     augment: bool = False,
 ) -> Reduction:
@@ -171,13 +171,15 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
     force = parts.centrifugal
     centrifugal = shapes.T @ force[node_dofs(parts.interior).ravel()]
     centrifugal[:b] += boundary.rotation @ force[boundary.dofs]
-    contact = "nodes" if boundary.variables is None else "patches"
-    made_of = f"{parts.element}, {parts.n_dofs} dofs, {len(modes)} modes, contact {contact}, {parts.speed_rpm:g} rpm"
+    made_of = (
+        f"{parts.element}, {parts.n_dofs} dofs, {len(modes)} modes, {boundary.contact.kind} contact dofs, "
+        f"{parts.speed_rpm:g} rpm"
+    )
     return ReducedModel(
         mass=mass,
         stiffness=stiffness,
-        contact_position=parts.sector.right.position,
-        contact_area=parts.sector.right.area,
+        contact_position=boundary.contact.position,
+        contact_area=boundary.contact.area,
         force_centrifugal=centrifugal,
         coriolis=_coriolis(parts, modes),
         basis=_basis(parts, shapes) if store_basis else None,

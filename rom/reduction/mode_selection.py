@@ -17,7 +17,7 @@ from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import RomParameterError
 from rom.finite_elements.full_model import FullModel
 from rom.linear_algebra.threads import one_blas_thread
-from rom.reduction.boundary_dofs import NODAL_TIP, BoundaryChoice
+from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice
 from rom.reduction.craig_bampton import Reduction, craig_bampton_model
 from rom.reduction.fixed_interface_modes import lowest_modes
 from rom.reduction.model_comparison import (
@@ -66,7 +66,7 @@ def reduce_to_tolerance(
     sector: SectorMesh,
     tolerance: float,
     operations: Sequence[LinearOperation],
-    boundary: BoundaryChoice = NODAL_TIP,
+    boundary: BoundaryChoice = AT_TIP,
     *,
     store_basis: bool = True,
     backend: str = "auto",

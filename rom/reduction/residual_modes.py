@@ -62,7 +62,8 @@ def augmented_model(parts: Substructure, modes: ModalBasis, residual: NDArray[np
     return ReducedModel(
         mass=mass,
         stiffness=stiffness,
-        contact_position=parts.sector.right.position,
+        contact_position=parts.boundary.contact.position,
+        contact_area=parts.boundary.contact.area,
         n_blades=parts.sector.n_blades,
         **boundary_selection(parts.boundary, np.eye(b, n)),
     )

@@ -22,7 +22,7 @@ def scene(folder: Path, **changes: Any) -> Scene:
 
 
 def test_a_number_is_the_stiffness_of_the_face_and_the_friction_of_each_node(tmp_path: Path) -> None:
-    contact = contact_parameters(scene(tmp_path, contact__law="cone").contact, 4)
+    contact = contact_parameters(scene(tmp_path, contact__law="cone").contact, 4, None)
     np.testing.assert_array_equal(contact.normal_stiffness, np.full(4, 2e5 / 4))
     np.testing.assert_array_equal(contact.tangential_stiffness, np.full(4, 1.5e5 / 4))
     np.testing.assert_array_equal(contact.friction, np.full(4, 0.4))
@@ -33,7 +33,7 @@ def test_a_number_is_the_stiffness_of_the_face_and_the_friction_of_each_node(tmp
 
 def test_lists_are_node_by_node(tmp_path: Path) -> None:
     values = scene(tmp_path, contact__normal_stiffness=[1.0, 2.0], contact__interference=[-1e-6, 1e-6]).contact
-    contact = contact_parameters(values, 2)
+    contact = contact_parameters(values, 2, None)
     np.testing.assert_array_equal(contact.normal_stiffness, [1.0, 2.0])
     np.testing.assert_array_equal(contact.interference, [-1e-6, 1e-6])
 

@@ -3,6 +3,9 @@
 import numpy as np
 
 from geometry import ContactFace, SectorMesh
+from rom import BoundaryChoice
+
+NODAL = BoundaryChoice(contact_dofs="nodal")  # the only contact dofs of meshes without node sets of whole faces
 
 _CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 

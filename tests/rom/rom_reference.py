@@ -3,8 +3,9 @@
 import numpy as np
 from scipy.linalg import expm
 from scipy.optimize import brentq
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import eigsh
+from scipy.spatial import cKDTree
 
 
 def lowest_hz(stiffness, mass, count, fixed=(), shift=0.0):
@@ -28,6 +29,63 @@ def spring_stiffness(full, sector, phase, normal, tangential):
             column = csr_matrix((motion.conj(), (dofs, [0] * 6)), shape=(size, 1))
             total = total + value * (column @ column.conj().T)
     return total
+
+
+def spread_springs(full, sector, phase, normal, tangential):
+    """Springs of a whole face spread over it, int d^H diag(kt, kt, kn) d dA / A, (N, N) complex Hermitian, for hex20.
+
+    Quadrature over the element sides of the right face; those of the left face are the same ones turned back by a
+    pitch. The frame is that of the cylinder about x at each point.
+    """
+    pitch = 2 * np.pi / sector.n_blades
+    back = np.array([[1, 0, 0], [0, np.cos(pitch), np.sin(pitch)], [0, -np.sin(pitch), np.cos(pitch)]])
+    nearest, tangent = cKDTree(full.positions), sector.right.frame[0, 0]
+    axial = tangent[0]
+    line, weight = np.polynomial.legendre.leggauss(4)
+    motion, areas = [], []
+    for quad in _sides_on(sector, "right"):
+        corners = sector.points[quad]
+        local = np.vstack([corners, (corners + np.roll(corners, -1, axis=0)) / 2])
+        distance, pair = nearest.query([local, local @ back])
+        assert distance.max() < 1e-9
+        for i, xi in enumerate(line):
+            for j, eta in enumerate(line):
+                slope = np.array([[eta - 1, 1 - eta, 1 + eta, -1 - eta], [xi - 1, -1 - xi, 1 + xi, 1 - xi]]) / 4
+                areas.append(weight[i] * weight[j] * np.linalg.norm(np.cross(*(slope @ corners))))
+                shape = _serendipity(xi, eta)
+                angle = np.arctan2(*(shape @ local)[1:])
+                around = np.array([0.0, np.cos(angle), -np.sin(angle)])
+                side = np.sign(tangent @ around) * np.sqrt(1.0 - axial**2)
+                frame = np.array(
+                    [[axial, 0, 0] + side * around, [0, np.sin(angle), np.cos(angle)], [-side, 0, 0] + axial * around]
+                )
+                for nodes, turned, factor in ((pair[0], frame, 1.0), (pair[1], frame @ back, -np.exp(1j * phase))):
+                    row = 3 * (len(areas) - 1) + np.arange(3)
+                    place = np.meshgrid(row, (3 * nodes[:, None] + np.arange(3)).ravel(), indexing="ij")
+                    motion.append([part.ravel() for part in (*place, factor * np.kron(shape, turned))])
+    rows, columns, values = (np.concatenate([part[k] for part in motion]) for k in range(3))
+    jump = csr_matrix(
+        (values, (rows.real.astype(int), columns.real.astype(int))), shape=(3 * len(areas), full.n_dofs)
+    )
+    springs = np.outer(np.array(areas) / np.sum(areas), [tangential, tangential, normal]).ravel()
+    return jump.conj().T @ diags(springs) @ jump
+
+
+def _sides_on(sector, side):
+    """Corners (q, 4) of the element sides on a face, in order round each of them."""
+    on = np.zeros(len(sector.points), dtype=bool)
+    on[sector.node_sets[f"face_{side}"]] = True
+    sides = np.array([[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
+    quads = sector.hexahedra[:, sides].reshape(-1, 4)
+    return quads[on[quads].all(axis=1)]
+
+
+def _serendipity(xi, eta):
+    """The eight shape functions of a quadratic side at a point of [-1, 1]^2: four corners, four mid-sides."""
+    around = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    corners = [(1 + a * xi) * (1 + b * eta) * (a * xi + b * eta - 1) / 4 for a, b in around]
+    middles = [(1 - xi**2) * (1 - eta), (1 + xi) * (1 - eta**2), (1 - xi**2) * (1 + eta), (1 - xi) * (1 - eta**2)]
+    return np.array([*corners, *(m / 2 for m in middles)])
 
 
 def timoshenko_cantilever_hz(length, width, height, material, count=3):

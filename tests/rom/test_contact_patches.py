@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rom_meshes import box_sector, patch_block
+from rom_meshes import NODAL, box_sector, patch_block
 from rom_reference import lowest_hz
 from scipy.sparse import csr_matrix, identity, kron
 from scipy.sparse.linalg import spsolve
@@ -123,7 +123,7 @@ def test_contact_rows_are_the_averages_of_the_basis(model, full, sector):
     np.testing.assert_allclose(rows, np.vstack([model.contact_right, model.contact_left]), atol=1e-10)
     np.testing.assert_array_equal(model.contact_right, np.eye(model.size)[: 3 * model.n_contacts])
     assert not np.any(model.basis[full.fixed])
-    assert "contact patches" in model.producer
+    assert "patch contact dofs" in model.producer
     for reduced, matrix in ((model.stiffness, full.stiffness), (model.mass, full.mass)):
         projected = model.basis.T @ (matrix @ model.basis)
         assert np.max(np.abs(projected - reduced)) < 1e-9 * np.max(np.abs(projected))
@@ -197,7 +197,7 @@ def test_reference_and_automatic_choice_hold_for_patches(full, sector):
     true = max(error.worst for error in errors)
     assert true <= 1e-2
     assert made.error == pytest.approx(true, rel=2e-2)
-    nodal = full_reference(full, sector, 3000.0)
+    nodal = full_reference(full, sector, 3000.0, NODAL)
     assert static_error(made.model, nodal.flexibility) > 1e-4
 
 
@@ -253,7 +253,7 @@ def test_what_cannot_be_had_is_refused_in_one_line():
     }
     far = replace(block, **doubled)
     with pytest.raises(RomParameterError) as bad:
-        BoundaryChoice(contact_dofs="mortar")
+        BoundaryChoice(contact_dofs="lumped")
     with pytest.raises(RomParameterError) as no_face:
         reduce_sector(full, sector, MODES, PATCH)
     with pytest.raises(RomParameterError) as no_patch:

@@ -1,10 +1,11 @@
 """The reduced model against the full one: frequencies, statics, convergence, and the order of its coordinates."""
 
 import weakref
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from rom_meshes import annulus, box_sector, ring_sector
+from rom_meshes import NODAL, annulus, box_sector, ring_sector
 from rom_reference import lowest_hz, spring_stiffness
 from scipy.linalg import eigh, null_space
 from scipy.sparse.linalg import spsolve
@@ -40,7 +41,7 @@ def full(sector):
 
 @pytest.fixture(scope="module")
 def model(full, sector):
-    return reduce_sector(full, sector, ReductionOptions(modes=20)).model
+    return reduce_sector(full, sector, ReductionOptions(modes=20), NODAL).model
 
 
 def test_coordinates_are_right_left_tip_and_modes(model, full, sector):
@@ -80,7 +81,7 @@ def test_natural_frequencies_agree_with_the_full_model(full, sector, contact):
     exact = lowest_hz(stiffness, full.mass, 8, full.fixed)
     errors = []
     for modes in (10, 20, 40, 80):
-        reduced = reduce_sector(full, sector, ReductionOptions(modes=modes, store_basis=False)).model
+        reduced = reduce_sector(full, sector, ReductionOptions(modes=modes, store_basis=False), NODAL).model
         found = natural_frequencies(reduced, phase, normal=normal, tangential=tangential, count=8)
         errors.append(found / exact - 1)
     worst = np.max(errors, axis=1)
@@ -145,7 +146,7 @@ def test_sectors_stuck_together_are_the_whole_ring(diameter):
     """Travelling-wave convention, frames and phase at once: hex8, so that every node of a face is in contact."""
     sizes, thickness = (0.1, 0.2), 0.03
     sector = ring_sector((3, 2, 1), *sizes, thickness, 10)
-    model = reduce_sector(assemble(sector, STEEL, "hex8"), sector, ReductionOptions(modes=30)).model
+    model = reduce_sector(assemble(sector, STEEL, "hex8"), sector, ReductionOptions(modes=30), NODAL).model
     phase = 2 * np.pi * diameter / 10
     found = natural_frequencies(model, phase, normal=1e14, tangential=1e14, count=3)
     points, hexahedra = annulus((3, 20, 1), *sizes, thickness)
@@ -176,13 +177,17 @@ def test_shapes_on_the_mesh_are_mass_normalised_modes(model, full, sector):
 
 
 def test_modes_up_to_a_frequency_limit(full, sector):
-    hz = reduced_interface_hz(reduce_sector(full, sector, ReductionOptions(modes=60)).model)
+    hz = reduced_interface_hz(reduce_sector(full, sector, ReductionOptions(modes=60), NODAL).model)
     for wanted in (3, 27):
         limit = (hz[wanted - 1] + hz[wanted]) / 2
-        model = reduce_sector(full, sector, ReductionOptions(modes=None, frequency_limit=limit)).model
+        model = reduce_sector(full, sector, ReductionOptions(modes=None, frequency_limit=limit), NODAL).model
         np.testing.assert_allclose(reduced_interface_hz(model), hz[:wanted], rtol=1e-9)
-    none = reduce_sector(full, sector, ReductionOptions(frequency_limit=1.0)).model
-    assert none.size == reduce_sector(full, sector, ReductionOptions(modes=0)).model.size == 6 * none.n_contacts + 3
+    none = reduce_sector(full, sector, ReductionOptions(frequency_limit=1.0), NODAL).model
+    assert (
+        none.size
+        == reduce_sector(full, sector, ReductionOptions(modes=0), NODAL).model.size
+        == 6 * none.n_contacts + 3
+    )
 
 
 def reduced_interface_hz(model):
@@ -194,7 +199,7 @@ def reduced_interface_hz(model):
 def test_backends_and_repeated_runs_give_the_same_model(full, sector):
     pytest.importorskip("cvxopt")
     options = [ReductionOptions(modes=12, backend=backend) for backend in ("cholmod", "superlu", "cholmod")]
-    first, other, again = (reduce_sector(full, sector, option).model for option in options)
+    first, other, again = (reduce_sector(full, sector, option, NODAL).model for option in options)
     assert "cholmod" in first.producer
     assert "superlu" in other.producer
     for name in ("mass", "stiffness", "basis", "force_centrifugal"):
@@ -208,7 +213,7 @@ def test_backends_and_repeated_runs_give_the_same_model(full, sector):
 
 def test_excitation_elsewhere_adds_and_observes_that_node(full, sector):
     place, direction = [0.015, 0.01, 0.35], [3.0, 0.0, 4.0]
-    model = reduce_sector(full, sector, ReductionOptions(), BoundaryChoice(direction, place)).model
+    model = reduce_sector(full, sector, ReductionOptions(), BoundaryChoice(direction, place, "nodal")).model
     boundary = 6 * model.n_contacts
     expected = np.zeros(model.size)
     expected[boundary + 3 : boundary + 6] = [0.6, 0.0, 0.8]
@@ -221,7 +226,7 @@ def test_excitation_elsewhere_adds_and_observes_that_node(full, sector):
 
 def test_excitation_at_a_contact_node_uses_its_frame(full, sector):
     position = sector.right.position[4]
-    model = reduce_sector(full, sector, ReductionOptions(modes=3), BoundaryChoice((1, 0, 0), position)).model
+    model = reduce_sector(full, sector, ReductionOptions(modes=3), BoundaryChoice((1, 0, 0), position, "nodal")).model
     assert model.size == 6 * model.n_contacts + 3 + 3
     expected = np.zeros(model.size)
     expected[12:15] = sector.right.frame[4] @ [1.0, 0.0, 0.0]
@@ -241,7 +246,7 @@ def test_excitation_at_a_contact_node_uses_its_frame(full, sector):
 )
 def test_bad_excitation_is_refused_in_one_line(full, sector, keywords, parameter):
     with pytest.raises(RomParameterError) as caught:
-        reduce_sector(full, sector, ReductionOptions(), BoundaryChoice(**keywords))
+        reduce_sector(full, sector, ReductionOptions(), replace(NODAL, **keywords))
     assert (caught.value.table, caught.value.parameter) == ("excitation", parameter)
     assert "\n" not in str(caught.value)
 
@@ -266,7 +271,7 @@ def test_bad_options_are_refused(keywords, parameter):
 
 
 def test_model_without_basis_does_not_expand(full, sector):
-    model = reduce_sector(full, sector, ReductionOptions(modes=2, store_basis=False)).model
+    model = reduce_sector(full, sector, ReductionOptions(modes=2, store_basis=False), NODAL).model
     assert model.basis is None
     with pytest.raises(ReducedModelError, match="basis: missing"):
         mode_shapes(model, 0.0)
@@ -277,13 +282,13 @@ def test_structure_that_is_not_held_is_refused(full, sector):
 
     drifting = replace(full, fixed=np.zeros(0, dtype=int), stiffness=0.0 * full.stiffness)
     with pytest.raises(FactorisationError):
-        reduce_sector(drifting, sector, ReductionOptions(modes=2))
+        reduce_sector(drifting, sector, ReductionOptions(modes=2), NODAL)
 
 
 def test_asking_for_more_modes_than_there_are_gives_all_of_them():
     sector = box_sector(divisions=(2, 1, 3), lengths=(0.02, 0.02, 0.03))
     full = assemble(sector, STEEL, "hex8")
-    model = reduce_sector(full, sector, ReductionOptions(modes=500)).model
+    model = reduce_sector(full, sector, ReductionOptions(modes=500), NODAL).model
     interior = full.n_dofs - len(full.fixed) - 6 * model.n_contacts - 3
     assert model.size - 6 * model.n_contacts - 3 == interior
 
@@ -303,7 +308,7 @@ def test_a_full_model_that_is_made_on_the_way_does_not_stay(full, sector, model,
 
     modes = rom.reduction.craig_bampton.lowest_modes
     monkeypatch.setattr(rom.reduction.craig_bampton, "lowest_modes", watched)
-    made = reduce_sector(make, sector, ReductionOptions(modes=20))
+    made = reduce_sector(make, sector, ReductionOptions(modes=20), NODAL)
     assert alive == [False]
     assert made.dofs == full.n_dofs
     for name in ("mass", "stiffness", "basis", "force_centrifugal"):

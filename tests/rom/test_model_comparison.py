@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rom_meshes import box_sector
+from rom_meshes import NODAL, box_sector
 from rom_reference import lowest_hz, spring_stiffness
 from scipy.linalg import eigh
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
 from rom import (
-    BoundaryChoice,
     LinearOperation,
     Material,
     ReductionOptions,
@@ -54,7 +53,7 @@ def operation(sector):
 
 @pytest.fixture(scope="module")
 def reference(full, sector):
-    return full_reference(full, sector, RANGE[1], BoundaryChoice(excitation_direction=DIRECTION))
+    return full_reference(full, sector, RANGE[1], replace(NODAL, excitation_direction=DIRECTION))
 
 
 def directly(full, sector, operation, like, damping_matrix=None):
@@ -120,7 +119,7 @@ def test_the_reference_has_the_frequencies_of_the_full_model(full, sector, refer
 @pytest.mark.parametrize("modes", [4, 12])
 def test_reported_errors_are_those_against_a_direct_solution(full, sector, operation, reference, modes):
     model = reduce_sector(
-        full, sector, ReductionOptions(modes=modes), BoundaryChoice(excitation_direction=DIRECTION)
+        full, sector, ReductionOptions(modes=modes), replace(NODAL, excitation_direction=DIRECTION)
     ).model
     exact = linear_responses(reference.model, operation)
     found = linear_responses(model, operation, exact)
@@ -152,7 +151,7 @@ def test_modal_damping_of_the_reference_is_that_of_the_full_model(full, sector, 
 
 
 def test_static_error_is_round_off_and_sees_a_wrong_stiffness(full, sector, reference):
-    model = reduce_sector(full, sector, ReductionOptions(modes=4)).model
+    model = reduce_sector(full, sector, ReductionOptions(modes=4), NODAL).model
     assert static_error(model, reference.flexibility) < 1e-9
     softer = replace(model, stiffness=0.999 * model.stiffness)
     assert static_error(softer, reference.flexibility) == pytest.approx(1e-3, rel=0.01)
@@ -168,7 +167,7 @@ def test_contact_conditions_without_springs_are_left_out(sector):
 
 @pytest.mark.parametrize("tolerance", [3e-2, 1e-2, 1e-3])
 def test_modes_by_tolerance_are_enough_and_not_too_many(full, sector, operation, reference, tolerance):
-    made = reduce_to_tolerance(full, sector, tolerance, [operation], BoundaryChoice(excitation_direction=DIRECTION))
+    made = reduce_to_tolerance(full, sector, tolerance, [operation], replace(NODAL, excitation_direction=DIRECTION))
     exact = linear_responses(reference.model, operation)
 
     def true_error(model):
@@ -178,11 +177,11 @@ def test_modes_by_tolerance_are_enough_and_not_too_many(full, sector, operation,
     assert true_error(made.model) <= tolerance
     assert true_error(made.model) == pytest.approx(made.error, rel=0.02)
     same = reduce_sector(
-        full, sector, ReductionOptions(modes=made.modes), BoundaryChoice(excitation_direction=DIRECTION)
+        full, sector, ReductionOptions(modes=made.modes), replace(NODAL, excitation_direction=DIRECTION)
     ).model
     np.testing.assert_allclose(same.mass, made.model.mass, atol=1e-7 * np.abs(same.mass).max())
     fewer = reduce_sector(
-        full, sector, ReductionOptions(modes=made.modes - 1), BoundaryChoice(excitation_direction=DIRECTION)
+        full, sector, ReductionOptions(modes=made.modes - 1), replace(NODAL, excitation_direction=DIRECTION)
     ).model
     assert true_error(fewer) > tolerance
 
@@ -191,8 +190,8 @@ def test_modes_by_tolerance_reach_beyond_a_high_range(full, sector):
     """More modes in the range than the first guess: the estimate must not be taken from too few."""
     high = (10_000.0, 90_000.0)
     operation = operation_of(sector, high)
-    made = reduce_to_tolerance(full, sector, 1e-2, [operation], BoundaryChoice(excitation_direction=DIRECTION))
-    reference = full_reference(full, sector, high[1], BoundaryChoice(excitation_direction=DIRECTION))
+    made = reduce_to_tolerance(full, sector, 1e-2, [operation], replace(NODAL, excitation_direction=DIRECTION))
+    reference = full_reference(full, sector, high[1], replace(NODAL, excitation_direction=DIRECTION))
     exact = linear_responses(reference.model, operation)
     assert len(exact[0].natural_hz) > 30
     found = linear_responses(made.model, operation, exact)
@@ -201,17 +200,20 @@ def test_modes_by_tolerance_reach_beyond_a_high_range(full, sector):
 
 def test_several_operations_are_all_satisfied(full, sector, operation):
     easy = replace(operation, frequency_hz=(100.0, 200.0))
-    modes = [reduce_to_tolerance(full, sector, 1e-3, each).modes for each in ([easy], [operation], [easy, operation])]
+    modes = [
+        reduce_to_tolerance(full, sector, 1e-3, each, NODAL).modes
+        for each in ([easy], [operation], [easy, operation])
+    ]
     assert modes[0] < modes[1] == modes[2]
 
 
 @pytest.mark.parametrize("tolerance", [0.0, 1.0, -1.0, float("nan")])
 def test_bad_tolerances_are_refused(full, sector, operation, tolerance):
     with pytest.raises(RomParameterError, match=r"rom\.tolerance"):
-        reduce_to_tolerance(full, sector, tolerance, [operation])
+        reduce_to_tolerance(full, sector, tolerance, [operation], NODAL)
 
 
 def test_a_tolerance_out_of_reach_is_said():
     sector = box_sector((2, 1, 3))
     with pytest.raises(RomParameterError, match="leave an error of"):
-        reduce_to_tolerance(assemble(sector, STEEL, "hex8"), sector, 1e-15, [operation_of(sector)])
+        reduce_to_tolerance(assemble(sector, STEEL, "hex8"), sector, 1e-15, [operation_of(sector)], NODAL)

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rom_meshes import NODAL
 from rom_reference import lowest_hz
 
 from geometry import BladeParameters, MeshParameters, SectorMesh, ShroudParameters, build_sector
@@ -85,7 +86,7 @@ def checked(folder, clamped=False, left_frame=None):
     """Reduce a sector, write and read the file, and let pyYeti check what it says, the left frames being as given."""
     sector = shrouded(clamped)
     full = assemble(sector, STEEL)
-    write_reduced_model(folder / "model.h5", reduce_sector(full, sector, ReductionOptions(modes=MODES)).model)
+    write_reduced_model(folder / "model.h5", reduce_sector(full, sector, ReductionOptions(modes=MODES), NODAL).model)
     model = read_reduced_model(folder / "model.h5")
     mass, stiffness = (six_dofs_a_node(matrix, model.n_contacts) for matrix in (model.mass, model.stiffness))
     # One corner of the right face, two dofs of the opposite corner, one of the left face.

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rom_meshes import NODAL
 from rom_reference import lowest_hz, spring_stiffness
 
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
@@ -42,7 +43,7 @@ def test_reduced_and_full_frequencies(full, sector, normal, tangential, engine_o
     phase = 2 * np.pi * engine_order / sector.n_blades
     stiffness = full.stiffness + spring_stiffness(full, sector, phase, normal, tangential)
     exact = lowest_hz(stiffness, full.mass, 6, full.fixed)
-    model = reduce_sector(full, sector, ReductionOptions(modes=20, store_basis=False)).model
+    model = reduce_sector(full, sector, ReductionOptions(modes=20, store_basis=False), NODAL).model
     found = natural_frequencies(model, phase, normal=normal, tangential=tangential, count=6)
     assert np.all(found / exact - 1 > -1e-7)
     np.testing.assert_allclose(found, exact, rtol=3e-3)
@@ -92,7 +93,7 @@ def test_rotation_untwists_the_blade_and_raises_its_frequencies(full, sector):
     hz = [natural_frequencies(model, 0.0)[0] for model in models]
     assert hz[1] > hz[0]
     # The reduced centrifugal force moves the contact nodes as the full model does.
-    rest = reduce_sector(full, sector, options).model
+    rest = reduce_sector(full, sector, options, NODAL).model
     moved = rest.contact_right @ np.linalg.solve(rest.stiffness, rest.force_centrifugal)
     nodes = full.vertex_node[sector.right.nodes]
     exact = np.einsum("kij,kj->ki", sector.right.frame, still[nodes]).ravel()

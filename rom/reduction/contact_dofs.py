@@ -1,0 +1,109 @@
+"""Contact dofs of a sector: displacements of contact nodes, averages over patches, or a mortar projection."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom.finite_elements.discretisation import discretise
+from rom.reduction.mortar_dofs import Grid, contact_grid, mortar_projections
+from rom.reduction.patch_dofs import patch_averages
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+    from geometry import SectorMesh
+
+CONTACT_DOFS = ("mortar", "patch", "nodal")
+
+
+@dataclass(frozen=True)
+class ContactDofs:
+    """Contact dofs of both faces, the n_c of the right face first, on n mesh nodes.
+
+    Attributes
+    ----------
+    weights : (2 n_c, n) CSR matrix
+        W: the displacement u_k = sum_j W_kj u_j that a contact node stands for; each row sums to 1.
+    frames : (2 n_c, 3, 3) array
+        Contact frames, rows t1, t2, n.
+    position : (n_c, 3) array
+        Positions of the right contact nodes, m.
+    area : (n_c,) array
+        Areas that they stand for, m^2.
+    kind : {"mortar", "patch", "nodal"}
+        Kind of contact dofs.
+    """
+
+    weights: csr_matrix
+    frames: NDArray[np.float64]
+    position: NDArray[np.float64]
+    area: NDArray[np.float64]
+    kind: str
+
+    @property
+    def count(self) -> int:
+        """Contact nodes on a face."""
+        return len(self.position)
+
+    @property
+    def motion(self) -> csr_matrix:
+        """Contact dofs (6 n_c, 3n), t1, t2, n of each contact node, of mesh displacements."""
+        from scipy.sparse import block_diag, identity, kron
+
+        return (block_diag(self.frames) @ kron(self.weights, identity(3))).tocsr()
+
+
+def nodal_dofs(sector: SectorMesh, vertex_node: NDArray[np.int64], n_nodes: int) -> ContactDofs:
+    """Displacements of the contact nodes themselves; `vertex_node` (V,): node of each mesh vertex."""
+    from scipy.sparse import csr_matrix
+
+    nodes = vertex_node[np.concatenate([sector.right.nodes, sector.left.nodes])]
+    weights = csr_matrix((np.ones(len(nodes)), (np.arange(len(nodes)), nodes)), shape=(len(nodes), n_nodes))
+    return ContactDofs(weights, _node_frames(sector), sector.right.position, sector.right.area, "nodal")
+
+
+def averaged_dofs(sector: SectorMesh, element: str, kind: str, grid: Grid | None = None) -> ContactDofs:
+    """Contact dofs of the kinds "patch" and "mortar"; `grid`: of the mortar, None for that of the contact nodes.
+
+    Raises RomParameterError where the mesh does not have them.
+    """
+    nodes = discretise(sector.points, sector.hexahedra, element)
+    if kind == "patch":
+        weights = patch_averages(nodes, sector)
+        return ContactDofs(weights, _node_frames(sector), sector.right.position, sector.right.area, kind)
+    weights, frames, shares = mortar_projections(nodes, sector, grid or contact_grid(sector.right))
+    position = weights[: len(shares)] @ nodes.positions
+    return ContactDofs(weights, frames, position, shares * float(sector.right.area.sum()), kind)
+
+
+def contact_areas(sector: SectorMesh, kind: str) -> NDArray[np.float64]:
+    """Areas (n_c,) in m^2 that the contact nodes of a kind of contact dofs stand for.
+
+    Parameters
+    ----------
+    sector : SectorMesh
+        The mesh.
+    kind : {"mortar", "patch", "nodal"}
+        Kind of contact dofs.
+
+    Returns
+    -------
+    (n_c,) array
+        Areas, m^2; their sum is the area of the face.
+
+    Raises
+    ------
+    RomParameterError
+        The mesh does not have these contact dofs.
+    """
+    if kind != "mortar":
+        return sector.right.area
+    return averaged_dofs(sector, "hex8", kind).area
+
+
+def _node_frames(sector: SectorMesh) -> NDArray[np.float64]:
+    return np.concatenate([sector.right.frame, sector.left.frame])

@@ -1,0 +1,175 @@
+"""Mortar projection: displacement of a contact face projected on polynomials, with contact nodes at Gauss points.
+
+On a face with the coordinates s along t1 and r along the radius, P u is the L2 projection of the displacement u on
+the tensor polynomials of degrees n1 - 1 and n2 - 1. The contact nodes are the n1 x n2 Gauss points x_k of the face,
+psi_k is the Lagrange polynomial that is 1 at x_k and 0 at the other points. Gauss points make the psi_k orthogonal,
+so that
+
+    u_k = (P u)(x_k) = int psi_k u dA / w_k,       w_k = int psi_k dA.
+
+With the springs kn w_k / A at the contact nodes their energy is that of springs spread over the face,
+
+    1/2 sum_k kn w_k / A d_k^2 = 1/2 int kn / A (P d)^2 dA :
+
+resultant and, from two points a direction on, rotational stiffness of the face are exact. For kn -> infinity the
+contact is a mortar tie [1]_. The Gauss points are those of the face's own distribution of area, by the Lanczos
+process [2]_: exactly orthogonal on a face whose area element is a product f(s) g(r).
+
+References
+----------
+.. [1] B. I. Wohlmuth, "A mortar finite element method using dual spaces for the Lagrange multiplier", SIAM Journal on
+   Numerical Analysis 38 (2000) 989-1012.
+.. [2] G. H. Golub, J. H. Welsch, "Calculation of Gauss quadrature rules", Mathematics of Computation 23 (1969)
+   221-230.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom.errors import RomParameterError
+from rom.finite_elements.discretisation import Discretisation
+from rom.reduction.face_integrals import Rule, face_points
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+    from geometry import ContactFace, SectorMesh
+
+Grid = tuple[int, int]
+_OBLIQUE = 0.05  # largest scalar product of two psi_k over the largest w_k
+_CURVATURE = 2  # degree, in s, of the fit of the contact frames
+
+
+def contact_grid(face: ContactFace) -> Grid:
+    """Contact nodes of a face along t1 and along the radius; node k = i_t1 + n_t1 i_r.
+
+    Raises RomParameterError where the nodes are no such grid.
+    """
+    s, _ = _coordinates(face, face.position)
+    steps = np.diff(s)
+    backward = np.flatnonzero(steps * steps[:1] < 0.0)
+    along = int(backward[0]) + 1 if len(backward) else len(s)
+    if len(s) % along:
+        raise RomParameterError("rom", "contact_dofs", "mortar", "needs contact nodes in a grid")
+    return along, len(s) // along
+
+
+def mortar_projections(
+    discretisation: Discretisation, sector: SectorMesh, grid: Grid
+) -> tuple[csr_matrix, NDArray[np.float64], NDArray[np.float64]]:
+    """W (2 n_c, n) from n mesh nodes, frames (2 n_c, 3, 3) and shares w_k / A (n_c,) of the face's area.
+
+    W u are the displacements u_k of the right, then of the left face; each row sums to 1.
+    Raises RomParameterError where the mesh has no node sets of the faces, or a face is far from a rectangle.
+    """
+    from scipy.sparse import vstack
+
+    rows, frames, shares = [], [], []
+    rule = _element_rule(max(grid))
+    for side, face in (("right", sector.right), ("left", sector.left)):
+        points = face_points(discretisation, sector, side, "mortar", rule)
+        s, r = _coordinates(face, points.position)
+        polynomials, at_s = _lagrange_at_gauss_points(s, r, points.area, grid)
+        weight = polynomials @ points.area
+        products = (polynomials * points.area) @ polynomials.T
+        if np.abs(products - np.diag(weight)).max() > _OBLIQUE * weight.max() or weight.min() <= 0.0:
+            raise RomParameterError("rom", "contact_dofs", "mortar", "needs contact faces that are nearly rectangles")
+        # a sparse product keeps the columns of other nodes out
+        rows.append(_sparse(polynomials * points.area / weight[:, None]) @ points.interpolation)
+        frames.append(_frames(face, at_s))
+        shares.append(weight / weight.sum())
+    return vstack(rows, format="csr"), np.concatenate(frames), shares[0]
+
+
+def coarser_mortar(fine: Grid, coarse: Grid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Contact dofs of a coarser mortar (n_c,) from those of a fine one (m_c,), as E (n_c, m_c), and shares (n_c,).
+
+    The projection on polynomials of lower degree is that of the projection on those of higher degree. For a
+    rectangle; no direction of `coarse` has more points than `fine`.
+    """
+    along, radial = (_restriction(m, n) for m, n in zip(fine, coarse, strict=True))
+    return np.asarray(np.kron(radial[0], along[0])), np.asarray(np.kron(radial[1], along[1]))
+
+
+def _restriction(fine: int, coarse: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """E (n, m) and shares (n,) of one direction: int psi_k u ds / w_k by the Gauss rule of the fine mortar."""
+    (points, weights), (nodes, shares) = (np.polynomial.legendre.leggauss(n) for n in (fine, coarse))
+    return _lagrange(nodes, points) * weights / shares[:, None], shares / 2.0
+
+
+def _coordinates(face: ContactFace, position: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coordinates s (q,) along t1 and r (q,) along the radius of points (q, 3) on a face, m.
+
+    The face is unrolled onto the tangent plane at its centre: the circumferential coordinate is an arc.
+    """
+    centre, t1 = face.position.mean(axis=0), face.frame[:, 0].mean(axis=0)
+    angle, radius = np.arctan2(centre[1], centre[2]), np.hypot(centre[1], centre[2])
+    circumferential = t1[1] * np.cos(angle) - t1[2] * np.sin(angle)
+    arc = radius * (np.arctan2(position[:, 1], position[:, 2]) - angle)
+    return t1[0] * (position[:, 0] - centre[0]) + circumferential * arc, np.hypot(
+        position[:, 1], position[:, 2]
+    ) - radius
+
+
+def _lagrange_at_gauss_points(
+    s: NDArray[np.float64], r: NDArray[np.float64], area: NDArray[np.float64], grid: Grid
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """psi_k (n_c, q) at quadrature points with coordinates s, r (q,), and s (n_c,) of the contact nodes."""
+    along, radial = gauss_points(s, area, grid[0]), gauss_points(r, area, grid[1])
+    product = _lagrange(radial, r)[:, None] * _lagrange(along, s)[None]
+    return product.reshape(len(radial) * len(along), -1), np.tile(along, len(radial))
+
+
+def gauss_points(x: NDArray[np.float64], weight: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Gauss points (count,) of a discrete measure: points x (q,) with weights (q,).
+
+    They are the eigenvalues of the Jacobi matrix that the Lanczos process gives for diag(x).
+    """
+    from scipy.linalg import eigvalsh_tridiagonal
+
+    vectors = [np.sqrt(weight / weight.sum())]
+    diagonal, beside = [], []
+    for _ in range(count):
+        product = x * vectors[-1]
+        diagonal.append(float(vectors[-1] @ product))
+        for _ in range(2):  # orthogonal to round-off
+            for vector in vectors:
+                product = product - (vector @ product) * vector
+        beside.append(float(np.linalg.norm(product)))
+        vectors.append(product / beside[-1])
+    return np.asarray(eigvalsh_tridiagonal(np.array(diagonal), np.array(beside[:-1])))
+
+
+def _lagrange(nodes: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lagrange polynomials of nodes (n,) at x (q,): (n, q)."""
+    values = np.ones((len(nodes), len(x)))
+    for k, node in enumerate(nodes):
+        for other in np.delete(nodes, k):
+            values[k] *= (x - other) / (node - other)
+    return values
+
+
+def _frames(face: ContactFace, s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Contact frames (n_c, 3, 3) at coordinates s (n_c,), from those of the face's nodes: they turn with s only."""
+    at, _ = _coordinates(face, face.position)
+    distinct = len(np.unique(np.round(at / (np.ptp(at) or 1.0), 6)))
+    fit = np.polynomial.polynomial.polyfit(at, face.frame.reshape(len(at), 9), min(_CURVATURE, distinct - 1))
+    found = np.polynomial.polynomial.polyval(s, fit).T.reshape(-1, 3, 3)
+    left, _, right = np.linalg.svd(found)
+    return np.asarray(left @ right)
+
+
+def _element_rule(degree: int) -> Rule:
+    """Gauss points (p,) and weights (p,) on [0, 1], exact for a psi_k times a quadratic shape function."""
+    point, weight = np.polynomial.legendre.leggauss(degree + 1)
+    return 0.5 + 0.5 * point, 0.5 * weight
+
+
+def _sparse(matrix: NDArray[np.float64]) -> csr_matrix:
+    from scipy.sparse import csr_matrix
+
+    return csr_matrix(matrix)
