@@ -6,13 +6,14 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pipeline.output_paths import output_path
 from pipeline.stages.stage_names import Stage
 from pipeline.terminal import print_error, print_notes, print_outcome, print_problems, print_verification
 
@@ -31,8 +32,16 @@ app = typer.Typer(
 )
 
 
+def _output(option: str) -> Callable[[str], Path]:
+    """A parser of paths that are written to."""
+    return lambda text: output_path(text, option)
+
+
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.")]
-OutOption = Annotated[Path | None, typer.Option("--out", help="Output folder; out/<scene name> by default.")]
+OutOption = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", parser=_output("--out"), help="Output folder; out/<scene name> by default."),
+]
 ForceOption = Annotated[bool, typer.Option("--force", help="Compute everything again, even what has not changed.")]
 JobsOption = Annotated[
     int | None,
@@ -137,7 +146,10 @@ def info(
 @app.command()
 def export(
     source: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.")],
-    to: Annotated[Path, typer.Option("--to", metavar="FILE", help="Ends with .mat, .uff, .unv or .vtu.")],
+    to: Annotated[
+        Path,
+        typer.Option("--to", metavar="FILE", parser=_output("--to"), help="Ends with .mat, .uff, .unv or .vtu."),
+    ],
     mesh: Annotated[
         Path | None, typer.Option("--mesh", metavar="FILE", help="For .vtu: mesh.vtu of the model.")
     ] = None,
@@ -188,7 +200,10 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
 
 @app.command()
 def new(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to make; the scene takes its name.")],
+    folder: Annotated[
+        Path,
+        typer.Argument(metavar="DIR", parser=_output("DIR"), help="Folder to make; the scene takes its name."),
+    ],
 ) -> None:
     """Write a commented scene to start from, and its schema for editors."""
     from pipeline.scene.templates import write_new_scene
