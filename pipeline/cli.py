@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import errno
 import signal
 import sys
 import warnings
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pipeline.output_paths import output_path
+from pipeline.process.streams import flush_stdout, prepare_streams
 from pipeline.stages.stage_names import Stage
 from pipeline.terminal import print_error, print_notes, print_outcome, print_problems, print_verification
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Request
 
 COMPUTED, NOT_REACHED, BAD_INPUT, BY_SIGNAL = 0, 1, 2, 128  # the last: and the number of the signal
+
+_NO_OUTPUT = "shroud: the output cannot be written"
 
 app = typer.Typer(
     name="shroud",
@@ -225,13 +228,12 @@ def schema() -> None:
 
 def main() -> None:
     """Entry point: exit status 0 all computed, 1 something not reached, 2 bad input, 128 + a signal's number."""
+    prepare_streams()
     status = command(sys.argv[1:])
-    try:
-        sys.stdout.flush()
-    except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing more is written there
-        if not isinstance(error, BrokenPipeError):
-            print_error(f"shroud: the output cannot be written: {error.strerror}")
+    error = flush_stdout()
+    if error is not None:
+        if not (isinstance(error, BrokenPipeError) or status):
+            print_error(f"{_NO_OUTPUT}: {error.strerror}")
         status = status or NOT_REACHED
     sys.exit(status)
 
@@ -265,7 +267,8 @@ def command(arguments: list[str]) -> int:
     except BrokenPipeError:
         return NOT_REACHED
     except Exception as error:
-        print_error(f"shroud: {type(error).__name__}: {reason_of(error)}")
+        full = isinstance(error, OSError) and error.errno == errno.ENOSPC and error.filename is None
+        print_error(f"{_NO_OUTPUT if full else f'shroud: {type(error).__name__}'}: {reason_of(error)}")
         return NOT_REACHED
     if status > BY_SIGNAL:
         said = Stopped(status - BY_SIGNAL).said

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+from contextlib import suppress
 from typing import Any
 
 SAVES_MEMORY = "fewer jobs (--jobs), a larger mesh.size, fewer modes or harmonics need less"
@@ -58,7 +59,12 @@ def shown(value: Any) -> str:
 
 
 def one_line(text: str) -> str:
-    """`text` with line breaks, tabs and other unprintable characters turned into spaces."""
+    """`text` with line breaks, tabs and other unprintable characters turned into spaces.
+
+    Bytes of a file name that the locale does not know, which Python holds as surrogates, are read as UTF-8.
+    """
+    with suppress(UnicodeEncodeError):  # other surrogates
+        text = text.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
