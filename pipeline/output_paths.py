@@ -8,6 +8,7 @@ from pathlib import Path
 from pipeline.errors import InputError, input_error
 
 PACKAGES = ("geometry", "rom", "nonlinear", "pipeline")
+_LONGEST = 500  # characters of a path in a message
 _FOLDER = "a folder of its own, such as out/blade"
 
 
@@ -74,7 +75,7 @@ def _check_length(path: Path, option: str, room: int) -> None:
 
 def _too_long(option: str, path: Path, found: str, allowed: str) -> InputError:
     text = str(path)
-    return input_error(option, text if len(text) <= 60 else f"{text[:40]}...", found, allowed)
+    return input_error(option, text if len(text) <= _LONGEST else f"{text[:_LONGEST]}...", found, allowed)
 
 
 def _limit(path: Path, name: str, usual: int) -> int:

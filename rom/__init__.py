@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         linear_responses,
     )
     from rom.reduction.reference_model import FullReference, full_reference, static_error
+    from rom.units import angular_speed
 
 __all__ = [
     "UNREADABLE",
@@ -66,6 +67,7 @@ __all__ = [
     "RelativeReceptance",
     "RomParameterError",
     "SpringSupportedMotion",
+    "angular_speed",
     "assemble",
     "centrifugal_displacement",
     "contact_springs",
@@ -120,6 +122,7 @@ _PLACES = {
     "RomParameterError": "rom.errors",
     "SpringSupportedMotion": "rom.cyclic.contact_springs",
     "UNREADABLE": "rom.files.hdf5_reading",
+    "angular_speed": "rom.units",
     "assemble": "rom.finite_elements.full_model",
     "centrifugal_displacement": "rom.finite_elements.rotation",
     "contact_springs": "rom.cyclic.contact_springs",

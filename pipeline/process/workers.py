@@ -214,7 +214,8 @@ def _start() -> _Worker:
     ours, theirs = context.Pipe()
     try:
         with kept_from_children():
-            resource_tracker.ensure_running()  # also a process
+            resource_tracker.ensure_running()  # also a process, the start of which undoes the block
+        with kept_from_children():
             process = context.Process(target=_work, args=(theirs, not sys.warnoptions))
             process.start()
     except BaseException:

@@ -3,6 +3,7 @@
 import copy
 import io
 import json
+import re
 from collections.abc import Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from datetime import date
@@ -13,6 +14,13 @@ import numpy as np
 
 from pipeline.cli import command
 from rom import ReducedModel, write_reduced_model
+
+# texts of pydantic, of tomllib and of Python that say nothing to a user
+RAW_TEXT = re.compile(
+    r"[Vv]alue error|Input should|[Vv]alidation ?[Ee]rror|pydantic|Traceback|Error: |\berrno\b|Cannot overwrite|"
+    r"Cannot declare|Cannot redefine|Cannot mutate|Expected|Invalid|Unclosed|Unterminated|Illegal|Unescaped|"
+    r"Duplicate inline|Escaped char|Found invalid|\(at (line|end)|NoneType|object has no|<class"
+)
 
 SMALL: dict[str, Any] = {
     "name": "small",
