@@ -267,8 +267,10 @@ def command(arguments: list[str]) -> int:
     except BrokenPipeError:
         return NOT_REACHED
     except Exception as error:
-        full = isinstance(error, OSError) and error.errno == errno.ENOSPC and error.filename is None
-        print_error(f"{_NO_OUTPUT if full else f'shroud: {type(error).__name__}'}: {reason_of(error)}")
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC and error.filename is None:
+            print_error(f"{_NO_OUTPUT}: {error.strerror}")
+        else:
+            print_error(f"shroud: {type(error).__name__}: {reason_of(error)}")
         return NOT_REACHED
     if status > BY_SIGNAL:
         said = Stopped(status - BY_SIGNAL).said

@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.errors import InputError, reason_of
+from pipeline.errors import InputError, input_error, reason_of
 from pipeline.process.clock import seconds_since
 from pipeline.process.isolated_reading import read_given_model
 from pipeline.process.progress import Reporter
@@ -87,6 +87,9 @@ def _check(request: Request) -> ReducedModel | None:
     from rom import ReducedModelError
 
     model = read_given_model(request.rom)
+    if model.n_contacts == 0:
+        allowed = "one contact node or more: without contact the response is linear"
+        raise input_error(request.rom, "contact/right", "no contact nodes", allowed)
     check_scene_for_model(request.scene, model.n_contacts, model.contact_area is not None)
     tried = set()
     for member in request.scene.members:

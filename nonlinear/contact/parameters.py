@@ -52,6 +52,8 @@ class ContactParameters:
     def __post_init__(self) -> None:
         """Check lengths, finiteness and signs."""
         length = np.asarray(self.normal_stiffness).shape
+        if length == (0,):
+            raise ContactError("normal_stiffness: no contact nodes, allowed: one node or more")
         for name in ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload"):
             values = np.asarray(getattr(self, name), dtype=float)
             if values.ndim != 1 or values.shape != length:
@@ -102,7 +104,7 @@ class ContactParameters:
         def per_node(value: ArrayLike, share: bool) -> Array:
             array = np.asarray(value, dtype=float)
             if array.ndim == 0:
-                return np.full(n_contacts, float(array) / (n_contacts if share else 1))
+                return np.full(n_contacts, float(array) / (n_contacts if share and n_contacts else 1))
             return array.copy()
 
         return cls(
