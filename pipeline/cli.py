@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import os
+import errno
 import signal
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pipeline.output_paths import output_path
+from pipeline.process.streams import flush_stdout, prepare_streams
 from pipeline.stages.stage_names import Stage
 from pipeline.terminal import print_error, print_notes, print_outcome, print_problems, print_verification
 
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 
 COMPUTED, NOT_REACHED, BAD_INPUT, BY_SIGNAL = 0, 1, 2, 128  # the last: and the number of the signal
 
+_NO_OUTPUT = "shroud: the output cannot be written"
+
 app = typer.Typer(
     name="shroud",
     help="Nonlinear forced response of shrouded turbine blades, from blade geometry to response curves.",
@@ -30,10 +34,17 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
+
+def _output(option: str) -> Callable[[str], Path]:
+    """A parser of paths that are written to."""
+    return lambda text: output_path(text, option)
+
+
 # readable=False: a file that may not be read is told of by the code that reads it, like everything else about a file
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.", readable=False)]
 OutOption = Annotated[
-    Path | None, typer.Option("--out", help="Output folder; out/<scene name> by default.", readable=False)
+    Path | None,
+    typer.Option("--out", metavar="DIR", parser=_output("--out"), help="Output folder; out/<scene name> by default."),
 ]
 ForceOption = Annotated[bool, typer.Option("--force", help="Compute everything again, even what has not changed.")]
 JobsOption = Annotated[
@@ -140,7 +151,8 @@ def info(
 def export(
     source: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.", readable=False)],
     to: Annotated[
-        Path, typer.Option("--to", metavar="FILE", help="Ends with .mat, .uff, .unv or .vtu.", readable=False)
+        Path,
+        typer.Option("--to", metavar="FILE", parser=_output("--to"), help="Ends with .mat, .uff, .unv or .vtu."),
     ],
     mesh: Annotated[
         Path | None, typer.Option("--mesh", metavar="FILE", help="For .vtu: mesh.vtu of the model.", readable=False)
@@ -193,7 +205,8 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
 @app.command()
 def new(
     folder: Annotated[
-        Path, typer.Argument(metavar="DIR", help="Folder to make; the scene takes its name.", readable=False)
+        Path,
+        typer.Argument(metavar="DIR", parser=_output("DIR"), help="Folder to make; the scene takes its name."),
     ],
 ) -> None:
     """Write a commented scene to start from, and its schema for editors."""
@@ -216,13 +229,12 @@ def schema() -> None:
 
 def main() -> None:
     """Entry point: exit status 0 all computed, 1 something not reached, 2 bad input, 128 + a signal's number."""
+    prepare_streams()
     status = command(sys.argv[1:])
-    try:
-        sys.stdout.flush()
-    except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing more is written there
-        if not isinstance(error, BrokenPipeError):
-            print_error(f"shroud: the output cannot be written: {error.strerror}")
+    error = flush_stdout()
+    if error is not None:
+        if not (isinstance(error, BrokenPipeError) or status):
+            print_error(f"{_NO_OUTPUT}: {error.strerror}")
         status = status or NOT_REACHED
     sys.exit(status)
 
@@ -256,7 +268,10 @@ def command(arguments: list[str]) -> int:
     except BrokenPipeError:
         return NOT_REACHED
     except Exception as error:
-        print_error(f"shroud: {type(error).__name__}: {reason_of(error)}")
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC and error.filename is None:
+            print_error(f"{_NO_OUTPUT}: {error.strerror}")
+        else:
+            print_error(f"shroud: {type(error).__name__}: {reason_of(error)}")
         return NOT_REACHED
     if status > BY_SIGNAL:
         said = Stopped(status - BY_SIGNAL).said

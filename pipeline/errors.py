@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import os
+from contextlib import suppress
 from typing import Any
 
+SAVES_MEMORY = "fewer jobs (--jobs), a larger mesh.size, fewer modes or harmonics need less"
 _LONGEST_VALUE = 80
+_REMEDIES = {
+    errno.EMFILE: "too many open files; raise the limit (ulimit -n) or use fewer jobs (--jobs)",
+    errno.ENFILE: "the system has too many open files; end other programs or use fewer jobs (--jobs)",
+    errno.EAGAIN: "no further process can start; raise the limit (ulimit -u) or use fewer jobs (--jobs)",
+}
 _SYSTEM_LIBRARIES = "python -m pipeline.bootstrap installs the system libraries or names the command that does"
 
 
@@ -51,10 +59,24 @@ def shown(value: Any) -> str:
 
 
 def one_line(text: str) -> str:
-    """`text` with line breaks, tabs and other unprintable characters turned into spaces."""
+    """`text` with line breaks, tabs and other unprintable characters turned into spaces.
+
+    Bytes of a file name that the locale does not know, which Python holds as surrogates, are read as UTF-8.
+    """
+    with suppress(UnicodeEncodeError):  # other surrogates
+        text = text.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
 def reason_of(error: BaseException) -> str:
-    """The message of an exception on one line; its type where it has none."""
-    return one_line(str(error)) or type(error).__name__
+    """The message of an exception on one line, its type where it has none; with advice where the system has no more.
+
+    What may run out is memory, open files or processes; the disk is a matter of `pipeline.store.disk_errors`.
+    """
+    said = one_line(str(error))
+    number = error.errno if isinstance(error, OSError) else None
+    if isinstance(error, MemoryError) or number == errno.ENOMEM:
+        return f"out of memory{f' ({said})' if said else ''}; {SAVES_MEMORY}"
+    if number in _REMEDIES:
+        return f"{_REMEDIES[number]} ({said})"
+    return said or type(error).__name__

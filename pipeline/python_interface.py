@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.errors import input_error, shown
+from pipeline.output_paths import output_path
 from pipeline.scene.reading import SceneFile, read_scene
 
 if TYPE_CHECKING:
@@ -67,6 +68,6 @@ def run_scene(
     if until is not None and until not in tuple(Stage):
         raise input_error("until", "", shown(until), ", ".join(Stage))
     file = scene if isinstance(scene, SceneFile) else read_scene(scene, given_model=rom is not None)
-    folder = Path("out") / file.first.name if out is None else Path(out)
+    folder = Path("out") / file.first.name if out is None else output_path(out, "out")
     execute(Request(file, folder, until, force, jobs, None if rom is None else Path(rom)), Reporter(quiet))
     return read_results(folder)

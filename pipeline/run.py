@@ -6,12 +6,13 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.errors import InputError, reason_of
+from pipeline.errors import InputError, input_error, reason_of
 from pipeline.process.clock import seconds_since
 from pipeline.process.isolated_reading import read_given_model
 from pipeline.process.progress import Reporter
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
 from pipeline.results.outputs import curve_summary, write_results, write_summary
+from pipeline.results.publishing import PicturesMissing
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.stages.cache_keys import curve_key
@@ -86,6 +87,9 @@ def _check(request: Request) -> ReducedModel | None:
     from rom import ReducedModelError
 
     model = read_given_model(request.rom)
+    if model.n_contacts == 0:
+        allowed = "one contact node or more: without contact the response is linear"
+        raise input_error(request.rom, "contact/right", "no contact nodes", allowed)
     check_scene_for_model(request.scene, model.n_contacts, model.contact_area is not None)
     tried = set()
     for member in request.scene.members:
@@ -136,11 +140,15 @@ def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
         try:
             with run.log.timed(stage):
                 files = _renders(run, models, outcome) if stage is Stage.RENDER else _figures(run, outcome)
-            outcome.pictures.extend(path.relative_to(run.request.out).as_posix() for path in files)
+        except PicturesMissing as missing:
+            files = missing.files
+            outcome.problems.extend(f"{stage}: {problem}" for problem in missing.problems)
         except StorageError:
             raise
         except Exception as error:  # the numbers stand without the pictures
+            files = []
             outcome.problems.append(f"{stage}: {reason_of(error)}")
+        outcome.pictures.extend(path.relative_to(run.request.out).as_posix() for path in files)
 
 
 def _renders(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:
@@ -163,7 +171,11 @@ def _report(run: Run, models: Models, outcome: RunOutcome) -> None:
 
     try:
         with run.log.timed(Stage.REPORT):
-            outcome.report = report_stage(run, models, outcome).relative_to(run.request.out).as_posix()
+            report_stage(run, models, outcome)
+        outcome.report = PAGE
+    except PicturesMissing as missing:
+        outcome.report = PAGE
+        outcome.problems.extend(f"report: {problem}" for problem in missing.problems)
     except StorageError:
         raise
     except Exception as error:  # the results stand without the page

@@ -18,6 +18,8 @@ NO_TERMINAL = 110  # characters in a line of a table where stdout is no terminal
 
 def print_error(text: str) -> None:
     """One line on stderr; a closed stderr is no error."""
+    if sys.stderr is None:  # print() would take stdout for it
+        return
     with suppress(OSError):
         print(text, file=sys.stderr, flush=True)
 
@@ -90,9 +92,9 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
     if request.scene.accuracy is not None:
         print(request.scene.accuracy.text())
     if warning := harmonics_warning(outcome):
-        print(warning, file=sys.stderr)
+        print_error(warning)
     if warning := sampling_warning(outcome):
-        print(warning, file=sys.stderr)
+        print_error(warning)
     if warning := range_warning(outcome, request.scene.first):
         print_notes([warning], "warning")
     page = f", {outcome.report}" if outcome.report else ""

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
         linear_responses,
     )
     from rom.reduction.reference_model import FullReference, full_reference, static_error
+    from rom.units import angular_speed
 
 __all__ = [
     "UNREADABLE",
@@ -69,6 +70,7 @@ __all__ = [
     "RelativeReceptance",
     "RomParameterError",
     "SpringSupportedMotion",
+    "angular_speed",
     "assemble",
     "centrifugal_displacement",
     "contact_areas",
@@ -127,6 +129,7 @@ _PLACES = {
     "RomParameterError": "rom.errors",
     "SpringSupportedMotion": "rom.cyclic.contact_springs",
     "UNREADABLE": "rom.files.hdf5_reading",
+    "angular_speed": "rom.units",
     "assemble": "rom.finite_elements.full_model",
     "centrifugal_displacement": "rom.finite_elements.rotation",
     "contact_areas": "rom.reduction.contact_dofs",

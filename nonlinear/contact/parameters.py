@@ -52,6 +52,8 @@ class ContactParameters:
     def __post_init__(self) -> None:
         """Check lengths, finiteness and signs."""
         length = np.asarray(self.normal_stiffness).shape
+        if length == (0,):
+            raise ContactError("normal_stiffness: no contact nodes, allowed: one node or more")
         for name in ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload"):
             values = np.asarray(getattr(self, name), dtype=float)
             if values.ndim != 1 or values.shape != length:
@@ -117,7 +119,7 @@ class ContactParameters:
             tangential_stiffness=per_node(tangential_stiffness, areas, areas.sum()),
             friction=per_node(friction, even),
             interference=per_node(interference, even),
-            preload=per_node(preload, areas / areas.mean()),
+            preload=per_node(preload, areas * n_contacts, areas.sum()),
             law=law,
         )
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pipeline.errors import InputError, input_error, reason_of
+from pipeline.output_paths import check_output_path
 from pipeline.store.disk_errors import storage_error
 
 
@@ -45,7 +46,11 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
     suffix = target.suffix.lower()
     if suffix not in writers:
         raise input_error(target, "", f'ends with "{suffix}"', ", ".join(writers))
-    beside = target.with_name(f".{target.stem}.{os.getpid()}{suffix}")
+    check_output_path(target, "--to")
+    for name, read in (("the file to export", source), ("--mesh", sector_file)):
+        if read is not None and target.exists() and read.exists() and target.samefile(read):
+            raise input_error("--to", str(target), f"is also {name}", "another file")
+    beside = target.with_name(f".export-{os.getpid()}{suffix}")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         summary = writers[suffix](beside)

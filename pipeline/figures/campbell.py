@@ -9,6 +9,7 @@ import numpy as np
 
 from pipeline.figures.data import Array, PlottedCurve
 from pipeline.figures.spectra import LOOKS, spectrum
+from pipeline.figures.style import write_heading
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +42,8 @@ def campbell_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None
     _draw_engine_orders(axes, float(speeds[-1]), order, top)
     low, high = curves[0].scene.response.frequency
     axes.axhspan(low, high, color="0.95", zorder=0, label="range of the response")
-    axes.set(title=title, xlabel="speed [rev/min]", ylabel=f"natural frequency [Hz], engine order {order}")
+    write_heading(axes, title)
+    axes.set(xlabel="speed [rev/min]", ylabel=f"natural frequency [Hz], engine order {order}")
     axes.set_xlim(speeds[0], speeds[-1])
     axes.set_ylim(0.0, 1.05 * top)
     axes.legend(loc="center left", bbox_to_anchor=(1.06, 0.5), fontsize=9)

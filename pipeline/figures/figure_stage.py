@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.results.publishing import published, remove_outdated
+from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.store.fingerprints import fingerprint
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pipeline.figures.linear_limits import Limit
     from pipeline.stages.request import Run
     from pipeline.stages.respond import CurveResult
 
@@ -26,15 +30,18 @@ def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
         "code": code_fingerprint(__name__),
     }
     folder = run.request.out / "figures"
-    files = published(
-        run, "figures", fingerprint(content), "drawing figures", lambda into: draw(into, curves, title), folder
-    )
-    remove_outdated(folder, [f"{name}.*" for name in NAMES], files)
+    key, patterns = fingerprint(content), [f"{name}.*" for name in NAMES]
+    try:
+        files = published(run, "figures", key, "drawing figures", lambda into: draw(into, curves, title), folder)
+    except PicturesMissing as missing:
+        remove_outdated(folder, patterns, missing.files)
+        raise
+    remove_outdated(folder, patterns, files)
     return files
 
 
-def draw(folder: Path, curves: Sequence[CurveResult], title: str) -> None:
-    """Draw every figure that the curves allow."""
+def draw(folder: Path, curves: Sequence[CurveResult], title: str) -> list[str]:
+    """Draw every figure that the curves allow; returns one line for each that could not be drawn."""
     from pipeline.figures.campbell import campbell_figure
     from pipeline.figures.data import plotted_curves
     from pipeline.figures.hysteresis import most_damped, node_figure, sweep_figure
@@ -46,26 +53,30 @@ def draw(folder: Path, curves: Sequence[CurveResult], title: str) -> None:
 
     shown = plotted_curves(curves)
     if not shown:
-        return
-    limits = linear_limits(shown)
+        return []
+    attempts = Attempts(folder)
+    limits: list[Limit] = attempts.result("linear limits", lambda: linear_limits(shown)) or []
+    damped = most_damped(shown)
+    figures: dict[str, Callable[[], Figure | None]] = {
+        "response": lambda: response_figure(shown, limits, title),
+        "peaks": lambda: trend_figure(shown, limits, title) if len(shown) > 1 else None,
+        "hysteresis": lambda: None if damped is None else node_figure(damped, title),
+        "hysteresis_sweep": lambda: sweep_figure(shown, title),
+        "nodal_diameters": lambda: nodal_diameter_figure(shown[0], title),
+        "campbell": lambda: campbell_figure(shown, title),
+    }
+
+    def draw_one(name: str) -> None:
+        figure = figures[name]()
+        if figure is not None:
+            save(figure, folder, name)
+
     with styled():
-        save(response_figure(shown, limits, title), folder, "response")
-        if len(shown) > 1:
-            save(trend_figure(shown, limits, title), folder, "peaks")
-        damped = most_damped(shown)
-        loops = None if damped is None else node_figure(damped, title)
-        if loops is not None:
-            save(loops, folder, "hysteresis")
-        others = {
-            "hysteresis_sweep": sweep_figure(shown, title),
-            "nodal_diameters": nodal_diameter_figure(shown[0], title),
-            "campbell": campbell_figure(shown, title),
-        }
-        for name, figure in others.items():
-            if figure is not None:
-                save(figure, folder, name)
+        for name in figures:
+            attempts.result(name, partial(draw_one, name))
+    return attempts.problems
 
 
 def _title(run: Run) -> str:
     first = run.request.scene.first
-    return (first.title or first.name).replace("$", r"\$")  # no formulae: half of one is an error
+    return first.title or first.name

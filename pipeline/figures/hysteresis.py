@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.figures.data import Array, PlottedCurve
-from pipeline.figures.style import DISTINCT, ordered_colours, scale
+from pipeline.figures.style import DISTINCT, ordered_colours, scale, write_heading
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +40,7 @@ def node_figure(curve: PlottedCurve, title: str) -> Figure | None:
     for (_, heading, *_rest), axes in zip(PANELS, panels, strict=True):
         axes.set_title(heading)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(lines), fontsize=9)
-    figure.suptitle(f"{title}: contact loops at the peak, {_peak_label(curve)}", fontsize=11)
+    write_heading(figure, f"{title}: contact loops at the peak, {_peak_label(curve)}")
     return figure
 
 
@@ -64,7 +64,7 @@ def sweep_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
         _draw(column, [(curve.label, cycle, v0, node)], [colour], shown)
         column[0].set_title(curve.label.replace(", ", "\n"), fontsize=9)
     still = "" if len(shown) > 1 else " (nothing slides)"
-    figure.suptitle(f"{title}: contact loops of node {node + 1}, each curve at its peak{still}", fontsize=11)
+    write_heading(figure, f"{title}: contact loops of node {node + 1}, each curve at its peak{still}")
     return figure
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from pipeline.figures.data import PlottedCurve
 from pipeline.figures.spectra import LOOKS, aliased, spectrum
+from pipeline.figures.style import write_heading
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,7 +37,8 @@ def nodal_diameter_figure(curve: PlottedCurve, title: str) -> Figure | None:
     axes.axhspan(low, high, color="0.95", zorder=0, label="range of the response")
     order = curve.scene.excitation.engine_order
     axes.axvline(aliased(order, model.n_blades), color="0.5", linewidth=0.8, label=f"excited by engine order {order}")
-    axes.set(title=title, xlabel="nodal diameter", ylabel="natural frequency [Hz]")
+    write_heading(axes, title)
+    axes.set(xlabel="nodal diameter", ylabel="natural frequency [Hz]")
     axes.set_xlim(-0.5, diameters[-1] + 0.5)
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9)

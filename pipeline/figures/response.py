@@ -10,7 +10,7 @@ import numpy as np
 from pipeline.figures.curve_line import draw_line
 from pipeline.figures.data import Array, PlottedCurve
 from pipeline.figures.linear_limits import Limit
-from pipeline.figures.style import LIMIT_COLOUR, LOG_FROM, ordered_colours, plain_log_labels, scale
+from pipeline.figures.style import LIMIT_COLOUR, LOG_FROM, ordered_colours, plain_log_labels, scale, write_heading
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +35,8 @@ def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], tit
     _mark_bifurcations(axes, curves, colours, factor)
     _draw_limits(axes, limits, colours, factor)
     _set_range(axes, curves, limits, factor)
-    axes.set(title=title, xlabel="excitation frequency [Hz]", ylabel=f"largest displacement over a period [{unit}]")
+    write_heading(axes, title)
+    axes.set(xlabel="excitation frequency [Hz]", ylabel=f"largest displacement over a period [{unit}]")
     if len(curves) > 1 or limits:
         columns = 1 if len(curves) <= 16 else 2
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9, ncols=columns)

@@ -12,6 +12,7 @@ import numpy as np
 from pipeline.scene.labels import prefixed
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
@@ -83,6 +84,14 @@ def plain_log_labels(axis: Axis) -> None:
     axis.set_minor_locator(LogLocator(10.0, "all", numticks=20))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+
+
+def write_heading(place: Axes | Figure, text: str) -> None:
+    """Write a heading as it stands: the title of a scene is no formula, whatever dollar signs it has."""
+    if hasattr(place, "suptitle"):
+        place.suptitle(text, fontsize=11, parse_math=False)
+    else:
+        place.set_title(text, parse_math=False)
 
 
 def save(figure: Figure, folder: Path, name: str) -> None:

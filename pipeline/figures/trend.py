@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.figures.data import PlottedCurve
 from pipeline.figures.linear_limits import Limit
-from pipeline.figures.style import DISTINCT, LIMIT_COLOUR, LOG_FROM, plain_log_labels, scale
+from pipeline.figures.style import DISTINCT, LIMIT_COLOUR, LOG_FROM, plain_log_labels, scale, write_heading
 from pipeline.scene.labels import quantity, value_label
 
 if TYPE_CHECKING:
@@ -35,7 +35,8 @@ def trend_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title:
         lower.plot(x, [curve.peak[0] for curve in members], **look)
     _draw_limits(upper, lower, limits, factor)
     _set_axes(upper, lower, curves, key, names)
-    upper.set(title=title, ylabel=f"peak amplitude [{unit}]")
+    write_heading(upper, title)
+    upper.set(ylabel=f"peak amplitude [{unit}]")
     lower.set(xlabel=quantity(key).axis(), ylabel="peak frequency [Hz]")
     if upper.get_legend_handles_labels()[0]:
         upper.legend(fontsize=9)

@@ -31,18 +31,18 @@ class Reporter:
     quiet : bool
         Whether to write nothing but errors.
     stream : file
-        Where to write, stderr by default.
+        Where to write, stderr by default; None, as stderr is where it was closed, writes nothing.
     interrupts : Interrupts
         Requests to stop the run.
     """
 
     quiet: bool = False
-    stream: TextIO = field(default_factory=lambda: sys.stderr)
+    stream: TextIO | None = field(default_factory=lambda: sys.stderr)
     interrupts: Interrupts = field(default_factory=Interrupts)
 
     def line(self, text: str) -> None:
         """Write one plain line. A closed pipe or a full log does not stop the run."""
-        if not self.quiet:
+        if not self.quiet and self.stream is not None:
             with suppress(OSError):
                 print(text, file=self.stream, flush=True)
 
@@ -92,7 +92,7 @@ class Reporter:
             yield LineCounter(self, text, total, at_once, time.perf_counter())
 
     def _live(self) -> bool:
-        return not self.quiet and self.stream.isatty()
+        return not self.quiet and self.stream is not None and self.stream.isatty()
 
 
 def time_left(elapsed: float, done: int, total: int, at_once: int = 1) -> float:
@@ -157,7 +157,7 @@ class LiveCounter(Counter):
         self.progress.update(self.task, advance=1, detail=detail)
 
 
-def _spinner(stream: TextIO) -> Progress:
+def _spinner(stream: TextIO | None) -> Progress:
     from rich.console import Console
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
@@ -165,7 +165,7 @@ def _spinner(stream: TextIO) -> Progress:
     return Progress(*columns, console=Console(file=stream), transient=True)
 
 
-def _bar(stream: TextIO) -> Progress:
+def _bar(stream: TextIO | None) -> Progress:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 

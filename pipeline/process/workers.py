@@ -1,56 +1,186 @@
-"""Worker processes that end with their parent, also where that is stopped or killed."""
+"""Worker processes: one call at a time each, replaced where they die, ended with their parent."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from concurrent.futures import Future
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
-from typing import ParamSpec, TypeVar
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnContext, SpawnProcess
+from typing import Any, Generic, ParamSpec, TypeVar
 
+from pipeline.errors import SAVES_MEMORY, reason_of
 from pipeline.process.interrupts import kept_from_children
 from rom import one_blas_thread_in_children
 
 P = ParamSpec("P")
 T = TypeVar("T")
+K = TypeVar("K", bound=Hashable)
+
+ATTEMPTS = 3  # for a call whose process dies; the last one runs while no other call does
+_PATIENCE = 1.0  # seconds from the end of a pipe to that of its process
+
+
+class WorkerDied(Exception):
+    """The process of a call ended without a result; the message says how."""
 
 
 @dataclass(frozen=True)
+class Call(Generic[T]):
+    """A call of a function, arguments and result of which can be pickled."""
+
+    function: Callable[..., T]
+    args: tuple[Any, ...] = ()
+    kwargs: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass
+class _Worker:
+    """A process with our end of its pipe, the key of its call and the number of the attempt at it."""
+
+    process: SpawnProcess
+    pipe: Connection
+    key: Any = None
+    attempt: int = 0
+    has_begun: bool = False
+
+    @property
+    def busy(self) -> bool:
+        return self.attempt > 0
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.join()
+        self.pipe.close()
+
+
+@dataclass
 class Workers:
-    """A pool of processes."""
+    """Up to `count` processes; one that dies is replaced, and takes nothing with it but its own call."""
 
-    pool: ProcessPoolExecutor
+    count: int
+    _all: list[_Worker] = field(default_factory=list)
 
-    def submit(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Call `function` in a worker; starts a new one where all are busy, up to the limit of the pool."""
-        with kept_from_children():
-            return self.pool.submit(function, *args, **kwargs)
+    def completed(
+        self,
+        calls: Mapping[K, Call[T]],
+        attempts: int = ATTEMPTS,
+        retried: Callable[[K, str], None] = lambda key, reason: None,
+    ) -> Iterator[tuple[K, Future[T]]]:
+        """The keys of the calls as they are completed, each with its result or exception.
+
+        Parameters
+        ----------
+        calls : mapping of key to Call
+            The calls; they are begun in this order.
+        attempts : int
+            How often a call is begun whose process dies; afterwards its exception is WorkerDied.
+        retried : callable
+            Called with the key and the reason where a call is to be begun again.
+
+        Raises
+        ------
+        RuntimeError
+            A process ends before it can take a call.
+        OSError
+            No process can be started.
+        """
+        waiting = deque((key, 1) for key in calls)
+        while waiting or any(worker.busy for worker in self._all):
+            self._hand_out(waiting, calls)
+            for worker in self._with_news():
+                future: Future[T] = Future()
+                try:
+                    has_result, value = worker.pipe.recv()
+                except (EOFError, OSError):
+                    reason = self._end_of(worker)
+                    if worker.attempt < attempts:
+                        waiting.append((worker.key, worker.attempt + 1))
+                        retried(worker.key, reason)
+                        continue
+                    future.set_exception(WorkerDied(reason + _in_attempts(attempts)))
+                else:
+                    if has_result is None:
+                        worker.has_begun = True
+                        continue
+                    worker.attempt = 0
+                    (future.set_result if has_result else future.set_exception)(value)
+                yield worker.key, future
+
+    def _hand_out(self, waiting: deque[tuple[Any, int]], calls: Mapping[Any, Call[Any]]) -> None:
+        """Give calls to idle workers, new ones where all are busy; a last attempt is given out and runs alone."""
+        while waiting:
+            key, attempt = waiting[0]
+            busy = [worker for worker in self._all if worker.busy]
+            alone = max((worker.attempt for worker in busy), default=0) == ATTEMPTS or attempt == ATTEMPTS
+            if len(busy) >= self.count or (busy and alone):
+                return
+            worker = self._idle()
+            if worker is None:
+                return
+            call = calls[key]
+            try:
+                worker.pipe.send((call.function, call.args, dict(call.kwargs)))
+            except (BrokenPipeError, ConnectionResetError):  # it died idle: no fault of the call
+                self._end_of(worker)
+                continue
+            worker.key, worker.attempt = key, attempt
+            waiting.popleft()
+
+    def _idle(self) -> _Worker | None:
+        """A worker without a call; None where no further one can be started and others are busy."""
+        for worker in self._all:
+            if not worker.busy:
+                return worker
+        try:
+            worker = _start()
+        except OSError:  # too many files, processes or too little memory: those that there are go on
+            if not self._all:
+                raise
+            return None
+        self._all.append(worker)
+        return worker
+
+    def _with_news(self) -> list[_Worker]:
+        """Busy workers that have sent something or ended; waits for the first."""
+        by_pipe = {worker.pipe: worker for worker in self._all if worker.busy}
+        return [by_pipe[pipe] for pipe in wait(list(by_pipe)) if isinstance(pipe, Connection)]
+
+    def _end_of(self, worker: _Worker) -> str:
+        """How a worker has ended; it is removed."""
+        worker.process.join(_PATIENCE)
+        worker.kill()
+        self._all.remove(worker)
+        code = worker.process.exitcode or 0
+        if not worker.has_begun and code > 0:
+            guard = 'a script that runs a scene with several jobs needs `if __name__ == "__main__":`'
+            raise RuntimeError(f"worker processes end with exit status {code} before they begin; {guard}")
+        return _ending(code)
+
+    def end(self) -> None:
+        """Kill all workers; what they have to lose is the calls that they are busy with."""
+        while self._all:
+            self._all.pop().kill()
 
 
 @contextmanager
 def workers(count: int) -> Iterator[Workers]:
-    """Up to `count` worker processes with one BLAS thread each; an exception in the block kills them."""
-    others = set(multiprocessing.active_children())
+    """Up to `count` worker processes with one BLAS thread each; they end with the block."""
     with one_blas_thread_in_children():
-        context = multiprocessing.get_context("spawn")
-        with kept_from_children():
-            resource_tracker.ensure_running()  # also a process; it tracks the semaphores of the pool
-        pool = ProcessPoolExecutor(count, mp_context=context, initializer=_begin, initargs=(not sys.warnoptions,))
+        pool = Workers(count)
         try:
-            yield Workers(pool)
-        except BaseException:
-            for process in set(multiprocessing.active_children()) - others:
-                process.kill()
-            raise
+            yield pool
         finally:
-            pool.shutdown(cancel_futures=True)
+            pool.end()
 
 
 def call_apart(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
@@ -58,21 +188,66 @@ def call_apart(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T
 
     Raises
     ------
-    RuntimeError
+    WorkerDied
         The process died.
     """
     with workers(1) as pool:
-        try:
-            return pool.submit(function, *args, **kwargs).result()
-        except BrokenProcessPool:
-            raise RuntimeError("its process died (out of memory?)") from None
+        ((_, future),) = pool.completed({None: Call(function, args, kwargs)}, attempts=1)
+    return future.result()
 
 
-def _begin(quiet: bool) -> None:
-    """Start of a worker: ends when its parent has ended; `quiet` ignores warnings as the parent does."""
+def _ending(code: int) -> str:
+    """What an exit code of a process means."""
+    if code >= 0:
+        return f"its process ended with exit status {code}"
+    names = {number.value: f" ({number.name})" for number in signal.Signals}
+    cause = f", most likely for want of memory; {SAVES_MEMORY}" if -code == signal.SIGKILL else ""
+    return f"its process was killed by signal {-code}{names.get(-code, '')}{cause}"
+
+
+def _in_attempts(attempts: int) -> str:
+    return f" ({attempts} attempts)" if attempts > 1 else ""
+
+
+def _start() -> _Worker:
+    context: SpawnContext = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    try:
+        with kept_from_children():
+            resource_tracker.ensure_running()  # also a process, the start of which undoes the block
+        with kept_from_children():
+            process = context.Process(target=_work, args=(theirs, not sys.warnoptions))
+            process.start()
+    except BaseException:
+        ours.close()
+        raise
+    finally:
+        theirs.close()
+    return _Worker(process, ours)
+
+
+def _work(pipe: Connection, quiet: bool) -> None:
+    """A worker: ends when its parent has ended; `quiet` ignores warnings as the parent does."""
     if quiet:
         warnings.simplefilter("ignore")
     threading.Thread(target=_end_with_parent, name="watch parent", daemon=True).start()
+    with suppress(EOFError, OSError):
+        pipe.send((None, None))
+        while True:
+            function, args, kwargs = pipe.recv()
+            pipe.send(_outcome(function, args, kwargs))
+
+
+def _outcome(function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> tuple[bool, Any]:
+    """Whether there is a result, and the result or the exception."""
+    try:
+        return True, function(*args, **kwargs)
+    except Exception as error:
+        try:
+            multiprocessing.reduction.ForkingPickler.loads(multiprocessing.reduction.ForkingPickler.dumps(error))
+        except Exception:  # some exceptions cannot leave their process
+            return False, RuntimeError(reason_of(error))
+        return False, error
 
 
 def _end_with_parent() -> None:

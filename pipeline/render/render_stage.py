@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from pipeline.render.drawing_process import draw_apart
 from pipeline.render.job import OperatingJob, RenderJob
-from pipeline.results.publishing import published, remove_outdated
+from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.scene.labels import member_label
 from pipeline.scene.schema import Render, Scene
 from pipeline.stages.build_mesh import SECTOR
@@ -27,21 +28,31 @@ OPERATING_DRAWER = "pipeline.render.operating_shapes"
 
 
 def render_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> list[Path]:
-    """The renders of the run; those that are missing are drawn. `curves` is empty where no curve was solved."""
+    """The renders of the run; those that are missing are drawn. `curves` is empty where no curve was solved.
+
+    Raises
+    ------
+    PicturesMissing
+        Some could not be drawn.
+    """
     chosen: dict[str, tuple[BuiltModel, Scene]] = {}
     for member in run.request.scene.members:
         model = models[member.index]
         if model is not None:
             chosen.setdefault(model.key, (model, member.scene))
     files: list[Path] = []
+    attempts = Attempts(run.request.out)
     for number, (model, scene) in enumerate(chosen.values(), start=1):
         prefix = f"model_{number}_" if len(chosen) > 1 else ""
-        files += _render(run, model, scene, prefix)
+        files += attempts.result(f"{prefix}mode shapes", partial(_render, run, model, scene, prefix)) or []
     for number in operating_curves(run.request.scene.first.render, curves):
         model = models[curves[number].member.index]
         if model is not None:
-            files += _operate(run, model, curves[number], number)
+            drawn = partial(_operate, run, model, curves[number], number)
+            files += attempts.result(f"motion of curve {number}", drawn) or []
     remove_outdated(run.request.out / "renders", ["mode_*.png", "model_*_mode_*.png", "operating_*.*"], files)
+    if attempts.problems:
+        raise PicturesMissing(files, attempts.problems)
     return files
 
 

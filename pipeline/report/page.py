@@ -6,6 +6,7 @@ import base64
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from pipeline.report.rows import (
     mesh_rows,
 )
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
+from pipeline.results.publishing import Attempts
 from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.schema import Scene
 from pipeline.stages.model_chain import BuiltModel
@@ -68,8 +70,8 @@ class ContactDetail:
     open: bool
 
 
-def page(source: ReportSource) -> str:
-    """The whole page, HTML."""
+def page(source: ReportSource, attempts: Attempts) -> str:
+    """The whole page, HTML; a picture that fails is left out and noted in `attempts`."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
@@ -79,24 +81,24 @@ def page(source: ReportSource) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("report.html").render(_content(source))
+    return environment.get_template("report.html").render(_content(source, attempts))
 
 
-def _content(source: ReportSource) -> dict[str, Any]:
+def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
     shown = plotted_curves(source.curves)
     stable = {c.index: bool(c.stable[c.peak_index]) for c in shown if c.peak_index >= 0}
     model = next((found for found in source.models.values() if found is not None), None)
-    details, of_curves = _contacts(source, shown)
-    viewer = _viewer(source, shown)
+    details, of_curves = _contacts(source, shown, attempts)
+    viewer = attempts.result("shapes", lambda: _viewer(source, shown))
     return {
         "source": source,
         "table": curve_table(source, stable),
         "cards": _cards(source, shown),
-        "figures": _figures(source),
+        "figures": _figures(source, attempts),
         "frequencies": frequency_tables(source),
         "facts": _facts(source, model),
-        "ring": None if model is None else _png(ring_drawing(model, STILL_BLADES)),
-        "stills": _stills(source),
+        "ring": None if model is None else attempts.result("ring", lambda: _png(ring_drawing(model, STILL_BLADES))),
+        "stills": _stills(source, attempts),
         "viewer": None if viewer is None else _json(viewer.plain()),
         "viewer_left_out": 0 if viewer is None else viewer.left_out,
         "groups": [] if viewer is None else list(dict.fromkeys(shape["group"] for shape in viewer.shapes)),
@@ -131,21 +133,23 @@ def _cards(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[tuple[st
     return cards
 
 
-def _figures(source: ReportSource) -> dict[str, Picture]:
+def _figures(source: ReportSource, attempts: Attempts) -> dict[str, Picture]:
     """The figures of the run, by name."""
     found = {}
     for name, caption in _CAPTIONS.items():
         svg, png = (source.pictures.get(f"figures/{name}.{suffix}") for suffix in ("svg", "png"))
-        if svg is not None and png is not None:
-            found[name] = Picture(inline_figure(svg, png), caption)
+        uri = attempts.result(name, partial(inline_figure, svg, png)) if svg is not None and png is not None else None
+        if uri is not None:
+            found[name] = Picture(uri, caption)
     return found
 
 
-def _stills(source: ReportSource) -> list[Picture]:
+def _stills(source: ReportSource, attempts: Attempts) -> list[Picture]:
     names = [name for name in source.pictures if name.startswith("renders/") and name.endswith(".png")]
-    return [
-        Picture(inline_render(source.pictures[name]), _render_caption(Path(name))) for name in names[:MOST_STILLS]
-    ]
+    uris = {
+        name: attempts.result(name, partial(inline_render, source.pictures[name])) for name in names[:MOST_STILLS]
+    }
+    return [Picture(uri, _render_caption(Path(name))) for name, uri in uris.items() if uri is not None]
 
 
 def _render_caption(render: Path) -> str:
@@ -197,7 +201,9 @@ def _springs(model: BuiltModel, scene: Scene) -> dict[str, dict[str, Any]]:
     return {"free": {}, "stuck": {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness}}
 
 
-def _contacts(source: ReportSource, shown: Sequence[PlottedCurve]) -> tuple[list[ContactDetail], int]:
+def _contacts(
+    source: ReportSource, shown: Sequence[PlottedCurve], attempts: Attempts
+) -> tuple[list[ContactDetail], int]:
     """Contact at the peak of curves spread over the sweep, and the number of curves with a peak."""
     peaks = [curve for curve in shown if curve.peak_index >= 0]
     damped = most_damped(peaks)
@@ -211,7 +217,7 @@ def _contacts(source: ReportSource, shown: Sequence[PlottedCurve]) -> tuple[list
         if face is None:
             continue
         factor, unit = prefixed(max(node.work_j for node in face.nodes), "J")
-        drawn = loops_drawing(curve, source.title)
+        drawn = attempts.result(f"loops of curve {curve.index}", partial(loops_drawing, curve, source.title))
         details.append(
             ContactDetail(
                 label=curve.label,

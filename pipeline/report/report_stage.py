@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pipeline.report.published_page import PAGE
 from pipeline.report.report_source import ReportSource, report_source
-from pipeline.results.publishing import published
+from pipeline.results.publishing import Attempts, published
 from pipeline.stages.request import Run, RunOutcome
 from pipeline.stages.sweep_models import Models
 
@@ -20,7 +20,10 @@ def report_stage(run: Run, models: Models, outcome: RunOutcome) -> Path:
     return files[0]
 
 
-def _write(path: Path, source: ReportSource) -> None:
+def _write(path: Path, source: ReportSource) -> list[str]:
+    """Write the page; returns one line for each picture that it lacks."""
     from pipeline.report.page import page
 
-    path.write_text(page(source), encoding="utf-8")
+    attempts = Attempts(path.parent)
+    path.write_text(page(source, attempts), encoding="utf-8")
+    return attempts.problems

@@ -5,17 +5,68 @@ from __future__ import annotations
 import filecmp
 import shutil
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
+from pipeline.errors import reason_of
 from pipeline.store.content_store import Store
+from pipeline.store.disk_errors import storage_error
 from pipeline.store.manifest import MANIFEST
 
 if TYPE_CHECKING:
     from pipeline.stages.request import Run
 
+T = TypeVar("T")
 
-def published(run: Run, stage: str, key: str, doing: str, build: Callable[[Path], None], target: Path) -> list[Path]:
+
+class PicturesMissing(Exception):
+    """Some pictures of a stage could not be made.
+
+    Attributes
+    ----------
+    files : list of Path
+        Those that could, in the output folder.
+    problems : list of str
+        One line for each of the others.
+    """
+
+    def __init__(self, files: list[Path], problems: list[str]) -> None:
+        super().__init__("; ".join(problems))
+        self.files, self.problems = files, problems
+
+
+@dataclass
+class Attempts:
+    """Pictures of which one may fail while the others are made; what the disk causes is raised.
+
+    Attributes
+    ----------
+    folder : Path
+        Where they are written.
+    problems : list of str
+        One line for each that failed.
+    """
+
+    folder: Path
+    problems: list[str] = field(default_factory=list)
+
+    def result(self, name: str, make: Callable[[], T]) -> T | None:
+        """What `make` returns; None where it fails."""
+        try:
+            return make()
+        except Exception as error:
+            if cause := storage_error(error, self.folder):
+                raise cause from error
+            for path in self.folder.glob(f"{name}.*"):  # half a pair of files
+                path.unlink()
+            self.problems.append(f"{name}: {reason_of(error)}")
+            return None
+
+
+def published(
+    run: Run, stage: str, key: str, doing: str, build: Callable[[Path], list[str] | None], target: Path
+) -> list[Path]:
     """Files of a stage in the output folder.
 
     Parameters
@@ -29,16 +80,29 @@ def published(run: Run, stage: str, key: str, doing: str, build: Callable[[Path]
     doing : str
         What progress says while the files are computed.
     build : callable
-        Writes the files into the folder that it is given.
+        Writes the files into the folder that it is given; returns the problems that it had, one line each.
     target : Path
         Folder to copy them to, each in one step.
+
+    Raises
+    ------
+    PicturesMissing
+        There were problems: the files that could be written are in `target`, and the next run tries again.
     """
     entry = run.store.find(stage, key)
     if entry is None:
         with run.reporter.working(doing):
-            entry = run.store.get(stage, key, build)
+            entry = run.store.get(stage, key, lambda folder: _built(run, stage, build, folder, target))
     run.log.note(stage, entry.ran, entry.seconds)
     return _copied(run.store, entry.folder, target)
+
+
+def _built(run: Run, stage: str, build: Callable[[Path], list[str] | None], folder: Path, target: Path) -> None:
+    """Write the files into the folder; where some are missing the others are copied at once and not kept."""
+    problems = build(folder)
+    if problems:
+        run.log.note(stage, ran=True)
+        raise PicturesMissing(_copied(run.store, folder, target), problems)
 
 
 def remove_outdated(target: Path, patterns: Sequence[str], current: Sequence[Path]) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
+from pipeline.scene.centrifugal_strain import check_speed
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.schema import SECTIONS
@@ -41,6 +42,7 @@ def check_scene(file: SceneFile) -> None:
             _check_geometry(file.path, member)
             checked_shapes.add(shape)
         check_size(file.path, member)
+        check_speed(file.path, member)
         assert scene.mesh is not None  # checked above; for the type checker
         n_contacts = scene.mesh.contact_grid[0] * scene.mesh.contact_grid[1]
         check_node_lists(file.path, member, n_contacts)

@@ -2,29 +2,44 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
 from pipeline.errors import shown
+from pipeline.scene.centrifugal_strain import speed_warning
 from pipeline.scene.contact_stiffness import stiff_contact_warning
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 
+USUAL_RATIO = 0.1
+SPEED = "load.speed_rpm"
 # dotted key -> (from, to) of usual values, and a hint what may be wrong beyond them
 USUAL: dict[str, tuple[float, float, str]] = {
     "blade.hub_radius": (0.01, 10.0, "the key is in metres"),
     "blade.length": (0.005, 3.0, "the key is in metres"),
     "blade.chord": (0.001, 1.0, "the key is in metres"),
+    "blade.thickness": (1e-4, 0.5, "the key is in metres"),
+    "blade.tip_thickness": (1e-4, 0.5, "the key is in metres"),
+    "shroud.thickness": (1e-4, 0.5, "the key is in metres"),
+    "shroud.axial_width": (0.001, 2.0, "the key is in metres"),
+    "shroud.contact_length": (1e-4, 1.0, "the key is in metres"),
     "shroud.angle": (3.2, 180.0, "the key is in degrees"),
     "material.young_modulus": (1e8, 2e12, "the key is in Pa: steel has 2.1e11"),
+    "material.poisson_ratio": (0.0, 0.5, "metals have 0.25 to 0.35"),
     "material.density": (100.0, 30_000.0, "the key is in kg/m^3: steel has 7850"),
+    "rom.frequency_limit": (1.0, 1e7, "the key is in Hz"),
+    "excitation.engine_order": (0, 1000, "it is the number of force maxima around the ring"),
+    "excitation.force": (1e-6, 1e5, "the key is in N, the force on one blade"),
+    "response.frequency": (0.1, 1e6, "the key is in Hz"),
 }
 USUAL_CONTACT: dict[str, tuple[float, float, str]] = {
     "contact.friction": (0.0, 2.0, "a friction coefficient is 0.1 to 1 or so"),
-    "response.damping_ratio": (0.0, 0.1, "the key is a fraction: 0.003 is 0.3 %"),
+    "response.damping_ratio": (0.0, USUAL_RATIO, "the key is a fraction: 0.003 is 0.3 %"),
 }
 USUAL_BLADE_CONTACT: dict[str, tuple[float, float, str]] = {
     "contact.normal_stiffness": (1e3, 1e12, "the key is in N/m: 1 N/mm is 1000 N/m"),
     "contact.tangential_stiffness": (1e3, 1e12, "the key is in N/m: 1 N/mm is 1000 N/m"),
+    "contact.preload": (0.0, 1e6, "the key is in N for each node"),
     "contact.interference": (-1e-3, 1e-3, "the key is in metres: 1e-6 is 1 um, above 0 pressed together"),
 }
 
@@ -53,6 +68,22 @@ def _unusual_values(member: Member) -> Iterator[tuple[str, str]]:
         unusual = [v for v in _numbers(getattr(table, name, None)) if v != 0.0 and not low <= v <= high]
         if unusual:
             yield key, f"{key_in_file(member, key)}: {shown(unusual[0])} is unusual; {hint}"
+    if (damped := _rayleigh_ratio(member)) > USUAL_RATIO:
+        key, value = "response.rayleigh", shown(list(scene.response.rayleigh or ()))
+        damping = f"it damps modes of the range by up to {damped:.2g} of critical"
+        yield key, f"{key_in_file(member, key)}: {value} is unusual; {damping}"
+    if said := speed_warning(member):
+        yield SPEED, f"{key_in_file(member, SPEED)}: {said}"
+
+
+def _rayleigh_ratio(member: Member) -> float:
+    """The largest damping ratio, a / (2 w) + b w / 2, at the ends of the frequency range."""
+    response = member.scene.response
+    if response.rayleigh is None:
+        return 0.0
+    mass, stiffness = response.rayleigh
+    omegas = [2.0 * math.pi * frequency for frequency in response.frequency]
+    return max(mass / (2.0 * omega) + stiffness * omega / 2.0 for omega in omegas)
 
 
 def _numbers(value: Any) -> list[float]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import os
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,10 +11,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from pipeline.errors import input_error, one_line, reason_of, shown
+from pipeline.errors import input_error, reason_of, shown
 from pipeline.scene.deprecated_values import with_current_values
 from pipeline.scene.presets import Accuracy, with_preset
 from pipeline.scene.schema import SECTIONS, Scene
+from pipeline.scene.toml_errors import parsed
 from pipeline.scene.validation_errors import scene_error, shown_key, unknown_key
 
 LARGEST_SWEEP = 10_000
@@ -139,10 +139,7 @@ def _load(path: Path) -> tuple[dict[str, Any], str]:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or reason_of(error)
         raise input_error(path, "", f"cannot be read: {reason}", allowed) from None
-    try:
-        return tomllib.loads(text), text
-    except (ValueError, RecursionError) as error:
-        raise input_error(path, "", f"not valid TOML: {one_line(str(error))}", "TOML 1.0") from None
+    return parsed(path, text), text
 
 
 def _sweep_lists(path: Path, sweep: Any) -> dict[str, list[Any]]:
@@ -150,8 +147,12 @@ def _sweep_lists(path: Path, sweep: Any) -> dict[str, list[Any]]:
     if not isinstance(sweep, Mapping):
         raise input_error(path, "sweep", shown(sweep), "a table [sweep] of dotted keys with lists")
     known = [f"{s}.{k}" for s, model in SECTIONS.items() if s != "render" for k in model.model_fields]
-    lists = {}
+    lists: dict[str, list[Any]] = {}
     for key, values in _flattened(sweep):
+        if key in lists:
+            section, _, name = key.partition(".")
+            found = f'given twice, as "{key}" and as {name} of [sweep.{section}]'
+            raise input_error(path, f"sweep.{shown_key(key)}", found, "one of the two")
         if key not in known:
             raise unknown_key(path, key, known, "sweep")
         if not isinstance(values, list) or not values:

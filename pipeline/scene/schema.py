@@ -67,15 +67,16 @@ class Blade(Section):
 class Shroud(Section):
     """[shroud]: the platform at the tip, one pitch wide, with Z-shaped sides."""
 
-    angle: Positive = _key(
+    angle: Number = _key(
         "angle between the engine axis and the contact face, seen from the tip, degrees",
         "a number above 0, 1e-12 to 180",
+        ge=1e-12,
         le=180.0,
     )
     thickness: Length = _key("radial thickness of the platform, m", LENGTH)
     axial_width: Length = _key("width of the platform along the engine axis, m", LENGTH)
     contact_length: Length = _key("length of the contact segment of the Z, m", LENGTH)
-    gap: NotNegative = _key("design gap between neighbours, circumferential, m", "a number, 0 to 1", 0.0, le=1.0)
+    gap: Number = _key("design gap between neighbours, circumferential, m", "a number, 0 to 1", 0.0, ge=0.0, le=1.0)
 
 
 class Material(Section):
@@ -137,8 +138,8 @@ class Rom(Section):
 class Load(Section):
     """[load]: static loads."""
 
-    speed_rpm: NotNegative = _key(
-        "rotational speed, rev/min; 0: no centrifugal load", "a number, 0 to 1e6", 0.0, le=1e6
+    speed_rpm: Number = _key(
+        "rotational speed, rev/min; 0: no centrifugal load", "a number, 0 to 1e6", 0.0, ge=0.0, le=1e6
     )
     equilibrium: Literal["nonlinear", "linear"] = _key(
         "static equilibrium at speed: at large displacements, or the quick linear one",
@@ -250,8 +251,12 @@ class Render(Section):
     modes: Annotated[tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=20)] = _key(
         "mode shapes to draw, 1 is the lowest", "a list of 1 to 20 whole numbers, 1 to 100", (1, 2, 3)
     )
-    deformation: Positive = _key(
-        "largest drawn displacement as a fraction of the blade's length", "a number above 0, 1e-12 to 1", 0.08, le=1.0
+    deformation: Number = _key(
+        "largest drawn displacement as a fraction of the blade's length",
+        "a number above 0, 1e-12 to 1",
+        0.08,
+        ge=1e-12,
+        le=1.0,
     )
     contact: Literal["free", "sliding", "stuck"] = _key(
         "how the shrouds are joined", '"free", "sliding" or "stuck"', "free"

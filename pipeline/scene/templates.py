@@ -8,6 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from pipeline.errors import InputError, input_error
+from pipeline.output_paths import check_output_path
 from pipeline.scene.json_schema import scene_schema
 
 SCENE, SCHEMA = "scene.toml", "scene.schema.json"
@@ -30,8 +31,9 @@ def write_new_scene(folder: Path) -> list[Path]:
     Raises
     ------
     InputError
-        A file is in the way, the folder cannot be created, or its name cannot name a scene.
+        A file is in the way, the folder cannot be created or is none to write to, or its name cannot name a scene.
     """
+    check_output_path(folder, "DIR", len(SCHEMA) + 1)
     name = folder.resolve().name
     if not _NAME.fullmatch(name):
         allowed = "letters, digits, '.', '_' and '-', beginning with a letter or a digit, 64 at most"

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import as_completed
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.errors import reason_of
 from pipeline.process.progress import Reporter
-from pipeline.process.workers import workers
+from pipeline.process.workers import Call, WorkerDied, workers
 from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member
 from pipeline.stages.curve_file import CURVE
@@ -133,17 +131,21 @@ class CurveSolver:
 
     def _in_workers(self, missing: list[CurveJob], jobs: int) -> Mapping[str, str]:
         reasons = {}
+        items = {item.key: item for item in missing}
+        calls = {key: Call(_solve_into, (self.store, item)) for key, item in items.items()}
+
+        def retried(key: str, reason: str) -> None:
+            self.reporter.line(f"{member_label(items[key].member)}: {reason}; begun again in another process")
+
         with self.reporter.counting("curves", len(missing), jobs) as counter, workers(jobs) as pool:
-            futures = {pool.submit(_solve_into, self.store, item): item for item in missing}
-            for future in as_completed(futures):
-                item = futures[future]
+            for key, future in pool.completed(calls, retried=retried):
                 try:
                     reason = future.result()
-                except BrokenProcessPool:
-                    reason = "its worker process died (out of memory?)"
+                except WorkerDied as died:
+                    reason = str(died)
                 if reason:
-                    reasons[item.key] = reason
-                counter.done(self._line(item, reason))
+                    reasons[key] = reason
+                counter.done(self._line(items[key], reason))
         return reasons
 
     def _line(self, item: CurveJob, reason: str) -> str:

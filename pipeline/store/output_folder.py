@@ -10,14 +10,17 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from pipeline.errors import InputError, input_error, reason_of
+from pipeline.output_paths import check_output_path
 from pipeline.process.progress import Reporter
 from pipeline.store.content_store import Store
 from pipeline.store.disk_errors import StorageError, storage_error
 from pipeline.store.folder_lock import SOFT, locked
+from pipeline.store.own_folder import check_output_folder
 
 LOCK = "lock"
 _FILES = ("response.h5", "response.csv", "summary.json", "report.html")
 _FOLDERS = ("figures", "renders")
+ROOM = 100  # characters of the longest path inside an output folder, with room to spare
 _PROBE = bytes(8192)  # a full disk may still have room for a name
 
 
@@ -28,10 +31,13 @@ def working_store(out: Path, force: bool, reporter: Reporter) -> Iterator[Store]
     Raises
     ------
     InputError
-        The folder cannot be written, or a folder stands where a file is to be written or the other way round.
+        The folder is none to write results to or cannot be written, or a folder stands where a file is to be written
+        or the other way round.
     StorageError
         The disk is full.
     """
+    check_output_path(out, "--out", ROOM)
+    check_output_folder(out)
     store, was_there = Store(out / "store", force=force), os.path.lexists(out)
     with ExitStack() as stack:
         try:
@@ -49,6 +55,7 @@ def working_store(out: Path, force: bool, reporter: Reporter) -> Iterator[Store]
             if not was_there:
                 _remove_where_empty(store, out)
             raise
+        store.remove_temporary()  # of workers that died
 
 
 def relative_path(path: Path, out: Path) -> str:

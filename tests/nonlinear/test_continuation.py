@@ -243,6 +243,8 @@ def test_bad_contact_parameters_are_named():
         ContactParameters(one, one, -one, one, one)
     with pytest.raises(ContactError, match=r"interference.*finite"):
         ContactParameters(one, one, one, np.nan * one, one)
+    with pytest.raises(ContactError, match="no contact nodes, allowed: one node or more"):
+        ContactParameters.shared(0, normal_stiffness=1.0, tangential_stiffness=1.0, friction=0.5)
     with pytest.raises(ContactError, match=r"preload: shape"):
         ContactParameters(one, one, one, one, np.ones(3))
     with pytest.raises(ContactError, match="law"):

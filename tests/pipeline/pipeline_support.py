@@ -3,6 +3,7 @@
 import copy
 import io
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from datetime import date
@@ -15,6 +16,13 @@ import pytest
 import pipeline.run
 from pipeline.cli import command
 from rom import ReducedModel, write_reduced_model
+
+# texts of pydantic, of tomllib and of Python that say nothing to a user
+RAW_TEXT = re.compile(
+    r"[Vv]alue error|Input should|[Vv]alidation ?[Ee]rror|pydantic|Traceback|Error: |\berrno\b|Cannot overwrite|"
+    r"Cannot declare|Cannot redefine|Cannot mutate|Expected|Invalid|Unclosed|Unterminated|Illegal|Unescaped|"
+    r"Duplicate inline|Escaped char|Found invalid|\(at (line|end)|NoneType|object has no|<class"
+)
 
 SMALL: dict[str, Any] = {
     "name": "small",

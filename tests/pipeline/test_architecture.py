@@ -37,6 +37,7 @@ LAYERS = {
     ],
     "pipeline": [
         {"errors"},
+        {"output_paths"},
         {"scene", "process"},
         {"store"},
         {"stages"},

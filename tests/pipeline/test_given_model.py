@@ -19,6 +19,7 @@ from pipeline_support import (
 )
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
+from pipeline import run_scene
 from rom import modal_model, read_reduced_model
 
 
@@ -128,6 +129,37 @@ def test_a_model_of_another_speed_is_refused(finished: Path, tmp_path: Path) -> 
         assert error.count("\n") == 1
         assert not (tmp_path / "out").exists()
     assert respond(tmp_path, small_scene(load__speed_rpm=3000.0), stiffened) == (0, "")
+
+
+@pytest.mark.parametrize("left", [None, np.zeros((0, 12))])
+def test_a_model_without_contact_nodes_is_refused_and_shown(tmp_path: Path, left: np.ndarray | None) -> None:
+    none = {"contact_right": np.zeros((0, 12)), "contact_position": np.zeros((0, 3)), "contact_left": left}
+    rom = write_ground_model(tmp_path / "none.h5", **none, n_blades=None if left is None else 3)
+    scene = ground_scene(normal_stiffness=1.0, tangential_stiffness=1.0, friction=0.5, preload=0.1)
+    expected = (
+        "contact/right: no contact nodes, allowed: one contact node or more: without contact the response is linear"
+    )
+    assert respond(tmp_path, scene, rom) == (2, f"{rom}: {expected}\n")
+    assert not (tmp_path / "out").exists()
+    status, said, _ = shroud("info", rom)
+    assert status == 0
+    assert "0 nodes" in said
+    assert shroud("export", rom, "--to", tmp_path / "none.mat", "--quiet") == (0, "", "")
+
+
+@pytest.mark.parametrize(
+    ("changes", "at"),
+    [
+        ({"contact_right": np.eye(3, 12), "contact_position": np.zeros((1, 3))}, "one node"),
+        ({"n_blades": 1, "contact_left": np.eye(9, 12, k=3)}, "one blade"),
+        ({"n_blades": 2, "contact_left": np.eye(9, 12, k=3)}, "two blades"),
+    ],
+)
+def test_the_smallest_models_are_solved(tmp_path: Path, changes: dict[str, Any], at: str) -> None:
+    scene = ground_scene(normal_stiffness=1.0, tangential_stiffness=1.0, friction=0.5, preload=0.1)
+    rom, path = write_ground_model(tmp_path / "g.h5", **changes), write_scene(tmp_path / "scene.toml", scene)
+    found = run_scene(path, tmp_path / "out", rom=rom, until="respond")
+    assert [curve.complete for curve in found.curves] == [True], at
 
 
 @pytest.mark.parametrize(

@@ -123,7 +123,7 @@ def test_a_crash_of_the_renderer_is_reported_with_its_remedy(copied: Path, monke
     status, _, error = shroud("run", scene, "--out", copied, "--quiet")
     assert status == 1
     assert error.count("\n") == 1
-    assert error.startswith("render: the drawing process crashed")
+    assert error.startswith("render: mode shapes: the drawing process crashed")
     assert "apt-get install" in error
     assert summary_of(copied)["curves"][0]["complete"]
 

@@ -24,7 +24,21 @@ MILLIMETRES = {
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
-        (MILLIMETRES, ["blade.hub_radius: 300.0", "blade.length: 150.0", "blade.chord: 36.0"]),
+        (
+            MILLIMETRES,
+            [
+                *("blade.hub_radius: 300.0", "blade.length: 150.0", "blade.chord: 36.0", "blade.thickness: 9.0"),
+                *("shroud.thickness: 5.0", "shroud.axial_width: 40.0", "shroud.contact_length: 12.0"),
+            ],
+        ),
+        ({"excitation__force": 1e9}, ["excitation.force: 1000000000.0 is unusual; the key is in N"]),
+        ({"response__frequency": [1e12, 2e12]}, ["response.frequency: 1000000000000.0 is unusual; the key is in Hz"]),
+        ({"contact__preload": 1e9}, ["contact.preload: 1000000000.0 is unusual"]),
+        (
+            {"response__damping_ratio": None, "response__rayleigh": [0.0, 1e-3]},
+            ["response.rayleigh: [0.0, 0.001] is unusual; it damps modes of the range by up to 2.2 of critical"],
+        ),
+        ({"response__damping_ratio": None, "response__rayleigh": [10.0, 2e-6]}, []),
         ({"shroud__angle": 1.22}, ["shroud.angle: 1.22 is unusual; the key is in degrees"]),
         ({"material__young_modulus": 210.0}, ["material.young_modulus: 210.0 is unusual; the key is in Pa"]),
         ({"material__density": 7.85e-9}, ["material.density: 7.85e-09 is unusual; the key is in kg/m^3"]),
@@ -57,7 +71,7 @@ def test_nothing_is_wrong_with_the_scenes_that_ship(scene: Path) -> None:
 
 def test_a_model_without_units_is_taken_as_it_is(tmp_path: Path) -> None:
     """Stiffness and interference of a given model may have any size; friction and damping ratio have no unit."""
-    scene = {**ground_scene(friction=3.0), "response": {"frequency": [5.0, 6.0], "rayleigh": [0.0, 0.02]}}
+    scene = {**ground_scene(friction=3.0), "response": {"frequency": [5.0, 6.0], "rayleigh": [0.0, 0.002]}}
     path, rom = write_scene(tmp_path / "s.toml", scene), write_ground_model(tmp_path / "g.h5")
     status, _, error = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out")
     assert status == 0

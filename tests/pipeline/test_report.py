@@ -21,6 +21,7 @@ from pipeline.report.surface import outer_surface
 
 pytestmark = pytest.mark.xdist_group("report")  # one worker: what the module makes is made once
 
+TITLE = "A < B & C: $x^{$"  # markup to a browser, half a formula to matplotlib
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 VOID = {"meta", "link", "img", "input", "br", "rect", "line"}
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -66,7 +67,7 @@ class Page(HTMLParser):
 def reported(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The finished run with its report; while it runs the scene file becomes another one."""
     out = Path(shutil.copytree(finished, tmp_path_factory.mktemp("reported") / "out"))
-    scene = write_scene(out.parent / "small.toml", small_scene(sweep=SWEEP, title="A < B & C"))
+    scene = write_scene(out.parent / "small.toml", small_scene(sweep=SWEEP, title=TITLE))
     text = scene.read_text()
     with changing_when_locked(lambda: scene.write_text("title = 'another'\n")):
         status, _, error = shroud("report", scene, "--out", out, "--quiet")
@@ -129,8 +130,10 @@ def test_every_curve_is_there_with_the_numbers_of_the_summary(page: Page, report
 
 
 def test_text_of_the_scene_is_shown_and_never_taken_for_markup(page: Page, reported: Path) -> None:
-    assert "A < B & C" in page.inside["run"]
-    assert "<h1>A &lt; B &amp; C</h1>" in page.text
+    assert TITLE in page.inside["run"]
+    assert "<h1>A &lt; B &amp; C: $x^{$</h1>" in page.text
+    for name in ("response", "peaks", "hysteresis", "hysteresis_sweep", "nodal_diameters"):
+        assert "A &lt; B &amp; C: $x^{$" in (reported / "figures" / f"{name}.svg").read_text(encoding="utf-8")
     assert (reported.parent / "small.toml").read_text() == page.inside["run"][
         page.inside["run"].index('"name"') :
     ].rstrip("\n") + "\n"
@@ -270,3 +273,27 @@ def test_a_run_that_failed_in_parts_says_so_on_its_page(copied: Path, monkeypatc
     assert "apt-get install" in page.inside["problems"]
     assert "failed: nothing <came> of it" in page.inside["response"]
     assert [values["data-curve"] for tag, values in page.tags if "data-curve" in values] == ["0", "1"]
+
+
+def test_a_picture_that_fails_takes_no_other_one_with_it(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: Any, **__: Any) -> None:
+        raise MemoryError
+
+    scene = write_scene(copied.parent / "s.toml", small_scene(sweep=SWEEP, title="fails in parts"))
+    with monkeypatch.context() as failing:
+        failing.setattr("pipeline.figures.trend.trend_figure", fail)
+        failing.setattr("pipeline.report.page.loops_drawing", fail)
+        failing.setattr("pipeline.report.page.ring_drawing", fail)
+        status, _, error = shroud("report", scene, "--out", copied, "--quiet")
+    assert status == 1
+    told = [line.partition(": out of memory; fewer jobs")[0] for line in error.splitlines()]
+    assert told == ["figures: peaks", "report: loops of curve 0", "report: loops of curve 1", "report: ring"]
+    left = {path.stem for path in (copied / "figures").iterdir()}
+    assert left == {"response", "hysteresis", "hysteresis_sweep", "nodal_diameters"}
+    assert [f"{line}: out" for line in told] == [p.partition(" of memory")[0] for p in summary_of(copied)["problems"]]
+    page = Page((copied / "report.html").read_text(encoding="utf-8"))
+    assert "figures: peaks: out of memory" in page.inside["problems"]
+    assert [values["data-curve"] for tag, values in page.tags if "data-curve" in values] == ["0", "1"]
+
+    assert shroud("run", scene, "--out", copied, "--quiet") == (0, "", "")  # what failed is tried again
+    assert (copied / "figures" / "peaks.svg").is_file()

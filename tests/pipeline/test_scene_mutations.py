@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
-from pipeline_support import shroud, small_scene, to_toml, write_scene
+from pipeline_support import RAW_TEXT, shroud, small_scene, to_toml, write_scene
 
 from pipeline.errors import InputError
 from pipeline.scene.json_schema import scene_schema
@@ -76,6 +76,7 @@ def judged(path: Path, scene: dict[str, Any]) -> str:
     assert error.count("\n") == 1, error
     assert error.startswith(f"{path}: "), error
     assert ", allowed: " in error
+    assert not RAW_TEXT.search(error), error
     assert len(error) < len(str(path)) + (1200 if "unknown key" in error else 500)
     return error
 
@@ -185,6 +186,11 @@ BROKEN: dict[str, Callable[[Path], object]] = {
     "long line": lambda path: path.write_text('title = "' + "x" * (LARGEST_FILE // 2) + '"\n'),
     "long key": lambda path: path.write_text("x" * 100_000 + " = 1\n"),
     "deep table": lambda path: path.write_text("[" + ".".join("a" * 1000) + "]\n"),
+    "key of many parts": lambda path: path.write_text(".".join("a" * 100_000) + " = 1\n"),
+    "key of many parts in quotes": lambda path: path.write_text(" . ".join(['"a"'] * 100_000) + " = 1\n"),
+    "heading of many parts": lambda path: path.write_text("[" + ".".join("a" * 100_000) + "]\n"),
+    "many keys": lambda path: path.write_text("".join(f"k{k}.a = 1\n" for k in range(40_000))),
+    "many quotes": lambda path: path.write_text('"' * 900_000),
     "deep list": lambda path: path.write_text("name = " + "[" * 100_000),
     "too large": lambda path: path.write_text("#" * (LARGEST_FILE + 1)),
     "directory": lambda path: path.mkdir(),
@@ -206,6 +212,7 @@ def test_broken_files(tmp_path: Path, kind: str, command: str) -> None:
     assert (status, said) == (2, ""), error
     assert error.count("\n") == 1, error
     assert error.startswith(f"{path}: "), error
+    assert not RAW_TEXT.search(error), error
     assert len(error) < len(str(path)) + 500
     assert not out.exists()
 
