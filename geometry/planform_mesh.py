@@ -118,6 +118,6 @@ def _exact_points(plan: Planform, layout: Layout, half: QuadMesh, cut: IntArray,
     points[contact] = start + layout.curves["CB", "CT"].fractions[:, None] * (end - start)
     flank = half.along(layout.flank)
     along = plan.unplace(points[flank])[:, 0]
-    across = straight_edged_half_thickness(plan, along)
+    across = straight_edged_half_thickness(plan.section, along)
     points[flank] = plan.place(np.stack([along, across], axis=-1))
     return points

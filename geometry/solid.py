@@ -6,7 +6,7 @@ import numpy as np
 
 from geometry.divisions import contact_fractions, graded_fractions
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
-from geometry.planform import Planform, inner_radius, mid_radius
+from geometry.planform import Planform, inner_radius, mid_radius, section_at
 from geometry.planform_mesh import PlanformMesh
 from geometry.sector import FloatArray, IntArray
 
@@ -21,12 +21,11 @@ def bend(x: FloatArray, angle: FloatArray, radius: float) -> FloatArray:
 def airfoil_points(section: FloatArray, height: float, blade: BladeParameters, radius: float) -> FloatArray:
     """Nodes (k, 3) of the airfoil at the relative ``height`` (0 root, 1 shroud) from its section at the shroud.
 
-    The section is scaled in thickness (taper), rotated by height * twist in the tangent plane of the cylinder of this
+    The section is scaled in thickness (taper), rotated by its stagger in the tangent plane of the cylinder of this
     radius and laid on the cylinder, so that its size is true and its radius exact.
     """
-    tip = blade.thickness if blade.tip_thickness is None else blade.tip_thickness
-    scale = ((1 - height) * blade.thickness + height * tip) / tip
-    turn = radians(height * blade.twist)
+    scale = section_at(blade, height).thickness / section_at(blade, 1.0).thickness
+    turn = radians(blade.root_stagger + height * blade.twist)
     along, across = section[:, 0], section[:, 1] * scale
     x = along * np.cos(turn) - across * np.sin(turn)
     arc = along * np.sin(turn) + across * np.cos(turn)

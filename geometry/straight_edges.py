@@ -7,20 +7,20 @@ the same area and bending stiffness up to the fourth order.
 
 import numpy as np
 
-from geometry.planform import Planform, section_half_thickness
+from geometry.section import Section
 from geometry.sector import FloatArray
 
 GAUSS_POINTS = 3  # on each piece: exact for the parabolas of a lens times the piecewise linear functions
 
 
-def straight_edged_half_thickness(plan: Planform, along: FloatArray) -> FloatArray:
+def straight_edged_half_thickness(section: Section, along: FloatArray) -> FloatArray:
     """Half thickness (k,) m of the section at its nodes, ``along`` (k,) m from mid chord, ascending."""
-    if plan.section == "rectangle":
-        return section_half_thickness(plan.section, plan.chord, plan.thickness, along)
+    if section.straight:
+        return section.half_thickness(along)
     point, weight = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     half = np.diff(along)[:, None] / 2
     places = (along[:-1, None] + half * (1 + point)).ravel()
     root = np.sqrt(half * weight).ravel()
-    curve = section_half_thickness(plan.section, plan.chord, plan.thickness, places)
+    curve = section.half_thickness(places)
     hats = np.stack([np.interp(places, along, unit) for unit in np.eye(len(along))], axis=-1)
     return np.asarray(np.linalg.lstsq(root[:, None] * hats, root * curve)[0])

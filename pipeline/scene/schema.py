@@ -61,6 +61,13 @@ class Blade(Section):
         le=90.0,
     )
     section: Literal["rectangle", "lens"] = _key("shape of the section", '"rectangle" or "lens"', "rectangle")
+    root_stagger: Number = _key(
+        "angle from the engine axis to the chord at the root, degrees; the twist adds to it",
+        "a number, -80 to 80",
+        0.0,
+        ge=-80.0,
+        le=80.0,
+    )
 
 
 class Shroud(Section):
@@ -75,6 +82,12 @@ class Shroud(Section):
     axial_width: Length = _key("width of the platform along the engine axis, m", LENGTH)
     contact_length: Length = _key("length of the contact segment of the Z, m", LENGTH)
     gap: NotNegative = _key("design gap between neighbours, circumferential, m", "a number, 0 to 1", 0.0, le=1.0)
+    edge_angle: Literal["auto"] | Annotated[Number, Field(ge=-75.0, le=75.0)] = _key(
+        "angle from the engine axis to the side edges, degrees, measured as the stagger; auto: 0 where the airfoil "
+        "fits, else the one that leaves most room",
+        'a number, -75 to 75, or "auto"',
+        "auto",
+    )
 
 
 class Material(Section):
