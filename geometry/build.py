@@ -9,9 +9,10 @@ from geometry.contact import contact_faces
 from geometry.divisions import contact_fractions, grid_fractions
 from geometry.edge_angle import fitted_planform
 from geometry.errors import GeometryError
+from geometry.fillet import fillet_layers
 from geometry.layout import MeshingError
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
-from geometry.planform import is_mirrored
+from geometry.planform import Planform, is_mirrored
 from geometry.planform_mesh import PlanformMesh, mesh_planform
 from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import FloatArray, IntArray, SectorMesh
@@ -54,7 +55,7 @@ def build_sector(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPar
     check_parameters(blade, shroud, mesh)
     mirrored = is_mirrored(shroud)
     upright = replace(blade, root_stagger=-blade.root_stagger, twist=-blade.twist) if mirrored else blade
-    plan = fitted_planform(blade, shroud)
+    plan = _planform_as_meshed(blade, shroud, mesh)
     try:
         flat = mesh_planform(plan, mesh.size, mesh.contact_grid[0])
     except MeshingError as error:
@@ -69,6 +70,14 @@ def build_sector(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPar
         reason = f"gives folded elements (worst scaled Jacobian {worst:.2g}), try a smaller one"
         raise GeometryError("mesh", "size", mesh.size, reason)
     return _with_faces(points, hexahedra, flat, blade, shroud, mesh)
+
+
+def _planform_as_meshed(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> Planform:
+    """The planform with the footprint that the fillet at the shroud has between straight edges of elements."""
+    plan = fitted_planform(blade, shroud)
+    return replace(
+        plan, section=replace(plan.section, offset=float(fillet_layers(shroud.fillet_radius, mesh.size)[0]))
+    )
 
 
 def _with_faces(

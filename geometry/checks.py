@@ -1,6 +1,6 @@
 """Validation of the parameters before anything is built."""
 
-from math import isfinite, nan, pi
+from math import floor, isfinite, nan, pi
 from numbers import Integral, Real
 
 from geometry.edge_angle import AUTO, LARGEST_SLANT
@@ -18,7 +18,7 @@ LARGEST_MESH = 3_000_000  # elements
 def check_parameters(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> None:
     """Check that the parameters are in range and fit together.
 
-    It runs without gmsh: some milliseconds for parameters that fit, a tenth of a second to find the nearest value
+    It runs without gmsh: some milliseconds for parameters that fit, up to a second to find the nearest values
     that would fit.
 
     Parameters
@@ -104,6 +104,12 @@ def _check_shroud(blade: BladeParameters, shroud: ShroudParameters) -> None:
     _require(good, "shroud", "edge_angle", shroud.edge_angle, within)
     allowed = f"must be less than the blade's length ({blade.length:g} m)"
     _require(shroud.thickness < blade.length, "shroud", "thickness", shroud.thickness, allowed)
+    for table, part, other in (("blade", blade, shroud), ("shroud", shroud, blade)):
+        _number(table, "fillet_radius", part.fillet_radius, positive=False)
+        most = (blade.length - shroud.thickness) / 2 - other.fillet_radius
+        most = max(0.0, floor(most * 1e6) / 1e6)
+        allowed = f"must be from 0 to {most:.6g} m: the two fillets take up half of the airfoil's length at most"
+        _require(0 <= part.fillet_radius <= most, table, "fillet_radius", part.fillet_radius, allowed)
     pitch = 2 * pi * mid_radius(blade, shroud) / blade.n_blades
     allowed = f"must be from 0 to half the pitch at the shroud ({pitch / 2:.6g} m)"
     _require(0 <= shroud.gap <= pitch / 2, "shroud", "gap", shroud.gap, allowed)

@@ -38,7 +38,7 @@ def check_fit(blade: BladeParameters, shroud: ShroudParameters, accepts: Accepts
         platform = f"{plan.width:g} m x {plan.pitch:.6g} m"
         turned = f"turned by its stagger of {blade.tip_stagger:g} degrees"
         reason = f"the section, {turned}, must fit on the shroud of {platform}"
-        ways = _airfoil_ways
+        ways = _section_ways
     found = [*islice(ways(Search(blade, shroud, accepts)), MOST_WAYS)]
     found = found or [*islice(ways(Search(blade, shroud, accepts, least=ANY)), 1)]
     found = found or [("blade", "chord", "no other value of one key fits: make chord and thickness smaller")]
@@ -49,6 +49,7 @@ def check_fit(blade: BladeParameters, shroud: ShroudParameters, accepts: Accepts
 
 def _touching_ways(search: Search) -> Iterator[Way]:
     """Other values with which neighbouring airfoils are apart."""
+    yield from _smaller_fillet(search, "blade", search.blade.fillet_radius)
     for name in ("thickness", "tip_thickness"):
         if getattr(search.blade, name) is not None:
             thickness = search.largest("blade", name, getattr(search.blade, name))
@@ -62,10 +63,17 @@ def _touching_ways(search: Search) -> Iterator[Way]:
 
 def _profile_ways(search: Search) -> Iterator[Way]:
     """Other values where the airfoil would fit on a platform with straight sides."""
+    yield from _smaller_fillet(search, "shroud", search.shroud.fillet_radius)
     yield from _nearest_angle(search, "shroud", "angle", (0.0, 180.0), "the nearest angle that fits is {:g}")
     length = search.largest("shroud", "contact_length", search.shroud.contact_length)
     if length is not None:
         yield "shroud", "contact_length", f"contact_length at most {length:.6g} fits at this angle"
+    yield from _airfoil_ways(search)
+
+
+def _section_ways(search: Search) -> Iterator[Way]:
+    """Other values where the section is too large even for straight sides."""
+    yield from _smaller_fillet(search, "shroud", search.shroud.fillet_radius)
     yield from _airfoil_ways(search)
 
 
@@ -88,6 +96,12 @@ def _airfoil_ways(search: Search) -> Iterator[Way]:
     yield from _fewer_blades(search)
     limits = (-LARGEST_STAGGER, LARGEST_STAGGER)
     yield from _nearest_angle(search, "blade", "root_stagger", limits, "root_stagger {:g} fits")
+
+
+def _smaller_fillet(search: Search, table: str, radius: float) -> Iterator[Way]:
+    most = search.largest(table, "fillet_radius", radius) if radius > 0 else None
+    if most is not None:
+        yield table, "fillet_radius", f"a fillet_radius of at most {most:.6g} fits"
 
 
 def _fewer_blades(search: Search) -> Iterator[Way]:

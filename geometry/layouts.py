@@ -98,7 +98,10 @@ def _fan_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
     n_o = _steps(half - foot, size)
     points["P1"], points["P2"] = (_on_section(plan, x, flank=False) for x in (-foot, foot))
     points["T1"], points["T2"] = (_on_section(plan, x, flank=True) for x in (-foot, foot))
-    n_e, n_h = _steps(_distance(points, "TE", "E2"), size), _steps(plan.section.thickness / 2, size)
+    n_e, n_h = (
+        _steps(_distance(points, "TE", "E2"), size),
+        _steps(float(plan.section.half_thickness(np.array(0.0))), size),
+    )
     n_v = _steps((_distance(points, "T1", "CB") + _distance(points, "T2", "CT")) / 2, size)
     _axial_edges(points, n_h, n_v, n_v)
     share = (half - foot) / (half - foot + _distance(points, "TE", "E2"))
@@ -135,7 +138,10 @@ def _step_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
     length = 2 * plan.section.half_length
     n_k, n_c = len(contact) - 1, _even_steps(length, size)
     foot = int(np.clip(round(n_c / 2 - plan.contact_half[0] / length * n_c), 1, n_c - 1))
-    n_e, n_h = _steps(_distance(points, "TE", "E2"), size), _steps(plan.section.thickness / 2, size)
+    n_e, n_h = (
+        _steps(_distance(points, "TE", "E2"), size),
+        _steps(float(plan.section.half_thickness(np.array(0.0))), size),
+    )
     at = (foot / n_c - 0.5) * length
     points["T1"] = _on_section(plan, at, flank=True)
     n_v = _steps((_distance(points, "LT", "RB") + 3 * _distance(points, "T1", "CB")) / 4, size)

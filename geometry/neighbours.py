@@ -1,9 +1,11 @@
 """Whether the airfoils of neighbouring blades touch."""
 
+from dataclasses import replace
 from math import cos, pi, radians, sin
 
 import numpy as np
 
+from geometry.fillet import fillet_offset
 from geometry.parameters import BladeParameters, ShroudParameters
 from geometry.planform import inner_radius, section_at
 
@@ -20,7 +22,8 @@ def airfoils_touch(blade: BladeParameters, shroud: ShroudParameters) -> bool:
     for height in map(float, HEIGHTS):
         half_pitch = pi * (blade.hub_radius + height * span) / blade.n_blades
         stagger = radians(blade.root_stagger + height * blade.twist)
-        section = section_at(blade, height)
+        offset = fillet_offset(height * span, blade.fillet_radius)
+        section = replace(section_at(blade, height), offset=offset)
         along, across = half_pitch * abs(sin(stagger)), half_pitch * cos(stagger)
         if along <= section.half_length and across <= section.half_thickness(np.array(along)):
             return True

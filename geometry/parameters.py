@@ -34,6 +34,8 @@ class BladeParameters:
     root_stagger : float
         Stagger at the root: angle from x to the chord about +z (x towards y), degrees. The stagger at the shroud is
         `root_stagger` + `twist`.
+    fillet_radius : float
+        Radius of the fillet at the root, m; 0: none.
     """
 
     n_blades: int
@@ -45,6 +47,7 @@ class BladeParameters:
     twist: float = 0.0
     section: str = "rectangle"
     root_stagger: float = 0.0
+    fillet_radius: float = 0.0
 
     @property
     def tip_stagger(self) -> float:
@@ -74,6 +77,8 @@ class ShroudParameters:
     edge_angle : float or "auto"
         Slant of the side edges: angle from x to the edge about +z, as the stagger is measured, degrees. "auto": 0
         where the airfoil fits with axial side edges, else the slant that leaves most room.
+    fillet_radius : float
+        Radius of the fillet between the airfoil and the inner surface, m; 0: none.
     """
 
     angle: float
@@ -82,6 +87,7 @@ class ShroudParameters:
     contact_length: float
     gap: float = 0.0
     edge_angle: float | Literal["auto"] = "auto"
+    fillet_radius: float = 0.0
 
 
 @dataclass(frozen=True)

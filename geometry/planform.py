@@ -6,7 +6,7 @@ the side edges. Every outline is symmetric under (x, s) -> (-x, -s), and the lef
 pitch, whatever the slant.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, pi, radians, sin, tan
 
 import numpy as np
@@ -114,7 +114,7 @@ def is_mirrored(shroud: ShroudParameters) -> bool:
 
 
 def section_at(blade: BladeParameters, height: float) -> Section:
-    """The section at the relative ``height`` (0 root, 1 shroud)."""
+    """The section at the relative ``height`` (0 root, 1 shroud), without fillets."""
     tip = blade.thickness if blade.tip_thickness is None else blade.tip_thickness
     return Section(blade.section, blade.chord, (1 - height) * blade.thickness + height * tip)
 
@@ -129,7 +129,7 @@ def planform(blade: BladeParameters, shroud: ShroudParameters, edge_angle: float
         pitch=2 * pi * radius / blade.n_blades - shroud.gap,
         contact_length=shroud.contact_length,
         edge_angle=-edge_angle if mirrored else edge_angle,
-        section=section_at(blade, 1.0),
+        section=replace(section_at(blade, 1.0), offset=shroud.fillet_radius),
         stagger=-blade.tip_stagger if mirrored else blade.tip_stagger,
         stretch=radius / inner_radius(blade, shroud),
     )

@@ -22,16 +22,19 @@ class Section:
         Shape of the section.
     chord, thickness : float
         Chord and largest thickness, m.
+    offset : float
+        How far a fillet moves the outline outward, m; corners stay corners.
     """
 
     shape: str
     chord: float
     thickness: float
+    offset: float = 0.0
 
     @property
     def half_length(self) -> float:
         """Half the length along the chord, m."""
-        return self.chord / 2
+        return self.chord / 2 + self.offset
 
     @property
     def straight(self) -> bool:
@@ -41,6 +44,8 @@ class Section:
     def half_thickness(self, along: FloatArray) -> FloatArray:
         """Half thickness (m) at the distance ``along`` (m) from mid chord."""
         if self.shape == "rectangle":
-            return np.full(np.shape(along), self.thickness / 2)
+            return np.full(np.shape(along), self.thickness / 2 + self.offset)
+        if self.offset > 0:  # beyond the ends of the section itself
+            along = np.clip(along, -self.chord / 2, self.chord / 2)
         bulge = 1 - (2 * np.asarray(along) / self.chord) ** 2
-        return self.thickness / 2 * (EDGE_FRACTION + (1 - EDGE_FRACTION) * bulge)
+        return self.thickness / 2 * (EDGE_FRACTION + (1 - EDGE_FRACTION) * bulge) + self.offset

@@ -162,6 +162,7 @@ def blade_rows(scene: Scene) -> list[tuple[str, str]]:
         ("stagger at root, at shroud", f"{blade.root_stagger:g}°, {blade.root_stagger + blade.twist:g}°"),
         ("shroud angle, side edges", f"{shroud.angle:g}°, {side_edge_angle(*geometry_parameters(scene)[:2]):g}°"),
         ("shroud", f"{_mm(shroud.thickness)} thick, {_mm(shroud.axial_width)} wide, gap {_mm(shroud.gap)}"),
+        ("fillets at root, at shroud", f"{_mm(blade.fillet_radius)}, {_mm(shroud.fillet_radius)}"),
         ("material", f"E = {material.young_modulus / 1e9:g} GPa, {material.density:g} kg/m³"),
         ("speed", f"{scene.load.speed_rpm:g} rev/min"),
     ]

@@ -48,6 +48,8 @@ _QUANTITIES = {
     "blade.thickness": Quantity("blade thickness", "mm", 1e3),
     "blade.chord": Quantity("chord", "mm", 1e3),
     "blade.twist": Quantity("twist", "°"),
+    "blade.fillet_radius": Quantity("fillet at the root", "mm", 1e3),
+    "shroud.fillet_radius": Quantity("fillet at the shroud", "mm", 1e3),
     "blade.root_stagger": Quantity("root stagger", "°"),
     "mesh.size": Quantity("mesh size", "mm", 1e3),
     "mesh.grading": Quantity("mesh grading"),

@@ -33,6 +33,7 @@ Vector = tuple[Distance, Distance, Distance]
 DEFAULT_MODES = 20
 POSITIVE = "a number above 0, 1e-12 to 1e15"
 LENGTH = "a number above 0, 1e-6 to 1000"
+FILLET = "a number, 0 to 10"
 STIFFNESS = (
     'a number, 0 or more (whole face, shared evenly by the nodes), a list of such numbers node by node, or "punch"'
 )
@@ -68,6 +69,7 @@ class Blade(Section):
         ge=-80.0,
         le=80.0,
     )
+    fillet_radius: NotNegative = _key("radius of the fillet at the root, m; 0: none", FILLET, 0.0, le=10.0)
 
 
 class Shroud(Section):
@@ -87,6 +89,9 @@ class Shroud(Section):
         "fits, else the one that leaves most room",
         'a number, -75 to 75, or "auto"',
         "auto",
+    )
+    fillet_radius: NotNegative = _key(
+        "radius of the fillet between airfoil and platform, m; 0: none", FILLET, 0.0, le=10.0
     )
 
 

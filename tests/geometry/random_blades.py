@@ -31,12 +31,14 @@ def random_blade(seed):
         twist=float(round(twist, 1)),
         root_stagger=float(round(stagger - twist, 1)),
         section=str(random.choice(["rectangle", "lens"])),
+        fillet_radius=round(thickness * draw(0.1, 0.6), 5) if draw() < 0.5 else 0.0,
     )
     shroud = ShroudParameters(
         angle=round(draw(30.0, 180.0), 1),
         thickness=round(chord * draw(0.08, 0.2), 5),
         axial_width=float(round(width, 5)),
         contact_length=round(min(width, pitch) * draw(0.15, 0.5), 5),
+        fillet_radius=round(thickness * draw(0.1, 0.4), 5) if draw() < 0.5 else 0.0,
         gap=round(pitch * 0.002 * float(random.integers(0, 2)), 6),
     )
     return blade, shroud, MeshParameters(round(chord / ELEMENTS_ALONG_CHORD, 5))

@@ -18,6 +18,7 @@ NAMED = {
     r"axial_width at least ([\d.e+-]+) fits": ("shroud", "axial_width"),
     r"a thickness of at most ([\d.e+-]+) fits": ("blade", "thickness"),
     r"a tip_thickness of at most ([\d.e+-]+) fits": ("blade", "tip_thickness"),
+    r"a fillet_radius of at most ([\d.e+-]+) fits": ("?", "fillet_radius"),
     r"n_blades at most (\d+) fits": ("blade", "n_blades"),
     r"root_stagger ([\d.e+-]+) fits": ("blade", "root_stagger"),
 }
@@ -40,7 +41,8 @@ def named_values(error):
     """(table, parameter, value) of all values that a refusal names."""
     found = {place: re.search(pattern, error.allowed) for pattern, place in NAMED.items()}
     convert = {"n_blades": int}
-    return [(*place, convert.get(place[1], float)(match[1])) for place, match in found.items() if match]
+    values = [(*place, convert.get(place[1], float)(match[1])) for place, match in found.items() if match]
+    return [(error.table if table == "?" else table, name, value) for table, name, value in values]
 
 
 @pytest.mark.parametrize("seed", range(16))
@@ -53,6 +55,7 @@ SPOILT = {
     "axial edges": lambda blade, shroud: (blade, replace(shroud, edge_angle=0.0)),
     "long contact": lambda blade, shroud: (blade, replace(shroud, contact_length=2.5 * shroud.contact_length)),
     "narrow shroud": lambda blade, shroud: (blade, replace(shroud, axial_width=0.8 * shroud.axial_width)),
+    "large fillet": lambda blade, shroud: (blade, replace(shroud, fillet_radius=2.0 * blade.thickness)),
     "thick": lambda blade, shroud: (
         replace(blade, thickness=2.5 * blade.thickness, tip_thickness=2.5 * blade.tip_thickness),
         shroud,
