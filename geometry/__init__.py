@@ -2,6 +2,7 @@
 
 from geometry.build import build_sector
 from geometry.checks import check_parameters
+from geometry.edge_angle import side_edge_angle
 from geometry.errors import GeometryError, ParameterError, SectorFileError
 from geometry.exchange import export_sector, import_sector
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
@@ -24,4 +25,5 @@ __all__ = [
     "export_sector",
     "hexahedron_scaled_jacobian",
     "import_sector",
+    "side_edge_angle",
 ]

@@ -7,10 +7,12 @@ import numpy as np
 from geometry.checks import check_parameters
 from geometry.contact import contact_faces
 from geometry.divisions import contact_fractions, grid_fractions
+from geometry.edge_angle import fitted_planform
 from geometry.errors import GeometryError
+from geometry.fillet import fillet_layers
 from geometry.layout import MeshingError
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
-from geometry.planform import is_mirrored, planform
+from geometry.planform import Planform, is_mirrored
 from geometry.planform_mesh import PlanformMesh, mesh_planform
 from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import FloatArray, IntArray, SectorMesh
@@ -24,7 +26,8 @@ def build_sector(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPar
 
     The same parameters give the same mesh bit for bit. The mesh is symmetric under a half turn about the stacking
     axis (x, y -> -x, -y). The mesh of alpha > 90 is the exact mirror image (x -> -x) of the one at 180 - alpha with
-    the opposite twist. Left and right contact nodes match under rotation by one pitch less the gap.
+    the opposite stagger and slant of the side edges. Left and right contact nodes match under rotation by one pitch
+    less the gap.
 
     Parameters
     ----------
@@ -51,8 +54,8 @@ def build_sector(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPar
     """
     check_parameters(blade, shroud, mesh)
     mirrored = is_mirrored(shroud)
-    upright = replace(blade, twist=-blade.twist) if mirrored else blade
-    plan = planform(blade, shroud)
+    upright = replace(blade, root_stagger=-blade.root_stagger, twist=-blade.twist) if mirrored else blade
+    plan = _planform_as_meshed(blade, shroud, mesh)
     try:
         flat = mesh_planform(plan, mesh.size, mesh.contact_grid[0])
     except MeshingError as error:
@@ -67,6 +70,14 @@ def build_sector(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPar
         reason = f"gives folded elements (worst scaled Jacobian {worst:.2g}), try a smaller one"
         raise GeometryError("mesh", "size", mesh.size, reason)
     return _with_faces(points, hexahedra, flat, blade, shroud, mesh)
+
+
+def _planform_as_meshed(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> Planform:
+    """The planform with the footprint that the fillet at the shroud has between straight edges of elements."""
+    plan = fitted_planform(blade, shroud)
+    return replace(
+        plan, section=replace(plan.section, offset=float(fillet_layers(shroud.fillet_radius, mesh.size)[0]))
+    )
 
 
 def _with_faces(

@@ -1,16 +1,15 @@
 """Validation of the parameters before anything is built."""
 
-from dataclasses import replace
-from math import isfinite, nan, pi
+from math import floor, isfinite, nan, pi
 from numbers import Integral, Real
 
+from geometry.edge_angle import AUTO, LARGEST_SLANT
 from geometry.errors import GeometryError
-from geometry.fitting import airfoil_fits, edges_fit, fits, largest, nearest_angle, without_notch
-from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
-from geometry.planform import Planform, mid_radius, planform
+from geometry.fit_check import check_fit, misfit_of
+from geometry.parameters import LARGEST_STAGGER, BladeParameters, MeshParameters, ShroudParameters
+from geometry.planform import mid_radius
 
 SECTIONS = ("rectangle", "lens")
-LARGEST_TWIST = 80.0  # degrees
 LARGEST_GRID = 100
 LARGEST_GRADING = 100.0
 LARGEST_MESH = 3_000_000  # elements
@@ -19,7 +18,7 @@ LARGEST_MESH = 3_000_000  # elements
 def check_parameters(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> None:
     """Check that the parameters are in range and fit together.
 
-    It runs without gmsh: some milliseconds for parameters that fit, a tenth of a second to find the nearest value
+    It runs without gmsh: some milliseconds for parameters that fit, up to a second to find the nearest values
     that would fit.
 
     Parameters
@@ -38,8 +37,18 @@ def check_parameters(blade: BladeParameters, shroud: ShroudParameters, mesh: Mes
     """
     _check_blade(blade)
     _check_shroud(blade, shroud)
-    _check_fit(blade, shroud)
+    check_fit(blade, shroud, _accepts)
     _check_mesh(blade, shroud, mesh)
+
+
+def _accepts(blade: BladeParameters, shroud: ShroudParameters) -> bool:
+    """Whether ranges and fit are right."""
+    try:
+        _check_blade(blade)
+        _check_shroud(blade, shroud)
+    except GeometryError:
+        return False
+    return misfit_of(blade, shroud) is None
 
 
 def _require(condition: bool, table: str, parameter: str, value: object, allowed: str) -> None:
@@ -66,17 +75,18 @@ def _check_blade(blade: BladeParameters) -> None:
         _number("blade", name, getattr(blade, name))
     if blade.tip_thickness is not None:
         _number("blade", "tip_thickness", blade.tip_thickness)
-    _number("blade", "twist", blade.twist, positive=False)
-    within = f"must lie within -{LARGEST_TWIST:g} and {LARGEST_TWIST:g} degrees"
-    _require(abs(blade.twist) <= LARGEST_TWIST, "blade", "twist", blade.twist, within)
+    within = f"must lie within -{LARGEST_STAGGER:g} and {LARGEST_STAGGER:g} degrees"
+    for name in ("root_stagger", "twist"):
+        _number("blade", name, getattr(blade, name), positive=False)
+        _require(abs(getattr(blade, name)) <= LARGEST_STAGGER, "blade", name, getattr(blade, name), within)
+    most = max(min(blade.twist, LARGEST_STAGGER - blade.root_stagger), -LARGEST_STAGGER - blade.root_stagger)
+    reason = f"turns the chord at the shroud by {blade.tip_stagger:g} degrees: {most:g} brings it to the limit"
+    _require(abs(blade.tip_stagger) <= LARGEST_STAGGER, "blade", "twist", blade.twist, reason)
     _require(blade.section in SECTIONS, "blade", "section", blade.section, f"must be one of {', '.join(SECTIONS)}")
     for name in ("thickness", "tip_thickness"):
         value = getattr(blade, name)
         allowed = f"must be less than the chord ({blade.chord:g} m)"
         _require(value is None or value < blade.chord, "blade", name, value, allowed)
-    pitch = 2 * pi * blade.hub_radius / blade.n_blades
-    allowed = f"must be less than the pitch at the hub ({pitch:.6g} m)"
-    _require(blade.thickness < pitch, "blade", "thickness", blade.thickness, allowed)
 
 
 def _check_shroud(blade: BladeParameters, shroud: ShroudParameters) -> None:
@@ -86,49 +96,23 @@ def _check_shroud(blade: BladeParameters, shroud: ShroudParameters) -> None:
         _number("shroud", name, getattr(shroud, name), positive=False)
     in_range = 0 < shroud.angle <= 180
     _require(in_range, "shroud", "angle", shroud.angle, "must be above 0 and at most 180 degrees")
+    slanted = shroud.edge_angle != AUTO
+    if slanted:
+        _number("shroud", "edge_angle", shroud.edge_angle, positive=False)
+    within = f'must be "auto" or lie within -{LARGEST_SLANT:g} and {LARGEST_SLANT:g} degrees'
+    good = not slanted or abs(float(shroud.edge_angle)) <= LARGEST_SLANT
+    _require(good, "shroud", "edge_angle", shroud.edge_angle, within)
     allowed = f"must be less than the blade's length ({blade.length:g} m)"
     _require(shroud.thickness < blade.length, "shroud", "thickness", shroud.thickness, allowed)
+    for table, part, other in (("blade", blade, shroud), ("shroud", shroud, blade)):
+        _number(table, "fillet_radius", part.fillet_radius, positive=False)
+        most = (blade.length - shroud.thickness) / 2 - other.fillet_radius
+        most = max(0.0, floor(most * 1e6) / 1e6)
+        allowed = f"must be from 0 to {most:.6g} m: the two fillets take up half of the airfoil's length at most"
+        _require(0 <= part.fillet_radius <= most, table, "fillet_radius", part.fillet_radius, allowed)
     pitch = 2 * pi * mid_radius(blade, shroud) / blade.n_blades
     allowed = f"must be from 0 to half the pitch at the shroud ({pitch / 2:.6g} m)"
     _require(0 <= shroud.gap <= pitch / 2, "shroud", "gap", shroud.gap, allowed)
-
-
-def _check_fit(blade: BladeParameters, shroud: ShroudParameters) -> None:
-    """Check side profile and airfoil on the planform; the error names the nearest angle and length that fit."""
-    plan = planform(blade, shroud)
-    profile, airfoil = edges_fit(plan), airfoil_fits(plan)
-    if fits(plan):
-        return
-    if not airfoil_fits(without_notch(plan)):
-        _refuse_airfoil(blade, plan)
-    if not profile:
-        reason = "contact_length |cos(angle)| leaves no side edge within axial_width"
-    elif not airfoil:
-        reason = "the notch of the profile would cut the airfoil"
-    else:
-        reason = "the airfoil, turned by the twist, leaves no way along the middle of the platform"
-    ways = []
-    angle = nearest_angle(lambda value: planform(blade, replace(shroud, angle=value)), shroud.angle)
-    if angle is not None:
-        ways.append(f"the nearest angle that fits is {angle:g}")
-    length = largest(lambda value: planform(blade, replace(shroud, contact_length=value)), shroud.contact_length)
-    if length is not None:
-        ways.append(f"contact_length at most {length:.6g} fits at this angle")
-    raise GeometryError("shroud", "angle", shroud.angle, f"{reason}; {', or '.join(ways) or 'make the pitch larger'}")
-
-
-def _refuse_airfoil(blade: BladeParameters, plan: Planform) -> None:
-    """Raise the error of an airfoil too large even for straight sides; it names the largest chord or thickness."""
-    straight = without_notch(plan)
-    platform = f"{plan.width:g} m x {plan.pitch:.6g} m"
-    where = f"the section, turned by the twist of {blade.twist:g} degrees, must fit on the shroud of {platform}"
-    chord = largest(lambda value: replace(straight, chord=value), plan.chord)
-    if chord is not None and chord > plan.thickness:
-        raise GeometryError("blade", "chord", blade.chord, f"{where}: at most {chord:.6g} fits")
-    name = "thickness" if blade.tip_thickness is None else "tip_thickness"
-    thickness = largest(lambda value: replace(straight, thickness=value), plan.thickness)
-    more = "" if thickness is None else f": at most {thickness:.6g} fits"
-    raise GeometryError("blade", name, plan.thickness, where + more)
 
 
 def _check_mesh(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> None:
@@ -151,6 +135,7 @@ def _check_mesh(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPara
 
 def _smallest_size(blade: BladeParameters, shroud: ShroudParameters) -> float:
     """Edge length (m) of the cubes that fill the sector with ``LARGEST_MESH`` elements."""
-    platform = planform(blade, shroud).pitch * shroud.axial_width * shroud.thickness
+    pitch = 2 * pi * mid_radius(blade, shroud) / blade.n_blades - shroud.gap
+    platform = pitch * shroud.axial_width * shroud.thickness
     airfoil = blade.chord * blade.thickness * (blade.length - shroud.thickness)
     return float(((platform + airfoil) / LARGEST_MESH) ** (1 / 3))

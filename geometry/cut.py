@@ -13,7 +13,7 @@ from geometry.outlines import distance, inside
 from geometry.planform import Planform
 from geometry.sector import FloatArray
 
-AMPLE_CLEARANCE = 0.1  # distance from the sides of the platform, in pitches
+AMPLE_CLEARANCE = 0.1  # distance from the sides of the platform, relative to its breadth
 LEAST_CLEARANCE = 0.01
 LEAST_COSINE = 0.3  # of the angle between the chord and the cut where it leaves the airfoil
 
@@ -22,20 +22,23 @@ def cut_beyond_airfoil(plan: Planform) -> FloatArray | None:
     """Corners (2 or 3, 2) of the cut from the trailing edge to the axial edge; None where there is no room.
 
     Where the clearance from both sides of the platform is ample, the direction of the cut is half-way between the
-    chord and the axis. Else the cut is the straight line with the largest clearance, or it follows the middle line of
-    the platform round its corner.
+    chord and the side edges. Else the cut is the straight line with the largest clearance, or it follows the middle
+    line of the platform round its corner.
     """
-    edge = plan.place(np.array([plan.chord / 2, 0.0]))
+    edge = plan.place(np.array([plan.section.half_length, 0.0]))
     x, bend = plan.width / 2, np.array(plan.contact_half)
-    usual = edge[1] + (x - edge[0]) * tan(radians(plan.stagger) / 2)
-    middle, limit = bend[1], (0.5 - AMPLE_CLEARANCE) * plan.pitch
-    ends = [min(max(usual, middle - limit), middle + limit), *(middle + k * limit for k in np.linspace(-1, 1, 13))]
-    paths = [np.array([edge, [x, end]]) for end in ends]
+    usual = edge[1] + (x - edge[0]) * tan(radians(plan.stagger + plan.edge_angle) / 2)
+    middle, limit = plan.end_offset, (0.5 - AMPLE_CLEARANCE) * plan.pitch
+    path = np.array([edge, [x, min(max(usual, middle - limit), middle + limit)]])
+    clearance = _clearance(plan, path)
+    if clearance > AMPLE_CLEARANCE * plan.breadth:
+        return path
+    paths = [path, *(np.array([edge, [x, middle + k * limit]]) for k in np.linspace(-1, 1, 13))]
     if edge[0] < bend[0]:
-        paths.append(np.array([edge, bend, [x, bend[1]]]))
-    clearances = [_clearance(plan, path) for path in paths]
-    best = 0 if clearances[0] > AMPLE_CLEARANCE * plan.pitch else int(np.argmax(clearances))
-    return paths[best] if clearances[best] > LEAST_CLEARANCE * plan.pitch else None
+        paths.append(np.array([edge, bend, [x, middle]]))
+    clearances = [clearance, *(_clearance(plan, other) for other in paths[1:])]
+    best = int(np.argmax(clearances))
+    return paths[best] if clearances[best] > LEAST_CLEARANCE * plan.breadth else None
 
 
 def _clearance(plan: Planform, path: FloatArray) -> float:

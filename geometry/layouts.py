@@ -15,7 +15,7 @@ import numpy as np
 from geometry.cut import cut_beyond_airfoil
 from geometry.divisions import contact_fractions
 from geometry.layout import Curve, Layout, MeshingError, Patch, equal_steps
-from geometry.planform import Planform, section_half_thickness
+from geometry.planform import Planform
 from geometry.sector import FloatArray
 
 SLACK = 0.25  # relative excess of a step over the target size before it is divided
@@ -45,8 +45,8 @@ def _distance(points: dict[str, FloatArray], a: str, b: str) -> float:
 
 def _corners(plan: Planform) -> dict[str, FloatArray]:
     """Points of all layouts."""
-    half = plan.chord / 2
-    edge = float(section_half_thickness(plan.section, plan.chord, plan.thickness, np.array(half)))
+    half = plan.section.half_length
+    edge = float(plan.section.half_thickness(np.array(half)))
     ends = plan.place(np.array([[-half, 0.0], [half, 0.0], [half, edge], [-half, edge]]))
     points = dict(zip(("LE", "TE", "TT", "LT"), ends, strict=True))
     points |= dict(zip(("RB", "CB", "CT", "RT"), plan.right_profile(), strict=True))
@@ -61,15 +61,15 @@ def _corners(plan: Planform) -> dict[str, FloatArray]:
 
 def _flank(plan: Planform, start: float, end: float) -> FloatArray:
     """Inner points (k, 2) of the upper flank between two positions along the chord; none for a straight flank."""
-    if plan.section == "rectangle":
+    if plan.section.straight:
         return np.empty((0, 2))
     along = np.linspace(start, end, SPLINE_POINTS + 2)[1:-1]
-    across = section_half_thickness(plan.section, plan.chord, plan.thickness, along)
+    across = plan.section.half_thickness(along)
     return plan.place(np.stack([along, across], axis=-1))
 
 
 def _on_section(plan: Planform, along: float, *, flank: bool) -> FloatArray:
-    across = section_half_thickness(plan.section, plan.chord, plan.thickness, np.array(along)) if flank else 0.0
+    across = plan.section.half_thickness(np.array(along)) if flank else 0.0
     return plan.place(np.array([along, float(across)]))
 
 
@@ -93,12 +93,15 @@ def _fan_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
     """Shallow profiles: columns from the chord line to the side of the platform, the contact above mid chord."""
     points = _corners(plan)
     contact = contact_fractions(contact_nodes, plan.contact_length, size, even=True)
-    n_k, half = len(contact) - 1, plan.chord / 2
+    n_k, half = len(contact) - 1, plan.section.half_length
     foot = min((plan.contact_half[0] + n_k / 2 * size) / 2, 0.75 * half)
     n_o = _steps(half - foot, size)
     points["P1"], points["P2"] = (_on_section(plan, x, flank=False) for x in (-foot, foot))
     points["T1"], points["T2"] = (_on_section(plan, x, flank=True) for x in (-foot, foot))
-    n_e, n_h = _steps(_distance(points, "TE", "E2"), size), _steps(plan.thickness / 2, size)
+    n_e, n_h = (
+        _steps(_distance(points, "TE", "E2"), size),
+        _steps(float(plan.section.half_thickness(np.array(0.0))), size),
+    )
     n_v = _steps((_distance(points, "T1", "CB") + _distance(points, "T2", "CT")) / 2, size)
     _axial_edges(points, n_h, n_v, n_v)
     share = (half - foot) / (half - foot + _distance(points, "TE", "E2"))
@@ -132,15 +135,19 @@ def _step_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
     """Steep profiles: the contact is the left side of a block above the right part of the lower band."""
     points = _corners(plan)
     contact = contact_fractions(contact_nodes, plan.contact_length, size)
-    n_k, n_c = len(contact) - 1, _even_steps(plan.chord, size)
-    foot = int(np.clip(round(n_c / 2 - plan.contact_half[0] / plan.chord * n_c), 1, n_c - 1))
-    n_e, n_h = _steps(_distance(points, "TE", "E2"), size), _steps(plan.thickness / 2, size)
-    at = (foot / n_c - 0.5) * plan.chord
+    length = 2 * plan.section.half_length
+    n_k, n_c = len(contact) - 1, _even_steps(length, size)
+    foot = int(np.clip(round(n_c / 2 - plan.contact_half[0] / length * n_c), 1, n_c - 1))
+    n_e, n_h = (
+        _steps(_distance(points, "TE", "E2"), size),
+        _steps(float(plan.section.half_thickness(np.array(0.0))), size),
+    )
+    at = (foot / n_c - 0.5) * length
     points["T1"] = _on_section(plan, at, flank=True)
     n_v = _steps((_distance(points, "LT", "RB") + 3 * _distance(points, "T1", "CB")) / 4, size)
     _axial_edges(points, n_h, n_v, n_v + n_k)
     outer = _distance(points, "TE", "E2")
-    left, right = plan.chord / 2 + at, plan.chord / 2 - at
+    left, right = length / 2 + at, length / 2 - at
     points["Q1"] = _between(points, "CB", "RB", left / (left + outer))
     points["Q2"] = _between(points, "CT", "RT", right / (right + outer))
     points["Q3"] = _between(points, "TT", "Q2", n_v / (n_v + n_k))
@@ -159,7 +166,7 @@ def _step_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
             a, b = name.split("-")
             curves[a, b] = Curve(equal_steps(count))
     curves["CB", "CT"] = Curve(contact)
-    half = plan.chord / 2
+    half = plan.section.half_length
     curves["LT", "T1"] = Curve(curves["LT", "T1"].fractions, _flank(plan, -half, at))
     curves["T1", "TT"] = Curve(curves["T1", "TT"].fractions, _flank(plan, at, half))
     cells = "E1 LE F1 LT,TE E2 TT F2,F1 LT RB Q1,LT T1 Q1 CB,T1 TT CB Q3,TT F2 Q3 G,CB Q3 CT Q2,Q3 G Q2 RT"
@@ -177,7 +184,7 @@ def _free_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
     Full-quad recombination needs an even number of steps on every curve.
     """
     points = _corners(plan)
-    half = plan.chord / 2
+    half = plan.section.half_length
     airfoil = ("LE", "TE", "TT", "LT")
     loop: tuple[str, ...] = ("TE", "E2", "RT", "CT", "CB", "RB", "E1", "LE")
     cut: tuple[str, ...] = ("E1", "LE", "TE", "E2")

@@ -16,14 +16,19 @@ def inside(points: FloatArray, polygon: FloatArray) -> NDArray[np.bool_]:
     return np.asarray((spans & (x < crossing)).sum(axis=1) % 2 == 1)
 
 
-def distance(points: FloatArray, line: FloatArray, *, closed: bool = True) -> float:
-    """Least distance from ``points`` (k, 2) to the sides of a polygon or an open ``line`` (m, 2)."""
+def distances(points: FloatArray, line: FloatArray, *, closed: bool = True) -> FloatArray:
+    """Least distances (k,) from ``points`` (k, 2) to the sides of a polygon or an open ``line`` (m, 2)."""
     a, b = (line, np.roll(line, -1, axis=0)) if closed else (line[:-1], line[1:])
     side = b - a
     offset = points[:, None, :] - a
     length = np.maximum((side**2).sum(axis=-1), 1e-300)
     t = np.clip((offset * side).sum(axis=-1) / length, 0.0, 1.0)
-    return float(np.linalg.norm(offset - t[..., None] * side, axis=-1).min())
+    return np.asarray(np.linalg.norm(offset - t[..., None] * side, axis=-1).min(axis=1))
+
+
+def distance(points: FloatArray, line: FloatArray, *, closed: bool = True) -> float:
+    """Least distance from any of ``points`` (k, 2) to the sides of a polygon or an open ``line`` (m, 2)."""
+    return float(distances(points, line, closed=closed).min())
 
 
 def cross(one: FloatArray, other: FloatArray) -> bool:

@@ -1,6 +1,9 @@
 """Parameters of the blade, its shroud and their mesh; metres and degrees."""
 
 from dataclasses import dataclass
+from typing import Literal
+
+LARGEST_STAGGER = 80.0  # degrees, at root and shroud
 
 
 @dataclass(frozen=True)
@@ -24,10 +27,15 @@ class BladeParameters:
     tip_thickness : float or None
         Thickness at the shroud, m; None: as at the root. It varies linearly with the radius.
     twist : float
-        Rotation of the section about +z (x towards y) from the root, where the chord lies along x, to the inner
-        surface of the shroud, degrees; linear in the radius.
+        Rotation of the section about +z (x towards y) from the root to the inner surface of the shroud, degrees;
+        linear in the radius.
     section : {"rectangle", "lens"}
         Shape of the section. A lens has parabolic sides, with a quarter of the thickness at its edges.
+    root_stagger : float
+        Stagger at the root: angle from x to the chord about +z (x towards y), degrees. The stagger at the shroud is
+        `root_stagger` + `twist`.
+    fillet_radius : float
+        Radius of the fillet at the root, m; 0: none.
     """
 
     n_blades: int
@@ -38,6 +46,13 @@ class BladeParameters:
     tip_thickness: float | None = None
     twist: float = 0.0
     section: str = "rectangle"
+    root_stagger: float = 0.0
+    fillet_radius: float = 0.0
+
+    @property
+    def tip_stagger(self) -> float:
+        """Stagger at the inner surface of the shroud, degrees."""
+        return self.root_stagger + self.twist
 
 
 @dataclass(frozen=True)
@@ -59,6 +74,11 @@ class ShroudParameters:
         Length of the contact face along its tangent line, m.
     gap : float
         Design gap between neighbouring platforms along the circumference, m.
+    edge_angle : float or "auto"
+        Slant of the side edges: angle from x to the edge about +z, as the stagger is measured, degrees. "auto": 0
+        where the airfoil fits with axial side edges, else the slant that leaves most room.
+    fillet_radius : float
+        Radius of the fillet between the airfoil and the inner surface, m; 0: none.
     """
 
     angle: float
@@ -66,6 +86,8 @@ class ShroudParameters:
     axial_width: float
     contact_length: float
     gap: float = 0.0
+    edge_angle: float | Literal["auto"] = "auto"
+    fillet_radius: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,19 @@
 """The shroud seen from the tip: the outline of the platform and of the airfoil, in the developed plane (x, s).
 
 s is the arc length along the circumference at the mid radius of the shroud. Angles are at most 90 degrees here: the
-profile at alpha > 90 is the mirror image (x -> -x) of the one at 180 - alpha with the opposite twist. Every outline
-is symmetric under (x, s) -> (-x, -s).
+profile at alpha > 90 is the mirror image (x -> -x) of the one at 180 - alpha with the opposite stagger and slant of
+the side edges. Every outline is symmetric under (x, s) -> (-x, -s), and the left side is the right one moved by one
+pitch, whatever the slant.
 """
 
-from dataclasses import dataclass
-from math import cos, pi, radians, sin
+from dataclasses import dataclass, replace
+from math import cos, pi, radians, sin, tan
 
 import numpy as np
 
 from geometry.parameters import BladeParameters, ShroudParameters
+from geometry.section import Section
 from geometry.sector import FloatArray
-
-EDGE_FRACTION = 0.25  # thickness of a lens at its edges, relative to its largest
 
 
 @dataclass(frozen=True)
@@ -28,12 +28,12 @@ class Planform:
         Extent of the platform along x and along s.
     contact_length : float
         Length of the contact segments.
-    chord, thickness : float
-        Chord and thickness of the section at the shroud.
+    edge_angle : float
+        Angle from x to the side edges, degrees.
+    section : Section
+        Section of the airfoil at the shroud.
     stagger : float
         Angle from x to the chord at the shroud, degrees.
-    section : str
-        Shape of the section.
     stretch : float
         Mid radius of the shroud over its inner radius, where the airfoil ends: the scale of arcs in the plane.
     """
@@ -42,10 +42,9 @@ class Planform:
     width: float
     pitch: float
     contact_length: float
-    chord: float
-    thickness: float
+    edge_angle: float
+    section: Section
     stagger: float
-    section: str
     stretch: float
 
     @property
@@ -56,16 +55,27 @@ class Planform:
         along_x = 0.0 if self.angle == 90.0 else half * cos(radians(self.angle))
         return along_x, half * sin(radians(self.angle))
 
+    @property
+    def end_offset(self) -> float:
+        """How far the middle of the platform lies from s = 0 at its axial edge at +x, m."""
+        dx, ds = self.contact_half
+        return ds + (self.width / 2 - dx) * tan(radians(self.edge_angle))
+
+    @property
+    def breadth(self) -> float:
+        """Distance between the side edges of the two sides, m."""
+        return self.pitch * cos(radians(self.edge_angle))
+
     def right_profile(self) -> FloatArray:
         """Corners of the +y side along +x, (4, 2): side edge, contact segment, side edge."""
         dx, ds = self.contact_half
-        middle = self.pitch / 2
+        middle, end = self.pitch / 2, self.end_offset
         return np.array(
             [
-                [-self.width / 2, middle - ds],
+                [-self.width / 2, middle - end],
                 [-dx, middle - ds],
                 [dx, middle + ds],
-                [self.width / 2, middle + ds],
+                [self.width / 2, middle + end],
             ]
         )
 
@@ -88,18 +98,6 @@ class Planform:
         return np.stack([x * c + arc * s, arc * c - x * s], axis=-1)
 
 
-def section_half_thickness(section: str, chord: float, thickness: float, along: FloatArray) -> FloatArray:
-    """Half thickness (m) of a section at the distance ``along`` (m) from mid chord.
-
-    "rectangle": constant. "lens": parabolic on both sides, from ``thickness`` at mid chord to a quarter of it at the
-    two edges (a sharp edge would leave no room for a hexahedron); its area is 3/4 chord * thickness.
-    """
-    if section == "rectangle":
-        return np.full(np.shape(along), thickness / 2)
-    bulge = 1 - (2 * np.asarray(along) / chord) ** 2
-    return thickness / 2 * (EDGE_FRACTION + (1 - EDGE_FRACTION) * bulge)
-
-
 def mid_radius(blade: BladeParameters, shroud: ShroudParameters) -> float:
     """Mid radius of the shroud, m, at which lengths along the circumference are measured."""
     return blade.hub_radius + blade.length - shroud.thickness / 2
@@ -115,8 +113,14 @@ def is_mirrored(shroud: ShroudParameters) -> bool:
     return shroud.angle > 90.0
 
 
-def planform(blade: BladeParameters, shroud: ShroudParameters) -> Planform:
-    """The planform of a blade; for alpha > 90 that of its mirror image."""
+def section_at(blade: BladeParameters, height: float) -> Section:
+    """The section at the relative ``height`` (0 root, 1 shroud), without fillets."""
+    tip = blade.thickness if blade.tip_thickness is None else blade.tip_thickness
+    return Section(blade.section, blade.chord, (1 - height) * blade.thickness + height * tip)
+
+
+def planform(blade: BladeParameters, shroud: ShroudParameters, edge_angle: float) -> Planform:
+    """The planform of a blade with side edges at ``edge_angle``, degrees; for alpha > 90 that of its mirror image."""
     mirrored = is_mirrored(shroud)
     radius = mid_radius(blade, shroud)
     return Planform(
@@ -124,9 +128,8 @@ def planform(blade: BladeParameters, shroud: ShroudParameters) -> Planform:
         width=shroud.axial_width,
         pitch=2 * pi * radius / blade.n_blades - shroud.gap,
         contact_length=shroud.contact_length,
-        chord=blade.chord,
-        thickness=blade.thickness if blade.tip_thickness is None else blade.tip_thickness,
-        stagger=-blade.twist if mirrored else blade.twist,
-        section=blade.section,
+        edge_angle=-edge_angle if mirrored else edge_angle,
+        section=replace(section_at(blade, 1.0), offset=shroud.fillet_radius),
+        stagger=-blade.tip_stagger if mirrored else blade.tip_stagger,
         stretch=radius / inner_radius(blade, shroud),
     )

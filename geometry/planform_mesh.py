@@ -36,6 +36,8 @@ class PlanformMesh:
         All nodes on the contact segments.
     origin : int
         The node at (0, 0).
+    flanks : ((k,), (k,)) arrays
+        Places of the nodes on the upper and on the lower flank of the airfoil along the section, ascending, m.
     """
 
     points: FloatArray
@@ -46,6 +48,7 @@ class PlanformMesh:
     right_face: IntArray
     left_face: IntArray
     origin: int
+    flanks: tuple[FloatArray, FloatArray]
 
 
 def mesh_planform(plan: Planform, size: float, contact_nodes: int) -> PlanformMesh:
@@ -58,6 +61,7 @@ def mesh_planform(plan: Planform, size: float, contact_nodes: int) -> PlanformMe
     contact = half.along(("CB", "CT"))
     points = _exact_points(plan, layout, half, cut, contact)
 
+    flank = plan.unplace(points[half.along(layout.flank)])[:, 0]
     # lower half: the same nodes rotated by 180 degrees; those on the cut exist already
     n = len(points)
     inner = np.setdiff1d(np.arange(n), cut)
@@ -80,6 +84,7 @@ def mesh_planform(plan: Planform, size: float, contact_nodes: int) -> PlanformMe
         right_face=contact,
         left_face=left_face,
         origin=int(cut[len(cut) // 2]),
+        flanks=(flank, -flank[::-1]),
     )
 
 
@@ -118,6 +123,6 @@ def _exact_points(plan: Planform, layout: Layout, half: QuadMesh, cut: IntArray,
     points[contact] = start + layout.curves["CB", "CT"].fractions[:, None] * (end - start)
     flank = half.along(layout.flank)
     along = plan.unplace(points[flank])[:, 0]
-    across = straight_edged_half_thickness(plan, along)
+    across = straight_edged_half_thickness(plan.section, along)
     points[flank] = plan.place(np.stack([along, across], axis=-1))
     return points

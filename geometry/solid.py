@@ -1,14 +1,17 @@
 """Hexahedra of the sector from the quadrilaterals of the planform."""
 
+from dataclasses import replace
 from math import ceil, radians
 
 import numpy as np
 
 from geometry.divisions import contact_fractions, graded_fractions
+from geometry.fillet import fillet_layers
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
-from geometry.planform import Planform, inner_radius, mid_radius
+from geometry.planform import Planform, inner_radius, mid_radius, section_at
 from geometry.planform_mesh import PlanformMesh
 from geometry.sector import FloatArray, IntArray
+from geometry.straight_edges import resized
 
 TWIST_STEP = 15.0  # degrees: largest twist of one layer of elements
 
@@ -18,16 +21,32 @@ def bend(x: FloatArray, angle: FloatArray, radius: float) -> FloatArray:
     return np.stack(np.broadcast_arrays(x, radius * np.sin(angle), radius * np.cos(angle)), axis=-1)
 
 
-def airfoil_points(section: FloatArray, height: float, blade: BladeParameters, radius: float) -> FloatArray:
-    """Nodes (k, 3) of the airfoil at the relative ``height`` (0 root, 1 shroud) from its section at the shroud.
+def airfoil_levels(
+    blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters
+) -> tuple[FloatArray, FloatArray]:
+    """Relative heights (n,) of the airfoil's nodes, root to shroud, and the offsets (n,) m of the fillets there."""
+    span = inner_radius(blade, shroud) - blade.hub_radius
+    root, tip = (fillet_layers(part.fillet_radius, mesh.size) for part in (blade, shroud))
+    low, high = blade.fillet_radius / span, shroud.fillet_radius / span
+    least = max(2, ceil(abs(blade.twist) / TWIST_STEP))
+    middle = graded_fractions(span * (1 - low - high), mesh.size, least, mesh.grading)
+    heights = [
+        np.linspace(0.0, low, len(root))[:-1],
+        low + (1 - low - high) * middle,
+        1 - np.linspace(high, 0.0, len(tip))[1:],
+    ]
+    offsets = [root[:-1], np.zeros(len(middle)), tip[::-1][1:]]
+    return np.concatenate(heights), np.concatenate(offsets)
 
-    The section is scaled in thickness (taper), rotated by height * twist in the tangent plane of the cylinder of this
-    radius and laid on the cylinder, so that its size is true and its radius exact.
+
+def airfoil_points(section: FloatArray, stagger: float, radius: float) -> FloatArray:
+    """Nodes (k, 3) of a section at a ``radius`` (m), staggered (degrees), from its own coordinates (k, 2).
+
+    It is rotated in the tangent plane of the cylinder of this radius and laid on the cylinder, so that its
+    size is true and its radius exact.
     """
-    tip = blade.thickness if blade.tip_thickness is None else blade.tip_thickness
-    scale = ((1 - height) * blade.thickness + height * tip) / tip
-    turn = radians(height * blade.twist)
-    along, across = section[:, 0], section[:, 1] * scale
+    turn = radians(stagger)
+    along, across = section[:, 0], section[:, 1]
     x = along * np.cos(turn) - across * np.sin(turn)
     arc = along * np.sin(turn) + across * np.cos(turn)
     return bend(x, arc / radius, radius)
@@ -49,11 +68,12 @@ def sweep(
     hexahedra = [np.hstack([flat.quads + k * n, flat.quads + (k + 1) * n]) for k in range(len(radii) - 1)]
 
     foot = np.unique(flat.quads[flat.airfoil])
-    section = plan.unplace(flat.points[foot])
-    least = max(2, ceil(abs(blade.twist) / TWIST_STEP))
-    heights = graded_fractions(inner - blade.hub_radius, mesh.size, least, mesh.grading)[:-1]
-    for h in heights:
-        points.append(airfoil_points(section, h, blade, blade.hub_radius + h * (inner - blade.hub_radius)))
+    strip = plan.unplace(flat.points[foot])
+    heights, offsets = (table[:-1] for table in airfoil_levels(blade, shroud, mesh))
+    for h, offset in zip(map(float, heights), map(float, offsets), strict=True):
+        section = replace(section_at(blade, h), offset=offset)
+        stagger, radius = blade.root_stagger + h * blade.twist, blade.hub_radius + h * (inner - blade.hub_radius)
+        points.append(airfoil_points(resized(strip, flat.flanks, plan.section, section), stagger, radius))
     local = np.full(n, -1)
     local[foot] = np.arange(len(foot))
     quads = local[flat.quads[flat.airfoil]]

@@ -11,6 +11,7 @@ import numpy as np
 
 from pipeline.report.report_source import ReportSource
 from pipeline.results.tables import bare_value, is_sampled, share
+from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_mesh import SECTOR
@@ -152,6 +153,8 @@ def _own_values(source: ReportSource, rom: str) -> list[str]:
 
 def blade_rows(scene: Scene) -> list[tuple[str, str]]:
     """The blade, its shroud and its material."""
+    from geometry import side_edge_angle
+
     blade, shroud, material = scene.blade, scene.shroud, scene.material
     assert blade is not None
     assert shroud is not None
@@ -161,8 +164,10 @@ def blade_rows(scene: Scene) -> list[tuple[str, str]]:
         ("length, hub radius", f"{_mm(blade.length)}, {_mm(blade.hub_radius)}"),
         ("airfoil", f"{blade.section}, chord {_mm(blade.chord)}, thickness {_mm(blade.thickness)}"),
         ("thickness at the shroud, twist", f"{_mm(blade.tip_thickness or blade.thickness)}, {blade.twist:g}°"),
-        ("shroud angle", f"{shroud.angle:g}°"),
+        ("stagger at root, at shroud", f"{blade.root_stagger:g}°, {blade.root_stagger + blade.twist:g}°"),
+        ("shroud angle, side edges", f"{shroud.angle:g}°, {side_edge_angle(*geometry_parameters(scene)[:2]):g}°"),
         ("shroud", f"{_mm(shroud.thickness)} thick, {_mm(shroud.axial_width)} wide, gap {_mm(shroud.gap)}"),
+        ("fillets at root, at shroud", f"{_mm(blade.fillet_radius)}, {_mm(shroud.fillet_radius)}"),
         ("material", f"E = {material.young_modulus / 1e9:g} GPa, {material.density:g} kg/m³"),
         ("speed", f"{scene.load.speed_rpm:g} rev/min"),
     ]

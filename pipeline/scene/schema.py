@@ -33,6 +33,7 @@ Vector = tuple[Distance, Distance, Distance]
 DEFAULT_MODES = 20
 POSITIVE = "a number above 0, 1e-12 to 1e15"
 LENGTH = "a number above 0, 1e-6 to 1000"
+FILLET = "a number, 0 to 10"
 STIFFNESS = (
     "a number, 0 or more (whole face, shared by the nodes as their areas), a list of such numbers node by node, "
     'or "punch"'
@@ -62,6 +63,14 @@ class Blade(Section):
         le=90.0,
     )
     section: Literal["rectangle", "lens"] = _key("shape of the section", '"rectangle" or "lens"', "rectangle")
+    root_stagger: Number = _key(
+        "angle from the engine axis to the chord at the root, degrees; the twist adds to it",
+        "a number, -80 to 80",
+        0.0,
+        ge=-80.0,
+        le=80.0,
+    )
+    fillet_radius: Number = _key("radius of the fillet at the root, m; 0: none", FILLET, 0.0, ge=0.0, le=10.0)
 
 
 class Shroud(Section):
@@ -77,6 +86,15 @@ class Shroud(Section):
     axial_width: Length = _key("width of the platform along the engine axis, m", LENGTH)
     contact_length: Length = _key("length of the contact segment of the Z, m", LENGTH)
     gap: Number = _key("design gap between neighbours, circumferential, m", "a number, 0 to 1", 0.0, ge=0.0, le=1.0)
+    edge_angle: Literal["auto"] | Annotated[Number, Field(ge=-75.0, le=75.0)] = _key(
+        "angle from the engine axis to the side edges, degrees, measured as the stagger; auto: 0 where the airfoil "
+        "fits, else the one that leaves most room",
+        'a number, -75 to 75, or "auto"',
+        "auto",
+    )
+    fillet_radius: Number = _key(
+        "radius of the fillet between airfoil and platform, m; 0: none", FILLET, 0.0, ge=0.0, le=10.0
+    )
 
 
 class Material(Section):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from nonlinear import MOST_UNKNOWNS
 from pipeline.errors import input_error, shown
+from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.schema import Scene
 
@@ -123,10 +124,13 @@ def _pitch(scene: Scene) -> float:
 
 def _half_extents(scene: Scene) -> tuple[float, float]:
     """Half extents of the blade along the axis and around it, m, with room for twist and the Z of the shroud."""
+    from geometry import side_edge_angle
+
     assert scene.blade is not None
     assert scene.shroud is not None
     wide = max(scene.shroud.axial_width, scene.blade.chord)
-    return wide / 2.0, _pitch(scene) + wide
+    slant = math.radians(side_edge_angle(*geometry_parameters(scene)[:2]))
+    return wide / 2.0, _pitch(scene) + wide + scene.shroud.axial_width / 2.0 * abs(math.tan(slant))
 
 
 def _near_the_blade(scene: Scene, at: tuple[float, float, float]) -> bool:

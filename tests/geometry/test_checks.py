@@ -42,6 +42,7 @@ BAD = [
     *(("blade", "tip_thickness", bad) for bad in (0.0, -1e-3, NAN, 0.5)),
     *(("blade", "n_blades", bad) for bad in (0, 2, -72, 72.0, "72", True, 10**6)),
     *(("blade", "twist", bad) for bad in (NAN, 90.0, -400.0, "25")),
+    *(("blade", "root_stagger", bad) for bad in (NAN, 81.0, -INF, "25", None)),
     *(("blade", "section", bad) for bad in ("circle", "", None, 3)),
     ("blade", "thickness", 0.030),  # more than the pitch at the hub
     ("blade", "chord", 0.080),
@@ -52,6 +53,7 @@ BAD = [
     ),
     *(("shroud", "angle", bad) for bad in (0.0, -10.0, 180.5, NAN, INF, "70")),
     *(("shroud", "gap", bad) for bad in (-1e-6, 0.03, NAN, None)),
+    *(("shroud", "edge_angle", bad) for bad in (NAN, 76.0, -INF, "axial", None)),
     ("shroud", "thickness", 0.15),
     *(("mesh", "size", bad) for bad in (0.0, -1.0, NAN, INF, 0.5, 1e-7, "fine")),
     *(("mesh", "contact_grid", bad) for bad in ((3,), (3, 3, 3), 9, "33", None)),
@@ -137,16 +139,16 @@ def test_contact_longer_than_the_platform_is_refused_with_the_nearest_that_fits(
 
 @pytest.mark.parametrize("twist", [0.0, 30.0, -60.0])
 def test_airfoil_larger_than_the_platform_is_refused_with_the_longest_chord(twist):
-    blade = replace(SLENDER, twist=twist, chord=0.060)
+    blade, shroud = replace(SLENDER, twist=twist, chord=0.060), slender_shroud(180.0, edge_angle=0.0)
     with pytest.raises(GeometryError, match=r"blade\.chord = 0\.06: .*at most") as caught:
-        check_parameters(blade, slender_shroud(180.0), MeshParameters(0.004))
+        check_parameters(blade, shroud, MeshParameters(0.004))
     longest = float(re.search(r"at most ([\d.e-]+)", caught.value.allowed)[1])
     # a rectangle's corners reach this far along x and along the circumference
     c, s = np.cos(np.radians(twist)), abs(np.sin(np.radians(twist)))
     pitch = 2 * np.pi * 0.4475 / 72
     by_hand = min((0.040 - 0.004 * s) / c, (pitch - 0.004 * c) / max(s, 1e-9))
     assert 0.94 * by_hand < longest < by_hand
-    check_parameters(replace(blade, chord=longest), slender_shroud(180.0), MeshParameters(0.004))
+    check_parameters(replace(blade, chord=longest), shroud, MeshParameters(0.004))
 
 
 def test_airfoil_thicker_than_the_pitch_at_the_shroud_is_refused():

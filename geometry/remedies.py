@@ -1,0 +1,99 @@
+"""Values of single parameters with which a blade and its shroud fit together: the nearest that the checks accept."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import ceil, floor, log10
+from typing import Any
+
+import numpy as np
+
+from geometry.parameters import BladeParameters, ShroudParameters
+from geometry.sector import FloatArray
+
+ANGLE_STEPS = (5.0, 0.1)  # degrees: of the search, of suggested angles
+SIGNIFICANT = 6  # digits of a suggested length where 0.01 mm is too coarse
+LENGTH_DIGITS = 5  # suggested lengths are multiples of 0.01 mm
+BISECTIONS = 14
+SENSIBLE, ANY = 0.4, 0.001  # smallest suggested lengths, relative to the given ones
+LARGEST_FACTOR = 8.0  # of a length that has to grow
+
+Accepts = Callable[[BladeParameters, ShroudParameters], bool]
+
+
+@dataclass(frozen=True)
+class Search:
+    """Search for values of one parameter at a time.
+
+    Attributes
+    ----------
+    blade, shroud : BladeParameters, ShroudParameters
+        The parameters that do not fit together.
+    accepts : callable
+        Whether a blade and a shroud pass all checks.
+    least : float
+        Smallest length suggested, relative to the given one.
+    """
+
+    blade: BladeParameters
+    shroud: ShroudParameters
+    accepts: Accepts
+    least: float = SENSIBLE
+
+    def works(self, table: str, parameter: str, value: float) -> bool:
+        """Whether the parameters pass with this value."""
+        change: dict[str, Any] = {parameter: value}
+        if table == "blade":
+            return self.accepts(replace(self.blade, **change), self.shroud)
+        return self.accepts(self.blade, replace(self.shroud, **change))
+
+    def largest(self, table: str, parameter: str, start: float) -> float | None:
+        """A length below ``start`` (m), as large as possible, or None; printed with six digits it still works."""
+        return self._length(table, parameter, start * np.linspace(1.0, self.least, 9), floor)
+
+    def smallest(self, table: str, parameter: str, start: float) -> float | None:
+        """A length above ``start`` (m), as small as possible, or None."""
+        return self._length(table, parameter, np.geomspace(start, LARGEST_FACTOR * start, 9), ceil)
+
+    def _length(self, table: str, parameter: str, samples: FloatArray, whole: Callable[[float], int]) -> float | None:
+        found = next((k for k in range(1, len(samples)) if self.works(table, parameter, float(samples[k]))), None)
+        if found is None:
+            return None
+        fails, works = float(samples[found - 1]), float(samples[found])
+        for _ in range(BISECTIONS):
+            middle = (fails + works) / 2
+            fails, works = (fails, middle) if self.works(table, parameter, middle) else (middle, works)
+        for digits in (LENGTH_DIGITS, SIGNIFICANT - 1 - floor(log10(works))):
+            rounded = round(whole(works * 10.0**digits) / 10.0**digits, digits)
+            if rounded > 0 and self.works(table, parameter, rounded):
+                return rounded
+        return None
+
+    def nearest_angle(self, table: str, parameter: str, limits: tuple[float, float]) -> float | None:
+        """The angle between ``limits``, degrees, nearest to the given one that works, to 0.1 degrees; or None."""
+        coarse, fine = ANGLE_STEPS
+        start = float(getattr(self.blade if table == "blade" else self.shroud, parameter))
+        found = self._first(table, parameter, _around(start, coarse, *limits))
+        if found is None:
+            return None
+        between = _around(start, fine, min(start, found), max(start, found))
+        near = between[np.abs(between - found) <= coarse + fine]
+        return self._first(table, parameter, near)
+
+    def _first(self, table: str, parameter: str, values: FloatArray) -> float | None:
+        return next((float(value) for value in values if self.works(table, parameter, float(value))), None)
+
+    def fewer_blades(self) -> int | None:
+        """The largest number of blades below the given one that works, or None."""
+        low, high = 3, self.blade.n_blades
+        if high <= low or not self.works("blade", "n_blades", low):
+            return None
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (middle, high) if self.works("blade", "n_blades", middle) else (low, middle)
+        return low
+
+
+def _around(start: float, step: float, low: float, high: float) -> FloatArray:
+    """Multiples of ``step`` from ``low`` to ``high``, the nearest to ``start`` first."""
+    values = np.round(np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step, 1)
+    return values[np.argsort(np.abs(values - start), kind="stable")]

@@ -1,0 +1,80 @@
+"""Blades of ordinary proportions are not refused, and whatever is refused fits with each value that is named."""
+
+import re
+from dataclasses import replace
+
+import pytest
+from random_blades import random_blade
+
+from geometry import GeometryError, build_sector, check_parameters, hexahedron_scaled_jacobian
+
+LEAST_QUALITY = 0.1
+# what a refusal says of a value that fits -> where the value belongs
+NAMED = {
+    r"nearest angle that fits is ([\d.e+-]+)": ("shroud", "angle"),
+    r"contact_length at most ([\d.e+-]+) fits": ("shroud", "contact_length"),
+    r"chord of at most ([\d.e+-]+) fits": ("blade", "chord"),
+    r"edge_angle ([\d.e+-]+) fits": ("shroud", "edge_angle"),
+    r"axial_width at least ([\d.e+-]+) fits": ("shroud", "axial_width"),
+    r"a thickness of at most ([\d.e+-]+) fits": ("blade", "thickness"),
+    r"a tip_thickness of at most ([\d.e+-]+) fits": ("blade", "tip_thickness"),
+    r"a fillet_radius of at most ([\d.e+-]+) fits": ("?", "fillet_radius"),
+    r"n_blades at most (\d+) fits": ("blade", "n_blades"),
+    r"root_stagger ([\d.e+-]+) fits": ("blade", "root_stagger"),
+}
+
+
+def quality(blade, shroud, mesh):
+    sector = build_sector(blade, shroud, mesh)
+    return hexahedron_scaled_jacobian(sector.points, sector.hexahedra).min()
+
+
+def refusal(blade, shroud, mesh):
+    try:
+        check_parameters(blade, shroud, mesh)
+    except GeometryError as error:
+        return error
+    return None
+
+
+def named_values(error):
+    """(table, parameter, value) of all values that a refusal names."""
+    found = {place: re.search(pattern, error.allowed) for pattern, place in NAMED.items()}
+    convert = {"n_blades": int}
+    values = [(*place, convert.get(place[1], float)(match[1])) for place, match in found.items() if match]
+    return [(error.table if table == "?" else table, name, value) for table, name, value in values]
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_ordinary_blades_are_not_refused(seed):
+    assert quality(*random_blade(seed)) > LEAST_QUALITY
+
+
+# what a random blade is given so that it does not fit
+SPOILT = {
+    "axial edges": lambda blade, shroud: (blade, replace(shroud, edge_angle=0.0)),
+    "long contact": lambda blade, shroud: (blade, replace(shroud, contact_length=2.5 * shroud.contact_length)),
+    "narrow shroud": lambda blade, shroud: (blade, replace(shroud, axial_width=0.8 * shroud.axial_width)),
+    "large fillet": lambda blade, shroud: (blade, replace(shroud, fillet_radius=2.0 * blade.thickness)),
+    "thick": lambda blade, shroud: (
+        replace(blade, thickness=2.5 * blade.thickness, tip_thickness=2.5 * blade.tip_thickness),
+        shroud,
+    ),
+}
+
+
+@pytest.mark.parametrize("seed", range(100, 104))
+@pytest.mark.parametrize("spoil", SPOILT)
+def test_each_value_that_a_refusal_names_passes_and_meshes(spoil, seed):
+    _, (blade, shroud, mesh), error = next(
+        (k, parts, refused)
+        for k in range(seed, seed + 400, 4)
+        for parts in [(*SPOILT[spoil](*random_blade(k)[:2]), random_blade(k)[2])]
+        if (refused := refusal(*parts)) is not None
+    )
+    values = named_values(error)
+    assert (error.table, error.parameter) in [place[:2] for place in values], str(error)
+    for table, parameter, value in values:
+        parts = {"blade": blade, "shroud": shroud}
+        parts[table] = replace(parts[table], **{parameter: value})
+        assert quality(parts["blade"], parts["shroud"], mesh) > LEAST_QUALITY, (parameter, value)
