@@ -43,7 +43,8 @@ class ResponseCurve:
         Whether all Floquet exponents have negative real parts, for perturbations with the symmetry of the travelling
         wave. Without exponents: False only where an odd number of real exponents is positive, between two folds.
     growth_rate : (P,) float
-        Largest real part of the Floquet exponents, 1/s; NaN without exponents.
+        Largest real part of the Floquet exponents, 1/s; on linear segments that of the poles of the ring with its
+        contact springs. NaN without exponents.
     sticking, slipping, separating : (P,) int
         Number of contact nodes that stick all the time, that slip at some time without opening, that open at some
         time.

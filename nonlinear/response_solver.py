@@ -90,14 +90,15 @@ def _solve(
         return assemble_curve(HarmonicBalance(receptance, element), empty, options.output)
     frozen = static if options.method == "static-first" else None
     balance = HarmonicBalance(receptance, element, frozen, odd=contact.odd)
+    balances = TruncatedBalances(balance, contact, fixed)
     continuation = Continuation(
         balance,
         options,
         find_resonances(receptance, contact, options),
         contact,
-        stability=PointStability(contact) if options.stability == "floquet" else None,
+        stability=PointStability(contact, balances) if options.stability == "floquet" else None,
     )
-    estimator = TruncationErrorEstimator(continuation, TruncatedBalances(balance, contact, fixed))
+    estimator = TruncationErrorEstimator(continuation, balances)
     if options.harmonics == "auto":
         branches, truncation_error = _with_adaptive_harmonics(continuation, estimator, static, progress)
     else:

@@ -16,7 +16,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs
+    from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness
     from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion
     from rom.cyclic.expansion import expand_to_mesh
     from rom.cyclic.modal_model import ModalModel, modal_model
@@ -102,6 +102,7 @@ __all__ = [
     "relative_contact_motion",
     "save_full_model",
     "save_sector",
+    "spring_stiffness",
     "static_error",
     "stiffen_by_rotation",
     "stored_array",
@@ -161,6 +162,7 @@ _PLACES = {
     "relative_contact_motion": "rom.cyclic.cyclic_symmetry",
     "save_full_model": "rom.files.full_model_file",
     "save_sector": "rom.files.sector_file",
+    "spring_stiffness": "rom.cyclic.contact_springs",
     "static_error": "rom.reduction.reference_model",
     "stiffen_by_rotation": "rom.finite_elements.rotation",
     "stored_array": "rom.files.hdf5_reading",

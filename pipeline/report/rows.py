@@ -90,7 +90,7 @@ def curve_table(source: ReportSource, stable_at_peak: dict[int, bool]) -> CurveT
                 _number(facts.peak_amplitude_m, "{:.4g}", factor),
                 Cell(str(facts.harmonics), str(facts.harmonics)),
                 Cell(share(facts.truncation_error), _plain(facts.truncation_error)),
-                Cell(share(sampling), _plain(sampling)),
+                Cell(share(sampling) if is_sampled(curve) else "none", _plain(sampling)),
                 _number(facts.energy_error, "{:.0e}"),
                 Cell(str(facts.points), str(facts.points)),
                 _number(facts.seconds, "{:.2f}"),

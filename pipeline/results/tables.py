@@ -76,11 +76,17 @@ def _numbers(curve: CurveResult, factor: float, sampled: bool) -> list[str]:
         amplitude,
         str(facts.harmonics),
         share(facts.truncation_error),
-        *([share(max(facts.sampling_error, facts.sampling_frequency_error))] * sampled),
+        *([_sampling(curve)] * sampled),
         energy,
         f"{facts.points}{mark}",
         f"{facts.seconds:.2f}",
     ]
+
+
+def _sampling(curve: CurveResult) -> str:
+    assert curve.facts is not None
+    worst = max(curve.facts.sampling_error, curve.facts.sampling_frequency_error)
+    return share(worst) if is_sampled(curve) else "none"
 
 
 def share(error: float) -> str:

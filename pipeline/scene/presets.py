@@ -54,7 +54,7 @@ def _values(modes: int, tolerance: float, harmonics: int | str = "auto") -> dict
 
 PRESETS: dict[str, Preset] = {
     "draft": Preset(4.5, _values(10, 0.05, 5), Expected(0.05, 0.025)),
-    "standard": Preset(9.0, _values(20, 0.005), Expected(0.01, 0.005)),
+    "standard": Preset(9.0, _values(30, 0.005), Expected(0.01, 0.005)),
     "reference": Preset(18.0, _values(40, 0.0005), Expected(0.001, 0.0005)),
 }
 

@@ -30,7 +30,7 @@ Positives = Annotated[tuple[NotNegative, ...], Field(min_length=1)]
 Ratio = Annotated[Number, Field(ge=1e-12, lt=1.0)]
 Vector = tuple[Distance, Distance, Distance]
 
-DEFAULT_MODES = 20
+DEFAULT_MODES = 30
 POSITIVE = "a number above 0, 1e-12 to 1e15"
 LENGTH = "a number above 0, 1e-6 to 1000"
 FILLET = "a number, 0 to 10"

@@ -29,7 +29,20 @@ def contact_springs(n_contacts: int, normal: ArrayLike, tangential: ArrayLike) -
 
 
 def spring_stiffness(motion: NDArray[Any], springs: NDArray[np.float64]) -> NDArray[Any]:
-    """Stiffness B^H diag(k) B (n, n) of springs k (n_c, 3) between nodes with relative motion B (3 n_c, n)."""
+    """Stiffness B^H diag(k) B of springs between contact nodes.
+
+    Parameters
+    ----------
+    motion : (3 n_c, n) array
+        Relative motion B of the nodes, real or complex.
+    springs : (n_c, 3) array
+        Springs k along t1, t2 and n, N/m.
+
+    Returns
+    -------
+    (n, n) array
+        Stiffness, N/m in the coordinates of `motion`.
+    """
     return motion.conj().T @ (springs.reshape(-1, 1) * motion)
 
 

@@ -54,7 +54,7 @@ class ReductionOptions:
         A value is out of its range.
     """
 
-    modes: int | None = 20
+    modes: int | None = 30
     frequency_limit: float | None = None
     store_basis: bool = True
     backend: str = "auto"

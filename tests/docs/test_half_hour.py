@@ -16,7 +16,7 @@ from docs.execute import check, run_page
 ROOT = Path(__file__).parents[2]
 QUICK = {
     r"^size = 0\.004 ": "size = 0.009 ",
-    r"^modes = 20 ": "modes = 6 ",
+    r"^modes = 30 ": "modes = 6 ",
     r'^harmonics = "auto" ': "harmonics = 3 ",
     r'^"contact.interference" = .*\]': '"contact.interference" = [-250e-6, 5e-6, 400e-6]',
     r"^\[render\].*\nmodes = .*\n": "",

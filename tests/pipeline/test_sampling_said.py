@@ -27,6 +27,7 @@ def test_few_samples_are_told_of(tmp_path: Path) -> None:
     assert "raise contact.samples" in error
     assert "sampling" in said
     assert f"{100.0 * worst:.2g} %" in said
+    assert "none" in said
     curve = read_results(tmp_path / "out").curves[0]
     with h5py.File(tmp_path / "out" / "response.h5") as file:
         for key in ("sampling_error", "sampling_frequency_error"):
