@@ -135,7 +135,7 @@ def _figures(source: ReportSource) -> dict[str, Picture]:
     """The figures of the run, by name."""
     found = {}
     for name, caption in _CAPTIONS.items():
-        svg, png = (source.picture(f"figures/{name}.{suffix}") for suffix in ("svg", "png"))
+        svg, png = (source.pictures.get(f"figures/{name}.{suffix}") for suffix in ("svg", "png"))
         if svg is not None and png is not None:
             found[name] = Picture(inline_figure(svg, png), caption)
     return found

@@ -75,10 +75,6 @@ class ReportSource:
         """Heading of the page."""
         return self.first.title or self.first.name
 
-    def picture(self, name: str) -> bytes | None:
-        """A picture of this run by its path in the output folder, such as `figures/response.svg`."""
-        return self.pictures.get(name)
-
     def key(self) -> str:
         """Hash of all this and of the code that makes the page."""
         return fingerprint(

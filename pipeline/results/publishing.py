@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.store.content_store import MANIFEST, Store
+from pipeline.store.content_store import Store
+from pipeline.store.manifest import MANIFEST
 
 if TYPE_CHECKING:
     from pipeline.stages.request import Run
