@@ -16,6 +16,7 @@ from pipeline.results.publishing import PicturesMissing
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.stages.cache_keys import curve_key
+from pipeline.stages.code_fingerprint import remember_code
 from pipeline.stages.request import Request, Run, RunOutcome
 from pipeline.stages.respond import CurveJob, CurveResult, CurveSolver
 from pipeline.stages.scene_to_solver import damped_modes
@@ -54,6 +55,7 @@ def execute(request: Request, reporter: Reporter) -> RunOutcome:
         There is no room for the results; results computed so far stay in the store.
     """
     start = time.perf_counter()
+    remember_code()
     given = _check(request)
     for line in request.scene.notes:
         reporter.line(f"note: {line}")

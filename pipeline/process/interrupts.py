@@ -6,6 +6,7 @@ while the run polls it, and raises an exception otherwise.
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 from types import FrameType
 
 _SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated", signal.SIGHUP: "hung up"}
+_SAFE_PATH = "PYTHONSAFEPATH"
 
 
 class Stopped(KeyboardInterrupt):
@@ -80,9 +82,19 @@ def handling_interrupts() -> Iterator[Interrupts]:
 
 @contextmanager
 def kept_from_children() -> Iterator[None]:
-    """Processes started within the block do not receive SIGINT or SIGHUP: their parent ends them."""
+    """Processes started within the block do not receive SIGINT or SIGHUP: their parent ends them.
+
+    Nor do they look for modules in the working folder, as Python started with -c or -m does: it may be one where
+    others can write.
+    """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
+    setting = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
     try:
         yield
     finally:
+        if setting is None:
+            del os.environ[_SAFE_PATH]
+        else:
+            os.environ[_SAFE_PATH] = setting
         signal.pthread_sigmask(signal.SIG_SETMASK, before)

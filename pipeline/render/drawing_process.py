@@ -16,6 +16,7 @@ from pipeline.process.interrupts import kept_from_children
 from pipeline.render.job import Job
 
 J = TypeVar("J", bound=Job)
+_PROJECT = Path(__file__).parents[2]
 _REMEDY = "apt-get install -y libegl1 libgl1 libxrender1"
 
 
@@ -31,9 +32,11 @@ def draw_apart(module: str, job: str, pictures: Sequence[Path]) -> None:
     RenderError
         The process died or a picture is missing; the message names the usual remedy.
     """
-    command = [sys.executable, "-m", module, job]
+    command, pipe = [sys.executable, "-m", module, job], subprocess.PIPE
     with kept_from_children():
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        search = os.pathsep.join(filter(None, (str(_PROJECT), os.environ.get("PYTHONPATH"))))
+        environment = os.environ | {"PYTHONPATH": search}  # of this program, wherever it was started
+        process = subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT)
     with process:
         try:
             assert process.stdout is not None

@@ -79,9 +79,14 @@ class ReportSource:
         """Hash of all this and of the code that makes the page."""
         return fingerprint(
             {
-                "scene": [self.scene_file.name, self.scene_text],
+                "scene": [self.scene_file.name, self.scene_text, list(self.swept)],
                 "curves": [
-                    [curve.file.parent.name if curve.file else None, curve.reason, dict(curve.member.parameters)]
+                    [
+                        curve.file.parent.name if curve.file else None,
+                        curve.reason,
+                        dict(curve.member.parameters),
+                        curve.member.scene.model_dump_json(),
+                    ]
                     for curve in self.curves
                 ],
                 "models": {str(index): model.key for index, model in self.models.items() if model is not None},

@@ -57,6 +57,7 @@ class SourceTree:
     root: Path = REPOSITORY
     _files: dict[str, str] = field(default_factory=dict)
     _texts: dict[str, str] = field(default_factory=dict)
+    _contents: dict[str, dict[str, bytes]] = field(default_factory=dict)
     _imports: dict[str, tuple[set[str], set[str]]] = field(default_factory=dict)
     _tables: dict[str, dict[str, str]] = field(default_factory=dict)
 
@@ -82,8 +83,8 @@ class SourceTree:
         digest = hashlib.sha256(machine().encode())
         for module in sorted(sources):
             digest.update(f"{module}\0{self._text(module)}\0".encode())
-            for path in self.data_files(module):
-                digest.update(f"{path.name}\0".encode() + path.read_bytes() + b"\0")
+            for name, content in self._data(module).items():
+                digest.update(f"{name}\0".encode() + content + b"\0")
         for library, version in sorted(versions(libraries).items()):
             digest.update(f"{library} {version}\n".encode())
         return digest.hexdigest()[:LENGTH]
@@ -102,14 +103,22 @@ class SourceTree:
                 libraries |= outer
         return sources, libraries
 
-    def data_files(self, module: str) -> list[Path]:
+    def read_all(self) -> None:
+        """Read all files now: later changes have no effect on the fingerprints."""
+        for module in self._files:
+            self._text(module)
+            self._data(module)
+
+    def _data(self, module: str) -> dict[str, bytes]:
         """Files beside a module that it reads, or all in a folder there: named after `Path(__file__).parent /`."""
-        found: list[Path] = []
-        text = self._text(module)
-        for named in _DATA.findall(text) if "__file__" in text else ():
-            place = Path(self._path(module)).parent / named
-            found += sorted(path for path in place.rglob("*") if path.is_file()) if place.is_dir() else [place]
-        return found
+        if module not in self._contents:
+            found: list[Path] = []
+            text = self._text(module)
+            for named in _DATA.findall(text) if "__file__" in text else ():
+                place = Path(self._path(module)).parent / named
+                found += sorted(path for path in place.rglob("*") if path.is_file()) if place.is_dir() else [place]
+            self._contents[module] = {path.name: path.read_bytes() for path in found}
+        return self._contents[module]
 
     def _imported(self, module: str) -> tuple[set[str], set[str]]:
         """What one module imports: modules of the packages, and top-level names of libraries."""
@@ -148,7 +157,7 @@ class SourceTree:
 
 @cache
 def code_fingerprint(*modules: str) -> str:
-    """Fingerprint of the code that the given modules run, as it was when this process first asked for it.
+    """Fingerprint of the code that the given modules run, as it was when this process first asked for any.
 
     Raises
     ------
@@ -158,6 +167,16 @@ def code_fingerprint(*modules: str) -> str:
     return _tree().fingerprint(*modules)
 
 
+def remember_code() -> None:
+    """Take the source as it is now for all fingerprints of this process.
+
+    A run calls this first: it may wait for its folder, and run for hours, while the program is updated.
+    """
+    _tree()
+
+
 @cache
 def _tree() -> SourceTree:
-    return SourceTree()
+    tree = SourceTree()
+    tree.read_all()
+    return tree

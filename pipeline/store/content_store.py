@@ -19,7 +19,9 @@ from pathlib import Path
 
 from pipeline.process.clock import seconds_since
 from pipeline.store.disk_errors import storage_error
-from pipeline.store.manifest import Manifest
+from pipeline.store.manifest import MANIFEST, Manifest
+
+__all__ = ["MANIFEST", "Entry", "Store"]
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from pipeline.errors import StageError, input_error
 from pipeline.process.progress import Reporter
 from pipeline.scene.consistency import check_scene, parameter_error
 from pipeline.scene.reading import SceneFile
+from pipeline.stages.code_fingerprint import remember_code
 from pipeline.stages.request import Request, Run, RunOutcome
 from pipeline.stages.stage_log import StageLog
 from pipeline.stages.sweep_models import models_of_blade
@@ -75,6 +76,7 @@ def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, rep
     InputError
         The scene is not usable.
     """
+    remember_code()
     if file.first.blade is None:
         allowed = "a table [blade] (a given reduced model has no full model to be measured against)"
         raise input_error(file.path, "blade", "missing", allowed)

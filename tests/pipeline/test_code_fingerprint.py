@@ -9,15 +9,23 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
-from pipeline_support import small_scene, write_scene
+from pipeline_support import (
+    changing_when_locked,
+    ground_scene,
+    small_scene,
+    write_ground_model,
+    write_scene,
+)
 
 import pipeline.stages.cache_keys as keys
+from pipeline.python_interface import run_scene
 from pipeline.scene.reading import read_scene
-from pipeline.stages import environment
+from pipeline.stages import code_fingerprint, environment
 from pipeline.stages.code_fingerprint import CARRIERS, PACKAGES, REPOSITORY, SourceTree, imports
 from pipeline.stages.environment import versions
 from rom.linear_algebra import blas_kernels
@@ -204,6 +212,33 @@ def by_syntax_tree(text: str) -> Iterator[tuple[str, str]]:
             yield from ((str(node.module), alias.name) for alias in node.names)
         elif isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] == "import_module":
             yield from ((argument.value, "") for argument in node.args if isinstance(argument, ast.Constant))
+
+
+def test_a_program_updated_while_a_run_waits_has_no_part_in_its_keys(
+    copy: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The run has begun with the program as it was; the next one finds its results only as long as it is that."""
+    scene, rom = write_scene(tmp_path / "g.toml", ground_scene()), write_ground_model(tmp_path / "g.h5")
+    solver = copy / "nonlinear" / "response_solver.py"
+    text = solver.read_bytes()
+    monkeypatch.setattr(code_fingerprint, "SourceTree", partial(SourceTree, copy))
+
+    def run() -> str:
+        code_fingerprint._tree.cache_clear()
+        code_fingerprint.code_fingerprint.cache_clear()
+        found = run_scene(scene, tmp_path / "out", rom=rom, until="respond").summary["stages"]
+        return str(found["respond"]["status"])
+
+    try:
+        with changing_when_locked(lambda: solver.write_bytes(text + b"EDITED = 1\n")):
+            assert run() == "ran"
+        assert run() == "ran"
+        solver.write_bytes(text)
+        assert run() == "reused"
+    finally:
+        solver.write_bytes(text)
+        code_fingerprint._tree.cache_clear()
+        code_fingerprint.code_fingerprint.cache_clear()
 
 
 def test_imports_are_read_as_python_reads_them() -> None:

@@ -6,8 +6,10 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import fields, replace
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import h5py
@@ -17,7 +19,11 @@ from pipeline_support import changing_when_locked, shroud, small_scene, statuses
 
 import pipeline.stages.respond
 from geometry import ContactFace, SectorMesh
+from pipeline.report.report_source import ReportSource
 from pipeline.report.surface import outer_surface
+from pipeline.scene.reading import read_scene
+from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.respond import CurveResult
 
 pytestmark = pytest.mark.xdist_group("report")  # one worker: what the module makes is made once
 
@@ -127,6 +133,61 @@ def test_every_curve_is_there_with_the_numbers_of_the_summary(page: Page, report
     for value in [*model["free_hz"][:6], *model["stuck_hz"]["36"][:6]]:
         assert f'data-value="{value!r}"' in page.text
     assert str(model["dofs"]) in page.inside["blade"]
+
+
+def source_of(tmp_path: Path, **changes: Any) -> ReportSource:
+    """The source of a page without files; `changes` are values of the scene."""
+    file = read_scene(write_scene(tmp_path / "small.toml", small_scene(**changes)))
+    curve = CurveResult(file.members[0], None, Path("store/curve/one/curve.h5"), None, "range covered")
+    case: Any = SimpleNamespace(label="case")
+    errors: Any = 0.1
+    return ReportSource(
+        out=tmp_path,
+        scene_file=Path("small.toml"),
+        scene_text="text",
+        swept=(),
+        curves=[curve],
+        models={0: BuiltModel("model", Path("rom.h5"), None, {})},
+        model_rows=[{"dofs": 1}],
+        pictures={"figures/response.svg": b"<svg/>"},
+        verified=[(case, errors)],
+        costs={"mesh": 1.0},
+        results={"mesh": 1},
+        problems=[],
+        results_key="results",
+    )
+
+
+def test_the_key_of_the_page_changes_with_all_that_it_shows(tmp_path: Path) -> None:
+    source = source_of(tmp_path)
+    (curve,), (case, _) = source.curves, source.verified[0]
+    errors: Any = 0.2
+    changes: dict[str, Any] = {
+        "scene_file": Path("other.toml"),
+        "scene_text": "other",
+        "swept": ("contact.friction",),
+        "curves": [replace(curve, reason="step too small")],
+        "models": {0: BuiltModel("other", Path("rom.h5"), None, {})},
+        "model_rows": [{"dofs": 2}],
+        "pictures": {"figures/response.svg": b"<svg></svg>"},
+        "verified": [(case, errors)],
+        "costs": {"mesh": 2.0},
+        "results": {"mesh": 2},
+        "problems": ["none"],
+        "results_key": "other",
+    }
+    assert {"out"} | set(changes) == {field.name for field in fields(ReportSource)}
+    others = [replace(source, **{name: value}) for name, value in changes.items()]
+    others += [
+        replace(source, curves=[replace(curve, file=Path("store/curve/two/curve.h5"))]),
+        replace(source, curves=[replace(curve, file=None)]),
+        replace(source, curves=[replace(curve, member=replace(curve.member, parameters={"contact.friction": 0.1}))]),
+        replace(source, pictures={"figures/peaks.svg": b"<svg/>"}),
+        source_of(tmp_path, title="another"),
+        source_of(tmp_path, contact__friction=0.11),
+    ]
+    assert len({other.key() for other in (source, *others)}) == len(others) + 1
+    assert source_of(tmp_path).key() == source.key()
 
 
 def test_text_of_the_scene_is_shown_and_never_taken_for_markup(page: Page, reported: Path) -> None:
