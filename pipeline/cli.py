@@ -26,6 +26,8 @@ COMPUTED, NOT_REACHED, BAD_INPUT, BY_SIGNAL = 0, 1, 2, 128  # the last: and the 
 
 _NO_OUTPUT = "shroud: the output cannot be written"
 
+FLAGS = ("--force", "--quiet", "--json", "--help")  # options without a value
+
 app = typer.Typer(
     name="shroud",
     help="Nonlinear forced response of shrouded turbine blades, from blade geometry to response curves.",
@@ -242,13 +244,14 @@ def command(arguments: list[str]) -> int:
     """Run one command line; returns its exit status. Errors of any kind are one line on stderr."""
     from typer.exceptions import Abort, Exit, TyperException
 
-    from pipeline.errors import InputError, one_line, reason_of
+    from pipeline.errors import InputError, advice_on, one_line, reason_of
     from pipeline.process.interrupts import Stopped
     from pipeline.store.disk_errors import StorageError
 
     if not sys.warnoptions:  # warnings of libraries are shown with python -W only
         warnings.simplefilter("ignore")
     try:
+        _refuse_twice(arguments)
         status = app(args=arguments or ["--help"], prog_name="shroud", standalone_mode=False)
         status = int(status) if isinstance(status, int) else COMPUTED
     except Exit as stop:
@@ -270,12 +273,30 @@ def command(arguments: list[str]) -> int:
         if isinstance(error, OSError) and error.errno == errno.ENOSPC and error.filename is None:
             print_error(f"{_NO_OUTPUT}: {error.strerror}")
         else:
-            print_error(f"shroud: {type(error).__name__}: {reason_of(error)}")
+            kind = "" if advice_on(error) else f"{type(error).__name__}: "
+            print_error(f"shroud: {kind}{reason_of(error)}")
         return NOT_REACHED
     if status > BY_SIGNAL:
         said = Stopped(status - BY_SIGNAL).said
         print_error(f"shroud: {said}; what is done is kept, the same command goes on from there")
     return status
+
+
+def _refuse_twice(arguments: list[str]) -> None:
+    """Refuse an option that is given two values, of which the last would be taken in silence.
+
+    Raises
+    ------
+    InputError
+        Names the option.
+    """
+    from pipeline.errors import input_error
+
+    options = arguments[: arguments.index("--")] if "--" in arguments else arguments
+    names = [text.partition("=")[0] for text in options if text.startswith("--")]
+    for name in names:
+        if names.count(name) > 1 and name not in FLAGS:
+            raise input_error("shroud", name, "given twice", "one value")
 
 
 @contextmanager

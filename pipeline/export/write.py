@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from pipeline.errors import InputError, input_error, reason_of
+from pipeline.errors import InputError, input_error, system_reason
 from pipeline.output_paths import check_output_path
 from pipeline.store.disk_errors import storage_error
 
@@ -59,7 +59,7 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
         storage = storage_error(error, target.parent)
         if storage is not None and storage.full:
             raise storage from None
-        raise InputError(f"{target}: cannot be written: {error.strerror or reason_of(error)}") from None
+        raise InputError(f"{target}: cannot be written: {system_reason(error)}") from None
     finally:
         _remove(beside)
     return summary

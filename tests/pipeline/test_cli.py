@@ -4,9 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 from pipeline_support import ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
 import pipeline.stages.respond
+from pipeline.cli import FLAGS, app
 from pipeline.scene.schema import Scene
 
 
@@ -29,6 +31,26 @@ def test_wrong_usage(arguments: list[str]) -> None:
     assert (status, said) == (2, "")
     assert error.count("\n") == 1
     assert error.startswith("shroud: ")
+
+
+@pytest.mark.parametrize("second", [["--out", "b"], ["--out=b"], ["--out", "a"]])
+def test_an_option_with_two_values_is_refused(second: list[str]) -> None:
+    for name in ("run", "respond", "verify", "report"):
+        found = shroud(name, "a.toml", "--out", "a", *second)
+        assert found == (2, "", "shroud: --out: given twice, allowed: one value\n")
+
+
+def test_every_flag_may_be_given_twice() -> None:
+    commands = typer.main.get_command(app).commands.values()  # type: ignore[attr-defined]
+    flags = {
+        name
+        for found in commands
+        for option in found.params
+        if getattr(option, "is_flag", False)
+        for name in option.opts
+    }
+    assert flags <= set(FLAGS)
+    assert shroud("validate", "none.toml", "--json", "--json")[0] == 2
 
 
 @pytest.mark.parametrize("arguments", [[], ["--help"], ["run", "--help"], ["respond", "--help"]])
