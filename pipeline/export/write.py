@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from pipeline.errors import InputError, input_error, system_reason
@@ -51,6 +52,7 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
         if read is not None and target.exists() and read.exists() and target.samefile(read):
             raise input_error("--to", str(target), f"is also {name}", "another file")
     beside = target.with_name(f".export-{os.getpid()}{suffix}")
+    made = [folder for folder in target.parents if not folder.exists()]
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         summary = writers[suffix](beside)
@@ -62,6 +64,9 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
         raise InputError(f"{target}: cannot be written: {system_reason(error)}") from None
     finally:
         _remove(beside)
+        with suppress(OSError):  # not empty after an export
+            for folder in made:
+                folder.rmdir()
     return summary
 
 

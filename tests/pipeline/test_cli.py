@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 import typer
-from pipeline_support import ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
+from pipeline_support import RAW_TEXT, ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
 import pipeline.stages.respond
 from pipeline.cli import FLAGS, app
@@ -21,6 +21,12 @@ from pipeline.scene.schema import Scene
         ["run", "a.toml", "--until", "lunch"],
         ["run", "a.toml", "--jobs", "0"],
         ["run", "a.toml", "--jobs", "many"],
+        ["run", "a.toml", "--jobs", "257"],
+        ["run", "a.toml", "--until", ""],
+        ["run", "a\0b"],
+        ["info", "a\0b"],
+        ["verify", "a.toml", "--tolerance", "nan"],
+        ["verify", "a.toml", "--tolerance", "1e-9"],
         ["respond", "a.toml"],
         ["info"],
         ["validate", "a.toml", "b.toml"],
@@ -31,6 +37,11 @@ def test_wrong_usage(arguments: list[str]) -> None:
     assert (status, said) == (2, "")
     assert error.count("\n") == 1
     assert error.startswith("shroud: ")
+    assert not RAW_TEXT.search(error), error
+    value = arguments[-1]
+    if len(arguments) > 3 or "\0" in value:
+        shown = value.replace("\0", " ")
+        assert f': "{shown}", allowed: ' in error
 
 
 @pytest.mark.parametrize("second", [["--out", "b"], ["--out=b"], ["--out", "a"]])

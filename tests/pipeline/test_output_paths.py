@@ -123,6 +123,15 @@ def test_an_export_does_not_replace_what_it_reads(given: Path) -> None:
     assert source.read_bytes() == content
 
 
+def test_an_export_that_fails_leaves_no_folder(given: Path) -> None:
+    for target in ("new/folder/x.uff", "new/x.vtu"):
+        status, _, error = shroud("export", "g.h5", "--to", target)
+        assert (status, error.count("\n")) == (2, 1)
+        assert not (given / "new").exists()
+    assert shroud("export", "g.h5", "--to", "new/folder/x.mat", "--quiet") == (0, "", "")
+    assert (given / "new" / "folder" / "x.mat").is_file()
+
+
 def test_a_folder_of_scenes_or_of_earlier_results_is_fine(given: Path) -> None:
     (given / "g.h5").rename(given.parent / "g.h5")
     (given / ".gitignore").touch()
