@@ -19,12 +19,16 @@ from pipeline.stages.stage_names import Stage
 from pipeline.terminal import print_error, print_notes, print_outcome, print_problems, print_verification
 
 if TYPE_CHECKING:
+    from typer.exceptions import TyperException
+
     from pipeline.process.interrupts import Interrupts
     from pipeline.stages.request import Request
 
 COMPUTED, NOT_REACHED, BAD_INPUT, BY_SIGNAL = 0, 1, 2, 128  # the last: and the number of the signal
 
 _NO_OUTPUT = "shroud: the output cannot be written"
+
+FLAGS = ("--force", "--quiet", "--json", "--help")  # options without a value
 
 app = typer.Typer(
     name="shroud",
@@ -33,6 +37,15 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+
+
+MOST_JOBS = 256
+TOLERANCES = 1e-6, 0.5
+ALLOWED = {  # values of options by their names
+    "until": ", ".join(Stage),
+    "jobs": f"a whole number, 1 to {MOST_JOBS}",
+    "tolerance": "a number, {:g} to {:g}".format(*TOLERANCES),
+}
 
 
 def _output(option: str) -> Callable[[str], Path]:
@@ -49,7 +62,9 @@ OutOption = Annotated[
 ForceOption = Annotated[bool, typer.Option("--force", help="Compute everything again, even what has not changed.")]
 JobsOption = Annotated[
     int | None,
-    typer.Option("--jobs", min=1, max=256, help="Curves solved at once; one for each core by default, if worth it."),
+    typer.Option(
+        "--jobs", min=1, max=MOST_JOBS, help="Curves solved at once; one for each core by default, if worth it."
+    ),
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else on stdout.")]
@@ -99,7 +114,10 @@ def verify(
     scene: SceneArgument,
     out: OutOption = None,
     tolerance: Annotated[
-        float | None, typer.Option(min=1e-6, max=0.5, help="Relative error to stay within; rom.tolerance by default.")
+        float | None,
+        typer.Option(
+            min=TOLERANCES[0], max=TOLERANCES[1], help="Relative error to stay within; rom.tolerance by default."
+        ),
     ] = None,
     as_json: JsonOption = False,
     force: ForceOption = False,
@@ -243,19 +261,20 @@ def command(arguments: list[str]) -> int:
     """Run one command line; returns its exit status. Errors of any kind are one line on stderr."""
     from typer.exceptions import Abort, Exit, TyperException
 
-    from pipeline.errors import InputError, one_line, reason_of
+    from pipeline.errors import InputError, advice_on, reason_of
     from pipeline.process.interrupts import Stopped
     from pipeline.store.disk_errors import StorageError
 
     if not sys.warnoptions:  # warnings of libraries are shown with python -W only
         warnings.simplefilter("ignore")
     try:
+        _refuse_twice(arguments)
         status = app(args=arguments or ["--help"], prog_name="shroud", standalone_mode=False)
         status = int(status) if isinstance(status, int) else COMPUTED
     except Exit as stop:
         status = stop.exit_code
     except TyperException as error:
-        print_error(f"shroud: {one_line(error.format_message())} (shroud --help)")
+        print_error(f"shroud: {_of_usage(error)} (shroud --help)")
         return BAD_INPUT
     except InputError as error:
         print_error(str(error))
@@ -271,12 +290,44 @@ def command(arguments: list[str]) -> int:
         if isinstance(error, OSError) and error.errno == errno.ENOSPC and error.filename is None:
             print_error(f"{_NO_OUTPUT}: {error.strerror}")
         else:
-            print_error(f"shroud: {type(error).__name__}: {reason_of(error)}")
+            kind = "" if advice_on(error) else f"{type(error).__name__}: "
+            print_error(f"shroud: {kind}{reason_of(error)}")
         return NOT_REACHED
     if status > BY_SIGNAL:
         said = Stopped(status - BY_SIGNAL).said
         print_error(f"shroud: {said}; what is done is kept, the same command goes on from there")
     return status
+
+
+def _of_usage(error: TyperException) -> str:
+    """What is wrong with a command line; where that is a value, its own words and not those of the library."""
+    from pydantic import ValidationError
+
+    from pipeline.errors import one_line, shown
+
+    name, cause = getattr(getattr(error, "param", None), "name", ""), error.__cause__
+    if not isinstance(cause, ValidationError):
+        return one_line(error.format_message())
+    option = f"--{name}" if name in ALLOWED else str(name).upper()
+    found = shown(str(cause.errors(include_url=False)[0]["input"]))
+    return f"{option}: {found}, allowed: {ALLOWED.get(name, 'a path')}"
+
+
+def _refuse_twice(arguments: list[str]) -> None:
+    """Refuse an option that is given two values, of which the last would be taken in silence.
+
+    Raises
+    ------
+    InputError
+        Names the option.
+    """
+    from pipeline.errors import input_error
+
+    options = arguments[: arguments.index("--")] if "--" in arguments else arguments
+    names = [text.partition("=")[0] for text in options if text.startswith("--")]
+    for name in names:
+        if names.count(name) > 1 and name not in FLAGS:
+            raise input_error("shroud", name, "given twice", "one value")
 
 
 @contextmanager

@@ -69,14 +69,22 @@ def one_line(text: str) -> str:
 
 
 def reason_of(error: BaseException) -> str:
-    """The message of an exception on one line, its type where it has none; with advice where the system has no more.
-
-    What may run out is memory, open files or processes; the disk is a matter of `pipeline.store.disk_errors`.
-    """
+    """The message of an exception on one line, its type where it has none; with advice where there is some."""
     said = one_line(str(error))
+    advice = advice_on(error)
+    if advice:
+        return f"{advice} ({said})" if said else advice
+    return said or type(error).__name__
+
+
+def advice_on(error: BaseException) -> str:
+    """What to do where memory, open files or processes have run out (the disk: `pipeline.store.disk_errors`)."""
     number = error.errno if isinstance(error, OSError) else None
     if isinstance(error, MemoryError) or number == errno.ENOMEM:
-        return f"out of memory{f' ({said})' if said else ''}; {SAVES_MEMORY}"
-    if number in _REMEDIES:
-        return f"{_REMEDIES[number]} ({said})"
-    return said or type(error).__name__
+        return f"out of memory; {SAVES_MEMORY}"
+    return _REMEDIES.get(number, "") if number is not None else ""
+
+
+def system_reason(error: OSError) -> str:
+    """The words of the operating system for an error, with advice where it has no more of something."""
+    return advice_on(error) or error.strerror or reason_of(error)

@@ -6,5 +6,16 @@ import math
 
 
 def angular_speed(speed_rpm: float) -> float:
-    """Angular speed in rad/s of a rotational speed in rev/min."""
+    """Angular speed in rad/s of a rotational speed in rev/min.
+
+    Parameters
+    ----------
+    speed_rpm : float
+        Rotational speed, rev/min.
+
+    Returns
+    -------
+    float
+        Angular speed, rad/s.
+    """
     return speed_rpm * math.pi / 30.0

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
-from pipeline.errors import InputError, input_error, reason_of
+from pipeline.errors import InputError, input_error, system_reason
 from pipeline.output_paths import check_output_path
 from pipeline.store.disk_errors import storage_error
 
@@ -51,6 +52,7 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
         if read is not None and target.exists() and read.exists() and target.samefile(read):
             raise input_error("--to", str(target), f"is also {name}", "another file")
     beside = target.with_name(f".export-{os.getpid()}{suffix}")
+    made = [folder for folder in target.parents if not folder.exists()]
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         summary = writers[suffix](beside)
@@ -59,9 +61,12 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
         storage = storage_error(error, target.parent)
         if storage is not None and storage.full:
             raise storage from None
-        raise InputError(f"{target}: cannot be written: {error.strerror or reason_of(error)}") from None
+        raise InputError(f"{target}: cannot be written: {system_reason(error)}") from None
     finally:
         _remove(beside)
+        with suppress(OSError):  # not empty after an export
+            for folder in made:
+                folder.rmdir()
     return summary
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from pipeline.errors import input_error, reason_of, shown
+from pipeline.errors import input_error, reason_of, shown, system_reason
 from pipeline.scene.deprecated_values import with_current_values
 from pipeline.scene.presets import Accuracy, with_preset
 from pipeline.scene.schema import SECTIONS, Scene
@@ -137,7 +137,7 @@ def _load(path: Path) -> tuple[dict[str, Any], str]:
     except UnicodeDecodeError as error:
         raise input_error(path, "", f"not UTF-8 text (byte {error.start})", "TOML in UTF-8") from None
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or reason_of(error)
+        reason = system_reason(error) if isinstance(error, OSError) else reason_of(error)
         raise input_error(path, "", f"cannot be read: {reason}", allowed) from None
     return parsed(path, text), text
 

@@ -7,7 +7,7 @@ import re
 from importlib.resources import files
 from pathlib import Path
 
-from pipeline.errors import InputError, input_error
+from pipeline.errors import InputError, input_error, system_reason
 from pipeline.output_paths import check_output_path
 from pipeline.scene.json_schema import scene_schema
 
@@ -48,7 +48,7 @@ def write_new_scene(folder: Path) -> list[Path]:
         for target, text in zip(targets, texts, strict=True):
             _write(target, text)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from None
+        raise InputError(f"{folder}: cannot be written: {system_reason(error)}") from None
     return targets
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from pipeline.errors import InputError, input_error, shown
+from pipeline.errors import InputError, input_error, one_line, shown
 from pipeline.scene.schema import SECTIONS, Scene
 
 MISSING = object()
@@ -45,20 +45,29 @@ def scene_error(path: Path, raw: Mapping[str, Any], errors: Sequence[Any], swept
     # a misspelt key explains a missing one, so it is the more helpful of the two
     error = min(errors, key=lambda e: e["type"] != "extra_forbidden")
     location = tuple(part for part in error["loc"])
+    said = _said_by_validator(error)
+    if not location:
+        return input_error(path, "", "keys that do not fit together", said)
     section = str(location[0])
     if error["type"] == "extra_forbidden":
         return _unknown(path, location)
     if section not in SECTIONS:
         return input_error(
-            path, section, _found(raw.get(section, MISSING)) + _nearest(error), allowed_values(section)
+            path, section, _found(raw.get(section, MISSING)) + _nearest(error), said or allowed_values(section)
         )
     if len(location) == 1 or not isinstance(raw.get(section), Mapping):
-        return input_error(path, section, _found(raw.get(section, MISSING)), f"a table [{section}]")
+        return input_error(path, section, _found(raw.get(section, MISSING)), said or f"a table [{section}]")
     name = str(location[1])
     key = f"{section}.{name}"
     value, index = _pick(raw[section].get(name, MISSING), errors, location[:2])
     place = f'sweep."{key}"[{swept[key]}]' if key in swept else key
-    return input_error(path, place + index, _found(value), allowed_values(key))
+    return input_error(path, place + index, _found(value), said or allowed_values(key))
+
+
+def _said_by_validator(error: Any) -> str:
+    """The message of a validator of the schema, without what pydantic puts before it; empty for other errors."""
+    cause = error.get("ctx", {}).get("error")
+    return one_line(str(cause)) if isinstance(cause, Exception) else ""
 
 
 def _owner(key: str) -> tuple[type[BaseModel], str]:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from pipeline.errors import InputError, input_error, reason_of
+from pipeline.errors import InputError, input_error, reason_of, system_reason
 from pipeline.output_paths import check_output_path
 from pipeline.process.progress import Reporter
 from pipeline.store.content_store import Store
@@ -89,7 +89,7 @@ def _unusable(out: Path, error: StorageError | OSError | ValueError) -> InputErr
     if storage is not None and storage.full:
         return storage
     cause = error.__cause__ if isinstance(error, StorageError) else error
-    reason = (cause.strerror if isinstance(cause, OSError) else None) or reason_of(error)
+    reason = system_reason(cause) if isinstance(cause, OSError) else reason_of(error)
     if os.path.islink(out) and not os.path.exists(out):
         reason = f"a symbolic link to {os.readlink(out)}, which does not exist"
     return input_error("--out", str(out), f"cannot be written: {reason}", "a folder that can be written")

@@ -4,9 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pipeline_support import ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
+import typer
+from pipeline_support import RAW_TEXT, ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
 import pipeline.stages.respond
+from pipeline.cli import FLAGS, app
 from pipeline.scene.schema import Scene
 
 
@@ -19,6 +21,12 @@ from pipeline.scene.schema import Scene
         ["run", "a.toml", "--until", "lunch"],
         ["run", "a.toml", "--jobs", "0"],
         ["run", "a.toml", "--jobs", "many"],
+        ["run", "a.toml", "--jobs", "257"],
+        ["run", "a.toml", "--until", ""],
+        ["run", "a\0b"],
+        ["info", "a\0b"],
+        ["verify", "a.toml", "--tolerance", "nan"],
+        ["verify", "a.toml", "--tolerance", "1e-9"],
         ["respond", "a.toml"],
         ["info"],
         ["validate", "a.toml", "b.toml"],
@@ -29,6 +37,31 @@ def test_wrong_usage(arguments: list[str]) -> None:
     assert (status, said) == (2, "")
     assert error.count("\n") == 1
     assert error.startswith("shroud: ")
+    assert not RAW_TEXT.search(error), error
+    value = arguments[-1]
+    if len(arguments) > 3 or "\0" in value:
+        shown = value.replace("\0", " ")
+        assert f': "{shown}", allowed: ' in error
+
+
+@pytest.mark.parametrize("second", [["--out", "b"], ["--out=b"], ["--out", "a"]])
+def test_an_option_with_two_values_is_refused(second: list[str]) -> None:
+    for name in ("run", "respond", "verify", "report"):
+        found = shroud(name, "a.toml", "--out", "a", *second)
+        assert found == (2, "", "shroud: --out: given twice, allowed: one value\n")
+
+
+def test_every_flag_may_be_given_twice() -> None:
+    commands = typer.main.get_command(app).commands.values()  # type: ignore[attr-defined]
+    flags = {
+        name
+        for found in commands
+        for option in found.params
+        if getattr(option, "is_flag", False)
+        for name in option.opts
+    }
+    assert flags <= set(FLAGS)
+    assert shroud("validate", "none.toml", "--json", "--json")[0] == 2
 
 
 @pytest.mark.parametrize("arguments", [[], ["--help"], ["run", "--help"], ["respond", "--help"]])

@@ -123,22 +123,31 @@ def test_an_export_does_not_replace_what_it_reads(given: Path) -> None:
     assert source.read_bytes() == content
 
 
+def test_an_export_that_fails_leaves_no_folder(given: Path) -> None:
+    for target in ("new/folder/x.uff", "new/x.vtu"):
+        status, _, error = shroud("export", "g.h5", "--to", target)
+        assert (status, error.count("\n")) == (2, 1)
+        assert not (given / "new").exists()
+    assert shroud("export", "g.h5", "--to", "new/folder/x.mat", "--quiet") == (0, "", "")
+    assert (given / "new" / "folder" / "x.mat").is_file()
+
+
 def test_a_folder_of_scenes_or_of_earlier_results_is_fine(given: Path) -> None:
     (given / "g.h5").rename(given.parent / "g.h5")
     (given / ".gitignore").touch()
     (given / "store").mkdir()
     for _ in range(2):
-        assert shroud("respond", "s.toml", "--rom", "../g.h5", "--out", ".", "--quiet") == (0, "", "")
+        assert run_scene("s.toml", ".", rom="../g.h5", until="respond").curves[0].complete
         (given / "notes.txt").write_text("beside earlier results")
     link(given.parent / "l", given)
-    assert shroud("respond", "s.toml", "--rom", "../g.h5", "--out", "../l", "--quiet") == (0, "", "")
+    assert run_scene("s.toml", "../l", rom="../g.h5", until="respond").curves[0].complete
     for inside in ("store", "store/x", "../l/store/tmp"):
         status, _, error = shroud("respond", "s.toml", "--rom", "../g.h5", "--out", inside)
         assert (status, error.count("\n")) == (2, 1), error
         assert "is inside the store of" in error
     for path in (given / "store").iterdir():
         path.rename(given.parent / path.name)
-    assert shroud("respond", "s.toml", "--rom", "../g.h5", "--out", ".", "--quiet") == (0, "", "")
+    assert run_scene("s.toml", ".", rom="../g.h5", until="respond").curves[0].complete
 
 
 def test_the_longest_path_that_is_taken_has_room_for_all_results(given: Path) -> None:
@@ -149,7 +158,7 @@ def test_the_longest_path_that_is_taken_has_room_for_all_results(given: Path) ->
     status, _, error = shroud("respond", "s.toml", "--rom", "g.h5", "--out", out + "x")
     assert (status, error.count("\n")) == (2, 1)
     assert not (given / "abcdefghi").exists()
-    assert shroud("respond", "s.toml", "--rom", "g.h5", "--out", out, "--quiet") == (0, "", "")
+    assert run_scene("s.toml", out, rom="g.h5", until="respond").curves[0].complete
     assert len(os.path.abspath(out)) == most
     inside = max(len(str(path)) for path in Path(out).rglob("*"))
     assert inside < os.pathconf("/", "PC_PATH_MAX")

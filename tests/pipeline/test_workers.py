@@ -4,49 +4,19 @@ import os
 import signal
 import subprocess
 import sys
-import threading
-import time
 from pathlib import Path
 
 import pytest
+import worker_tasks
 from faults_support import entries
-from pipeline_support import ground_scene, shroud, summary_of, write_ground_model, write_scene
+from pipeline_support import ground_scene, write_ground_model, write_scene
+from worker_tasks import attempts_in, beside, fail, fail_stubbornly, work
 
 import pipeline.stages.respond
+from pipeline import run_scene
 from pipeline.process.workers import ATTEMPTS, Call, WorkerDied, call_apart, workers
 from pipeline.stages.respond import CurveJob
 from pipeline.stages.solve_curve import solve_curve
-
-
-def attempts_in(folder: Path, name: str) -> int:
-    """Number of this attempt, counted in files that outlive a process."""
-    made = len(list(folder.glob(f"{name}-*")))
-    (folder / f"{name}-{made}").touch()
-    return made + 1
-
-
-def work(folder: Path, name: str, deaths: int, number: int) -> str:
-    """A call whose process dies in the first attempts; others take long enough to be under way meanwhile."""
-    if attempts_in(folder, name) <= deaths:
-        os.kill(os.getpid(), number)
-    time.sleep(0.05)
-    return name
-
-
-def fail(message: str) -> None:
-    raise ValueError(message)
-
-
-class Stubborn(Exception):
-    """An exception that cannot be sent from one process to another."""
-
-    def __init__(self) -> None:
-        super().__init__("stubborn")
-        self.lock = threading.Lock()
-
-
-def fail_stubbornly() -> None:
-    raise Stubborn
 
 
 def test_only_the_call_of_a_dead_process_is_begun_again(tmp_path: Path) -> None:
@@ -76,18 +46,8 @@ def test_only_the_call_of_a_dead_process_is_begun_again(tmp_path: Path) -> None:
         found["raises stubbornly"].result()
 
 
-def beside(folder: Path, name: str) -> int:
-    """How many calls are under way, this one included; the last attempt of `name` begins after its deaths."""
-    mark = folder / f"under-way-{os.getpid()}"
-    mark.touch()
-    if name == "greedy" and attempts_in(folder, name) < ATTEMPTS:
-        mark.unlink()
-        os.kill(os.getpid(), signal.SIGKILL)
-    count = len(list(folder.glob("under-way-*")))
-    time.sleep(0.02)
-    count = max(count, len(list(folder.glob("under-way-*"))))
-    mark.unlink()
-    return count
+def test_the_attempts_are_as_many_as_the_calls_assume() -> None:
+    assert worker_tasks.ATTEMPTS == ATTEMPTS
 
 
 def test_the_last_attempt_has_the_machine_to_itself(tmp_path: Path) -> None:
@@ -123,27 +83,28 @@ def deadly_solve_into(store: object, item: CurveJob, progress: object = None) ->
 REAL = pipeline.stages.respond._solve_into
 
 
-def test_a_run_loses_the_curve_of_a_killed_worker_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    frictions = [0.31, 0.32, 0.33, 0.34, 0.35]
+def test_a_run_loses_the_curve_of_a_killed_worker_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frictions = [0.31, 0.32, 0.34]
     scene = write_scene(tmp_path / "s.toml", ground_scene() | {"sweep": {"contact.friction": frictions}})
     rom, out = write_ground_model(tmp_path / "g.h5"), tmp_path / "out"
     monkeypatch.setenv("SHROUD_TEST_FOLDER", str(tmp_path))
-    monkeypatch.setattr(pipeline.stages.respond, "_solve_into", deadly_solve_into)
-    status, _, error = shroud("respond", scene, "--rom", rom, "--out", out, "--jobs", 2)
-    assert status == 1
-    assert "killed by signal 9 (SIGKILL), most likely for want of memory" in error.splitlines()[-1]
-    assert error.splitlines()[-1].startswith("1 of 5 curves not completed: its process was killed")
-    assert error.count("begun again in another process") == 3
-    curves = summary_of(out)["curves"]
-    assert [c["parameters"]["contact.friction"] for c in curves] == frictions
-    assert [c["complete"] for c in curves] == [f != 0.32 for f in frictions]
-    assert "(3 attempts)" in curves[1]["reason"]
+    with monkeypatch.context() as deadly:
+        deadly.setattr(pipeline.stages.respond, "_solve_into", deadly_solve_into)
+        found = run_scene(scene, out, rom=rom, until="respond", jobs=2, quiet=False)
+    assert capsys.readouterr().err.count("begun again in another process") == 3
+    assert [curve.parameters["contact.friction"] for curve in found.curves] == frictions
+    assert [curve.complete for curve in found.curves] == [True, False, True]
+    assert found.curves[1].reason.startswith(
+        "its process was killed by signal 9 (SIGKILL), most likely for want of mem"
+    )
+    assert found.curves[1].reason.endswith("(3 attempts)")
     assert entries(out, "tmp") == []
+    assert len(entries(out, "curve")) == 2
 
-    monkeypatch.undo()
-    assert shroud("respond", scene, "--rom", rom, "--out", out, "--quiet", "--jobs", 2)[0] == 0
-    assert all(c["complete"] for c in summary_of(out)["curves"])
-    assert len(entries(out, "curve")) == 5
+    again = run_scene(scene, out, rom=rom, until="respond")
+    assert [curve.complete for curve in again.curves] == [True] * 3
 
 
 def test_a_script_without_a_guard_is_told_so(tmp_path: Path) -> None:
