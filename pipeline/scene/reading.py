@@ -21,6 +21,7 @@ from pipeline.scene.validation_errors import scene_error, shown_key, unknown_key
 LARGEST_SWEEP = 10_000
 LARGEST_FILE = 1_000_000
 IGNORED_WITH_MODEL = ("blade", "shroud", "mesh", "rom", "render")
+WITHOUT_EFFECT_ON_MODEL = ("excitation.direction", "excitation.at", "load.equilibrium")
 
 
 @dataclass(frozen=True)
@@ -163,7 +164,7 @@ def _sweep_lists(path: Path, sweep: Any) -> dict[str, list[Any]]:
 
 def _refuse_without_effect(path: Path, sweep: Mapping[str, list[Any]]) -> None:
     for key in sweep:
-        if key.partition(".")[0] in IGNORED_WITH_MODEL or key in ("excitation.direction", "excitation.at"):
+        if key.partition(".")[0] in IGNORED_WITH_MODEL or key in WITHOUT_EFFECT_ON_MODEL:
             allowed = "keys of load, contact, excitation and response"
             raise input_error(path, f'sweep."{key}"', "has no effect on a given reduced model", allowed)
 

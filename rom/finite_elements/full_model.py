@@ -34,11 +34,12 @@ class FullModel:
     fixed : (f,) array
         Sorted indices of the dofs on the clamped root.
     centrifugal : (N,) array
-        Nodal forces at 1 rad/s about the x axis, N; they grow with the square of the speed.
+        Nodal forces at 1 rad/s about the x axis, N; they grow with the square of the speed. At a speed those whose
+        static displacement is that of the equilibrium.
     element : str
         Name of the element.
     speed_rpm : float
-        Speed, rev/min, whose stress stiffening and spin softening `stiffness` holds, 0 for none.
+        Speed, rev/min, about whose static equilibrium `stiffness` holds, 0 at rest.
     """
 
     stiffness: csr_matrix

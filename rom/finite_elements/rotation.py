@@ -125,12 +125,13 @@ def centrifugal_displacement(full: FullModel, backend: str = "auto") -> NDArray[
     return displacement
 
 
-def cross_axis(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """e_x x u of displacements or velocities (3k,) or (3k, m), node-major x, y, z: (0, -u_z, u_y) at each node.
+def coriolis_acceleration(velocity: NDArray[np.float64]) -> NDArray[np.float64]:
+    """2 w x v at 1 rad/s of velocities (3k,) or (3k, m), node-major x, y, z: 2 (0, v_z, -v_y) at each node.
 
-    With M the consistent mass, the Coriolis forces in rotation about x are -2 W M (e_x x du/dt).
+    The ring turns towards +y, w = -e_x: blade j+1 meets a disturbance at rest before blade j, which is the phase
+    +EO phi of an engine order.
     """
-    nodal = vectors.reshape(len(vectors) // 3, 3, -1)
-    turned = np.zeros_like(nodal)
-    turned[:, 1], turned[:, 2] = -nodal[:, 2], nodal[:, 1]
-    return turned.reshape(vectors.shape)
+    nodal = velocity.reshape(len(velocity) // 3, 3, -1)
+    acceleration = np.zeros_like(nodal)
+    acceleration[:, 1], acceleration[:, 2] = 2.0 * nodal[:, 2], -2.0 * nodal[:, 1]
+    return acceleration.reshape(velocity.shape)

@@ -34,7 +34,8 @@ Array = NDArray[np.float64]
 # 1e-6 in the displacement of a thin blade still changes a frequency by 3e-5.
 TOLERANCE = 1e-11
 LARGEST_STRAIN = 0.1  # no blade and no law of linear elasticity goes so far
-_ROUND_OFF = 1e-7  # steps below it that no longer shrink are round-off
+_ROUND_OFF = 1e-7  # steps below it that hardly shrink are round-off
+_HARDLY = 0.5
 _SHRINKS = 0.1
 _MOST_TANGENTS = 12
 _MOST_STEPS = 20  # with one tangent
@@ -138,7 +139,7 @@ def _newton(rotating: RotatingBody, analysis: Analysis, start: Array, squared: f
             displacement[rotating.free] += step
             force, strain = rotating.unbalance(displacement, squared)
             size = np.abs(step).max() / np.abs(displacement).max()
-            if size < TOLERANCE or _SHRINKS * last < size < _ROUND_OFF:
+            if size < TOLERANCE or _HARDLY * last < size < _ROUND_OFF:
                 return displacement
             if not size < _SHRINKS * last or not strain < LARGEST_STRAIN:
                 break

@@ -18,7 +18,7 @@ from rom.checks import require_between
 from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
-from rom.finite_elements.rotation import cross_axis
+from rom.finite_elements.rotation import coriolis_acceleration
 from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice
 from rom.reduction.boundary_selection import boundary_selection
@@ -194,9 +194,9 @@ def _coriolis(parts: Substructure, modes: ModalBasis) -> NDArray[np.float64] | N
     """Coriolis matrix (n, n) of the reduced coordinates at 1 rad/s; None at rest."""
     if parts.coriolis is None:
         return None
-    turned = 2.0 * cross_axis(modes.shapes)
-    mixed = parts.coupling.T @ turned
-    inner = modes.shapes.T @ (parts.interior_mass @ turned)
+    acceleration = coriolis_acceleration(modes.shapes)
+    mixed = parts.coupling.T @ acceleration
+    inner = modes.shapes.T @ (parts.interior_mass @ acceleration)
     return np.block([[parts.coriolis, mixed], [-mixed.T, 0.5 * (inner - inner.T)]])
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.finite_elements.full_model import FullModel, node_dofs
-from rom.finite_elements.rotation import cross_axis
+from rom.finite_elements.rotation import coriolis_acceleration
 from rom.linear_algebra.factorisation import Factor, analyse
 from rom.reduction.boundary_dofs import BoundaryChoice, BoundaryDofs, choose_boundary_dofs
 
@@ -126,11 +126,11 @@ def _condensed_coriolis(
     m_ib: csr_matrix,
     m_bb: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """2 C^T M R C (b, b) with the constraint modes C = (Psi, I) and R = e_x x, in the frames of the boundary dofs."""
+    """C^T M A(C) (b, b) with the constraint modes C = (Psi, I) and their Coriolis accelerations A(C) at 1 rad/s."""
     rotation = boundary.rotation
-    turned = rotation @ cross_axis(rotation.T)
-    product = coupling.T @ cross_axis(constraint) + (m_ib.T @ constraint + m_bb).T @ turned
-    return product - product.T  # twice the skew part: takes away round-off
+    at_boundary = rotation @ coriolis_acceleration(rotation.T)
+    product = coupling.T @ coriolis_acceleration(constraint) + (m_ib.T @ constraint + m_bb).T @ at_boundary
+    return 0.5 * (product - product.T)  # takes away round-off
 
 
 def symmetric(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

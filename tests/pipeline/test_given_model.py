@@ -169,6 +169,10 @@ def test_the_smallest_models_are_solved(tmp_path: Path, changes: dict[str, Any],
         (ground_scene(normal_stiffness="punch"), 'contact.normal_stiffness: "punch", allowed: numbers'),
         ({**ground_scene(), "sweep": {"shroud.angle": [70.0]}}, 'sweep."shroud.angle": has no effect'),
         ({**ground_scene(), "load": {"speed_rpm": 100.0}}, "force/centrifugal"),
+        (
+            {**ground_scene(), "sweep": {"load.equilibrium": ["linear"]}},
+            'sweep."load.equilibrium": has no effect on a given reduced model',
+        ),
         ({**ground_scene(), "contact": {"friction": 0.1}}, "contact.normal_stiffness: missing"),
     ],
 )

@@ -2,12 +2,15 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, summary_of, write_scene
 
+from pipeline.report import error_budget
 from pipeline.results.tables import coriolis_notes
 from pipeline.scene.reading import read_scene
 from pipeline.stages.coriolis_error import stored_coriolis_error
@@ -108,6 +111,15 @@ def test_of_a_given_model_without_its_coriolis_matrix_the_effect_is_not_known(
     assert stored_coriolis_error(store, BuiltModel("other", rom, None, {}), scene) is None
     (note,) = coriolis_notes(RunOutcome(models=[{"coriolis_error": 1e-3}, {"coriolis_error": None}]))
     assert note == "Coriolis forces are neglected, effect not known: the reduced model has no dataset coriolis"
+
+
+@pytest.mark.parametrize(
+    ("errors", "verdicts"),
+    [((0.0, 0.0), []), ((0.0, 2e-3), ["small"]), ((2e-3, 0.1), ["large"]), ((None, 0.0), ["not known"])],
+)
+def test_the_error_budget_has_the_coriolis_forces(errors: tuple[float | None, ...], verdicts: list[str]) -> None:
+    source: Any = SimpleNamespace(model_rows=[{"coriolis_error": error} for error in errors])
+    assert [row.verdict for row in error_budget._coriolis(source)] == verdicts
 
 
 def test_an_absurd_speed_is_refused_in_one_line(tmp_path: Path) -> None:

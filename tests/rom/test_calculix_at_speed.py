@@ -13,7 +13,7 @@ from scipy.sparse.linalg import eigsh
 
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
 from rom import Material, ReducedModel, assemble, gyroscopic_frequencies, stiffen_by_rotation
-from rom.finite_elements.rotation import cross_axis
+from rom.finite_elements.rotation import coriolis_acceleration
 
 pytestmark = pytest.mark.skipif(calculix.PROGRAM is None, reason="CalculiX is not installed: no ccx on PATH")
 
@@ -57,7 +57,7 @@ def test_nonlinear_equilibrium_and_coriolis_forces(blade, tmp_path):
         contact_position=np.zeros((1, 3)),
         force_excitation=np.ones(COUNT),
         outputs={"tip": np.ones(COUNT)},
-        coriolis=2.0 * shapes.T @ (full.mass @ cross_axis(shapes)),
+        coriolis=shapes.T @ (full.mass @ coriolis_acceleration(shapes)),
         speed_rpm=SPEED,
     )
     turning = gyroscopic_frequencies(model, 0.0, count=COUNT)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rom_meshes import box_sector, patch_block
+from rom_meshes import box_sector, patch_block, turned_back
 from scipy.linalg import eigvals
 
 from rom import (
@@ -18,6 +18,7 @@ from rom import (
     contact_springs,
     coriolis_error,
     gyroscopic_frequencies,
+    inter_blade_phase,
     natural_frequencies,
     reduce_sector,
     relative_contact_motion,
@@ -26,6 +27,7 @@ from rom import (
 
 STEEL = Material(2.1e11, 0.3, 7800.0)
 RPM = 30.0 / np.pi
+POINT_MASS = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [0.0, -2.0, 0.0]])  # 1 kg at 1 rad/s
 
 
 def reduced(sector, speed_rpm, contact_dofs="nodal"):
@@ -39,9 +41,9 @@ def reduced(sector, speed_rpm, contact_dofs="nodal"):
 @pytest.mark.parametrize("contact_dofs", ["nodal", "patch"])
 def test_reduced_matrix_is_the_projection_of_the_coriolis_forces(contact_dofs):
     full, model = reduced(patch_block(), 3000.0, contact_dofs)
-    # Velocities along z give forces along -y of the equation of motion, velocities along y forces along z.
+    # The ring turns towards +y, about -x: see the test of the rigid ring.
     velocity = model.basis.reshape(-1, 3, model.size)
-    acceleration = 2.0 * np.cross([1.0, 0.0, 0.0], velocity, axisb=1, axisc=1)
+    acceleration = 2.0 * np.cross([-1.0, 0.0, 0.0], velocity, axisb=1, axisc=1)
     exact = model.basis.T @ (full.mass @ acceleration.reshape(model.basis.shape))
     np.testing.assert_allclose(model.coriolis, exact, atol=1e-10 * np.abs(exact).max())
     np.testing.assert_array_equal(model.coriolis, -model.coriolis.T)
@@ -52,7 +54,6 @@ def test_foucault_pendulum():
     """A point mass on equal springs in the plane of rotation: w_0 + W and w_0 - W as seen from the rotating frame."""
     still, turning = 50.0, 3.0
     stiffness = np.diag([1e4, still**2 - turning**2, still**2 - turning**2])  # spin softening
-    coriolis = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -2.0], [0.0, 2.0, 0.0]])
     model = ReducedModel(
         mass=np.eye(3),
         stiffness=stiffness,
@@ -60,7 +61,7 @@ def test_foucault_pendulum():
         contact_position=np.zeros((1, 3)),
         force_excitation=np.ones(3),
         outputs={"tip": np.ones(3)},
-        coriolis=coriolis,
+        coriolis=POINT_MASS,
         speed_rpm=turning * RPM,
     )
     found = 2 * np.pi * gyroscopic_frequencies(model, 0.0)
@@ -76,7 +77,31 @@ def test_foucault_pendulum():
     with pytest.raises(ReducedModelError, match="coriolis: missing"):
         gyroscopic_frequencies(replace(model, coriolis=None), 0.0)
     with pytest.raises(ReducedModelError, match="coriolis: not skew-symmetric"):
-        replace(model, coriolis=np.abs(coriolis))
+        replace(model, coriolis=np.abs(POINT_MASS))
+
+
+@pytest.mark.parametrize(("engine_order", "sense"), [(1, 1.0), (11, -1.0)])
+def test_whirl_of_a_rigid_ring_on_isotropic_springs(engine_order, sense):
+    """In the inertial frame a turning ring on springs vibrates at w_0. Its blades see w_0 + W in the wave that runs
+    with the engine orders, from whirl against the rotation, and w_0 - W in the wave that runs the other way."""
+    blades, still, turning = 12, 50.0, 3.0
+    frame = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+    model = ReducedModel(
+        mass=np.eye(3),
+        stiffness=np.diag([1e8, still**2 - turning**2, still**2 - turning**2]),
+        contact_right=frame,
+        contact_left=turned_back(frame, blades),
+        contact_position=np.zeros((1, 3)),
+        force_excitation=np.ones(3),
+        outputs={"tip": np.ones(3)},
+        coriolis=POINT_MASS,
+        n_blades=blades,
+        speed_rpm=turning * RPM,
+    )
+    rigid = {"normal": 1e9, "tangential": 1e9}  # N/m between the blades
+    phase = inter_blade_phase(engine_order, blades)
+    found = 2 * np.pi * gyroscopic_frequencies(model, phase, **rigid)[0]
+    assert found == pytest.approx(still + sense * turning, rel=1e-5)
 
 
 def test_frequencies_of_a_travelling_wave_against_the_quadratic_eigenproblem():

@@ -40,6 +40,7 @@ DATASETS = (
     "force/excitation",
     "force/centrifugal",
     "force/static",
+    "coriolis",
     "output/tip",
     "basis",
 )
@@ -53,7 +54,11 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_reduced_model(path, random_model())
     with h5py.File(path, "r+") as file:
         n, contacts = file["mass"].shape[0], file["contact/position"].shape[0]
-        for name, array in (("contact/area", np.ones(contacts)), ("basis", np.ones((6, n)))):
+        for name, array in (
+            ("contact/area", np.ones(contacts)),
+            ("coriolis", np.zeros((n, n))),
+            ("basis", np.ones((6, n))),
+        ):
             if name not in file:
                 file[name] = array
         for name in DATASETS:

@@ -55,6 +55,27 @@ def test_the_matrix_may_go_before_the_factor_comes(held):
     np.testing.assert_array_equal(analysis.factor().solve(rhs), expected)
 
 
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_one_analysis_serves_matrices_of_one_pattern(held, backend):
+    matrix, rhs = held
+    other = matrix.copy()
+    other.setdiag(2.0 * matrix.diagonal())
+    analysis = analyse(matrix, backend)
+    np.testing.assert_array_equal(analysis.factor().solve(rhs), factorise(matrix, backend).solve(rhs))
+    for each in (other, matrix):
+        analysis.load(each)
+        np.testing.assert_allclose(analysis.factor().solve(rhs), factorise(each, backend).solve(rhs), rtol=1e-9)
+    # After a matrix that is not positive definite the next one is factorised again.
+    if backend == "cholmod":
+        analysis.load(-matrix)
+        with pytest.raises(FactorisationError):
+            analysis.factor()
+        analysis.load(matrix)
+        np.testing.assert_allclose(analysis.factor().solve(rhs), factorise(matrix, backend).solve(rhs), rtol=1e-9)
+        with pytest.raises(ValueError, match="were analysed"):
+            analysis.load(diags(np.ones(matrix.shape[0])).tocsr())
+
+
 @needs_cholmod
 def test_entries_in_any_order_and_twice(held):
     """What SciPy calls not canonical: CHOLMOD itself would take it amiss."""
