@@ -24,7 +24,7 @@ class ErrorRow:
 
 
 def error_rows(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[ErrorRow]:
-    """Truncation, sampling, energy, modal truncation and mesh error, Coriolis forces, stability."""
+    """Truncation, sampling, energy and modal truncation error, contact dofs, mesh, Coriolis forces, stability."""
     peaks = [_truncation(source), _sampling(source), _energy(source)]
     return [*peaks, *_model(source), *_coriolis(source), _stability(source, shown)]
 
@@ -94,12 +94,24 @@ def _model(source: ReportSource) -> list[ErrorRow]:
     if truncation is not None:
         found = f"{share(truncation[0])} of a frequency, {share(truncation[1])} of a receptance"
         modes = replace(modes, found=found, verdict=_verdict(max(truncation), 0.01, TOLERATED))
+    contact_mean = (
+        "Error of the natural frequencies from the contact nodes: against springs spread over the face. Where it is "
+        'large, set rom.contact_dofs = "mortar" or raise mesh.contact_grid.'
+    )
     if not errors:
-        return [modes, ErrorRow("mesh error", not_measured, UNKNOWN, mesh_mean)]
+        rows = (("contact dofs", contact_mean), ("mesh error", mesh_mean))
+        return [modes, *(ErrorRow(name, not_measured, UNKNOWN, meaning) for name, meaning in rows)]
+    contact = [each.contact_frequency for each in errors if not math.isnan(each.contact_frequency)]
     known = [each.mesh_frequency for each in errors if not math.isnan(each.mesh_frequency)]
     mesh = max(known, default=math.nan)
     return [
         modes,
+        ErrorRow(
+            "contact dofs",
+            f"{share(max(contact))} of a frequency" if contact else "not known (stiffness node by node)",
+            _verdict(max(contact), 0.01, TOLERATED) if contact else UNKNOWN,
+            contact_mean,
+        ),
         ErrorRow(
             "mesh error",
             f"{share(mesh)} of a frequency" if known else f"not known ({errors[0].reason})",

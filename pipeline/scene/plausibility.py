@@ -50,13 +50,14 @@ def plausibility_warnings(file: SceneFile) -> list[str]:
     A stiffness that the contact dofs resolve badly counts among them.
     """
     found: dict[str, str] = {}
+    remarks: dict[str, str] = {}
     for member in file.members:
         for key, text in _unusual_values(member):
             found.setdefault(key, f"{file.path}: {text}")
         stiff = stiff_contact_warning(member)
-        if stiff is not None:
-            found.setdefault(f"stiff {stiff[0]}", f"{file.path}: {stiff[1]}")
-    return list(found.values())
+        if stiff is not None and not found:  # a mistake of units makes stiff what is not
+            remarks.setdefault(stiff[0], f"{file.path}: {stiff[1]}")
+    return [*found.values(), *remarks.values()]
 
 
 def _unusual_values(member: Member) -> Iterator[tuple[str, str]]:

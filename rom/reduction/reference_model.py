@@ -15,7 +15,7 @@ R. R. Craig, C.-J. Chang, On the use of attachment modes in substructure couplin
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,37 +140,55 @@ def full_reference(
     """
     dofs = choose_boundary_dofs(full, sector, boundary)
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
-    stiffness, mass = (matrix[free][:, free] for matrix in (full.stiffness, full.mass))
+    parts = _Matrices(*(matrix[free][:, free] for matrix in (full.stiffness, full.mass)))
     motion = dofs.motion(len(full.positions))[:, free]
-    face = _spread_over_face(full, sector) if with_face else None
-    factor = factorise(stiffness, backend)
+    factor = factorise(parts.stiffness, backend)
     forces = motion.T.toarray()
     static = factor.solve(forces)
-    modes = _modes_beyond(mass, factor, highest_hz)
-    first = _without_modes(static, forces, modes)
-    second = factor.solve(mass @ first)
-    vectors = [modes.shapes, first, second - modes.shapes @ (modes.shapes.T @ (mass @ second))]
-    if face is not None:
-        on_face = face[0].motion[:, free].T.toarray()
-        vectors.append(_without_modes(factor.solve(on_face), on_face, modes))
-    basis = np.hstack(vectors)
-    basis = basis @ orthonormal_combinations(basis.T @ (mass @ basis))
+    modes = _modes_beyond(parts.mass, factor, highest_hz)
+    basis = _basis(parts.mass, factor, modes, _without_modes(static, forces, modes))
     contact = 6 * dofs.n_contacts
     model = ReducedModel(
-        mass=symmetric(basis.T @ (mass @ basis)),
-        stiffness=symmetric(basis.T @ (stiffness @ basis)),
         contact_position=dofs.contact.position,
         contact_area=dofs.contact.area,
         n_blades=sector.n_blades,
         producer=f"shroud: {full.element}, {full.n_dofs} dofs, {len(modes)} free modes and static responses",
+        **parts.projected(basis),
         **boundary_selection(dofs, motion @ basis),
     )
-    flexibility = (motion @ static)[:contact, :contact]
+    reference = FullReference(model, (motion @ static)[:contact, :contact], len(modes))
+    face = _spread_over_face(full, sector) if with_face else None
     if face is None:
-        return FullReference(model, flexibility, len(modes))
-    contact_dofs, grid = face
-    spread = _with_contact(model, contact_dofs, contact_dofs.motion[:, free] @ basis)
-    return FullReference(model, flexibility, len(modes), spread, grid)
+        return reference
+    forces = face[0].motion[:, free].T.toarray()
+    added = _added(_without_modes(factor.solve(forces), forces, modes), basis, parts.mass)
+    basis = np.hstack([basis, added])
+    selected = parts.projected(basis) | boundary_selection(dofs, motion @ basis)
+    return replace(reference, face=_on_face(model, face[0], forces.T @ basis, selected), face_grid=face[1])
+
+
+def _on_face(
+    model: ReducedModel, contact: ContactDofs, motion: NDArray[np.float64], changes: dict[str, Any]
+) -> ReducedModel:
+    """A model with other coordinates, in which `changes` are given, and other contact dofs, motion (6 m_c, n)."""
+    right, left = np.split(motion, 2)
+    nodes = {"contact_position": contact.position, "contact_area": contact.area}
+    return replace(model, **(changes | nodes | {"contact_right": right, "contact_left": left}))
+
+
+@dataclass(frozen=True)
+class _Matrices:
+    """Stiffness and mass (n, n) of the free dofs."""
+
+    stiffness: csr_matrix
+    mass: csr_matrix
+
+    def projected(self, basis: NDArray[np.float64]) -> dict[str, Any]:
+        """Both projected on a basis (n, m), by argument of `ReducedModel`."""
+        return {
+            "mass": symmetric(basis.T @ (self.mass @ basis)),
+            "stiffness": symmetric(basis.T @ (self.stiffness @ basis)),
+        }
 
 
 def _without_modes(
@@ -178,6 +196,22 @@ def _without_modes(
 ) -> NDArray[np.float64]:
     """Static responses (n, k) to forces (n, k) less the part of the modes."""
     return static - modes.shapes @ ((modes.shapes.T @ forces) / modes.omega[:, None] ** 2)
+
+
+def _basis(mass: csr_matrix, factor: Factor, modes: ModalBasis, first: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Modes, the rest (n, k) of static responses, and the quasi-static responses to their inertia, orthonormal."""
+    second = factor.solve(mass @ first)
+    second -= modes.shapes @ (modes.shapes.T @ (mass @ second))
+    vectors = np.hstack([modes.shapes, first, second])
+    return vectors @ orthonormal_combinations(vectors.T @ (mass @ vectors))
+
+
+def _added(vectors: NDArray[np.float64], basis: NDArray[np.float64], mass: csr_matrix) -> NDArray[np.float64]:
+    """What vectors (n, k) add to an orthonormal basis (n, m), orthonormal."""
+    before = np.sum(vectors * (mass @ vectors), axis=0)
+    for _ in range(2):  # little may be left: orthogonal to round-off
+        vectors = vectors - basis @ (basis.T @ (mass @ vectors))
+    return vectors @ orthonormal_combinations(vectors.T @ (mass @ vectors), before)
 
 
 def _spread_over_face(full: FullModel, sector: SectorMesh) -> tuple[ContactDofs, Grid] | None:
@@ -188,18 +222,6 @@ def _spread_over_face(full: FullModel, sector: SectorMesh) -> tuple[ContactDofs,
         return averaged_dofs(sector, full.element, "mortar", grid), grid
     except RomParameterError:
         return None
-
-
-def _with_contact(model: ReducedModel, contact: ContactDofs, motion: NDArray[np.float64]) -> ReducedModel:
-    """A model with other contact dofs, whose motion is (6 n_c, n)."""
-    right, left = np.split(motion, 2)
-    return replace(
-        model,
-        contact_right=right,
-        contact_left=left,
-        contact_position=contact.position,
-        contact_area=contact.area,
-    )
 
 
 def _modes_beyond(mass: csr_matrix, factor: Factor, highest_hz: float) -> ModalBasis:

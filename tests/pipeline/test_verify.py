@@ -12,8 +12,11 @@ from pipeline_support import ground_scene, shroud, small_scene, statuses, summar
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import eigsh
 
+import pipeline.verify.advised_mesh
 import pipeline.verify.cases
-from rom import load_full_model, load_sector
+from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+from pipeline.verify.advised_mesh import mesh_dofs
+from rom import Material, assemble, load_full_model, load_sector
 
 TWISTED = {
     "blade__section": "lens",
@@ -21,6 +24,9 @@ TWISTED = {
     "mesh__element": "hex20",
     "response__frequency": [150.0, 600.0],
 }
+
+COARSE = {"mesh__element": "hex20", "mesh__size": 0.018}
+STIFF = {"contact__normal_stiffness": "punch", "contact__tangential_stiffness": "punch"}
 
 
 def verify(folder: Path, *options: object, **changes: Any) -> tuple[int, str, str]:
@@ -56,7 +62,7 @@ def directly(folder: Path, normal: float, tangential: float, count: int) -> Any:
 
 
 def test_frequencies_are_those_of_the_full_model_without_reduction(tmp_path: Path) -> None:
-    case = verified(tmp_path, mesh__element="hex20", mesh__size=0.018, rom__modes=2)["cases"][0]
+    case = verified(tmp_path, rom__contact_dofs="nodal", **COARSE, rom__modes=2)["cases"][0]
     joints = {"free": (0.0, 0.0), "sliding": (2e5, 0.0), "stuck": (2e5, 1.5e5)}
     assert [joint["joint"] for joint in case["joints"]] == list(joints)
     for joint in case["joints"]:
@@ -78,24 +84,31 @@ def test_averages_over_patches_are_measured_against_a_reference_of_their_own(tmp
         assert case["static"] < 1e-8
         assert 0.0 < case["receptance_error"] < 0.01
     nodal, patch = ([joint["full_hz"][0] for joint in case["joints"]] for case in found["cases"])
-    assert nodal[0] == pytest.approx(patch[0], rel=1e-9)  # free: the same blade
+    assert nodal[0] == pytest.approx(patch[0], rel=1e-8)  # free: the same blade
     assert abs(nodal[2] / patch[2] - 1.0) > 1e-6  # stuck: other joints
 
 
 def test_following_the_advice_brings_the_promised_error(tmp_path: Path) -> None:
-    coarse = {**TWISTED, "mesh__size": 0.009, "mesh__grading": 1.0, "rom__modes": 4, "rom__tolerance": 0.0025}
+    coarse = {**TWISTED, **STIFF, "mesh__size": 0.009, "mesh__grading": 1.0, "rom__contact_dofs": "nodal"}
+    coarse |= {"rom__modes": 4, "rom__tolerance": 0.0025, "response__frequency": [150.0, 2000.0]}
     before = verified(tmp_path, **coarse)
     (advice,) = before["advice"]
     assert not advice["within"]
+    assert before["cases"][0]["contact_frequency_error"] > 0.0025
     said = re.search(
-        r"mesh error .* % of a frequency, modal truncation error .* for a tolerance of 0.25 %: "
-        r"lower mesh.size from 9 mm to (\S+) mm \(some \d+ dofs\) and raise rom.modes from 4 to (\d+) ",
+        r"error of the contact dofs .* % of a frequency, mesh error .*, modal truncation error .*"
+        r" for a tolerance of 0.25 %: set rom.contact_dofs = \"mortar\" and"
+        r" lower mesh.size from 9 mm to (\S+) mm \((\d+) dofs\) and raise rom.modes from 4 to (\d+) ",
         advice["text"],
     )
     assert said is not None, advice["text"]
-    size, modes = float(said[1]) / 1000.0, int(said[2])
+    size, dofs, modes = float(said[1]) / 1000.0, int(said[2]), int(said[3])
     assert advice["needed_modes"] < modes < 1.3 * advice["needed_modes"]  # the mesh is to change too
-    after = verified(tmp_path, **(coarse | {"mesh__size": size, "rom__modes": modes}))
+    changed = coarse | {"mesh__size": size, "rom__modes": modes, "rom__contact_dofs": "mortar"}
+    assert shroud("validate", write_scene(tmp_path / "advised.toml", small_scene(**changed)))[0] == 0
+    after = verified(tmp_path, **changed)
+    assert after["cases"][0]["dofs"] == pytest.approx(dofs, rel=0.2)
+    assert advice["advised_dofs"] == dofs
     assert after["advice"][0]["within"]
     assert after["advice"][0]["text"].endswith("for a tolerance of 0.25 %: nothing to do")
     # against a mesh that neither of the two has seen, with the modes that it takes there to be exact
@@ -105,7 +118,62 @@ def test_following_the_advice_brings_the_promised_error(tmp_path: Path) -> None:
     true = summary_of(tmp_path / "fine")["models"][0]["free_hz"][0]
     wrong = [abs(each["cases"][0]["joints"][0]["reduced_hz"][0] / true - 1.0) for each in (before, after)]
     assert wrong[0] > 0.0025 > wrong[1]
-    assert before["cases"][0]["mesh_frequency_error"] == pytest.approx(wrong[0], rel=0.5)
+    assert before["cases"][0]["joints"][0]["mesh_error"][0] == pytest.approx(wrong[0], rel=0.5)
+
+
+def test_the_error_of_contact_dofs_is_that_against_many_more_of_them(tmp_path: Path) -> None:
+    """Nodes, patches and the mortar on 3 x 3 against a run of its own with a mortar of 6 x 6."""
+    stiff = {**COARSE, **STIFF, "rom__modes": 40, "response__frequency": [150.0, 3000.0]}
+    kinds = ["nodal", "patch", "mortar"]
+    found = verified(tmp_path, sweep={"rom.contact_dofs": kinds}, mesh__contact_grid=[3, 3], **stiff)
+    fine = verified(tmp_path / "fine", mesh__contact_grid=[6, 6], **stiff)["cases"][0]["joints"][-1]
+    errors = {}
+    for kind, case in zip(kinds, found["cases"], strict=True):
+        stuck = case["joints"][-1]
+        against_fine = np.array(stuck["full_hz"]) / fine["full_hz"] - 1.0
+        np.testing.assert_allclose(stuck["contact_error"], against_fine, atol=2e-3)
+        assert case["joints"][0]["contact_error"] == [0.0] * len(case["joints"][0]["full_hz"])
+        errors[kind] = case["contact_frequency_error"]
+    assert errors["nodal"] > 0.01 > errors["patch"] > 2.0 * errors["mortar"]
+    assert errors["mortar"] < 5e-3
+
+
+def test_stiffness_node_by_node_has_no_value_between_the_nodes(tmp_path: Path) -> None:
+    stiffness = {"contact__normal_stiffness": [5e4] * 4, "rom__tolerance": 0.4}
+    found = verified(tmp_path, **COARSE, **stiffness)
+    case = found["cases"][0]
+    assert case["contact_frequency_error"] is None
+    assert [joint["face_hz"] for joint in case["joints"]] == [None] * 3
+    assert case["mesh_frequency_error"] > 0.0
+    assert found["advice"][0]["within"]
+    assert "contact dofs" not in found["advice"][0]["text"]
+
+
+def test_what_no_mesh_and_no_contact_grid_reaches_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pipeline.verify.advised_mesh, "MOST_DOFS", 12_000)
+    stiff = {**COARSE, "contact__normal_stiffness": 1e13, "contact__tangential_stiffness": 1e13}
+    (advice,) = verified(tmp_path, "--tolerance", 1e-5, **stiff, rom__modes=30)["advice"]
+    assert not advice["within"]
+    said = re.search(r"lower mesh.size from 18 mm to (\S+) mm \((\d+) dofs\)", advice["text"])
+    assert said is not None, advice["text"]
+    assert int(said[2]) == advice["advised_dofs"] <= 12_000
+    assert "the tolerance takes more dofs than are practical" in advice["text"]
+    assert "set mesh.contact_grid = [6, 6]" in advice["text"]
+    assert "lower the contact stiffness" in advice["text"]
+    # what is proposed is possible
+    possible = small_scene(**(stiff | {"mesh__size": float(said[1]) / 1000.0, "mesh__contact_grid": [6, 6]}))
+    assert shroud("validate", write_scene(tmp_path / "possible.toml", possible))[0] == 0
+
+
+@pytest.mark.parametrize("element", ["hex8", "hex20", "hex27"])
+def test_dofs_of_a_mesh_are_counted_as_assembly_counts_them(element: str) -> None:
+    sector = build_sector(
+        BladeParameters(72, 0.3, 0.1, chord=0.03, thickness=0.008),
+        ShroudParameters(angle=70.0, thickness=0.006, axial_width=0.036, contact_length=0.01),
+        MeshParameters(size=0.012, contact_grid=(2, 2)),
+    )
+    steel = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7800.0)
+    assert mesh_dofs(sector, element) == assemble(sector, steel, element).n_dofs
 
 
 def test_the_error_of_linear_hexahedra_is_told_by_quadratic_ones(tmp_path: Path) -> None:
