@@ -6,7 +6,7 @@ from numbers import Integral, Real
 from geometry.edge_angle import AUTO, LARGEST_SLANT
 from geometry.errors import GeometryError
 from geometry.fit_check import check_fit, misfit_of
-from geometry.parameters import LARGEST_STAGGER, BladeParameters, MeshParameters, ShroudParameters
+from geometry.parameters import LARGEST_CAMBER, LARGEST_STAGGER, BladeParameters, MeshParameters, ShroudParameters
 from geometry.planform import mid_radius
 
 SECTIONS = ("rectangle", "lens")
@@ -75,10 +75,10 @@ def _check_blade(blade: BladeParameters) -> None:
         _number("blade", name, getattr(blade, name))
     if blade.tip_thickness is not None:
         _number("blade", "tip_thickness", blade.tip_thickness)
-    within = f"must lie within -{LARGEST_STAGGER:g} and {LARGEST_STAGGER:g} degrees"
-    for name in ("root_stagger", "twist"):
+    for name, limit in (("root_stagger", LARGEST_STAGGER), ("twist", LARGEST_STAGGER), ("camber", LARGEST_CAMBER)):
         _number("blade", name, getattr(blade, name), positive=False)
-        _require(abs(getattr(blade, name)) <= LARGEST_STAGGER, "blade", name, getattr(blade, name), within)
+        within = f"must lie within -{limit:g} and {limit:g} degrees"
+        _require(abs(getattr(blade, name)) <= limit, "blade", name, getattr(blade, name), within)
     most = max(min(blade.twist, LARGEST_STAGGER - blade.root_stagger), -LARGEST_STAGGER - blade.root_stagger)
     reason = f"turns the chord at the shroud by {blade.tip_stagger:g} degrees: {most:g} brings it to the limit"
     _require(abs(blade.tip_stagger) <= LARGEST_STAGGER, "blade", "twist", blade.twist, reason)

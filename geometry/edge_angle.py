@@ -30,13 +30,15 @@ def fitted_planform(blade: BladeParameters, shroud: ShroudParameters) -> Planfor
     if fits(axial):
         return axial
     airfoil = airfoil_outline(axial, FLANK_POINTS)
+    too_narrow = np.abs(airfoil[:, 0]).max() > axial.width / 2  # whatever the slant
     tried = [(_room(axial, airfoil), axial)]
     towards = copysign(1.0, blade.tip_stagger or (-1.0 if is_mirrored(shroud) else 1.0))
     for slants in (towards * SLANTS, -towards * SLANTS):
         plans = [planform(blade, shroud, float(slant)) for slant in slants]
         slanted = [(_room(plan, airfoil), plan) for plan in plans]
         slanted.sort(key=lambda pair: pair[0], reverse=True)
-        fitting = next((plan for room, plan in slanted[:MOST_TRIED] if room > 0 and fits(plan)), None)
+        possible = [] if too_narrow else [plan for room, plan in slanted[:MOST_TRIED] if room > 0]
+        fitting = next((plan for plan in possible if fits(plan)), None)
         if fitting is not None:
             return fitting
         tried += sorted(slanted, key=lambda pair: abs(pair[1].edge_angle))
@@ -52,7 +54,10 @@ def _room(plan: Planform, airfoil: FloatArray) -> float:
         return -plan.width
     right = replace(plan, width=WIDE * plan.width).right_profile()
     above = np.interp(airfoil[:, 0], *right.T) - airfoil[:, 1]
-    return float(above.min()) * plan.breadth / plan.pitch  # and by symmetry below
+    below = (
+        np.interp(-airfoil[:, 0], *right.T) + airfoil[:, 1]
+    )  # the left side is the right one rotated by 180 degrees
+    return float(min(above.min(), below.min())) * plan.breadth / plan.pitch
 
 
 def side_edge_angle(blade: BladeParameters, shroud: ShroudParameters) -> float:

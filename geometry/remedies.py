@@ -13,7 +13,7 @@ from geometry.sector import FloatArray
 ANGLE_STEPS = (5.0, 0.1)  # degrees: of the search, of suggested angles
 SIGNIFICANT = 6  # digits of a suggested length where 0.01 mm is too coarse
 LENGTH_DIGITS = 5  # suggested lengths are multiples of 0.01 mm
-BISECTIONS = 14
+BISECTIONS = 9
 SENSIBLE, ANY = 0.4, 0.001  # smallest suggested lengths, relative to the given ones
 LARGEST_FACTOR = 8.0  # of a length that has to grow
 
