@@ -1,13 +1,15 @@
 """Validation of the parameters before anything is built."""
 
-from math import floor, isfinite, nan, pi
+from functools import partial
+from math import ceil, floor, isfinite, nan, pi
 from numbers import Integral, Real
 
 from geometry.edge_angle import AUTO, LARGEST_SLANT
 from geometry.errors import GeometryError
 from geometry.fit_check import check_fit, misfit_of
-from geometry.parameters import LARGEST_STAGGER, BladeParameters, MeshParameters, ShroudParameters
+from geometry.parameters import LARGEST_CAMBER, LARGEST_STAGGER, BladeParameters, MeshParameters, ShroudParameters
 from geometry.planform import mid_radius
+from geometry.remedies import rounded
 
 SECTIONS = ("rectangle", "lens")
 LARGEST_GRID = 100
@@ -36,19 +38,24 @@ def check_parameters(blade: BladeParameters, shroud: ShroudParameters, mesh: Mes
         The first parameter that is wrong, with the nearest value that would fit.
     """
     _check_blade(blade)
-    _check_shroud(blade, shroud)
-    check_fit(blade, shroud, _accepts)
-    _check_mesh(blade, shroud, mesh)
+    _check_shroud(shroud)
+    _check_mesh(mesh)
+    check_fit(blade, shroud, (partial(_accepts, mesh), partial(_accepts, None)))
+    _check_size(blade, shroud, mesh)
 
 
-def _accepts(blade: BladeParameters, shroud: ShroudParameters) -> bool:
-    """Whether ranges and fit are right."""
+def _accepts(mesh: MeshParameters | None, blade: BladeParameters, shroud: ShroudParameters) -> bool:
+    """Whether a blade and its shroud are right, and right for a mesh."""
     try:
         _check_blade(blade)
-        _check_shroud(blade, shroud)
+        _check_shroud(shroud)
+        if misfit_of(blade, shroud) is not None:
+            return False
+        if mesh is not None:
+            _check_size(blade, shroud, mesh)
     except GeometryError:
         return False
-    return misfit_of(blade, shroud) is None
+    return True
 
 
 def _require(condition: bool, table: str, parameter: str, value: object, allowed: str) -> None:
@@ -71,25 +78,20 @@ def _integer(table: str, parameter: str, value: object, low: int, high: int) -> 
 
 def _check_blade(blade: BladeParameters) -> None:
     _integer("blade", "n_blades", blade.n_blades, 3, 10_000)
+    _check_fillet("blade", blade.fillet_radius)
     for name in ("hub_radius", "length", "chord", "thickness"):
         _number("blade", name, getattr(blade, name))
     if blade.tip_thickness is not None:
         _number("blade", "tip_thickness", blade.tip_thickness)
-    within = f"must lie within -{LARGEST_STAGGER:g} and {LARGEST_STAGGER:g} degrees"
-    for name in ("root_stagger", "twist"):
+    for name, limit in (("root_stagger", LARGEST_STAGGER), ("twist", LARGEST_STAGGER), ("camber", LARGEST_CAMBER)):
         _number("blade", name, getattr(blade, name), positive=False)
-        _require(abs(getattr(blade, name)) <= LARGEST_STAGGER, "blade", name, getattr(blade, name), within)
-    most = max(min(blade.twist, LARGEST_STAGGER - blade.root_stagger), -LARGEST_STAGGER - blade.root_stagger)
-    reason = f"turns the chord at the shroud by {blade.tip_stagger:g} degrees: {most:g} brings it to the limit"
-    _require(abs(blade.tip_stagger) <= LARGEST_STAGGER, "blade", "twist", blade.twist, reason)
+        within = f"must lie within -{limit:g} and {limit:g} degrees"
+        _require(abs(getattr(blade, name)) <= limit, "blade", name, getattr(blade, name), within)
     _require(blade.section in SECTIONS, "blade", "section", blade.section, f"must be one of {', '.join(SECTIONS)}")
-    for name in ("thickness", "tip_thickness"):
-        value = getattr(blade, name)
-        allowed = f"must be less than the chord ({blade.chord:g} m)"
-        _require(value is None or value < blade.chord, "blade", name, value, allowed)
 
 
-def _check_shroud(blade: BladeParameters, shroud: ShroudParameters) -> None:
+def _check_shroud(shroud: ShroudParameters) -> None:
+    _check_fillet("shroud", shroud.fillet_radius)
     for name in ("thickness", "axial_width", "contact_length"):
         _number("shroud", name, getattr(shroud, name))
     for name in ("angle", "gap"):
@@ -102,20 +104,15 @@ def _check_shroud(blade: BladeParameters, shroud: ShroudParameters) -> None:
     within = f'must be "auto" or lie within -{LARGEST_SLANT:g} and {LARGEST_SLANT:g} degrees'
     good = not slanted or abs(float(shroud.edge_angle)) <= LARGEST_SLANT
     _require(good, "shroud", "edge_angle", shroud.edge_angle, within)
-    allowed = f"must be less than the blade's length ({blade.length:g} m)"
-    _require(shroud.thickness < blade.length, "shroud", "thickness", shroud.thickness, allowed)
-    for table, part, other in (("blade", blade, shroud), ("shroud", shroud, blade)):
-        _number(table, "fillet_radius", part.fillet_radius, positive=False)
-        most = (blade.length - shroud.thickness) / 2 - other.fillet_radius
-        most = max(0.0, floor(most * 1e6) / 1e6)
-        allowed = f"must be from 0 to {most:.6g} m: the two fillets take up half of the airfoil's length at most"
-        _require(0 <= part.fillet_radius <= most, table, "fillet_radius", part.fillet_radius, allowed)
-    pitch = 2 * pi * mid_radius(blade, shroud) / blade.n_blades
-    allowed = f"must be from 0 to half the pitch at the shroud ({pitch / 2:.6g} m)"
-    _require(0 <= shroud.gap <= pitch / 2, "shroud", "gap", shroud.gap, allowed)
+    _require(shroud.gap >= 0, "shroud", "gap", shroud.gap, "must be 0 or more")
 
 
-def _check_mesh(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> None:
+def _check_fillet(table: str, radius: float) -> None:
+    _number(table, "fillet_radius", radius, positive=False)
+    _require(radius >= 0, table, "fillet_radius", radius, "must be 0 or more")
+
+
+def _check_mesh(mesh: MeshParameters) -> None:
     grid = mesh.contact_grid
     pair = isinstance(grid, tuple | list) and len(grid) == 2
     _require(pair, "mesh", "contact_grid", grid, "must be two integers: nodes along the contact and along its height")
@@ -125,10 +122,13 @@ def _check_mesh(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPara
     _number("mesh", "grading", mesh.grading)
     within = f"must be a number from 1 to {LARGEST_GRADING:g}"
     _require(1 <= mesh.grading <= LARGEST_GRADING, "mesh", "grading", mesh.grading, within)
-    most = min(blade.length - shroud.thickness, shroud.axial_width) / 2
+
+
+def _check_size(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> None:
+    most = rounded(min(blade.length - shroud.thickness, shroud.axial_width) / 2, 6, floor)
     allowed = f"must be at most half the airfoil's length and half the axial width ({most:.6g} m)"
     _require(mesh.size <= most, "mesh", "size", mesh.size, allowed)
-    least = _smallest_size(blade, shroud)
+    least = rounded(_smallest_size(blade, shroud), 2, ceil)
     allowed = f"must be at least {least:.2g} m: a finer mesh has more than {LARGEST_MESH} elements"
     _require(mesh.size >= least, "mesh", "size", mesh.size, allowed)
 

@@ -12,10 +12,9 @@ from geometry.sector import FloatArray
 
 AUTO = "auto"
 LARGEST_SLANT = 75.0  # degrees
-RATIO_DIGITS = 6  # rooms that are equal in these leave the choice to the smaller slant
+ROOM_DIGITS = 6  # rooms that are equal in these leave the choice to the smaller slant
 SLANTS = np.arange(1.0, LARGEST_SLANT + 1.0)
-MOST_TRIED = 12
-WIDE = 4.0  # factor of the axial width with which the sides go on beyond the airfoil
+MOST_TRIED = 8
 
 
 def fitted_planform(blade: BladeParameters, shroud: ShroudParameters) -> Planform:
@@ -30,29 +29,35 @@ def fitted_planform(blade: BladeParameters, shroud: ShroudParameters) -> Planfor
     if fits(axial):
         return axial
     airfoil = airfoil_outline(axial, FLANK_POINTS)
-    tried = [(_room(axial, airfoil), axial)]
-    towards = copysign(1.0, blade.tip_stagger or (-1.0 if is_mirrored(shroud) else 1.0))
-    for slants in (towards * SLANTS, -towards * SLANTS):
-        plans = [planform(blade, shroud, float(slant)) for slant in slants]
-        slanted = [(_room(plan, airfoil), plan) for plan in plans]
-        slanted.sort(key=lambda pair: pair[0], reverse=True)
-        fitting = next((plan for room, plan in slanted[:MOST_TRIED] if room > 0 and fits(plan)), None)
+    towards = copysign(1.0, axial.stagger or 1.0)
+    for slants in (towards * SLANTS, -towards * SLANTS) if np.abs(airfoil[:, 0]).max() < axial.width / 2 else ():
+        rooms = _rooms(axial, slants, airfoil)
+        best = [k for k in np.argsort(-rooms, kind="stable")[:MOST_TRIED] if rooms[k] > 0]
+        plans = (replace(axial, edge_angle=float(slants[k])) for k in best)
+        fitting = next((plan for plan in plans if fits(plan)), None)
         if fitting is not None:
             return fitting
-        tried += sorted(slanted, key=lambda pair: abs(pair[1].edge_angle))
-    return max(tried, key=lambda pair: round(pair[0] / pair[1].breadth, RATIO_DIGITS))[1]
+    slants = np.concatenate([[0.0], towards * SLANTS, -towards * SLANTS])
+    relative = _rooms(axial, slants, airfoil) / np.cos(np.radians(slants))
+    least = np.lexsort([np.abs(slants), -relative.round(ROOM_DIGITS)])[0]
+    return replace(axial, edge_angle=float(slants[least]))
 
 
-def _room(plan: Planform, airfoil: FloatArray) -> float:
-    """Room between the outline of the airfoil and the two sides, m; minus the width for an impossible profile.
+def _rooms(axial: Planform, slants: FloatArray, airfoil: FloatArray) -> FloatArray:
+    """Room (k,) between the outline of the airfoil and the two sides at the ``slants`` (k,), in pitches.
 
     It is measured along s and projected on the normal of the side edges; the axial edges are no matter of the slant.
+    It is -1 where the profile itself is impossible.
     """
-    if not (corners_fit(plan) and edges_fit(plan)):
-        return -plan.width
-    right = replace(plan, width=WIDE * plan.width).right_profile()
-    above = np.interp(airfoil[:, 0], *right.T) - airfoil[:, 1]
-    return float(above.min()) * plan.breadth / plan.pitch  # and by symmetry below
+    dx, ds = axial.contact_half
+    outline = np.vstack([airfoil, -airfoil])  # the left side is the right one rotated by 180 degrees
+    x, s = outline.T
+    beyond = np.sign(x) * np.maximum(np.abs(x) - dx, 0.0)
+    contact = np.interp(x, [-dx, dx], [-ds, ds]) if dx > 0 else np.sign(x) * ds
+    above = axial.pitch / 2 + contact - s + beyond * np.tan(np.radians(slants))[:, None]
+    rooms = above.min(axis=1) / axial.pitch * np.cos(np.radians(slants))
+    possible = [edges_fit(axial) and corners_fit(replace(axial, edge_angle=float(slant))) for slant in slants]
+    return np.where(possible, rooms, -1.0)
 
 
 def side_edge_angle(blade: BladeParameters, shroud: ShroudParameters) -> float:

@@ -63,7 +63,7 @@ def misfit(plan: Planform) -> str | None:
         return "contact_length |cos(angle)| leaves no side edge within axial_width"
     if not airfoil_fits(plan):
         return "the notch of the profile would cut the airfoil"
-    if cut_beyond_airfoil(plan) is None:
+    if cut_beyond_airfoil(plan) is None or cut_beyond_airfoil(plan.turned) is None:
         return "the airfoil, turned by its stagger, leaves no way along the middle of the platform"
     return None
 

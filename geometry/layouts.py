@@ -1,11 +1,12 @@
 """Three layouts of patches for the upper half of a planform: for shallow, steep and all other side profiles.
 
-The half lies above the chord line and its continuation to the two axial edges of the platform; rotated by 180 degrees
-it gives the other half. Names of points, from left (-x) to right:
+The half lies above the camber line and its continuation to the two axial edges of the platform. The other half is the
+upper half of the planform rotated by 180 degrees; both have the same nodes on the line between them.
+Names of points, from left (-x) to right:
 
     RB -- Q1 -- CB            CT -- Q2 -- RT      side profile: side edge, contact CB-CT, side edge
     F1 -- LT -- T1 .. T2 -- TT -- F2              upper flank of the airfoil between its corners
-    E1 -- LE -- P1 .. P2 -- TE -- E2              chord line between the ends of the airfoil
+    E1 -- LE -- P1 .. P2 -- TE -- E2              camber line between the ends of the airfoil
 """
 
 from math import ceil
@@ -50,22 +51,36 @@ def _corners(plan: Planform) -> dict[str, FloatArray]:
     ends = plan.place(np.array([[-half, 0.0], [half, 0.0], [half, edge], [-half, edge]]))
     points = dict(zip(("LE", "TE", "TT", "LT"), ends, strict=True))
     points |= dict(zip(("RB", "CB", "CT", "RT"), plan.right_profile(), strict=True))
-    path = cut_beyond_airfoil(plan)
-    if path is None:
-        raise MeshingError("no room to continue the chord line to the axial edges of the platform")
-    points |= {"E2": path[-1], "E1": -path[-1]}
-    if len(path) == 3:
-        points |= {"M2": path[1], "M1": -path[1]}
+    for side, path in (("2", cut_beyond_airfoil(plan)), ("1", cut_beyond_airfoil(plan.turned))):
+        if path is None:
+            raise MeshingError("no room to continue the camber line to the axial edges of the platform")
+        sign = 1.0 if side == "2" else -1.0
+        points["E" + side] = sign * path[-1]
+        if len(path) == 3:
+            points["M" + side] = sign * path[1]
     return points
 
 
 def _flank(plan: Planform, start: float, end: float) -> FloatArray:
-    """Inner points (k, 2) of the upper flank between two positions along the chord; none for a straight flank."""
+    """Inner points (k, 2) of the upper flank between two positions along it; none for a straight flank."""
     if plan.section.straight:
         return np.empty((0, 2))
     along = np.linspace(start, end, SPLINE_POINTS + 2)[1:-1]
     across = plan.section.half_thickness(along)
     return plan.place(np.stack([along, across], axis=-1))
+
+
+def _camber_line(plan: Planform, start: float, end: float) -> FloatArray:
+    """Inner points (k, 2) of the camber line between two positions along it; none for a straight one."""
+    if not plan.section.camber:
+        return np.empty((0, 2))
+    along = np.linspace(start, end, SPLINE_POINTS + 2)[1:-1]
+    return plan.place(np.stack([along, 0 * along], axis=-1))
+
+
+def _beyond_ends(points: dict[str, FloatArray]) -> float:
+    """Mean length of the cut between the ends of the airfoil and the axial edges, m; alike for both halves."""
+    return (_distance(points, "TE", "E2") + _distance(points, "LE", "E1")) / 2
 
 
 def _on_section(plan: Planform, along: float, *, flank: bool) -> FloatArray:
@@ -99,14 +114,14 @@ def _fan_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
     points["P1"], points["P2"] = (_on_section(plan, x, flank=False) for x in (-foot, foot))
     points["T1"], points["T2"] = (_on_section(plan, x, flank=True) for x in (-foot, foot))
     n_e, n_h = (
-        _steps(_distance(points, "TE", "E2"), size),
+        _steps(_beyond_ends(points), size),
         _steps(float(plan.section.half_thickness(np.array(0.0))), size),
     )
     n_v = _steps((_distance(points, "T1", "CB") + _distance(points, "T2", "CT")) / 2, size)
     _axial_edges(points, n_h, n_v, n_v)
-    share = (half - foot) / (half - foot + _distance(points, "TE", "E2"))
-    points["Q1"] = _between(points, "CB", "RB", share)
-    points["Q2"] = _between(points, "CT", "RT", share)
+    for q, a, b, end, edge in (("Q1", "CB", "RB", "LE", "E1"), ("Q2", "CT", "RT", "TE", "E2")):
+        share = (half - foot) / (half - foot + _distance(points, end, edge))
+        points[q] = _between(points, a, b, share)
     rows = [("E1", "LE", "P1", "P2", "TE", "E2"), ("F1", "LT", "T1", "T2", "TT", "F2")]
     rows.append(("RB", "Q1", "CB", "CT", "Q2", "RT"))
     columns = [n_e, n_o, n_k, n_o, n_e]
@@ -114,6 +129,8 @@ def _fan_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
     curves["CB", "CT"] = Curve(contact)
     for a, b, x, y in (("LT", "T1", -half, -foot), ("T1", "T2", -foot, foot), ("T2", "TT", foot, half)):
         curves[a, b] = Curve(curves[a, b].fractions, _flank(plan, x, y))
+    for a, b, x, y in (("LE", "P1", -half, -foot), ("P1", "P2", -foot, foot), ("P2", "TE", foot, half)):
+        curves[a, b] = Curve(curves[a, b].fractions, _camber_line(plan, x, y))
     curves |= {(a, b): Curve(equal_steps(n_h)) for a, b in zip(rows[0], rows[1], strict=True) if a[0] != "P"}
     curves |= {(a, b): Curve(equal_steps(n_v)) for a, b in zip(rows[1], rows[2], strict=True)}
     low, mid, high = rows
@@ -139,17 +156,16 @@ def _step_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
     n_k, n_c = len(contact) - 1, _even_steps(length, size)
     foot = int(np.clip(round(n_c / 2 - plan.contact_half[0] / length * n_c), 1, n_c - 1))
     n_e, n_h = (
-        _steps(_distance(points, "TE", "E2"), size),
+        _steps(_beyond_ends(points), size),
         _steps(float(plan.section.half_thickness(np.array(0.0))), size),
     )
     at = (foot / n_c - 0.5) * length
     points["T1"] = _on_section(plan, at, flank=True)
     n_v = _steps((_distance(points, "LT", "RB") + 3 * _distance(points, "T1", "CB")) / 4, size)
     _axial_edges(points, n_h, n_v, n_v + n_k)
-    outer = _distance(points, "TE", "E2")
     left, right = length / 2 + at, length / 2 - at
-    points["Q1"] = _between(points, "CB", "RB", left / (left + outer))
-    points["Q2"] = _between(points, "CT", "RT", right / (right + outer))
+    points["Q1"] = _between(points, "CB", "RB", left / (left + _distance(points, "LE", "E1")))
+    points["Q2"] = _between(points, "CT", "RT", right / (right + _distance(points, "TE", "E2")))
     points["Q3"] = _between(points, "TT", "Q2", n_v / (n_v + n_k))
     points["G"] = _between(points, "F2", "RT", n_v / (n_v + n_k))
     curves = {}
@@ -169,6 +185,7 @@ def _step_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
     half = plan.section.half_length
     curves["LT", "T1"] = Curve(curves["LT", "T1"].fractions, _flank(plan, -half, at))
     curves["T1", "TT"] = Curve(curves["T1", "TT"].fractions, _flank(plan, at, half))
+    curves["LE", "TE"] = Curve(curves["LE", "TE"].fractions, _camber_line(plan, -half, half))
     cells = "E1 LE F1 LT,TE E2 TT F2,F1 LT RB Q1,LT T1 Q1 CB,T1 TT CB Q3,TT F2 Q3 G,CB Q3 CT Q2,Q3 G Q2 RT"
     patches = [
         Patch(("LE", "TE", "TT", "T1", "LT"), ("LE", "TE", "TT", "LT"), airfoil=True),
@@ -186,16 +203,16 @@ def _free_layout(plan: Planform, size: float, contact_nodes: int) -> Layout:
     points = _corners(plan)
     half = plan.section.half_length
     airfoil = ("LE", "TE", "TT", "LT")
-    loop: tuple[str, ...] = ("TE", "E2", "RT", "CT", "CB", "RB", "E1", "LE")
-    cut: tuple[str, ...] = ("E1", "LE", "TE", "E2")
-    if "M2" in points:
-        loop = ("TE", "M2", *loop[1:7], "M1", "LE")
-        cut = ("E1", "M1", "LE", "TE", "M2", "E2")
+    before, after = (tuple(name for name in names if name in points) for names in (("E1", "M1"), ("M2", "E2")))
+    loop = ("TE", *after, "RT", "CT", "CB", "RB", *before, "LE")
+    cut = (*before, "LE", "TE", *after)
     curves = {}
     for names in (airfoil, loop):
         for a, b in zip(names, names[1:] + names[:1] if names is airfoil else names[1:], strict=False):
             curves[a, b] = Curve(equal_steps(_even_steps(_distance(points, a, b), size)))
-    curves["TT", "LT"] = Curve(curves["LE", "TE"].fractions, _flank(plan, half, -half))
+    steps = equal_steps(_even_steps(2 * half, size))
+    curves["LE", "TE"] = Curve(steps, _camber_line(plan, -half, half))
+    curves["TT", "LT"] = Curve(steps, _flank(plan, half, -half))
     fractions = contact_fractions(contact_nodes, plan.contact_length, size, even=True)
     del curves["CT", "CB"]
     curves["CB", "CT"] = Curve(fractions)

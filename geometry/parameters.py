@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 LARGEST_STAGGER = 80.0  # degrees, at root and shroud
+LARGEST_CAMBER = 90.0  # degrees
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,9 @@ class BladeParameters:
         `root_stagger` + `twist`.
     fillet_radius : float
         Radius of the fillet at the root, m; 0: none.
+    camber : float
+        Angle by which the camber line, a circular arc, turns between its ends, degrees; above 0 it bulges towards
+        +y. The centroids of the sections lie on the stacking axis, the thickness is normal to the camber line.
     """
 
     n_blades: int
@@ -48,6 +52,7 @@ class BladeParameters:
     section: str = "rectangle"
     root_stagger: float = 0.0
     fillet_radius: float = 0.0
+    camber: float = 0.0
 
     @property
     def tip_stagger(self) -> float:

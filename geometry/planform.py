@@ -2,8 +2,8 @@
 
 s is the arc length along the circumference at the mid radius of the shroud. Angles are at most 90 degrees here: the
 profile at alpha > 90 is the mirror image (x -> -x) of the one at 180 - alpha with the opposite stagger and slant of
-the side edges. Every outline is symmetric under (x, s) -> (-x, -s), and the left side is the right one moved by one
-pitch, whatever the slant.
+the side edges. The platform is symmetric under (x, s) -> (-x, -s), the airfoil too without camber, and the left side
+is the right one moved by one pitch, whatever the slant.
 """
 
 from dataclasses import dataclass, replace
@@ -85,7 +85,8 @@ class Planform:
         return np.vstack([-right[::-1], right[::-1]])
 
     def place(self, section: FloatArray) -> FloatArray:
-        """(x, s) of section coordinates (along the chord, across), (..., 2) in m."""
+        """(x, s) of section coordinates (along the camber line, across), (..., 2) in m."""
+        section = self.section.bent(section)
         c, s = cos(radians(self.stagger)), sin(radians(self.stagger))
         x = section[..., 0] * c - section[..., 1] * s
         arc = section[..., 0] * s + section[..., 1] * c
@@ -95,7 +96,12 @@ class Planform:
         """Section coordinates of (x, s), the inverse of ``place``."""
         c, s = cos(radians(self.stagger)), sin(radians(self.stagger))
         x, arc = points[..., 0], points[..., 1] / self.stretch
-        return np.stack([x * c + arc * s, arc * c - x * s], axis=-1)
+        return self.section.straightened(np.stack([x * c + arc * s, arc * c - x * s], axis=-1))
+
+    @property
+    def turned(self) -> "Planform":
+        """The planform rotated by 180 degrees: the same platform with the opposite camber."""
+        return replace(self, section=self.section.turned) if self.section.camber else self
 
 
 def mid_radius(blade: BladeParameters, shroud: ShroudParameters) -> float:
@@ -116,7 +122,7 @@ def is_mirrored(shroud: ShroudParameters) -> bool:
 def section_at(blade: BladeParameters, height: float) -> Section:
     """The section at the relative ``height`` (0 root, 1 shroud), without fillets."""
     tip = blade.thickness if blade.tip_thickness is None else blade.tip_thickness
-    return Section(blade.section, blade.chord, (1 - height) * blade.thickness + height * tip)
+    return Section(blade.section, blade.chord, (1 - height) * blade.thickness + height * tip, blade.camber)
 
 
 def planform(blade: BladeParameters, shroud: ShroudParameters, edge_angle: float) -> Planform:

@@ -1,4 +1,7 @@
-"""Quadrilateral mesh of a whole planform: the upper half by gmsh, the lower half by a rotation of 180 degrees."""
+"""Quadrilateral mesh of a whole planform: two upper halves by gmsh, the second one rotated by 180 degrees.
+
+Without camber the two halves are the same mesh.
+"""
 
 from dataclasses import dataclass
 
@@ -15,12 +18,13 @@ from geometry.sector import FloatArray, IntArray
 from geometry.straight_edges import straight_edged_half_thickness
 
 GOOD_QUALITY = 0.4  # scaled Jacobian above which a mesh in rows is accepted and no unstructured one is tried
+Half = tuple[Layout, QuadMesh]
 FAIR_QUALITY = 0.2  # scaled Jacobian above which no finer mesh is tried
 
 
 @dataclass(frozen=True)
 class PlanformMesh:
-    """A mesh that is its own image, bit for bit, under (x, s) -> (-x, -s).
+    """A mesh that without camber is its own image, bit for bit, under (x, s) -> (-x, -s).
 
     Attributes
     ----------
@@ -35,7 +39,7 @@ class PlanformMesh:
     right_face, left_face : (k,) array
         All nodes on the contact segments.
     origin : int
-        The node at (0, 0).
+        The node at (0, 0), with camber the nearest to it.
     flanks : ((k,), (k,)) arrays
         Places of the nodes on the upper and on the lower flank of the airfoil along the section, ascending, m.
     """
@@ -56,71 +60,92 @@ def mesh_planform(plan: Planform, size: float, contact_nodes: int) -> PlanformMe
 
     Raises ``MeshingError`` where no layout gives a valid mesh.
     """
-    layout, half = _best_half(plan, size, contact_nodes)
-    cut = half.along(layout.cut)
-    contact = half.along(("CB", "CT"))
-    points = _exact_points(plan, layout, half, cut, contact)
+    (layout, upper), (other_layout, lower) = _best_halves(plan, size, contact_nodes)
+    cut, other_cut = upper.along(layout.cut), lower.along(other_layout.cut)
+    contact, other_contact = (half.along(("CB", "CT")) for half in (upper, lower))
+    points = _exact_points(plan, layout, upper)
+    others = points.copy() if lower is upper else _exact_points(plan.turned, other_layout, lower)
+    joint = (points[cut] - others[other_cut][::-1]) / 2
+    if plan.section.camber:
+        airfoil = np.isin(cut, upper.along(_between_ends(layout.cut)))
+        along = plan.unplace(joint[airfoil])[:, 0]
+        joint[airfoil] = plan.place(np.stack([along, 0 * along], axis=-1))
+    points[cut], others[other_cut] = joint, -joint[::-1]
 
-    flank = plan.unplace(points[half.along(layout.flank)])[:, 0]
-    # lower half: the same nodes rotated by 180 degrees; those on the cut exist already
+    # the lower half rotated by 180 degrees; the nodes on the cut exist already
     n = len(points)
-    inner = np.setdiff1d(np.arange(n), cut)
-    turned = np.empty(n, dtype=np.int64)
-    turned[cut] = cut[::-1]
+    inner = np.setdiff1d(np.arange(len(others)), other_cut)
+    turned = np.empty(len(others), dtype=np.int64)
+    turned[other_cut] = cut[::-1]
     turned[inner] = n + np.arange(len(inner))
-    in_airfoil = np.concatenate(
-        [np.full(len(quads), patch.airfoil) for quads, patch in zip(half.quads, layout.patches, strict=True)]
-    )
-    quads = np.vstack(half.quads)
+    in_airfoil = [
+        np.full(len(quads), patch.airfoil)
+        for half in (upper, lower)
+        for quads, patch in zip(half.quads, layout.patches, strict=True)
+    ]
     fractions = layout.curves["CB", "CT"].fractions
     grid = np.array([np.argmin(np.abs(fractions - f)) for f in grid_fractions(contact_nodes)])
-    left_face = turned[contact][::-1]
+    left_face = turned[other_contact][::-1]
+    everything = np.vstack([points, -others[inner]])
     return PlanformMesh(
-        points=np.vstack([points, -points[inner]]),
-        quads=np.vstack([quads, turned[quads]]),
-        airfoil=np.concatenate([in_airfoil, in_airfoil]),
+        points=everything,
+        quads=np.vstack([*upper.quads, turned[np.vstack(lower.quads)]]),
+        airfoil=np.concatenate(in_airfoil),
         right=contact[grid],
         left=left_face[grid],
         right_face=contact,
         left_face=left_face,
-        origin=int(cut[len(cut) // 2]),
-        flanks=(flank, -flank[::-1]),
+        origin=int(np.argmin(np.hypot(*everything.T))),
+        flanks=(
+            plan.unplace(points[upper.along(layout.flank)])[:, 0],
+            -plan.turned.unplace(others[lower.along(layout.flank)])[::-1, 0],
+        ),
     )
 
 
-def _best_half(plan: Planform, size: float, contact_nodes: int) -> tuple[Layout, QuadMesh]:
-    """The layout whose worst element is best; layouts are tried until one is good enough.
+def _between_ends(cut: tuple[str, ...]) -> tuple[str, ...]:
+    """The part of the cut in the airfoil, from leading to trailing edge."""
+    return cut[cut.index("LE") : cut.index("TE") + 1]
 
-    First meshes in rows, then an unstructured one of the same size, then finer ones for features much smaller than
-    the size.
+
+def _best_halves(plan: Planform, size: float, contact_nodes: int) -> tuple[Half, Half]:
+    """The layout and mesh whose worst element is best: upper half, and that of the planform rotated by 180 degrees.
+
+    Layouts are tried until one is good enough: first meshes in rows, then an unstructured one of the same size, then
+    finer ones for features much smaller than the size.
     """
-    best: tuple[float, Layout, QuadMesh] | None = None
+    best: tuple[float, Half, Half] | None = None
     reasons = []
     for fineness, wanted in ((1, GOOD_QUALITY), *((k, FAIR_QUALITY) for k in (2, 3, 4, 6))):
-        for layout in half_layouts(plan, size / fineness, contact_nodes):
+        layouts = half_layouts(plan, size / fineness, contact_nodes)
+        others = half_layouts(plan.turned, size / fineness, contact_nodes) if plan.section.camber else layouts
+        for layout, other in zip(layouts, others, strict=True):
             enough = best is not None and best[0] > wanted
             if (fineness > 1 and not layout.free) or (layout.free and enough):
                 continue
             try:
-                half = mesh_layout(layout, size / fineness)
+                upper = mesh_layout(layout, size / fineness)
+                lower = upper if other is layout else mesh_layout(other, size / fineness)
             except MeshingError as error:
                 reasons.append(f"{layout.name}/{fineness}: {error}")
                 continue
-            quality = float(quadrilateral_scaled_jacobian(half.points, np.vstack(half.quads)).min())
+            quality = min(
+                float(quadrilateral_scaled_jacobian(half.points, np.vstack(half.quads)).min())
+                for half in (upper, lower)
+            )
             reasons.append(f"{layout.name}/{fineness}: worst scaled Jacobian {quality:.2g}")
             if quality > 0 and (best is None or quality > best[0]):
-                best = quality, layout, half
+                best = quality, (layout, upper), (other, lower)
     if best is None:
         raise MeshingError("no layout gives a valid mesh: " + "; ".join(reasons))
     return best[1], best[2]
 
 
-def _exact_points(plan: Planform, layout: Layout, half: QuadMesh, cut: IntArray, contact: IntArray) -> FloatArray:
-    """The points of the half with exact positions on cut, contact segment and flank."""
+def _exact_points(plan: Planform, layout: Layout, half: QuadMesh) -> FloatArray:
+    """The points of the half with exact positions on contact segment and flank."""
     points = half.points.copy()
-    points[cut] = (points[cut] - points[cut][::-1]) / 2
     _, start, end, _ = plan.right_profile()
-    points[contact] = start + layout.curves["CB", "CT"].fractions[:, None] * (end - start)
+    points[half.along(("CB", "CT"))] = start + layout.curves["CB", "CT"].fractions[:, None] * (end - start)
     flank = half.along(layout.flank)
     along = plan.unplace(points[flank])[:, 0]
     across = straight_edged_half_thickness(plan.section, along)

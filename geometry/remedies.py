@@ -11,9 +11,9 @@ from geometry.parameters import BladeParameters, ShroudParameters
 from geometry.sector import FloatArray
 
 ANGLE_STEPS = (5.0, 0.1)  # degrees: of the search, of suggested angles
-SIGNIFICANT = 6  # digits of a suggested length where 0.01 mm is too coarse
-LENGTH_DIGITS = 5  # suggested lengths are multiples of 0.01 mm
-BISECTIONS = 14
+SIGNIFICANT = 6  # digits of a suggested length where that is too coarse
+LENGTH_STEP = 1e-5  # m: suggested lengths are multiples of it
+BISECTIONS = 9
 SENSIBLE, ANY = 0.4, 0.001  # smallest suggested lengths, relative to the given ones
 LARGEST_FACTOR = 8.0  # of a length that has to grow
 
@@ -62,10 +62,10 @@ class Search:
         for _ in range(BISECTIONS):
             middle = (fails + works) / 2
             fails, works = (fails, middle) if self.works(table, parameter, middle) else (middle, works)
-        for digits in (LENGTH_DIGITS, SIGNIFICANT - 1 - floor(log10(works))):
-            rounded = round(whole(works * 10.0**digits) / 10.0**digits, digits)
-            if rounded > 0 and self.works(table, parameter, rounded):
-                return rounded
+        coarse = round(whole(works / LENGTH_STEP) * LENGTH_STEP, 12)
+        for value in (coarse, rounded(works, SIGNIFICANT, whole)):
+            if value > 0 and self.works(table, parameter, value):
+                return value
         return None
 
     def nearest_angle(self, table: str, parameter: str, limits: tuple[float, float]) -> float | None:
@@ -75,9 +75,14 @@ class Search:
         found = self._first(table, parameter, _around(start, coarse, *limits))
         if found is None:
             return None
-        between = _around(start, fine, min(start, found), max(start, found))
-        near = between[np.abs(between - found) <= coarse + fine]
-        return self._first(table, parameter, near)
+        works, fails = round(found / fine), round((found - coarse if found > start else found + coarse) / fine)
+        fails = max(fails, round(start / fine)) if found > start else min(fails, round(start / fine))
+        while abs(works - fails) > 1:
+            middle = (works + fails) // 2
+            works, fails = (
+                (middle, fails) if self.works(table, parameter, round(middle * fine, 1)) else (works, middle)
+            )
+        return round(works * fine, 1)
 
     def _first(self, table: str, parameter: str, values: FloatArray) -> float | None:
         return next((float(value) for value in values if self.works(table, parameter, float(value))), None)
@@ -91,6 +96,14 @@ class Search:
             middle = (low + high) // 2
             low, high = (middle, high) if self.works("blade", "n_blades", middle) else (low, middle)
         return low
+
+
+def rounded(number: float, digits: int, whole: Callable[[float], int]) -> float:
+    """A number with so many significant digits, rounded by ``floor`` or ``ceil``."""
+    if number <= 0:
+        return number
+    places = digits - 1 - floor(log10(number))
+    return float(f"{whole(number * 10.0**places) / 10.0**places:.{digits}g}")
 
 
 def _around(start: float, step: float, low: float, high: float) -> FloatArray:

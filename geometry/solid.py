@@ -73,7 +73,8 @@ def sweep(
     for h, offset in zip(map(float, heights), map(float, offsets), strict=True):
         section = replace(section_at(blade, h), offset=offset)
         stagger, radius = blade.root_stagger + h * blade.twist, blade.hub_radius + h * (inner - blade.hub_radius)
-        points.append(airfoil_points(resized(strip, flat.flanks, plan.section, section), stagger, radius))
+        places = section.bent(resized(strip, flat.flanks, plan.section, section))
+        points.append(airfoil_points(places, stagger, radius))
     local = np.full(n, -1)
     local[foot] = np.arange(len(foot))
     quads = local[flat.quads[flat.airfoil]]

@@ -14,16 +14,25 @@ GAUSS_POINTS = 3  # on each piece: exact for the parabolas of a lens times the p
 
 
 def straight_edged_half_thickness(section: Section, along: FloatArray) -> FloatArray:
-    """Half thickness (k,) m of the section at its nodes, ``along`` (k,) m from mid chord, ascending."""
-    if section.straight:
-        return section.half_thickness(along)
+    """Half thickness (k,) m of the section at its nodes, ``along`` (k,) m from the middle, ascending."""
+    if section.shape == "rectangle":
+        return section.half_thickness(along) * _mitre(section, along)
     point, weight = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     half = np.diff(along)[:, None] / 2
     places = (along[:-1, None] + half * (1 + point)).ravel()
     root = np.sqrt(half * weight).ravel()
     curve = section.half_thickness(places)
     hats = np.stack([np.interp(places, along, unit) for unit in np.eye(len(along))], axis=-1)
-    return np.asarray(np.linalg.lstsq(root[:, None] * hats, root * curve)[0])
+    return np.asarray(np.linalg.lstsq(root[:, None] * hats, root * curve)[0]) * _mitre(section, along)
+
+
+def _mitre(section: Section, along: FloatArray) -> FloatArray | float:
+    """Factor of the distance from a camber line of straight pieces that keeps the thickness normal to the pieces."""
+    if not section.camber:
+        return 1.0
+    turn = np.diff(along) / section.radius
+    at_node = np.concatenate([turn[:1], (turn[1:] + turn[:-1]) / 2, turn[-1:]])
+    return np.asarray(1 / np.cos(at_node / 2))
 
 
 def resized(points: FloatArray, flanks: tuple[FloatArray, FloatArray], old: Section, new: Section) -> FloatArray:

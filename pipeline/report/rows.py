@@ -164,7 +164,10 @@ def blade_rows(scene: Scene) -> list[tuple[str, str]]:
         ("length, hub radius", f"{_mm(blade.length)}, {_mm(blade.hub_radius)}"),
         ("airfoil", f"{blade.section}, chord {_mm(blade.chord)}, thickness {_mm(blade.thickness)}"),
         ("thickness at the shroud, twist", f"{_mm(blade.tip_thickness or blade.thickness)}, {blade.twist:g}°"),
-        ("stagger at root, at shroud", f"{blade.root_stagger:g}°, {blade.root_stagger + blade.twist:g}°"),
+        (
+            "stagger at root, at shroud, camber",
+            f"{blade.root_stagger:g}°, {blade.root_stagger + blade.twist:g}°, {blade.camber:g}°",
+        ),
         ("shroud angle, side edges", f"{shroud.angle:g}°, {side_edge_angle(*geometry_parameters(scene)[:2]):g}°"),
         ("shroud", f"{_mm(shroud.thickness)} thick, {_mm(shroud.axial_width)} wide, gap {_mm(shroud.gap)}"),
         ("fillets at root, at shroud", f"{_mm(blade.fillet_radius)}, {_mm(shroud.fillet_radius)}"),

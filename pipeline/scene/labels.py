@@ -48,6 +48,7 @@ _QUANTITIES = {
     "blade.thickness": Quantity("blade thickness", "mm", 1e3),
     "blade.chord": Quantity("chord", "mm", 1e3),
     "blade.twist": Quantity("twist", "°"),
+    "blade.camber": Quantity("camber", "°"),
     "blade.fillet_radius": Quantity("fillet at the root", "mm", 1e3),
     "shroud.fillet_radius": Quantity("fillet at the shroud", "mm", 1e3),
     "blade.root_stagger": Quantity("root stagger", "°"),

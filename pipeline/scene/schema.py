@@ -71,6 +71,13 @@ class Blade(Section):
         le=80.0,
     )
     fillet_radius: Number = _key("radius of the fillet at the root, m; 0: none", FILLET, 0.0, ge=0.0, le=10.0)
+    camber: Number = _key(
+        "angle by which the camber line turns from edge to edge, degrees; above 0 it bulges towards +y",
+        "a number, -90 to 90",
+        0.0,
+        ge=-90.0,
+        le=90.0,
+    )
 
 
 class Shroud(Section):
