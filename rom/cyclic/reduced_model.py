@@ -37,7 +37,7 @@ class ReducedModel:
         Tributary areas of the contact nodes, m^2.
     force_centrifugal : (n,) array or None
         Generalised centrifugal force at 1 rad/s; it grows with the square of the speed.
-        At a speed it holds the nonlinear equilibrium: its static displacement is that of free contacts.
+        At a speed its static displacement is that of the equilibrium with free contacts.
     force_static : (n,) array or None
         Any other static force, N.
     coriolis : (n, n) array or None
