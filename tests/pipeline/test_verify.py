@@ -90,15 +90,14 @@ def test_averages_over_patches_are_measured_against_a_reference_of_their_own(tmp
 
 def test_following_the_advice_brings_the_promised_error(tmp_path: Path) -> None:
     coarse = {**TWISTED, **STIFF, "mesh__size": 0.009, "mesh__grading": 1.0, "rom__contact_dofs": "nodal"}
-    coarse |= {"rom__modes": 4, "rom__tolerance": 0.0025, "response__frequency": [150.0, 2000.0]}
+    coarse |= {"rom__modes": 4, "rom__tolerance": 0.006, "response__frequency": [150.0, 2000.0]}
     before = verified(tmp_path, **coarse)
     (advice,) = before["advice"]
     assert not advice["within"]
-    assert before["cases"][0]["contact_frequency_error"] > 0.0025
-    said = re.search(
-        r"error of the contact dofs .* % of a frequency, mesh error .*, modal truncation error .*"
-        r" for a tolerance of 0.25 %: set rom.contact_dofs = \"mortar\" and"
-        r" lower mesh.size from 9 mm to (\S+) mm \((\d+) dofs\) and raise rom.modes from 4 to (\d+) ",
+    said = re.fullmatch(
+        r"error of the contact dofs .* % of a frequency, mesh error .* %, modal truncation error .* %;"
+        r" for a tolerance of 0.6 %: set rom.contact_dofs = \"mortar\" and"
+        r" lower mesh.size from 9 mm to (\S+) mm \((\d+) dofs\) and raise rom.modes from 4 to (\d+) .*",
         advice["text"],
     )
     assert said is not None, advice["text"]
@@ -107,18 +106,23 @@ def test_following_the_advice_brings_the_promised_error(tmp_path: Path) -> None:
     changed = coarse | {"mesh__size": size, "rom__modes": modes, "rom__contact_dofs": "mortar"}
     assert shroud("validate", write_scene(tmp_path / "advised.toml", small_scene(**changed)))[0] == 0
     after = verified(tmp_path, **changed)
-    assert after["cases"][0]["dofs"] == pytest.approx(dofs, rel=0.2)
     assert advice["advised_dofs"] == dofs
+    assert after["cases"][0]["dofs"] == pytest.approx(dofs, rel=0.2)
     assert after["advice"][0]["within"]
-    assert after["advice"][0]["text"].endswith("for a tolerance of 0.25 %: nothing to do")
+    assert after["advice"][0]["text"].endswith("for a tolerance of 0.6 %: nothing to do")
     # against a mesh that neither of the two has seen, with the modes that it takes there to be exact
-    fine = {"mesh__size": 0.004, "mesh__grading": 8.0, "rom__modes": 60}
+    fine = {"mesh__size": 0.004, "mesh__grading": 8.0, "rom__modes": 60, "rom__contact_dofs": "mortar"}
     scene = write_scene(tmp_path / "fine.toml", small_scene(**(coarse | fine)))
     assert shroud("run", scene, "--out", tmp_path / "fine", "--until", "reduce", "--quiet")[0] == 0
-    true = summary_of(tmp_path / "fine")["models"][0]["free_hz"][0]
-    wrong = [abs(each["cases"][0]["joints"][0]["reduced_hz"][0] / true - 1.0) for each in (before, after)]
-    assert wrong[0] > 0.0025 > wrong[1]
-    assert before["cases"][0]["joints"][0]["mesh_error"][0] == pytest.approx(wrong[0], rel=0.5)
+    model = summary_of(tmp_path / "fine")["models"][0]
+    for joint, true in ((0, model["free_hz"][0]), (2, model["stuck_hz"]["36"][0])):
+        wrong = [abs(each["cases"][0]["joints"][joint]["reduced_hz"][0] / true - 1.0) for each in (before, after)]
+        assert wrong[1] < 0.006
+        assert wrong[0] > 1.5 * wrong[1]
+        if joint == 0:
+            assert before["cases"][0]["joints"][0]["mesh_error"][0] == pytest.approx(wrong[0], rel=0.5)
+        else:
+            assert wrong[0] > 0.006
 
 
 def test_the_error_of_contact_dofs_is_that_against_many_more_of_them(tmp_path: Path) -> None:
