@@ -84,6 +84,7 @@ def test_left_is_right_turned_back_and_rigid_motions_are_exact(angle):
     forward = np.array([[1, 0, 0], [0, np.cos(pitch), np.sin(pitch)], [0, -np.sin(pitch), np.cos(pitch)]])
     positions = dofs.weights @ discretise(sector.points, sector.hexahedra).positions
     np.testing.assert_allclose(positions[half:], positions[:half] @ forward, atol=1e-12)
+    assert np.linalg.norm(positions[:half] - sector.right.position, axis=1).max() < 1e-3  # in the order of the mesh
     np.testing.assert_allclose(dofs.frames[half:], dofs.frames[:half] @ forward, atol=1e-9)
     # the axes at a point: t1 and n in the tangent plane of the cylinder about x, t2 along its radius
     at = np.arctan2(positions[:half, 1], positions[:half, 2])
