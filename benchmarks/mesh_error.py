@@ -1,4 +1,4 @@
-"""Mesh error of graded meshes, and of nodes and patches as contact dofs: the tables of docs/verification.md.
+"""Mesh error of graded meshes, and of the kinds of contact dofs: the tables of docs/verification.md.
 
     python benchmarks/mesh_error.py grading --sizes 8 6 4 3 --reference 1.6
     python benchmarks/mesh_error.py compliance --sizes 6 4 3 2 1.5      # 2 GB at 2 mm, 6 GB at 1.5 mm
@@ -26,7 +26,7 @@ from tables import OUT, in_a_process, markdown_table, options_of, today, write_r
 GRADINGS = (1.0, 2.0, 4.0, 8.0)
 MODES = 10
 SEEN = 0.01  # of the highest resonance of the tip: lower ones are not looked at
-KINDS = ("nodal", "patch")
+KINDS = ("nodal", "patch", "mortar")
 RIGID = 1e3  # times the punch stiffness of the face: the springs themselves no longer count
 FIXED_INTERFACE_MODES = 40
 SPRINGS = ("free", "scene", "punch", "rigid")
@@ -135,7 +135,8 @@ def _frequencies(model: Any, phase: float, springs: dict[str, tuple[float, float
 
     values = {}
     for name in SPRINGS:
-        normal, tangential = (stiffness / model.n_contacts for stiffness in springs[name])
+        share = model.contact_area / model.contact_area.sum()
+        normal, tangential = (stiffness * share for stiffness in springs[name])
         found = natural_frequencies(model, phase, normal=normal, tangential=tangential, count=3)
         values |= {f"{name}_{k + 1}_hz": float(f) for k, f in enumerate(found)}
     return values

@@ -27,7 +27,7 @@ def write_blade(target: Path, scene_file: Path, store: Path) -> None:
 
     from rom import read_reduced_model
 
-    scene = scene_with(scene_file, {"rom.modes": MODES})
+    scene = scene_with(scene_file, {"rom.modes": MODES, "rom.contact_dofs": "nodal"})
     file = cached_model(store, scene)
     model, contact = read_reduced_model(file, with_basis=False), curve_problem(file, scene).contact
     contacts, size = model.n_contacts, model.size

@@ -34,7 +34,7 @@ POINTS_A_MINUTE = ("100 points a minute", 600.0)  # ms a point
 REMEDIES = {
     "dofs": "a coarser mesh: 20-node elements with `mesh.grading` are right to 0.05 % with 8000 dofs; "
     "`shroud verify` says it",
-    NODES: 'a coarser `mesh.contact_grid`, with `rom.contact_dofs = "patch"` where the stuck frequencies matter',
+    NODES: "a coarser `mesh.contact_grid`",
     H: '`harmonics = "auto"` with the tolerance that is needed; a `tolerance` of 5 % rarely takes more than 9',
     "curves": "`--jobs` on a machine with more cores; in several evenings: the same command goes on where it was",
 }

@@ -115,7 +115,8 @@ def frequency_range(case: StressCase, model: Path) -> tuple[float, float]:
 
     reduced = read_reduced_model(model)
     phase = 2.0 * np.pi * case.order_ratio
-    normal = case.normal_stiffness / reduced.n_contacts
+    assert reduced.contact_area is not None
+    normal = case.normal_stiffness * reduced.contact_area / reduced.contact_area.sum()
     free = natural_frequencies(reduced, phase, count=1)[0]
     stuck = natural_frequencies(reduced, phase, normal=normal, tangential=TANGENTIAL_RATIO * normal, count=1)[0]
     return BELOW_FREE * float(free), ABOVE_STUCK * float(stuck)
@@ -140,6 +141,7 @@ def posed(
         friction=case.friction,
         interference=case.interference,
         law=case.law,
+        area=reduced.contact_area,
     )
     modal = modal_model(reduced, damping_ratio=case.damping_ratio)
     return modal, contact, Excitation(order, 1.0), SolverOptions(frequency_hz, harmonics=case.harmonics)

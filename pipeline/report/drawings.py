@@ -41,12 +41,13 @@ def ring_drawing(model: BuiltModel, blades: int) -> bytes:
     from matplotlib import pyplot as plt
     from matplotlib.collections import PolyCollection
 
-    from rom import load_sector
+    from rom import load_sector, read_reduced_model
 
     assert model.mesh is not None
     sector = load_sector(model.mesh.parent / SECTOR)
     surface = outer_surface(sector)
-    flat, colours, contacts = _projected(sector, surface, blades)
+    nodes = read_reduced_model(model.rom, with_basis=False).contact_position
+    flat, colours, contacts = _projected(sector, surface, blades, nodes)
     with styled():
         figure, axes = plt.subplots(figsize=(7.6, 5.6), layout="constrained")
         axes.add_collection(PolyCollection(list(flat), facecolors=colours, edgecolors=colours, linewidths=0.3))
@@ -61,8 +62,11 @@ def ring_drawing(model: BuiltModel, blades: int) -> bytes:
     return drawn
 
 
-def _projected(sector: SectorMesh, surface: Surface, blades: int) -> tuple[Array, Array, list[Any]]:
-    """Triangles (t, 3, 2) from back to front, their colours (t, 3), and the blade's contact nodes in view."""
+def _projected(sector: SectorMesh, surface: Surface, blades: int, nodes: Array) -> tuple[Array, Array, list[Any]]:
+    """Triangles (t, 3, 2) from back to front, their colours (t, 3), and the blade's contact nodes in view.
+
+    `nodes` (n_c, 3): the right contact nodes; the left ones are those turned back by one pitch.
+    """
     view = np.asarray(VIEW) / np.linalg.norm(VIEW)
     right = np.cross((0.0, 0.0, 1.0), view)
     right /= np.linalg.norm(right)
@@ -79,10 +83,14 @@ def _projected(sector: SectorMesh, surface: Surface, blades: int) -> tuple[Array
     corners, colours = np.concatenate(triangles), np.concatenate(shades)
     order = np.argsort((corners @ view).mean(axis=1), kind="stable")
     # both faces have the right one's frame: its normal points out of the right one and into the left one
-    faces = ((sector.right, RIGHT_COLOUR, "right contact", 1.0), (sector.left, LEFT_COLOUR, "left contact", -1.0))
+    back = turned(nodes, -2.0 * np.pi / sector.n_blades)
+    faces = (
+        (sector.right, nodes, RIGHT_COLOUR, "right contact", 1.0),
+        (sector.left, back, LEFT_COLOUR, "left contact", -1.0),
+    )
     contacts = [
-        (face.position @ screen.T, colour, name)
-        for face, colour, name, outward in faces
+        (places @ screen.T, colour, name)
+        for face, places, colour, name, outward in faces
         if outward * float(face.frame[:, 2].mean(axis=0) @ view) > 0.0
     ]
     return (corners @ screen.T)[order], colours[order], contacts

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pipeline_support import ground_model, small_scene, write_scene
 
-from nonlinear import punch_stiffness
+from nonlinear import ContactError, punch_stiffness
 from pipeline.scene.reading import read_scene
 from pipeline.scene.schema import Contact, Load, Response, Scene
 from pipeline.stages.curve_file import section_from_attributes, used_parameters
@@ -29,6 +29,20 @@ def test_a_number_is_the_stiffness_of_the_face_and_the_friction_of_each_node(tmp
     np.testing.assert_array_equal(contact.interference, np.full(4, 1e-5))
     np.testing.assert_array_equal(contact.preload, np.zeros(4))
     assert contact.law == "cone"
+
+
+def test_what_is_of_the_face_is_shared_by_the_areas_of_its_nodes(tmp_path: Path) -> None:
+    area = np.array([25.0, 40.0, 25.0, 10.0]) * 1e-6
+    values = scene(tmp_path, contact__preload=2.0, contact__friction=[0.1, 0.2, 0.3, 0.4]).contact
+    contact = contact_parameters(values, 4, area)
+    np.testing.assert_allclose(contact.normal_stiffness, 2e5 * area / 1e-4, rtol=1e-14)
+    np.testing.assert_allclose(contact.tangential_stiffness, 1.5e5 * area / 1e-4, rtol=1e-14)
+    np.testing.assert_allclose(contact.preload / area, 8.0 / 1e-4, rtol=1e-14)  # the same pressure, 2 N on average
+    np.testing.assert_array_equal(contact.interference, np.full(4, 1e-5))
+    np.testing.assert_array_equal(contact.friction, [0.1, 0.2, 0.3, 0.4])
+    for wrong in ([1.0, 1.0, 1.0], [1.0, 1.0, 1.0, 0.0]):
+        with pytest.raises(ContactError, match=r"^area: "):
+            contact_parameters(values, 4, np.array(wrong))
 
 
 def test_lists_are_node_by_node(tmp_path: Path) -> None:

@@ -94,7 +94,7 @@ def test_missing_sections_are_named(tmp_path: Path, section: str) -> None:
         ({"mesh__grading": 0.5}, "mesh.grading", "0.5"),
         ({"rom__modes": 0}, "rom.modes", "0"),
         ({"rom__frequency_limit": 1e4}, "rom.frequency_limit", "given beside modes"),
-        ({"rom__contact_dofs": "mortar"}, "rom.contact_dofs", '"mortar"'),
+        ({"rom__contact_dofs": "lumped"}, "rom.contact_dofs", '"lumped"'),
         ({"load__speed_rpm": -1.0}, "load.speed_rpm", "-1.0"),
         ({"excitation__engine_order": -1}, "excitation.engine_order", "-1"),
         ({"excitation__force": "1 N"}, "excitation.force", '"1 N"'),
