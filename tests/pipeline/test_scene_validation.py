@@ -86,7 +86,7 @@ def test_missing_sections_are_named(tmp_path: Path, section: str) -> None:
         ({"blade": 3}, "blade", "3"),
         ({"shroud__angle": 190.0}, "shroud.angle", "190.0"),
         ({"shroud__angle": 0.0}, "shroud.angle", "0.0"),
-        ({"shroud__contact_length": 0.2}, "shroud.angle", "70.0"),
+        ({"shroud__contact_length": 0.2}, "shroud.contact_length", "0.2"),
         ({"material__poisson_ratio": 0.5}, "material.poisson_ratio", "0.5"),
         ({"mesh__size": 1e-6}, "mesh.size", "1e-06"),
         ({"mesh__contact_grid": [3]}, "mesh.contact_grid", "[3]"),
