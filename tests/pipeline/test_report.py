@@ -258,17 +258,19 @@ def test_an_unchanged_report_is_not_made_again_and_a_run_makes_none(reported: Pa
 def test_errors_that_were_measured_are_told(reported: Path) -> None:
     scene, out = reported.parent / "small.toml", reported
     before = Page((out / "report.html").read_text(encoding="utf-8")).inside["errors"]
-    assert before.count("not measured; run: shroud verify small.toml") == 1
+    assert before.count("not measured; run: shroud verify small.toml") == 2
     assert re.search(
         r"modal truncation error\s*(< )?[0-9.]+ % of a frequency, (< )?[0-9.]+ % of a receptance", before
     )
     assert re.search(r"mesh error\s*not measured", before)
+    assert re.search(r"contact dofs\s*not measured", before)
     assert shroud("verify", scene, "--out", out, "--quiet")[0] == 0
     assert shroud("report", scene, "--out", out, "--quiet")[0] == 0
     assert statuses(out)["report"] == "ran"
     after = Page((out / "report.html").read_text(encoding="utf-8")).inside["errors"]
     assert "not measured" not in after
     assert re.search(r"mesh error\s*[0-9.]+ % of a frequency\s*large", after)
+    assert re.search(r"contact dofs\s*(< )?[0-9.]+ % of a frequency\s*small", after)
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium here")
