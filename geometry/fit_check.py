@@ -69,6 +69,10 @@ def _first_ways(
             found = [*islice(ways(Search(blade, shroud, accept, least)), most_ways)]
             if found:
                 return found
+    for accept in accepts:
+        found = [*_smaller_section(Search(blade, shroud, accept))]
+        if found:
+            return found
     return []
 
 
@@ -125,6 +129,13 @@ def _at_most(search: Search, table: str, parameter: str) -> Iterator[Way]:
     most = search.largest(table, parameter, value) if value else None
     if most is not None:
         yield table, parameter, f"{table}.{parameter} at most {most:.6g} fits"
+
+
+def _smaller_section(search: Search) -> Iterator[Way]:
+    blade = search.smaller_section()
+    if blade is not None:
+        tip = "" if blade.tip_thickness is None else f" and blade.tip_thickness {blade.tip_thickness:g}"
+        yield "blade", "chord", f"blade.chord {blade.chord:g} with blade.thickness {blade.thickness:g}{tip} fits"
 
 
 def _fewer_blades(search: Search) -> Iterator[Way]:

@@ -14,6 +14,7 @@ ANGLE_STEPS = (5.0, 0.1)  # degrees: of the search, of suggested angles
 SIGNIFICANT = 6  # digits of a suggested length where that is too coarse
 LENGTH_STEP = 1e-5  # m: suggested lengths are multiples of it
 BISECTIONS = 9
+SECTION_STEPS = 60  # from the given section to one of a thousandth of its size
 SENSIBLE, ANY = 0.4, 0.001  # smallest suggested lengths, relative to the given ones
 LARGEST_FACTOR = 8.0  # of a length that has to grow
 
@@ -86,6 +87,17 @@ class Search:
 
     def _first(self, table: str, parameter: str, values: FloatArray) -> float | None:
         return next((float(value) for value in values if self.works(table, parameter, float(value))), None)
+
+    def smaller_section(self) -> BladeParameters | None:
+        """The blade with chord and thickness reduced alike until it works, or None."""
+        names = ("chord", "thickness", "tip_thickness")
+        sizes = {name: getattr(self.blade, name) for name in names if getattr(self.blade, name) is not None}
+        for factor in np.geomspace(1.0, ANY, SECTION_STEPS)[1:]:
+            reduced: dict[str, Any] = {name: rounded(size * factor, 3, floor) for name, size in sizes.items()}
+            blade = replace(self.blade, **reduced)
+            if self.accepts(blade, self.shroud):
+                return blade
+        return None
 
     def fewer_blades(self) -> int | None:
         """The largest number of blades below the given one that works, or None."""

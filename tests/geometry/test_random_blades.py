@@ -68,3 +68,14 @@ def test_each_value_that_a_refusal_names_passes_and_meshes(spoil):
     for table, parameter, value in values:
         changed = parts | {table: replace(parts[table], **{parameter: value})}
         assert quality(**changed, mesh=mesh) > LEAST_QUALITY, (parameter, value)
+
+
+def test_where_no_single_value_helps_a_smaller_section_is_named():
+    blade, shroud, mesh = random_blade(3)
+    blade = replace(
+        blade, chord=20 * blade.chord, thickness=40 * blade.chord / 3, tip_thickness=None, fillet_radius=0.0
+    )
+    error = refusal(blade, replace(shroud, fillet_radius=0.0), mesh)
+    chord, thickness = re.search(r"blade\.chord ([\d.]+) with blade\.thickness ([\d.]+) fits", error.allowed).groups()
+    smaller = replace(blade, chord=float(chord), thickness=float(thickness))
+    assert quality(smaller, replace(shroud, fillet_radius=0.0), mesh) > LEAST_QUALITY
