@@ -15,6 +15,9 @@ from geometry.parameters import BladeParameters, ShroudParameters
 from geometry.section import Section
 from geometry.sector import FloatArray
 
+# degrees: a camber line with less bulges by 2e-8 of the chord, and its huge radius would only lose digits
+LEAST_CAMBER = 1e-5
+
 
 @dataclass(frozen=True)
 class Planform:
@@ -122,7 +125,8 @@ def is_mirrored(shroud: ShroudParameters) -> bool:
 def section_at(blade: BladeParameters, height: float) -> Section:
     """The section at the relative ``height`` (0 root, 1 shroud), without fillets."""
     tip = blade.thickness if blade.tip_thickness is None else blade.tip_thickness
-    return Section(blade.section, blade.chord, (1 - height) * blade.thickness + height * tip, blade.camber)
+    camber = blade.camber if abs(blade.camber) > LEAST_CAMBER else 0.0
+    return Section(blade.section, blade.chord, (1 - height) * blade.thickness + height * tip, camber)
 
 
 def planform(blade: BladeParameters, shroud: ShroudParameters, edge_angle: float) -> Planform:
