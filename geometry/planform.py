@@ -15,6 +15,8 @@ from geometry.parameters import BladeParameters, ShroudParameters
 from geometry.section import Section
 from geometry.sector import FloatArray
 
+LEAST_CAMBER = 1e-3  # degrees: less bulges by less than 3e-6 chords, and is no camber
+
 
 @dataclass(frozen=True)
 class Planform:
@@ -122,7 +124,8 @@ def is_mirrored(shroud: ShroudParameters) -> bool:
 def section_at(blade: BladeParameters, height: float) -> Section:
     """The section at the relative ``height`` (0 root, 1 shroud), without fillets."""
     tip = blade.thickness if blade.tip_thickness is None else blade.tip_thickness
-    return Section(blade.section, blade.chord, (1 - height) * blade.thickness + height * tip, blade.camber)
+    camber = blade.camber if abs(blade.camber) >= LEAST_CAMBER else 0.0
+    return Section(blade.section, blade.chord, (1 - height) * blade.thickness + height * tip, camber)
 
 
 def planform(blade: BladeParameters, shroud: ShroudParameters, edge_angle: float) -> Planform:
