@@ -13,6 +13,7 @@ from geometry.remedies import rounded
 
 SECTIONS = ("rectangle", "lens")
 LARGEST_GRID = 100
+LEAST_FILLET = 1e-3  # radius relative to the chord
 LARGEST_GRADING = 100.0
 LARGEST_MESH = 3_000_000  # elements
 
@@ -39,6 +40,7 @@ def check_parameters(blade: BladeParameters, shroud: ShroudParameters, mesh: Mes
     """
     _check_blade(blade)
     _check_shroud(shroud)
+    _check_fillets(blade, shroud)
     _check_mesh(mesh)
     check_fit(blade, shroud, (partial(_accepts, mesh), partial(_accepts, None)))
     _check_size(blade, shroud, mesh)
@@ -49,6 +51,7 @@ def _accepts(mesh: MeshParameters | None, blade: BladeParameters, shroud: Shroud
     try:
         _check_blade(blade)
         _check_shroud(shroud)
+        _check_fillets(blade, shroud)
         if misfit_of(blade, shroud) is not None:
             return False
         if mesh is not None:
@@ -78,7 +81,6 @@ def _integer(table: str, parameter: str, value: object, low: int, high: int) -> 
 
 def _check_blade(blade: BladeParameters) -> None:
     _integer("blade", "n_blades", blade.n_blades, 3, 10_000)
-    _check_fillet("blade", blade.fillet_radius)
     for name in ("hub_radius", "length", "chord", "thickness"):
         _number("blade", name, getattr(blade, name))
     if blade.tip_thickness is not None:
@@ -91,7 +93,6 @@ def _check_blade(blade: BladeParameters) -> None:
 
 
 def _check_shroud(shroud: ShroudParameters) -> None:
-    _check_fillet("shroud", shroud.fillet_radius)
     for name in ("thickness", "axial_width", "contact_length"):
         _number("shroud", name, getattr(shroud, name))
     for name in ("angle", "gap"):
@@ -107,9 +108,12 @@ def _check_shroud(shroud: ShroudParameters) -> None:
     _require(shroud.gap >= 0, "shroud", "gap", shroud.gap, "must be 0 or more")
 
 
-def _check_fillet(table: str, radius: float) -> None:
-    _number(table, "fillet_radius", radius, positive=False)
-    _require(radius >= 0, table, "fillet_radius", radius, "must be 0 or more")
+def _check_fillets(blade: BladeParameters, shroud: ShroudParameters) -> None:
+    least = rounded(LEAST_FILLET * blade.chord, 3, ceil)
+    for table, radius in (("blade", blade.fillet_radius), ("shroud", shroud.fillet_radius)):
+        _number(table, "fillet_radius", radius, positive=False)
+        allowed = f"must be 0 or at least a thousandth of the chord ({least:g} m)"
+        _require(radius == 0 or radius >= least, table, "fillet_radius", radius, allowed)
 
 
 def _check_mesh(mesh: MeshParameters) -> None:

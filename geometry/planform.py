@@ -15,8 +15,7 @@ from geometry.parameters import BladeParameters, ShroudParameters
 from geometry.section import Section
 from geometry.sector import FloatArray
 
-# degrees: a camber line with less bulges by 2e-8 of the chord, and its huge radius would only lose digits
-LEAST_CAMBER = 1e-5
+LEAST_CAMBER = 1e-3  # degrees: less bulges by less than 3e-6 chords, and is no camber
 
 
 @dataclass(frozen=True)
@@ -125,7 +124,7 @@ def is_mirrored(shroud: ShroudParameters) -> bool:
 def section_at(blade: BladeParameters, height: float) -> Section:
     """The section at the relative ``height`` (0 root, 1 shroud), without fillets."""
     tip = blade.thickness if blade.tip_thickness is None else blade.tip_thickness
-    camber = blade.camber if abs(blade.camber) > LEAST_CAMBER else 0.0
+    camber = blade.camber if abs(blade.camber) >= LEAST_CAMBER else 0.0
     return Section(blade.section, blade.chord, (1 - height) * blade.thickness + height * tip, camber)
 
 

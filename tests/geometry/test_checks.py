@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from geometry_support import FIGURE, SLENDER, figure_shroud, jacobians, mid_radius, slender_shroud
+from geometry_support import FIGURE, SLENDER, figure_shroud, jacobians, mid_radius, slender_shroud, volume
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -54,6 +54,8 @@ BAD = [
     *(("shroud", "angle", bad) for bad in (0.0, -10.0, 180.5, NAN, INF, "70")),
     *(("shroud", "gap", bad) for bad in (-1e-6, 0.03, NAN, None)),
     *(("shroud", "edge_angle", bad) for bad in (NAN, 76.0, -INF, "axial", None)),
+    *((table, "fillet_radius", bad) for table in ("blade", "shroud") for bad in (-1e-3, 1e-9, 0.08, NAN, "1", None)),
+    *(("blade", "camber", bad) for bad in (NAN, 91.0, -INF, "30", None)),
     ("shroud", "thickness", 0.15),
     *(("mesh", "size", bad) for bad in (0.0, -1.0, NAN, INF, 0.5, 1e-7, "fine")),
     *(("mesh", "contact_grid", bad) for bad in ((3,), (3, 3, 3), 9, "33", None)),
@@ -84,6 +86,14 @@ def test_numpy_numbers_and_lists_are_welcome():
     blade = replace(SLENDER, n_blades=np.int64(72), chord=np.float64(0.034))
     check_parameters(blade, GOOD["shroud"], MeshParameters(np.float32(0.004), [3, 3]))
     assert build_sector(blade, GOOD["shroud"], MeshParameters(0.005, [2, 2])).right.area.shape == (4,)
+
+
+@pytest.mark.parametrize("camber", [5e-324, -1e-12, 2e-3])
+def test_a_camber_of_next_to_nothing_is_a_straight_section(camber):
+    straight = build_sector(*GOOD.values())
+    bent = build_sector(replace(SLENDER, camber=camber), GOOD["shroud"], GOOD["mesh"])
+    assert volume(bent) == pytest.approx(volume(straight), rel=1e-5)
+    assert hexahedron_scaled_jacobian(bent.points, bent.hexahedra).min() > 0.4
 
 
 def test_error_survives_a_process_boundary():
