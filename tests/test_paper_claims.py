@@ -92,9 +92,11 @@ def limit(number: int, rom: Path, stuck: bool) -> tuple[float, float]:
     """Natural frequency and height of the first resonance with the contacts free, or stuck in opposition."""
     scene = load(number)
     model = read_reduced_model(rom)
+    assert model.contact_area is not None
+    share = stuck * model.contact_area / model.contact_area.sum()
     springs = {
-        "normal": stuck * scene["contact"]["normal_stiffness"] / model.n_contacts,
-        "tangential": stuck * scene["contact"]["tangential_stiffness"] / model.n_contacts,
+        "normal": scene["contact"]["normal_stiffness"] * share,
+        "tangential": scene["contact"]["tangential_stiffness"] * share,
     }
     half = scene["blade"]["n_blades"] // 2
     hertz = float(natural_frequencies(model, np.pi, count=1, **springs)[0])

@@ -35,7 +35,7 @@ SMOKE = {  # script, its table, arguments, rows, columns that hold finite number
     "mesh_error compliance": (
         "compliance",
         "--sizes 12 6 --grid 3 2",
-        4,
+        6,
         ("size_mm", "dofs", "n_contacts", "local_normal", "whole_normal", "local_tangential", *HERTZ),
     ),
     "peers_linear": ("linear", "--sizes 12", None, ("mm", "dofs", "seconds", "times slower", "off")),

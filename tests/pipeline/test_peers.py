@@ -61,7 +61,7 @@ def test_the_blade_against_ground_is_the_blade_in_its_ring(peers: Any, tmp_path:
         np.savez(file, **{**arrays, "load": 1e6 * arrays["load"]})
     request = peers_programs.Request("shroud", "exact", "S", 1, 1e-12, file=str(file))
     given, program = peers_programs.problem(request), peers_programs.shroud(request)
-    scene = scene_with(scene_file, {"rom.modes": peers_blade.MODES})
+    scene = scene_with(scene_file, {"rom.modes": peers_blade.MODES, "rom.contact_dofs": "nodal"})
     model = read_reduced_model(cached_model(tmp_path / "store", scene))
     force, per_length = peers_blade.FORCE, peers_blade.FORCE / peers_blade.LENGTH
     modal = modal_model(model, rayleigh=(0.0, peers_blade.DAMPING_RATIO / (np.pi * peers_blade.HERTZ)))
