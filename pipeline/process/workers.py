@@ -28,6 +28,7 @@ K = TypeVar("K", bound=Hashable)
 
 ATTEMPTS = 3  # for a call whose process dies; the last one runs while no other call does
 _PATIENCE = 1.0  # seconds from the end of a pipe to that of its process
+_LOOK = 0.05  # seconds between two looks whether the work is to stop
 
 
 class WorkerDied(Exception):
@@ -65,9 +66,13 @@ class _Worker:
 
 @dataclass
 class Workers:
-    """Up to `count` processes; one that dies is replaced, and takes nothing with it but its own call."""
+    """Up to `count` processes; one that dies is replaced, and takes nothing with it but its own call.
+
+    While it waits it calls `check` every few milliseconds, which raises an exception where the work is to stop.
+    """
 
     count: int
+    check: Callable[[], None] = lambda: None
     _all: list[_Worker] = field(default_factory=list)
 
     def completed(
@@ -153,7 +158,11 @@ class Workers:
     def _with_news(self) -> list[_Worker]:
         """Busy workers that have sent something or ended; waits for the first."""
         by_pipe = {worker.pipe: worker for worker in self._all if worker.busy}
-        return [by_pipe[pipe] for pipe in wait(list(by_pipe)) if isinstance(pipe, Connection)]
+        ready: list[Any] = []
+        while not ready:
+            self.check()
+            ready = wait(list(by_pipe), _LOOK)
+        return [by_pipe[pipe] for pipe in ready]
 
     def _end_of(self, worker: _Worker) -> str:
         """How a worker has ended; it is removed."""
@@ -173,10 +182,10 @@ class Workers:
 
 
 @contextmanager
-def workers(count: int) -> Iterator[Workers]:
-    """Up to `count` worker processes with one BLAS thread each; they end with the block."""
+def workers(count: int, check: Callable[[], None] = lambda: None) -> Iterator[Workers]:
+    """Up to `count` worker processes with one BLAS thread each; they end with the block; `check`: see `Workers`."""
     with one_blas_thread_in_children():
-        pool = Workers(count)
+        pool = Workers(count, check)
         try:
             yield pool
         finally:

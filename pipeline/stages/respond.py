@@ -137,7 +137,12 @@ class CurveSolver:
         def retried(key: str, reason: str) -> None:
             self.reporter.line(f"{member_label(items[key].member)}: {reason}; begun again in another process")
 
-        with self.reporter.counting("curves", len(missing), jobs) as counter, workers(jobs) as pool:
+        interrupts = self.reporter.interrupts
+        with (
+            self.reporter.counting("curves", len(missing), jobs) as counter,
+            interrupts.looking(),
+            workers(jobs, interrupts.check) as pool,
+        ):
             for key, future in pool.completed(calls, retried=retried):
                 try:
                     reason = future.result()
