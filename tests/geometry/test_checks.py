@@ -209,7 +209,7 @@ def refusal_of(function, *parameters):
     return None
 
 
-@settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(blade=BLADES, shroud=SHROUDS, mesh=MESHES)
 def test_what_passes_the_check_builds_and_what_does_not_is_refused_alike(blade, shroud, mesh):
     refusal = refusal_of(check_parameters, blade, shroud, mesh)

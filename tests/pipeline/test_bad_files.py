@@ -106,7 +106,7 @@ def test_a_response_with_something_missing(finished: Path, tmp_path: Path) -> No
     with h5py.File(finished / "response.h5") as file:
         attributes, datasets = list(file["curve/0"].attrs), [n for n in file["curve/0"] if n != "branch"]
     for name in attributes:
-        for value in (None, [1.0, 2.0], "[" * 20_000):
+        for value in (None, [1.0, 2.0]):
             shutil.copy(finished / "response.h5", path)
             with h5py.File(path, "r+") as file:
                 del file["curve/0"].attrs[name]

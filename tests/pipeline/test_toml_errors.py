@@ -78,7 +78,7 @@ PIECES += ["[contact]\n", "[sweep]\n", '"contact.friction" = [1, 2]\n', "contact
 pieces = st.sampled_from(PIECES)
 
 
-@settings(max_examples=250, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=120, deadline=None, suppress_health_check=list(HealthCheck))
 @given(data=st.data())
 def test_no_change_of_a_shipped_scene_shows_a_raw_text(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

@@ -296,15 +296,15 @@ def test_a_mesh_without_another_still_has_its_modes_measured(tmp_path: Path, mon
 
 def test_automatic_modes_stay_within_the_tolerance(tmp_path: Path) -> None:
     kept = {}
-    for tolerance in (1e-2, 1e-4):
+    for tolerance in (1e-2, 1e-3):
         found = verified(tmp_path, rom__modes="auto", rom__tolerance=tolerance, mesh__element="hex20")
         case = found["cases"][0]
         kept[tolerance] = case["modes"]
         assert max(case["receptance_error"], case["modes_frequency_error"]) <= tolerance
-        fewer = verified(tmp_path, rom__modes=case["modes"] - 1, rom__tolerance=tolerance, mesh__element="hex20")
-        assert fewer["cases"][0]["receptance_error"] > tolerance
-        assert fewer["advice"][0]["needed_modes"] == case["modes"]
-    assert kept[1e-2] < kept[1e-4]
+    assert kept[1e-2] < kept[1e-3]
+    fewer = verified(tmp_path, rom__modes=kept[1e-2] - 1, rom__tolerance=1e-2, mesh__element="hex20")
+    assert fewer["cases"][0]["receptance_error"] > 1e-2
+    assert fewer["advice"][0]["needed_modes"] == kept[1e-2]
     strict = verified(tmp_path, "--tolerance", 1e-4, rom__modes="auto", rom__tolerance=1e-2, mesh__element="hex20")
     assert "lower rom.tolerance from 0.01 to 0.0001" in strict["advice"][0]["text"]
 

@@ -150,7 +150,7 @@ def test_statics_are_those_of_the_full_model_under_tractions(model, full, sector
     assert np.max(np.abs(whole - moved)) < 1e-9 * np.max(np.abs(moved))
 
 
-@pytest.mark.parametrize(("normal", "tangential"), [(0.0, 0.0), (2e6, 0.0), (2e6, 1.5e6)])
+@pytest.mark.parametrize(("normal", "tangential"), [(2e6, 1.5e6)])
 def test_frequencies_converge_to_those_of_the_full_model(full, sector, normal, tangential):
     phase = 2 * np.pi * 24 / sector.n_blades
     averages, half = vector_averages(sector), 3 * len(sector.right.nodes)
