@@ -76,7 +76,6 @@ CASES = [
     (2, -4.0, 0.4, 1.17, 0, None, Instability.REAL),  # upper branch: the two blades stop moving alike
     (2, -4.0, 0.4, 1.17, 1, Instability.REAL, None),  # between the folds
     (2, -4.0, 0.4, 1.17, 2, None, None),  # lower branch: open
-    (3, -4.0, 0.4, 1.2, 0, None, None),
     (3, -4.0, 0.4, 1.2, 1, Instability.REAL, None),
     (3, -4.0, 0.4, 1.2, 2, None, None),
     (3, 0.3, 0.4, 3.6, 1, Instability.REAL, Instability.COMPLEX),  # slip, and lift-off in part of the cycle

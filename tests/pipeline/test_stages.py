@@ -67,8 +67,8 @@ def test_another_number_of_modes_keeps_the_matrices(copied: Path) -> None:
 
 
 def test_contact_dofs_on_patches_are_another_reduced_model_of_the_same_matrices(copied: Path) -> None:
-    found = rerun(copied, sweep={"rom.contact_dofs": ["nodal", "patch"]}, render={"modes": [1], "contact": "stuck"})
-    assert found == expected(reduce="ran", respond="ran", render="ran", figures="ran")
+    found = rerun(copied, sweep={"rom.contact_dofs": ["nodal", "patch"]})
+    assert found == expected(reduce="ran", respond="ran", figures="ran")
     nodal, patch = summary_of(copied)["models"]
     assert nodal["reduced_dofs"] == patch["reduced_dofs"]
     for joint in ("free_hz", "stuck_hz"):
@@ -148,8 +148,11 @@ def test_a_changed_source_makes_its_stage_and_what_follows_again(
     assert rerun(copied) == expected(respond="ran", figures="ran")
 
 
-@pytest.mark.parametrize("damage", ["truncated", "altered", "gone", "added", "no list", "empty list"])
-@pytest.mark.parametrize("kind", ["mesh", "reduce", "curve", "figures"])
+DAMAGES = ("truncated", "altered", "gone", "added", "no list", "empty list")
+DAMAGED = [("figures", "altered"), *((kind, damage) for kind in ("mesh", "reduce", "curve") for damage in DAMAGES)]
+
+
+@pytest.mark.parametrize(("kind", "damage"), DAMAGED)
 def test_damaged_results_are_noticed_and_made_again(copied: Path, kind: str, damage: str) -> None:
     before = json.loads((copied / "summary.json").read_text())["curves"]
     entry = sorted((copied / "store" / kind).iterdir())[0]

@@ -83,12 +83,12 @@ def test_frequencies_are_those_of_the_full_model_without_reduction(tmp_path: Pat
 
 
 def test_averages_over_patches_are_measured_against_a_reference_of_their_own(tmp_path: Path) -> None:
-    fine = {**TWISTED, "rom__tolerance": 0.01, "rom__modes": "auto"}
+    fine = {**TWISTED, "rom__modes": 20}
     found = verified(tmp_path, sweep={"rom.contact_dofs": ["nodal", "patch"]}, **fine)
     assert [case["label"] for case in found["cases"]] == ["contact dofs nodal", "contact dofs patch"]
     for case in found["cases"]:
         assert case["static"] < 1e-8
-        assert 0.0 < case["receptance_error"] < 0.01
+        assert 0.0 < case["receptance_error"] < 0.03
     nodal, patch = ([joint["full_hz"][0] for joint in case["joints"]] for case in found["cases"])
     assert nodal[0] == pytest.approx(patch[0], rel=1e-8)  # free: the same blade
     assert abs(nodal[2] / patch[2] - 1.0) > 1e-6  # stuck: other joints
@@ -296,12 +296,12 @@ def test_a_mesh_without_another_still_has_its_modes_measured(tmp_path: Path, mon
 
 def test_automatic_modes_stay_within_the_tolerance(tmp_path: Path) -> None:
     kept = {}
-    for tolerance in (1e-2, 1e-3):
+    for tolerance in (1e-2, 3e-3):
         found = verified(tmp_path, rom__modes="auto", rom__tolerance=tolerance, mesh__element="hex20")
         case = found["cases"][0]
         kept[tolerance] = case["modes"]
         assert max(case["receptance_error"], case["modes_frequency_error"]) <= tolerance
-    assert kept[1e-2] < kept[1e-3]
+    assert kept[1e-2] < kept[3e-3]
     fewer = verified(tmp_path, rom__modes=kept[1e-2] - 1, rom__tolerance=1e-2, mesh__element="hex20")
     assert fewer["cases"][0]["receptance_error"] > 1e-2
     assert fewer["advice"][0]["needed_modes"] == kept[1e-2]

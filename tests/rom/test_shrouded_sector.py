@@ -37,8 +37,7 @@ def full(sector):
     return assemble(sector, STEEL)
 
 
-@pytest.mark.parametrize(("normal", "tangential"), [(0.0, 0.0), (1e6, 0.0), (1e6, 7.5e5)])
-@pytest.mark.parametrize("engine_order", [5, 36])
+@pytest.mark.parametrize(("normal", "tangential", "engine_order"), [(0.0, 0.0, 36), (1e6, 0.0, 36), (1e6, 7.5e5, 5)])
 def test_reduced_and_full_frequencies(full, sector, normal, tangential, engine_order):
     phase = 2 * np.pi * engine_order / sector.n_blades
     stiffness = full.stiffness + spring_stiffness(full, sector, phase, normal, tangential)
