@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 
 from pipeline.scene.reading import Member, key_in_file
-from pipeline.scene.schema import Contact, Material, Scene
+from pipeline.scene.schema import Contact, Material, Mesh, Rom, Scene
 
 LARGEST = 0.01  # relative error of a stuck frequency without a warning
 GRIDS = ((3, 3), (4, 4), (6, 6))  # that are proposed
@@ -20,11 +20,12 @@ GRIDS = ((3, 3), (4, 4), (6, 6))  # that are proposed
 
 @dataclass(frozen=True)
 class StiffContact:
-    """A stiffness that the contact dofs resolve badly: its key, its value in N/m, the estimated relative error."""
+    """A stiffness that the contact dofs resolve badly: its key, its value in N/m, the estimated error, the cure."""
 
     key: str
     stiffness: float
     error: float
+    cure: str
 
 
 def stiff_contact(scene: Scene) -> StiffContact | None:
@@ -32,12 +33,15 @@ def stiff_contact(scene: Scene) -> StiffContact | None:
     if scene.blade is None or scene.shroud is None or scene.material is None or scene.mesh is None:
         return None
     sides = scene.shroud.contact_length, scene.shroud.thickness
-    normal, tangential = _whole_face(scene.contact, scene.material, sides)
+    punch = _punch(scene.material, sides)
+    normal, tangential = _whole_face(scene.contact, punch)
     key = "normal_stiffness" if normal >= tangential else "tangential_stiffness"
     stiffness = max(normal, tangential)
     ratio = stiffness / (scene.material.young_modulus * math.sqrt(sides[0] * sides[1]))
     error = estimated_error(scene.rom.contact_dofs, scene.mesh.contact_grid, sides, ratio)
-    return StiffContact(f"contact.{key}", stiffness, error) if error > LARGEST else None
+    if error <= LARGEST:
+        return None
+    return StiffContact(f"contact.{key}", stiffness, error, _cure(scene.rom, scene.mesh, sides, ratio, max(punch)))
 
 
 def estimated_error(kind: str, grid: tuple[int, int], sides: tuple[float, float], ratio: float) -> float:
@@ -78,38 +82,31 @@ def stiff_contact_warning(member: Member) -> tuple[str, str] | None:
     text = (
         f"{key_in_file(member, found.key)}: {found.stiffness:.3g} N/m is stiff for {along} x {radial} contact nodes "
         f"({kind}): stuck natural frequencies up to some {percent:g} % too low "
-        f"(an estimate, shroud verify measures it); {_cure(scene)}"
+        f"(an estimate, shroud verify measures it); {found.cure}"
     )
     return found.key, text
 
 
-def _cure(scene: Scene) -> str:
-    """What to change in the scene."""
-    assert scene.shroud is not None
-    assert scene.material is not None
-    assert scene.mesh is not None
-    sides = scene.shroud.contact_length, scene.shroud.thickness
-    stiffness = max(_whole_face(scene.contact, scene.material, sides))
-    ratio = stiffness / (scene.material.young_modulus * math.sqrt(sides[0] * sides[1]))
-    changes = [] if scene.rom.contact_dofs == "mortar" else ['rom.contact_dofs = "mortar"']
-    for grid in (scene.mesh.contact_grid, *GRIDS):
+def _cure(rom: Rom, mesh: Mesh, sides: tuple[float, float], ratio: float, punch: float) -> str:
+    """What to change in the scene; `punch` is the stiffness of a punch, N/m, the rest as in `estimated_error`."""
+    changes = [] if rom.contact_dofs == "mortar" else ['rom.contact_dofs = "mortar"']
+    for grid in (mesh.contact_grid, *GRIDS):
         if estimated_error("mortar", grid, sides, ratio) <= LARGEST:
-            if grid != scene.mesh.contact_grid:
+            if grid != mesh.contact_grid:
                 changes.append(f"mesh.contact_grid = [{grid[0]}, {grid[1]}]")
             return f"set {' and '.join(changes)}"
-    punch = max(
-        _whole_face(
-            Contact(normal_stiffness="punch", tangential_stiffness="punch", friction=0.0), scene.material, sides
-        )
-    )
     return f"lower it: the deformation of the blades is in the mesh, and a punch has {punch:.2g} N/m"
 
 
-def _whole_face(contact: Contact, material: Material, sides: tuple[float, float]) -> tuple[float, float]:
-    """Stiffness kn, kt of the whole face, N/m."""
+def _punch(material: Material, sides: tuple[float, float]) -> tuple[float, float]:
+    """Stiffness kn, kt of a punch of the size of the face, N/m."""
     from nonlinear import punch_stiffness
 
-    punch = punch_stiffness(material.young_modulus, material.poisson_ratio, sides[0] * sides[1])
+    return punch_stiffness(material.young_modulus, material.poisson_ratio, sides[0] * sides[1])
+
+
+def _whole_face(contact: Contact, punch: tuple[float, float]) -> tuple[float, float]:
+    """Stiffness kn, kt of the whole face, N/m."""
     values = []
     for given, computed in zip((contact.normal_stiffness, contact.tangential_stiffness), punch, strict=True):
         values.append(sum(given) if isinstance(given, tuple) else computed if isinstance(given, str) else given)

@@ -47,10 +47,9 @@ def natural_frequencies(
         The mass is not positive definite.
     """
     squared, _ = _cyclic_modes(model, phase, contact_springs(model.n_contacts, normal, tangential), count)
-    return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi)
+    return _omega(squared) / (2 * np.pi)
 
 
-@one_blas_thread()
 def gyroscopic_frequencies(
     model: ReducedModel, phase: float, *, normal: ArrayLike = 0.0, tangential: ArrayLike = 0.0, count: int = 10
 ) -> NDArray[np.float64]:
@@ -79,16 +78,28 @@ def gyroscopic_frequencies(
     ReducedModelError
         The mass is not positive definite, or the model has no Coriolis matrix or no speed.
     """
+    return frequencies_without_and_with_coriolis(model, phase, (normal, tangential), count)[1]
+
+
+@one_blas_thread()
+def frequencies_without_and_with_coriolis(
+    model: ReducedModel, phase: float, springs: tuple[ArrayLike, ArrayLike], count: int = COUPLED_MODES
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Natural frequencies, Hz, of `natural_frequencies` and of `gyroscopic_frequencies`, from one solution.
+
+    `springs` are their normal and tangential ones. Raises ReducedModelError as they do.
+    """
     from scipy.linalg import eigvalsh
 
     if model.coriolis is None or model.speed_rpm is None:
         raise ReducedModelError("coriolis: missing, allowed: a model at a known speed with its Coriolis matrix")
-    springs = contact_springs(model.n_contacts, normal, tangential)
-    squared, shapes = _cyclic_modes(model, phase, springs, max(count, COUPLED_MODES))
-    still = np.diag(np.sqrt(np.maximum(squared, 0.0)))
+    stiffness = contact_springs(model.n_contacts, *springs)
+    squared, shapes = _cyclic_modes(model, phase, stiffness, max(count, COUPLED_MODES))
+    omega = _omega(squared)
+    still = np.diag(omega)
     turning = 1j * angular_speed(model.speed_rpm) * (shapes.conj().T @ model.coriolis @ shapes)
     values = eigvalsh(np.block([[np.zeros_like(still), still], [still, turning]]))
-    return values[len(still) :][:count] / (2 * np.pi)
+    return omega[:count] / (2 * np.pi), values[len(still) :][:count] / (2 * np.pi)
 
 
 @one_blas_thread()
@@ -123,7 +134,12 @@ def mode_shapes(
         The model holds no basis, or its mass is not positive definite.
     """
     squared, vectors = _cyclic_modes(model, phase, contact_springs(model.n_contacts, normal, tangential), count)
-    return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi), expand_to_mesh(model, vectors.T)
+    return _omega(squared) / (2 * np.pi), expand_to_mesh(model, vectors.T)
+
+
+def _omega(squared: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angular frequencies, rad/s, of their squares; 0 where round-off has made a square negative."""
+    return np.sqrt(np.maximum(squared, 0.0))
 
 
 def _cyclic_modes(

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from rom.cyclic.natural_frequencies import COUPLED_MODES, gyroscopic_frequencies, natural_frequencies
+from rom.cyclic.natural_frequencies import frequencies_without_and_with_coriolis
 from rom.cyclic.reduced_model import ReducedModel
 from rom.reduction.model_comparison import LinearOperation
 
@@ -40,9 +38,8 @@ def coriolis_error(model: ReducedModel, operation: LinearOperation) -> float | N
     inside: list[float] = []
     above: list[float] = []
     for normal, tangential in operation.contact_conditions().values():
-        springs: dict[str, Any] = {"normal": normal, "tangential": tangential, "count": COUPLED_MODES}
-        without = natural_frequencies(model, operation.phase, **springs)
-        change = np.abs(gyroscopic_frequencies(model, operation.phase, **springs) / without - 1.0)
+        without, found = frequencies_without_and_with_coriolis(model, operation.phase, (normal, tangential))
+        change = np.abs(found / without - 1.0)
         first, last = np.searchsorted(without, low), np.searchsorted(without, high, side="right")
         inside.extend(change[first:last])
         above.extend(change[last : last + 1])

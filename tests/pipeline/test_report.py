@@ -19,6 +19,7 @@ from pipeline_support import changing_when_locked, shroud, small_scene, statuses
 
 import pipeline.stages.respond
 from geometry import ContactFace, SectorMesh
+from pipeline.bootstrap import TEST_PROGRAMS
 from pipeline.report.report_source import ReportSource
 from pipeline.report.surface import outer_surface
 from pipeline.scene.reading import read_scene
@@ -30,7 +31,7 @@ pytestmark = pytest.mark.xdist_group("report")  # one worker: what the module ma
 TITLE = "A < B & C: $x^{$"  # markup to a browser, half a formula to matplotlib
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 VOID = {"meta", "link", "img", "input", "br", "rect", "line"}
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+CHROMIUM = next(filter(None, map(shutil.which, TEST_PROGRAMS["chromium"])), None)
 
 
 class Page(HTMLParser):
