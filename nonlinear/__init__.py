@@ -1,8 +1,9 @@
 """Nonlinear forced response: contact element, harmonic balance and continuation on a modal model.
 
 The sub-packages, each built on those before it: `contact` (contact forces), `harmonic_balance` (the equations),
-`stability` (Floquet exponents), `continuation` (points along a curve), `branches` (whole branches with peaks and
-bifurcations), `harmonic_selection` (truncation error). `response_solver` puts them together.
+`stability` (Floquet exponents), `time_integration` (rings of blades in time), `continuation` (points along a curve),
+`branches` (whole branches with peaks and bifurcations), `harmonic_selection` (truncation error). `response_solver`
+puts them together.
 
 A name is imported from its file when it is first asked for: options and limits need neither NumPy nor numba.
 
@@ -37,6 +38,10 @@ if TYPE_CHECKING:
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
     from nonlinear.response_solver import build_harmonic_balance, forced_response
+    from nonlinear.time_integration.residual_flexibility import StepError
+    from nonlinear.time_integration.ring import Ring, RingState
+    from nonlinear.time_integration.ring_integrator import ContactIterationError, RingIntegrator, RingRecord
+    from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
 
 __all__ = [
     "LIFT_OFF",
@@ -50,6 +55,7 @@ __all__ = [
     "ContactElement",
     "ContactError",
     "ContactForces",
+    "ContactIterationError",
     "ContactParameters",
     "Excitation",
     "Extension",
@@ -58,7 +64,14 @@ __all__ = [
     "OptionsError",
     "Peak",
     "ResponseCurve",
+    "Ring",
+    "RingIntegrator",
+    "RingLimits",
+    "RingMotion",
+    "RingRecord",
+    "RingState",
     "SolverOptions",
+    "StepError",
     "TerminationReason",
     "branch_starts",
     "build_harmonic_balance",
@@ -67,6 +80,7 @@ __all__ = [
     "contact_element",
     "extend_response",
     "forced_response",
+    "integrate_ring",
     "least_samples",
     "punch_stiffness",
 ]
@@ -102,6 +116,15 @@ _PLACES = {
     "build_harmonic_balance": "nonlinear.response_solver",
     "least_samples": "nonlinear.options",
     "punch_stiffness": "nonlinear.contact.parameters",
+    "ContactIterationError": "nonlinear.time_integration.ring_integrator",
+    "Ring": "nonlinear.time_integration.ring",
+    "RingIntegrator": "nonlinear.time_integration.ring_integrator",
+    "RingLimits": "nonlinear.time_integration.ring_motion",
+    "RingMotion": "nonlinear.time_integration.ring_motion",
+    "RingRecord": "nonlinear.time_integration.ring_integrator",
+    "RingState": "nonlinear.time_integration.ring",
+    "StepError": "nonlinear.time_integration.residual_flexibility",
+    "integrate_ring": "nonlinear.time_integration.ring_motion",
 }
 
 
