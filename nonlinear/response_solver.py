@@ -96,7 +96,9 @@ def build_continuation(
         options,
         find_resonances(receptance, contact, options),
         contact,
-        stability=PointStability(contact, balances) if options.stability == "floquet" else None,
+        stability=None
+        if options.stability == "folds"
+        else PointStability(contact, balances, options.stability == "ring"),
     )
     return continuation, balances, static
 
