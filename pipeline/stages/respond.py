@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.errors import reason_of
+from pipeline.process.counted_calls import CountedCalls, Work
 from pipeline.process.progress import Reporter
-from pipeline.process.workers import Call, WorkerDied, workers
 from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member
 from pipeline.stages.curve_file import CURVE
@@ -108,61 +108,18 @@ class CurveSolver:
 
     def _run(self, missing: list[CurveJob]) -> Mapping[str, str]:
         """Solve what is missing; returns the reason of every curve that raised an exception."""
-        if not missing:
-            return {}
-        jobs = worker_count(self.jobs, [item.member.scene for item in missing])
-        return self._one_by_one(missing) if jobs == 1 else self._in_workers(missing, jobs)
-
-    def _one_by_one(self, missing: list[CurveJob]) -> Mapping[str, str]:
-        reasons = {}
-        with self.reporter.counting("curves", len(missing)) as counter, self.reporter.interrupts.looking():
-            for item in missing:
-                label = member_label(item.member)
-
-                def within(frequency_hz: float, points: int, label: str = label) -> None:
-                    self.reporter.interrupts.check()
-                    counter.within(f"{label} at {frequency_hz:.5g} Hz, {points} points")
-
-                reason = _solve_into(self.store, item, within)
-                if reason:
-                    reasons[item.key] = reason
-                counter.done(self._line(item, reason))
-        return reasons
-
-    def _in_workers(self, missing: list[CurveJob], jobs: int) -> Mapping[str, str]:
-        reasons = {}
         items = {item.key: item for item in missing}
-        calls = {key: Call(_solve_into, (self.store, item)) for key, item in items.items()}
+        works = {key: Work(member_label(item.member), _solve_into, (self.store, item)) for key, item in items.items()}
+        at_once = worker_count(self.jobs, [item.member.scene for item in missing])
+        return CountedCalls(self.reporter, "curves", at_once).run(works, lambda key: self._line(items[key]))
 
-        def retried(key: str, reason: str) -> None:
-            self.reporter.line(f"{member_label(items[key].member)}: {reason}; begun again in another process")
-
-        interrupts = self.reporter.interrupts
-        with (
-            self.reporter.counting("curves", len(missing), jobs) as counter,
-            interrupts.looking(),
-            workers(jobs, interrupts.check) as pool,
-        ):
-            for key, future in pool.completed(calls, retried=retried):
-                try:
-                    reason = future.result()
-                except WorkerDied as died:
-                    reason = str(died)
-                if reason:
-                    reasons[key] = reason
-                counter.done(self._line(items[key], reason))
-        return reasons
-
-    def _line(self, item: CurveJob, reason: str) -> str:
-        label = member_label(item.member)
-        if reason:
-            return f"{label}: {reason}"
+    def _line(self, item: CurveJob) -> str:
         found = self._stored(item)
         if found is None or found.facts is None:
-            return f"{label}: lost"
+            return "lost"
         facts = found.facts
         peak = f"peak {facts.peak_frequency_hz:.6g} Hz {facts.peak_amplitude_m:.4g} m"
-        return f"{label}: {peak}, {facts.points} points, {facts.seconds:.2f} s" + (
+        return f"{peak}, {facts.points} points, {facts.seconds:.2f} s" + (
             "" if facts.complete else f" (incomplete: {facts.reason})"
         )
 
