@@ -81,6 +81,8 @@ class ResponseCurve:
         event-driven integration, NaN without an estimate, inf where the peak is lost without samples.
     detached : tuple of ResponseCurve
         Isolated branches, and the far part of an incomplete curve.
+    origin : str
+        How a detached branch was found; "" for the main branch.
     """
 
     termination: TerminationReason
@@ -111,6 +113,7 @@ class ResponseCurve:
     sampling_error: float = float("nan")
     sampling_frequency_error: float = float("nan")
     detached: tuple["ResponseCurve", ...] = ()
+    origin: str = ""
 
     @property
     def points(self) -> int:

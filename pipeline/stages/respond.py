@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pipeline.errors import reason_of
@@ -14,7 +14,6 @@ from pipeline.scene.reading import Member
 from pipeline.stages.curve_file import CURVE
 from pipeline.stages.curve_summary import CurveSummary, read_summary
 from pipeline.stages.solve_curve import Progress, solve_curve
-from pipeline.stages.stage_log import StageLog
 from pipeline.stages.worker_count import worker_count
 from pipeline.store.content_store import Store
 from pipeline.store.disk_errors import StorageError
@@ -38,6 +37,8 @@ class CurveResult:
         Its summary.
     reason : str
         How the curve ended, or why there is none.
+    ran : bool
+        Whether it was computed in this run.
     """
 
     member: Member
@@ -45,6 +46,7 @@ class CurveResult:
     file: Path | None
     facts: CurveSummary | None
     reason: str
+    ran: bool = False
 
     @property
     def complete(self) -> bool:
@@ -76,35 +78,27 @@ class CurveSolver:
     """Finds the curves of a sweep in the store or solves them, `jobs` at a time (see `worker_count`)."""
 
     store: Store
-    log: StageLog
     reporter: Reporter
     jobs: int | None = None
 
     def solve(self, jobs: Sequence[CurveJob]) -> dict[str, CurveResult]:
         """The curve of every key; a curve that fails carries its reason and does not stop the others."""
-        with self.log.timed("respond"):
-            solved = {}
-            for item in jobs:
-                if item.key not in solved and (found := self._stored(item)) is not None:
-                    solved[item.key] = found
-                    self.log.note("respond", ran=False)
-            missing = {item.key: item for item in jobs if item.key not in solved}
-            reasons = self._run(list(missing.values()))
-            for key, item in missing.items():
-                found = self._stored(item)
-                solved[key] = found or CurveResult(item.member, item.rom, None, None, reasons.get(key, "no result"))
-                self.log.note("respond", ran=True)
+        solved = {}
+        for item in jobs:
+            if item.key not in solved and (found := self._stored(item)) is not None:
+                solved[item.key] = found
+        missing = {item.key: item for item in jobs if item.key not in solved}
+        reasons = self._run(list(missing.values()))
+        for key, item in missing.items():
+            found = self._stored(item) or CurveResult(
+                item.member, item.rom, None, None, reasons.get(key, "no result")
+            )
+            solved[key] = replace(found, ran=True)
         return solved
 
     def _stored(self, item: CurveJob) -> CurveResult | None:
-        import h5py
-
         entry = self.store.find(KIND, item.key)
-        if entry is None:
-            return None
-        with h5py.File(entry.file(CURVE), "r") as file:
-            facts = read_summary(file)
-        return CurveResult(item.member, item.rom, entry.file(CURVE), facts, facts.reason)
+        return None if entry is None else result_from_file(item, entry.file(CURVE))
 
     def _run(self, missing: list[CurveJob]) -> Mapping[str, str]:
         """Solve what is missing; returns the reason of every curve that raised an exception."""
@@ -122,6 +116,15 @@ class CurveSolver:
         return f"{peak}, {facts.points} points, {facts.seconds:.2f} s" + (
             "" if facts.complete else f" (incomplete: {facts.reason})"
         )
+
+
+def result_from_file(item: CurveJob, file: Path, ran: bool = False) -> CurveResult:
+    """The curve in a file of the store."""
+    import h5py
+
+    with h5py.File(file, "r") as source:
+        facts = read_summary(source)
+    return CurveResult(item.member, item.rom, file, facts, facts.reason, ran)
 
 
 def _solve_into(store: Store, item: CurveJob, progress: Progress | None = None) -> str:
