@@ -13,7 +13,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from pipeline.errors import reason_of
 from pipeline.process.counted_calls import CountedCalls, Work
@@ -21,7 +20,7 @@ from pipeline.process.progress import Reporter
 from pipeline.scene.labels import member_label, value_label
 from pipeline.stages.cache_keys import carried_key, extension_key
 from pipeline.stages.curve_file import CURVE
-from pipeline.stages.extend_curve import FACTS, Source, extend_curve
+from pipeline.stages.extend_curve import ExtensionFacts, Source, extend_curve
 from pipeline.stages.respond import KIND as SOLVED
 from pipeline.stages.respond import CurveJob, CurveResult, result_from_file
 from pipeline.stages.solve_curve import Progress
@@ -166,7 +165,7 @@ class BranchCarrier:
         while changed and rounds < self._most_rounds:
             rounds += 1
             entries = self._round(states, changed)
-            changed = {key for key, entry in entries.items() if _facts(entry)["added"]}
+            changed = {key for key, entry in entries.items() if ExtensionFacts.read(entry.folder).added}
             for key in changed:
                 file = entries[key].file(CURVE)
                 states[key] = CurveState(EXTENDED, entries[key].folder.name, file)
@@ -210,7 +209,7 @@ class BranchCarrier:
 
         def line(key: str) -> str:
             entry = self.store.find(EXTENDED, missing[key].key, thorough=False)
-            added = 0 if entry is None else _facts(entry)["added"]
+            added = 0 if entry is None else ExtensionFacts.read(entry.folder).added
             took = "" if entry is None else f", {entry.seconds:.2f} s"
             return (f"{added} more" if added else "no more") + took
 
@@ -228,11 +227,6 @@ class BranchCarrier:
 
 def _label(step: Step, end: int) -> str:
     return value_label(step.parameter, step.value(end))
-
-
-def _facts(entry: Entry) -> dict[str, Any]:
-    facts: dict[str, Any] = json.loads(entry.file(FACTS).read_text(encoding="utf-8"))
-    return facts
 
 
 def _extend_into(store: Store, item: Extension, progress: Progress | None = None) -> str:

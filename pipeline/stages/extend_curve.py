@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,10 +14,10 @@ from pipeline.scene import schema
 from pipeline.stages.curve_file import CURVE, section_from_attributes
 from pipeline.stages.scene_to_solver import contact_parameters, nonlinear_problem
 from pipeline.stages.solve_curve import Progress
-from pipeline.stages.stored_curve import read_added, read_curve, write_extended
+from pipeline.stages.stored_curve import branch_mark, read_added, read_curve, write_extended
 
 if TYPE_CHECKING:
-    from nonlinear import BranchStart
+    from nonlinear import BranchStart, LostStart
 
 FACTS = "extension.json"
 
@@ -41,6 +41,48 @@ class Source:
     label: str
 
 
+@dataclass(frozen=True)
+class LostBranch:
+    """A branch of a neighbour that does not reach the curve.
+
+    Attributes
+    ----------
+    label : str
+        Label of the neighbour.
+    branch : str
+        Mark of the branch, see `branch_mark`.
+    followed : float
+        Part of the way from the neighbour, 0, to the curve, 1, up to which some solution of it was followed, with few
+        harmonics.
+    """
+
+    label: str
+    branch: str
+    followed: float
+
+
+@dataclass(frozen=True)
+class ExtensionFacts:
+    """What came of carrying the branches of the neighbours to a curve.
+
+    Attributes
+    ----------
+    added : int
+        Number of branches added.
+    lost : tuple of LostBranch
+        Branches that do not exist on the curve.
+    """
+
+    added: int
+    lost: tuple[LostBranch, ...]
+
+    @classmethod
+    def read(cls, folder: Path) -> ExtensionFacts:
+        """What `extend_curve` has written into a folder."""
+        values = json.loads((folder / FACTS).read_text(encoding="utf-8"))
+        return cls(values["added"], tuple(LostBranch(**item) for item in values["lost"]))
+
+
 def extend_curve(
     folder: Path,
     rom: Path,
@@ -51,7 +93,7 @@ def extend_curve(
 ) -> None:
     """Look for further branches of a curve, from those of its neighbours, on one BLAS thread.
 
-    Writes `extension.json` with the number of branches added, and where there are any `curve.h5` with all of them.
+    Writes `extension.json`, see `ExtensionFacts`, and where branches were added `curve.h5` with all of them.
 
     Parameters
     ----------
@@ -68,25 +110,33 @@ def extend_curve(
     progress : callable
         Called with the frequency reached, Hz, and the number of points so far.
     """
-    from nonlinear import extend_response, worst_motion
+    from nonlinear import carry_branches
     from rom import one_blas_thread, read_reduced_model
 
     start = time.perf_counter()
     with one_blas_thread():
         problem = nonlinear_problem(scene, read_reduced_model(rom, with_basis=False))
         before = read_curve(base)
-        starts = [found for source in sources for found in _starts(source)]
-        after = extend_response(problem, before, starts, progress)
-        added = len(after.detached) - len(before.detached)
-        if added:
-            after = replace(after, worst=worst_motion(*problem, after))
-    seconds = seconds_since(start)
+        offers = [offer for source in sources for offer in _offers(source)]
+        found = carry_branches(problem, before, [item for offer in offers for item in offer.starts], progress)
+    after, added = found.curve, len(found.curve.detached) - len(before.detached)
     if added:
-        write_extended(folder / CURVE, base, before, replace(after, seconds=before.seconds + seconds))
-    (folder / FACTS).write_text(json.dumps({"added": added, "seconds": seconds}), encoding="utf-8")
+        seconds = before.seconds + seconds_since(start)
+        write_extended(folder / CURVE, base, before, replace(after, seconds=seconds))
+    facts = ExtensionFacts(added, tuple(_lost(offers, found.lost)))
+    (folder / FACTS).write_text(json.dumps(asdict(facts)), encoding="utf-8")
 
 
-def _starts(source: Source) -> list[BranchStart]:
+@dataclass(frozen=True)
+class _Offer:
+    """Starts from one branch of a neighbour."""
+
+    label: str
+    branch: str
+    starts: list[BranchStart]
+
+
+def _offers(source: Source) -> Iterator[_Offer]:
     """Solutions on the branches of a neighbour that are new in its file, with the parameters that they solve."""
     import h5py
 
@@ -95,11 +145,19 @@ def _starts(source: Source) -> list[BranchStart]:
 
     model = read_reduced_model(source.rom, with_basis=False)
     with h5py.File(source.file, "r") as file:
-        contact = section_from_attributes(schema.Contact, file.attrs)
+        section = section_from_attributes(schema.Contact, file.attrs)
         wave = section_from_attributes(schema.Excitation, file.attrs)
-    return branch_starts(
-        read_added(source.file),
-        contact_parameters(contact, model.n_contacts, model.contact_area),
-        Excitation(engine_order=wave.engine_order, force=wave.force),
-        source.label,
-    )
+    contact = contact_parameters(section, model.n_contacts, model.contact_area)
+    force = Excitation(engine_order=wave.engine_order, force=wave.force)
+    curve = read_added(source.file)
+    for branch in (*curve.detached, replace(curve, detached=())):
+        starts = branch_starts(branch, contact, force, source.label)
+        yield _Offer(source.label, branch_mark(branch.frequency_hz), starts)
+
+
+def _lost(offers: Sequence[_Offer], lost: Sequence[LostStart]) -> Iterator[LostBranch]:
+    """The branches all starts of which were lost, and how far the best one came."""
+    reached = {id(item.start): item.at for item in lost}
+    for offer in offers:
+        if offer.starts and all(id(start) in reached for start in offer.starts):
+            yield LostBranch(offer.label, offer.branch, max(reached[id(start)] for start in offer.starts))

@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, write_branch
 from pipeline.stages.curve_summary import summary_attributes
+from pipeline.store.fingerprints import content_fingerprint
 
 if TYPE_CHECKING:
     import h5py
@@ -55,6 +57,11 @@ def read_added(path: Path) -> ResponseCurve:
     with h5py.File(path, "r") as file:
         added = [_read(group) for group in branch_groups(file) if group.attrs.get(ADDED, False)]
     return replace(added[0], detached=tuple(added[1:])) if added else read_curve(path)
+
+
+def branch_mark(frequency_hz: NDArray[np.float64]) -> str:
+    """A mark by which a branch is known again in every file that holds it: a hash of its frequencies (P,), Hz."""
+    return content_fingerprint(np.ascontiguousarray(frequency_hz).tobytes())
 
 
 def branch_groups(file: h5py.Group) -> list[h5py.Group]:
@@ -105,7 +112,7 @@ def _copy_main(source: h5py.File, target: h5py.File, changed: Mapping[str, Any])
 
 def _is_same(one: ResponseCurve, other: ResponseCurve) -> bool:
     """Whether two branches are one and the same, to the last digit."""
-    return one is other or np.array_equal(one.relative_displacement, other.relative_displacement)
+    return one is other or np.array_equal(one.frequency_hz, other.frequency_hz)
 
 
 def _read(group: h5py.Group) -> ResponseCurve:
