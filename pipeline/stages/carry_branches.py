@@ -13,18 +13,20 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from pipeline.errors import reason_of
 from pipeline.process.counted_calls import CountedCalls, Work
 from pipeline.process.progress import Reporter
-from pipeline.scene.labels import member_label, value_label
+from pipeline.scene.labels import member_label
+from pipeline.stages.branch_births import Births
 from pipeline.stages.cache_keys import carried_key, extension_key
 from pipeline.stages.curve_file import CURVE
 from pipeline.stages.extend_curve import ExtensionFacts, Source, extend_curve
 from pipeline.stages.respond import KIND as SOLVED
 from pipeline.stages.respond import CurveJob, CurveResult, result_from_file
 from pipeline.stages.solve_curve import Progress
-from pipeline.stages.sweep_neighbours import Step, longest_way, sweep_steps
+from pipeline.stages.sweep_neighbours import longest_way, neighbouring_curves, sweep_steps
 from pipeline.stages.worker_count import worker_count
 from pipeline.store.content_store import Entry, Store
 from pipeline.store.disk_errors import StorageError
@@ -32,22 +34,6 @@ from pipeline.store.disk_errors import StorageError
 EXTENDED, CARRIED = "extension", "carried"  # kinds of results in the store
 RESULT = "carried.json"
 THERE_AND_BACK = 2  # rounds, in longest ways through the sweep, after which carrying is given up
-
-
-@dataclass(frozen=True, order=True)
-class Neighbour:
-    """A curve to which a step of the sweep leads.
-
-    Attributes
-    ----------
-    curve : str
-        Key of that curve.
-    label : str
-        The parameter that differs, with its value there.
-    """
-
-    curve: str
-    label: str
 
 
 @dataclass(frozen=True)
@@ -60,11 +46,14 @@ class CurveState:
         Its place in the store.
     file : Path
         Its file.
+    ran : bool
+        Whether it was computed in this run.
     """
 
     kind: str
     key: str
     file: Path
+    ran: bool
 
 
 @dataclass(frozen=True)
@@ -117,12 +106,7 @@ class BranchCarrier:
         keys = {item.member.index: item.key for item in self.jobs}
         steps = sweep_steps([item.member for item in self.jobs if item.member.scene.response.detached])
         self._most_rounds = longest_way(steps) * THERE_AND_BACK
-        self._neighbours: dict[str, set[Neighbour]] = {}
-        for step in steps:
-            ends = [Neighbour(keys[member.index], _label(step, end)) for end, member in enumerate(step.members)]
-            if ends[0].curve != ends[1].curve:
-                for one, other in (ends, reversed(ends)):
-                    self._neighbours.setdefault(one.curve, set()).add(other)
+        self._neighbours = neighbouring_curves(steps, keys)
 
     @property
     def _key(self) -> str:
@@ -138,11 +122,11 @@ class BranchCarrier:
         if entry is None:
             return None
         results = {}
-        for key, (kind, place) in json.loads(entry.file(RESULT).read_text())["curves"].items():
-            found = self.store.find(kind, place)
+        for key, kept in json.loads(entry.file(RESULT).read_text(encoding="utf-8")).items():
+            found = self.store.find(kept["kind"], kept["key"])
             if found is None:
                 return None
-            results[key] = result_from_file(self._jobs[key], found.file(CURVE))
+            results[key] = _with_births(result_from_file(self._jobs[key], found.file(CURVE)), kept["births"])
         return results
 
     def carried(self, solved: Mapping[str, CurveResult]) -> dict[str, CurveResult]:
@@ -156,8 +140,9 @@ class BranchCarrier:
         results = dict(solved)
         if not self._neighbours:
             return results
+        births = Births(self._neighbours)
         states = {
-            key: CurveState(SOLVED, key, curve.file)
+            key: CurveState(SOLVED, key, curve.file, curve.ran)
             for key, curve in solved.items()
             if curve.file is not None and curve.facts is not None and curve.facts.points
         }
@@ -165,24 +150,31 @@ class BranchCarrier:
         while changed and rounds < self._most_rounds:
             rounds += 1
             entries = self._round(states, changed)
-            changed = {key for key, entry in entries.items() if ExtensionFacts.read(entry.folder).added}
-            for key in changed:
-                file = entries[key].file(CURVE)
-                states[key] = CurveState(EXTENDED, entries[key].folder.name, file)
-                results[key] = result_from_file(self._jobs[key], file, ran=entries[key].ran)
+            changed = set()
+            for key, entry in entries.items():
+                facts = ExtensionFacts.read(entry.folder)
+                births.note(key, facts.lost)
+                if facts.added:
+                    changed.add(key)
+                    states[key] = CurveState(EXTENDED, entry.folder.name, entry.file(CURVE), entry.ran)
         if changed:
             self.problems.append(
                 f"branches: still new ones after {rounds} rounds across the sweep, where it was ended"
             )
+        born = {key: births.by_number(key, state.file) for key, state in states.items()}
+        for key, state in states.items():
+            if state.kind != SOLVED:
+                results[key] = result_from_file(self._jobs[key], state.file, state.ran)
+            results[key] = _with_births(results[key], born[key])
         if not self.problems and len(states) == len(self._jobs):
-            self._keep(states)
+            self._keep(states, born)
         return results
 
     def _round(self, states: Mapping[str, CurveState], changed: set[str]) -> dict[str, Entry]:
         """Extend every curve that has a changed neighbour; the results by the keys of the curves."""
         extensions = {}
         for key, state in states.items():
-            others = sorted(other for other in self._neighbours.get(key, ()) if other.curve in changed)
+            others = [other for other in self._neighbours.get(key, ()) if other.curve in changed]
             if others:
                 sources = tuple(Source(states[o.curve].file, self._jobs[o.curve].rom, o.label) for o in others)
                 place = extension_key(state.key, [(states[other.curve].key, other.label) for other in others])
@@ -215,18 +207,26 @@ class BranchCarrier:
 
         return CountedCalls(self.reporter, "branches", processes).run(works, line)
 
-    def _keep(self, states: Mapping[str, CurveState]) -> None:
+    def _keep(self, states: Mapping[str, CurveState], born: Mapping[str, Mapping[str, Any]]) -> None:
         """Store which results the rounds have ended with, so that the next run does not repeat them."""
-        curves = {key: (state.kind, state.key) for key, state in states.items()}
+        curves = {key: {"kind": state.kind, "key": state.key, "births": born[key]} for key, state in states.items()}
+        text = json.dumps(curves, sort_keys=True)
 
         def write(folder: Path) -> None:
-            (folder / RESULT).write_text(json.dumps({"curves": curves}), encoding="utf-8")
+            (folder / RESULT).write_text(text, encoding="utf-8")
 
         self.store.get(CARRIED, self._key, write)
 
 
-def _label(step: Step, end: int) -> str:
-    return value_label(step.parameter, step.value(end))
+def _with_births(curve: CurveResult, births: Mapping[str, Any]) -> CurveResult:
+    """A curve whose summary says where its detached branches, by number, are born."""
+    if not births or curve.facts is None:
+        return curve
+    detached = tuple(
+        item | {"born_between": births.get(str(number), [])}
+        for number, item in enumerate(curve.facts.detached, start=1)
+    )
+    return replace(curve, facts=replace(curve.facts, detached=detached))
 
 
 def _extend_into(store: Store, item: Extension, progress: Progress | None = None) -> str:

@@ -56,6 +56,7 @@ def _detached(branch: ResponseCurve) -> dict[str, Any]:
         "stable_points": int(branch.stable.sum()),
         "reason": branch.termination.message,
         "origin": branch.origin,
+        "born_between": [],
     }
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
+from pipeline.scene.labels import value_label
 from pipeline.scene.reading import Member
 
 # Numbers from one value of which no continuous way leads to another one.
@@ -33,6 +34,51 @@ class Step:
     def value(self, end: int) -> Any:
         """The value of the parameter at the lower end (0) or at the higher one (1)."""
         return self.members[end].parameters[self.parameter]
+
+
+@dataclass(frozen=True)
+class Neighbour:
+    """A curve to which a step of the sweep leads.
+
+    Attributes
+    ----------
+    curve : str
+        Key of that curve.
+    parameter : str
+        Dotted key of the parameter that differs.
+    there, here : number, or list of numbers
+        Its value at that curve, and at the curve whose neighbour it is.
+    """
+
+    curve: str
+    parameter: str
+    there: Any
+    here: Any
+
+    @property
+    def label(self) -> str:
+        """The parameter with its value there."""
+        return value_label(self.parameter, self.there)
+
+
+def neighbouring_curves(steps: Sequence[Step], keys: Mapping[int, str]) -> dict[str, list[Neighbour]]:
+    """The neighbours of every curve that has any, in the order of their curves.
+
+    Parameters
+    ----------
+    steps : sequence of Step
+        The steps between members.
+    keys : mapping of int to str
+        Key of the curve of a member by the index of the member. Members may share a curve.
+    """
+    found: dict[str, dict[tuple[str, str], Neighbour]] = {}
+    for step in steps:
+        for here, there in ((0, 1), (1, 0)):
+            curve, other = (keys[step.members[end].index] for end in (here, there))
+            if curve != other:
+                neighbour = Neighbour(other, step.parameter, step.value(there), step.value(here))
+                found.setdefault(curve, {}).setdefault((other, neighbour.label), neighbour)
+    return {key: [others[place] for place in sorted(others)] for key, others in found.items()}
 
 
 def sweep_steps(members: Sequence[Member]) -> list[Step]:
