@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from nonlinear.branches.bifurcations import Bifurcation, BifurcationKind
+    from nonlinear.branches.branch_starts import BranchStart, branch_starts
     from nonlinear.branches.peaks import Peak
     from nonlinear.branches.termination import TerminationReason
     from nonlinear.contact.contact_cycle import ContactCycle, contact_cycle
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
     from nonlinear.options import MOST_UNKNOWNS, Excitation, OptionsError, SolverOptions, least_samples
     from nonlinear.response_curve import ResponseCurve
+    from nonlinear.response_extension import Extension, carry_branches, extend_response
     from nonlinear.response_solver import build_harmonic_balance, forced_response
 
 __all__ = [
@@ -43,12 +45,14 @@ __all__ = [
     "STICK",
     "Bifurcation",
     "BifurcationKind",
+    "BranchStart",
     "ContactCycle",
     "ContactElement",
     "ContactError",
     "ContactForces",
     "ContactParameters",
     "Excitation",
+    "Extension",
     "HarmonicBalance",
     "LinearisedResidual",
     "OptionsError",
@@ -56,9 +60,12 @@ __all__ = [
     "ResponseCurve",
     "SolverOptions",
     "TerminationReason",
+    "branch_starts",
     "build_harmonic_balance",
+    "carry_branches",
     "contact_cycle",
     "contact_element",
+    "extend_response",
     "forced_response",
     "least_samples",
     "punch_stiffness",
@@ -71,6 +78,11 @@ _PLACES = {
     "STICK": "nonlinear.contact.parameters",
     "Bifurcation": "nonlinear.branches.bifurcations",
     "BifurcationKind": "nonlinear.branches.bifurcations",
+    "BranchStart": "nonlinear.branches.branch_starts",
+    "branch_starts": "nonlinear.branches.branch_starts",
+    "Extension": "nonlinear.response_extension",
+    "carry_branches": "nonlinear.response_extension",
+    "extend_response": "nonlinear.response_extension",
     "ContactCycle": "nonlinear.contact.contact_cycle",
     "ContactElement": "nonlinear.contact.parameters",
     "ContactError": "nonlinear.contact.parameters",

@@ -82,7 +82,7 @@ class ResponseCurve:
     detached : tuple of ResponseCurve
         Isolated branches, and the far part of an incomplete curve.
     origin : str
-        How a detached branch was found; "" for the main branch.
+        How a detached branch was found; empty for the main branch.
     """
 
     termination: TerminationReason
@@ -128,7 +128,11 @@ class ResponseCurve:
 
 
 def assemble_curve(
-    balance: HarmonicBalance, branch: Branch, output: str, truncation_error: float = float("nan")
+    balance: HarmonicBalance,
+    branch: Branch,
+    output: str,
+    truncation_error: float = float("nan"),
+    origin: str = "",
 ) -> ResponseCurve:
     """The quantities of all points of a branch as arrays; `balance` gives the sizes of a branch without points."""
     points = branch.points
@@ -181,7 +185,13 @@ def assemble_curve(
         seconds=0.0,
         harmonics=n_harmonics,
         truncation_error=truncation_error,
+        origin=origin,
     )
+
+
+def by_height(branches: Iterable[ResponseCurve]) -> tuple[ResponseCurve, ...]:
+    """Detached branches by falling highest amplitude: their order everywhere."""
+    return tuple(sorted(branches, key=lambda branch: -float(np.max(branch.amplitude_m, initial=0.0))))
 
 
 def _batches(points: list[SolutionPoint]) -> Iterator[slice]:

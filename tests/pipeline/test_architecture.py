@@ -34,6 +34,7 @@ LAYERS = {
         {"branches", "harmonic_selection"},
         {"response_curve"},
         {"response_solver"},
+        {"response_extension"},
     ],
     "pipeline": [
         {"errors"},
