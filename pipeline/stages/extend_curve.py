@@ -17,7 +17,7 @@ from pipeline.stages.solve_curve import Progress
 from pipeline.stages.stored_curve import branch_mark, read_added, read_curve, write_extended
 
 if TYPE_CHECKING:
-    from nonlinear import BranchStart, LostStart
+    from nonlinear import BranchStart, Extension
 
 FACTS = "extension.json"
 
@@ -123,7 +123,7 @@ def extend_curve(
     if added:
         seconds = before.seconds + seconds_since(start)
         write_extended(folder / CURVE, base, before, replace(after, seconds=seconds))
-    facts = ExtensionFacts(added, tuple(_lost(offers, found.lost)))
+    facts = ExtensionFacts(added, tuple(_lost(offers, found)))
     (folder / FACTS).write_text(json.dumps(asdict(facts)), encoding="utf-8")
 
 
@@ -155,9 +155,9 @@ def _offers(source: Source) -> Iterator[_Offer]:
         yield _Offer(source.label, branch_mark(branch.frequency_hz), starts)
 
 
-def _lost(offers: Sequence[_Offer], lost: Sequence[LostStart]) -> Iterator[LostBranch]:
+def _lost(offers: Sequence[_Offer], found: Extension) -> Iterator[LostBranch]:
     """The branches all starts of which were lost, and how far the best one came."""
-    reached = {id(item.start): item.at for item in lost}
+    reached = {id(item.start): item.at for item in found.lost}
     for offer in offers:
         if offer.starts and all(id(start) in reached for start in offer.starts):
             yield LostBranch(offer.label, offer.branch, max(reached[id(start)] for start in offer.starts))
