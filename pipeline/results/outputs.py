@@ -82,6 +82,8 @@ def _copy(source: h5py.File, group: h5py.Group, curve: CurveResult) -> None:
         source.copy(name, group)
     for key, value in source.attrs.items():
         group.attrs[key] = value
+    for number, branch in enumerate(curve.facts.detached if curve.facts else (), start=1):
+        group[f"{BRANCHES}/{number}"].attrs["born_between"] = json.dumps(branch["born_between"])
     # a cached curve may belong to another scene, which swept other keys
     for key, value in curve.member.parameters.items():
         if key not in group.attrs:

@@ -93,6 +93,20 @@ def solver_options(scene: Scene) -> SolverOptions:
     )
 
 
+def nonlinear_problem(
+    scene: Scene, model: ReducedModel
+) -> tuple[ModalModel, ContactParameters, Excitation, SolverOptions]:
+    """What `forced_response` solves for a scene on a reduced model.
+
+    Raises
+    ------
+    ReducedModelError
+        The model has no static response, or the damping does not fit it.
+    """
+    modal = damped_modes(model, scene.response, scene.load)
+    return modal, contact_on_model(scene, model), excitation(scene), solver_options(scene)
+
+
 def damped_modes(model: ReducedModel, response: Response, load: Load) -> ModalModel:
     """The modal model of a reduced model with the damping and the speed of a scene.
 
