@@ -32,6 +32,7 @@ LAYERS = {
         {"stability"},
         {"continuation"},
         {"branches", "harmonic_selection"},
+        {"residual_tractions"},
         {"response_curve"},
         {"response_solver"},
     ],
