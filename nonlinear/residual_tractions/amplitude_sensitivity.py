@@ -13,12 +13,14 @@ import numpy as np
 
 from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.contact.parameters import Array
-from nonlinear.continuation.response_quantities import complex_force, largest_amplitude
+from nonlinear.continuation.response_quantities import complex_force, largest_amplitude, with_mean
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import LinearisedResidual
 
 
-def amplitude_sensitivity(linearised: LinearisedResidual, output: str, peak: SolutionPoint | None = None) -> Array:
+def amplitude_sensitivity(
+    linearised: LinearisedResidual, output: str, mean: float | None, peak: SolutionPoint | None = None
+) -> Array:
     """Derivative of the amplitude of an output by a change of the contact forces, (2H+1, n_c, 3), m/N.
 
     Parameters
@@ -27,6 +29,8 @@ def amplitude_sensitivity(linearised: LinearisedResidual, output: str, peak: Sol
         The balance at a solution.
     output : str
         Name of the output.
+    mean : float or None
+        Mean displacement in place of harmonic 0 of the output, m; None: harmonic 0 as it is.
     peak : SolutionPoint, optional
         The solution as a located peak. The adjoint equation is then bordered by the tangent: near a fold dR/dx alone
         is nearly singular.
@@ -40,8 +44,9 @@ def amplitude_sensitivity(linearised: LinearisedResidual, output: str, peak: Sol
     receptance, shape = balance.receptance, contact.force.shape
     coordinates, dcoordinates = receptance.modal_response(omega, complex_force(contact))
     mode_outputs = receptance.modal.outputs[output]
-    amplitude = largest_amplitude(coordinates @ mode_outputs)
+    amplitude = largest_amplitude(with_mean(coordinates @ mode_outputs, mean))
     turn = amplitude.sign * np.exp(1j * np.arange(coordinates.shape[0]) * amplitude.angle)
+    turn[0] = turn[0] if mean is None else 0.0
     # Re(sum_h row_h f_h) = conj(row) . f in real coefficients
     direct = to_real((receptance.output_rows(output, omega) * turn[:, None]).conj()).reshape(shape)
     dA_dx = np.einsum("ika,kabij->jkb", direct, contact.jacobian)[balance.first_row :].reshape(-1)

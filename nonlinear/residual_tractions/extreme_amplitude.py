@@ -61,6 +61,8 @@ class TractionSearch:
         Continuation of the balance, without linear segments and exponents.
     element : TractionElement
         Contact element of the tractions.
+    mean : float or None
+        Displacement in place of harmonic 0 of the output, m (see `output_amplitude`).
     fixed_frequency : bool
         The response at the frequency of the start is meant, not the peak.
     states : list of TractionState
@@ -69,6 +71,7 @@ class TractionSearch:
 
     continuation: Continuation
     element: TractionElement
+    mean: float | None = None
     fixed_frequency: bool = False
     states: list[TractionState] = field(default_factory=list)
 
@@ -95,19 +98,20 @@ class TractionSearch:
 
     def _solve(self, variables: Array, point: SolutionPoint) -> TractionState | None:
         current = self._at(variables, point)
-        search = solution_at_frequency if self.fixed_frequency else nearest_peak
-        found = search(current, point)
+        if self.fixed_frequency:
+            found = solution_at_frequency(current, point)
+        else:
+            found = nearest_peak(current, point, self.mean)
         if found is None:
             return None
         linearised = current.balance.evaluate(found.unknown, found.omega)
-        sensitivity = amplitude_sensitivity(
-            linearised, current.options.output, None if self.fixed_frequency else found
-        )
+        output, peak = current.options.output, None if self.fixed_frequency else found
+        sensitivity = amplitude_sensitivity(linearised, output, self.mean, peak)
         displacement = current.balance.displacement(found.unknown)
         derivative = self.element.at(variables).derivative(displacement, linearised.contact)
         gradient = np.einsum("ika,ikac->kc", sensitivity, derivative)
         found = replace(found, contact=linearised.contact)
-        state = TractionState(variables, found, output_amplitude(found, current.options.output), gradient)
+        state = TractionState(variables, found, output_amplitude(found, output, self.mean), gradient)
         self.states.append(state)
         return state
 

@@ -2,8 +2,9 @@
 
 from dataclasses import replace
 
-from nonlinear.branches.peaks import locate_peak
+from nonlinear.branches.special_point_location import locate_zero
 from nonlinear.continuation.arclength_continuation import Continuation, ContinuationState
+from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import solve_at
 
@@ -12,24 +13,30 @@ MAX_STEPS = 80
 MAX_ITERATIONS = 20
 
 
-def nearest_peak(continuation: Continuation, point: SolutionPoint) -> SolutionPoint | None:
+def nearest_peak(continuation: Continuation, point: SolutionPoint, mean: float | None) -> SolutionPoint | None:
     """The peak reached from near `point` by following the curve of `continuation` uphill; None if there is none.
 
     `point` may be a solution of other equations of the same size: the curve is entered in the plane normal to its
-    tangent or, where that fails, at its frequency. The peak is located to the peak tolerance.
+    tangent or, where that fails, at its frequency. The peak is located to the peak tolerance. `mean`: displacement in
+    place of harmonic 0 of the output, m (see `output_amplitude`).
     """
+
+    def growth(point: SolutionPoint) -> float:
+        contact = point.balance.element.evaluate(point.displacement)
+        return amplitude_derivative(replace(point, contact=contact), continuation.options.output, mean)
+
     start = continuation.solver.refit(point) or solution_at_frequency(continuation, point)
     if start is None:
         return None
-    start = continuation.recorder.record(replace(start, step=FIRST_STEP), exponents=False)
-    state = ContinuationState(start if start.dA_ds >= 0.0 else start.reversed())
+    start = replace(start, step=FIRST_STEP)
+    state = ContinuationState(start if growth(start) >= 0.0 else start.reversed())
     for _ in range(MAX_STEPS):
         step = continuation.next_point(state)
         if step is None:
             return None
-        before, after = state.point, continuation.recorder.record(step.point, exponents=False)
-        if after.dA_ds <= 0.0:
-            return locate_peak(continuation, before, after) or before
+        before, after = state.point, step.point
+        if growth(after) <= 0.0:
+            return locate_zero(continuation, before, after, growth) or before
         low, high = continuation.options.omega_range
         if not low <= after.omega <= high:
             return None

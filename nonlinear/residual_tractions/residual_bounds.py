@@ -39,15 +39,15 @@ class ResidualExtreme:
     frequency_hz : float
         Frequency of the peak, Hz.
     amplitude_m : float
-        Amplitude of the output there, m.
+        Amplitude of the output there, m, with the mean displacement of the projected tractions: of the vibration.
     static_m : float
-        Harmonic 0 of the output there, m. The residual tractions deflect the blade: the amplitude holds this too.
+        Harmonic 0 of the output there, m: the residual tractions deflect the blade as well.
     slider_origin : (n_c, 2) float
         Slider positions that lead to these tractions, m: `ContactParameters.slider_origin` of the same problem.
     traction : (n_c, 2) float
         Mean traction (T1, T2) of the nodes over the period at the peak, N.
     curve_frequency_hz, curve_amplitude_m : (P,) float
-        The response curve with sliders that start there, Hz and m; empty where it could not be solved.
+        The response curve with sliders that start there, Hz and m; amplitudes with the same mean displacement.
     """
 
     frequency_hz: float
@@ -63,6 +63,9 @@ class ResidualExtreme:
 class ResidualBounds:
     """Lowest and highest peak of the main branch, and the band of its amplitudes at some frequencies.
 
+    Amplitudes are those of the vibration about the mean displacement with projected tractions: a residual traction
+    also deflects the blade (`ResidualExtreme.static_m`), which is no vibration.
+
     Attributes
     ----------
     lowest, highest : ResidualExtreme
@@ -70,19 +73,22 @@ class ResidualBounds:
     free_nodes : int
         Contact nodes whose residual traction is free at the peak with projected tractions; 0: the peak is unique, and
         both bounds are that peak.
-    band_frequency_hz : (F,) float
-        Frequencies of some points of the main branch, in its order, Hz.
+    band_index : (F,) int
+        Indices of some points of the main branch.
     band_lowest_m, band_highest_m : (F,) float
-        Lowest and highest amplitude at these frequencies that the response reaches from the main branch when the
-        residual tractions change, m.
+        Lowest and highest amplitude at the frequencies of these points that the response reaches from the main branch
+        when the residual tractions change, m.
     """
 
     lowest: ResidualExtreme
     highest: ResidualExtreme
     free_nodes: int
-    band_frequency_hz: Array
+    band_index: NDArray[np.int64]
     band_lowest_m: Array
     band_highest_m: Array
+
+
+Begun = tuple[TractionSearch, TractionState]
 
 
 @dataclass(frozen=True)
@@ -107,7 +113,11 @@ class _Problem:
         """Which tractions are free at a point, (n_c, 2)."""
         return free_tractions(self.contact, self.element(point.balance.n_harmonics), point.displacement)
 
-    def search(self, point: SolutionPoint, fixed_frequency: bool) -> tuple[TractionSearch, TractionState] | None:
+    def mean(self, point: SolutionPoint) -> float:
+        """Harmonic 0 of the output at a point, m."""
+        return float(output_harmonics(point, self.output)[0].real)
+
+    def search(self, point: SolutionPoint, mean: float, fixed_frequency: bool) -> Begun | None:
         """A search over the tractions, begun at a solution with its own tractions; None if it is not found again."""
         continuation = replace(
             self.continuation.with_balance(point.balance), adapt=None, stability=None, contact=None
@@ -123,7 +133,7 @@ class _Problem:
             levels = TractionLevels(at_zero, element, np.zeros_like(radius))
             variables = levels.level_of(point.contact.force, displacement)
             tractions = levels
-        search = TractionSearch(continuation, tractions, fixed_frequency)
+        search = TractionSearch(continuation, tractions, mean, fixed_frequency)
         start = search.start(variables, point)
         return None if start is None else (search, start)
 
@@ -147,16 +157,16 @@ class _Problem:
         fresh = replace(continuation, balance=moved, contact=contact, adapt=None, stability=None)
         return continue_over_range(fresh, self.static)[0]
 
-    def extreme(self, point: SolutionPoint, slider_origin: Array, branch: Branch) -> ResidualExtreme:
-        """A peak with the curve that its tractions lead to."""
+    def extreme(self, point: SolutionPoint, mean: float, slider_origin: Array, branch: Branch) -> ResidualExtreme:
+        """A peak with the curve that its tractions lead to; `mean`: displacement in place of harmonic 0, m."""
         return ResidualExtreme(
             frequency_hz=point.omega / (2.0 * np.pi),
-            amplitude_m=output_amplitude(point, self.output),
-            static_m=float(output_harmonics(point, self.output)[0].real),
+            amplitude_m=output_amplitude(point, self.output, mean),
+            static_m=self.mean(point),
             slider_origin=slider_origin,
             traction=-point.contact.force[0, :, :2],
             curve_frequency_hz=np.array([item.omega for item in branch.points]) / (2.0 * np.pi),
-            curve_amplitude_m=np.array([output_amplitude(item, self.output) for item in branch.points]),
+            curve_amplitude_m=np.array([output_amplitude(item, self.output, mean) for item in branch.points]),
         )
 
 
@@ -187,18 +197,23 @@ def residual_bounds(
     peak, output = branch.points[peak_index], continuation.options.output
     problem = _Problem(continuation.with_balance(peak.balance), contact, static)
     fixed = peak_index not in branch.peak_indices
-    begun = problem.search(peak, fixed)
+    mean = problem.mean(peak)
+    begun = problem.search(peak, mean, fixed)
     if begun is None:
         return None
-    lowest = highest = problem.extreme(peak, contact.slider_origin, branch)
+    lowest = highest = problem.extreme(peak, mean, contact.slider_origin, branch)
     free_nodes = int(problem.free(peak).any(axis=1).sum())
     others = [] if fixed else _other_peaks(branch, peak_index, output)
     if free_nodes or any(problem.free(branch.points[index]).any() for index in others):
-        starts = [begun, *filter(None, (problem.search(branch.points[index], fixed) for index in others))]
-        highest = max([highest, *(_highest(problem, *item) for item in starts)], key=lambda item: item.amplitude_m)
-        lowest = _lowest(problem, lowest, begun, fixed)
-    band = np.array([_band_point(problem, point) for point in _band_points(branch)]).reshape(-1, 3)
-    return ResidualBounds(lowest, highest, free_nodes, band[:, 0], band[:, 1], band[:, 2])
+        found = [_highest(problem, *begun)]
+        for point in (branch.points[index] for index in others):
+            other = problem.search(point, problem.mean(point), False)
+            found += [] if other is None else [_highest(problem, *other)]
+        highest = max([highest, *found], key=lambda item: item.amplitude_m)
+        lowest = _lowest(problem, lowest, begun)
+    index = _band_indices(branch)
+    band = np.array([_band_point(problem, branch.points[i]) for i in index]).reshape(-1, 2)
+    return ResidualBounds(lowest, highest, free_nodes, np.array(index), band[:, 0], band[:, 1])
 
 
 def _other_peaks(branch: Branch, peak_index: int, output: str) -> list[int]:
@@ -229,12 +244,16 @@ def _highest(problem: _Problem, search: TractionSearch, start: TractionState) ->
     """The highest peak from a start."""
     state = _extreme(search, start, 1.0)
     origin = problem.slider_origin(search, state)
-    return problem.extreme(state.point, origin, problem.curve(origin, state.point.balance))
+    return problem.extreme(state.point, _mean(search), origin, problem.curve(origin, state.point.balance))
 
 
-def _lowest(
-    problem: _Problem, projected: ResidualExtreme, begun: tuple[TractionSearch, TractionState], fixed_frequency: bool
-) -> ResidualExtreme:
+def _mean(search: TractionSearch) -> float:
+    """The displacement that a search holds in place of harmonic 0, m."""
+    assert search.mean is not None
+    return search.mean
+
+
+def _lowest(problem: _Problem, projected: ResidualExtreme, begun: Begun) -> ResidualExtreme:
     """The lowest highest peak of a curve: where one peak is low, another of the same curve may rise above it."""
     best = projected
     for _ in range(MOST_CURVES):
@@ -242,36 +261,36 @@ def _lowest(
         state = _extreme(search, start, -1.0)
         origin = problem.slider_origin(search, state)
         branch = problem.curve(origin, state.point.balance)
-        found = problem.extreme(state.point, origin, branch)
-        tops = [] if fixed_frequency else sorted(branch.peak_indices, key=lambda i: found.curve_amplitude_m[i])
+        mean = _mean(search)
+        found = problem.extreme(state.point, mean, origin, branch)
+        tops = [] if search.fixed_frequency else sorted(branch.peak_indices, key=lambda i: found.curve_amplitude_m[i])
         higher = bool(tops) and found.curve_amplitude_m[tops[-1]] > (1.0 + SAME) * state.amplitude
         if higher:
-            found = problem.extreme(branch.points[tops[-1]], origin, branch)
+            found = problem.extreme(branch.points[tops[-1]], mean, origin, branch)
         if found.amplitude_m < best.amplitude_m:
             best = found
-        following = problem.search(branch.points[tops[-1]], False) if higher else None
+        following = problem.search(branch.points[tops[-1]], mean, False) if higher else None
         if following is None:
             break
         begun = following
     return best
 
 
-def _band_points(branch: Branch) -> list[SolutionPoint]:
-    """Points of a branch at about equal distances along it."""
+def _band_indices(branch: Branch) -> list[int]:
+    """Indices of points of a branch at about equal distances along it, and of its peaks."""
     arcs = np.array([point.arc for point in branch.points])
     places = np.searchsorted(arcs, np.linspace(arcs[0], arcs[-1], BAND_POINTS))
-    chosen = sorted({*places.clip(0, arcs.size - 1).tolist(), *branch.peak_indices})
-    return [branch.points[index] for index in chosen]
+    return sorted({*places.clip(0, arcs.size - 1).tolist(), *branch.peak_indices})
 
 
-def _band_point(problem: _Problem, point: SolutionPoint) -> tuple[float, float, float]:
-    """Frequency of a point, Hz, and the lowest and the highest amplitude there, m."""
-    amplitude, frequency_hz = output_amplitude(point, problem.output), point.omega / (2.0 * np.pi)
-    begun = problem.search(point, True) if problem.free(point).any() else None
+def _band_point(problem: _Problem, point: SolutionPoint) -> tuple[float, float]:
+    """The lowest and the highest amplitude at the frequency of a point, m."""
+    amplitude = output_amplitude(point, problem.output)
+    begun = problem.search(point, problem.mean(point), True) if problem.free(point).any() else None
     if begun is None:
-        return frequency_hz, amplitude, amplitude
+        return amplitude, amplitude
     search, start = begun
     for sign in (-1.0, 1.0):
         search.through_corners(start, sign)
     reached = [state.amplitude for state in search.states]
-    return frequency_hz, min(amplitude, *reached), max(amplitude, *reached)
+    return min(amplitude, *reached), max(amplitude, *reached)
