@@ -2,8 +2,8 @@
 
 The sub-packages, each built on those before it: `contact` (contact forces), `harmonic_balance` (the equations),
 `stability` (Floquet exponents), `time_integration` (rings of blades in time), `continuation` (points along a curve),
-`branches` (whole branches with peaks and bifurcations), `harmonic_selection` (truncation error). `response_solver`
-puts them together.
+`branches` (whole branches with peaks and bifurcations), `harmonic_selection` (truncation error),
+`residual_tractions` (bounds of the peak). `response_solver` puts them together.
 
 A name is imported from its file when it is first asked for: options and limits need neither NumPy nor numba.
 
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     )
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
     from nonlinear.options import MOST_UNKNOWNS, Excitation, OptionsError, SolverOptions, least_samples
+    from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
     from nonlinear.response_solver import build_harmonic_balance, forced_response
@@ -63,6 +64,8 @@ __all__ = [
     "LinearisedResidual",
     "OptionsError",
     "Peak",
+    "ResidualBounds",
+    "ResidualExtreme",
     "ResponseCurve",
     "Ring",
     "RingIntegrator",
@@ -107,6 +110,8 @@ _PLACES = {
     "LinearisedResidual": "nonlinear.harmonic_balance.residual",
     "OptionsError": "nonlinear.options",
     "Peak": "nonlinear.branches.peaks",
+    "ResidualBounds": "nonlinear.residual_tractions.residual_bounds",
+    "ResidualExtreme": "nonlinear.residual_tractions.residual_bounds",
     "ResponseCurve": "nonlinear.response_curve",
     "SolverOptions": "nonlinear.options",
     "TerminationReason": "nonlinear.branches.termination",

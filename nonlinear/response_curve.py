@@ -15,6 +15,7 @@ from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.continuation.response_quantities import evaluate_responses, largest_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.residual_tractions.residual_bounds import ResidualBounds
 
 MAX_BATCH = 500  # points whose modal coordinates are in memory at a time
 AMPLITUDE_JUMP = 0.02  # largest relative jump of the amplitude where the number of harmonics changes
@@ -87,6 +88,8 @@ class ResponseCurve:
         Isolated branches, and the far part of an incomplete curve.
     origin : str
         How a detached branch was found; empty for the main branch.
+    residual_bounds : ResidualBounds or None
+        Lowest and highest peak over the admissible residual tractions; None unless asked for.
     """
 
     termination: TerminationReason
@@ -119,6 +122,7 @@ class ResponseCurve:
     sampling_frequency_error: float = float("nan")
     detached: tuple["ResponseCurve", ...] = ()
     origin: str = ""
+    residual_bounds: ResidualBounds | None = None
 
     @property
     def points(self) -> int:

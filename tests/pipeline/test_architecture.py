@@ -33,6 +33,7 @@ LAYERS = {
         {"time_integration"},
         {"continuation"},
         {"branches", "harmonic_selection"},
+        {"residual_tractions"},
         {"response_curve"},
         {"response_solver"},
         {"response_extension"},
