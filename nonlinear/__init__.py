@@ -2,7 +2,8 @@
 
 The sub-packages, each built on those before it: `contact` (contact forces), `harmonic_balance` (the equations),
 `stability` (Floquet exponents), `continuation` (points along a curve), `branches` (whole branches with peaks and
-bifurcations), `harmonic_selection` (truncation error). `response_solver` puts them together.
+bifurcations), `harmonic_selection` (truncation error), `worst_motion` (the highest motion that persists).
+`response_solver` puts them together.
 
 A name is imported from its file when it is first asked for: options and limits need neither NumPy nor numba.
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from nonlinear.branches.bifurcations import Bifurcation, BifurcationKind
     from nonlinear.branches.peaks import Peak
     from nonlinear.branches.termination import TerminationReason
+    from nonlinear.branches.worst_motion import WorstMotion
     from nonlinear.contact.contact_cycle import ContactCycle, contact_cycle
     from nonlinear.contact.element_choice import contact_element
     from nonlinear.contact.parameters import (
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from nonlinear.options import MOST_UNKNOWNS, Excitation, OptionsError, SolverOptions, least_samples
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_solver import build_harmonic_balance, forced_response
+    from nonlinear.worst_motion.worst_motion import find_worst_motion
 
 __all__ = [
     "LIFT_OFF",
@@ -56,9 +59,11 @@ __all__ = [
     "ResponseCurve",
     "SolverOptions",
     "TerminationReason",
+    "WorstMotion",
     "build_harmonic_balance",
     "contact_cycle",
     "contact_element",
+    "find_worst_motion",
     "forced_response",
     "least_samples",
     "punch_stiffness",
@@ -84,12 +89,14 @@ _PLACES = {
     "ResponseCurve": "nonlinear.response_curve",
     "SolverOptions": "nonlinear.options",
     "TerminationReason": "nonlinear.branches.termination",
+    "WorstMotion": "nonlinear.branches.worst_motion",
     "contact_cycle": "nonlinear.contact.contact_cycle",
     "contact_element": "nonlinear.contact.element_choice",
     "forced_response": "nonlinear.response_solver",
     "build_harmonic_balance": "nonlinear.response_solver",
     "least_samples": "nonlinear.options",
     "punch_stiffness": "nonlinear.contact.parameters",
+    "find_worst_motion": "nonlinear.worst_motion.worst_motion",
 }
 
 

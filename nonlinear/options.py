@@ -68,6 +68,8 @@ class SolverOptions:
         part between two folds.
     truncation : bool
         Whether the truncation error is estimated. This takes about half the time of the curve.
+    time_integration : bool
+        Whether the worst motion is sought by time integration too, where no solution that is high enough is stable.
     output : str
         Name of the output whose peaks are located.
     tolerance : float
@@ -91,6 +93,7 @@ class SolverOptions:
     detached: bool = True
     stability: Stability = "floquet"
     truncation: bool = True
+    time_integration: bool = True
     output: str = "tip"
     tolerance: float = 1e-13
     round_off: float = 1e-12

@@ -10,6 +10,7 @@ from nonlinear.branches.bifurcations import Bifurcation
 from nonlinear.branches.branch import Branch
 from nonlinear.branches.peaks import Peak
 from nonlinear.branches.termination import TerminationReason
+from nonlinear.branches.worst_motion import WorstMotion
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.continuation.response_quantities import evaluate_responses, largest_amplitude
@@ -81,6 +82,8 @@ class ResponseCurve:
         event-driven integration, NaN without an estimate, inf where the peak is lost without samples.
     detached : tuple of ResponseCurve
         Isolated branches, and the far part of an incomplete curve.
+    worst : WorstMotion or None
+        The highest motion that can persist on any branch; None on a detached branch and without points.
     """
 
     termination: TerminationReason
@@ -111,6 +114,7 @@ class ResponseCurve:
     sampling_error: float = float("nan")
     sampling_frequency_error: float = float("nan")
     detached: tuple["ResponseCurve", ...] = ()
+    worst: WorstMotion | None = None
 
     @property
     def points(self) -> int:
@@ -159,6 +163,7 @@ def assemble_curve(
         phase_rad=np.angle(response[:, 1]),
         stable=np.array([point.stable for point in points], dtype=bool),
         growth_rate=np.array([point.growth_rate for point in points]),
+        growth_nodal_diameter=np.zeros(len(points), dtype=int),  # TEMP
         sticking=(state == STICK).sum(axis=1),
         slipping=(state == SLIP).sum(axis=1),
         separating=(state == LIFT_OFF).sum(axis=1),

@@ -24,6 +24,7 @@ from nonlinear.harmonic_selection.adaptive_harmonics import (
 from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.response_curve import ResponseCurve, assemble_curve
+from nonlinear.worst_motion.worst_motion import find_worst_motion
 from rom import ModalModel, RelativeReceptance, one_blas_thread
 
 STRICTER = 2.0  # factor on the tolerance along the curve, where the truncation error came out too large
@@ -69,6 +70,7 @@ def forced_response(
     started = time.perf_counter()
     with one_blas_thread():
         curve = _solve(modal, contact, excitation, options, progress)
+        curve = replace(curve, worst=find_worst_motion(modal, contact, excitation, options, curve))
     # even this clock may be set back, when a virtual machine moves
     return replace(curve, seconds=max(0.0, time.perf_counter() - started))
 
@@ -96,7 +98,7 @@ def _solve(
         options,
         find_resonances(receptance, contact, options),
         contact,
-        stability=PointStability(contact, balances) if options.stability == "floquet" else None,
+        stability=PointStability(contact, balances) if options.stability in ("ring", "wave", "floquet") else None,
     )
     estimator = TruncationErrorEstimator(continuation, balances)
     if options.harmonics == "auto":

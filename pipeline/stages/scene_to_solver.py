@@ -90,6 +90,7 @@ def solver_options(scene: Scene) -> SolverOptions:
         stability=response.stability,
         detached=response.detached,
         truncation=response.truncation,
+        time_integration=response.time_integration,
     )
 
 

@@ -33,6 +33,7 @@ LAYERS = {
         {"continuation"},
         {"branches", "harmonic_selection"},
         {"response_curve"},
+        {"worst_motion"},
         {"response_solver"},
     ],
     "pipeline": [
