@@ -1,9 +1,9 @@
 """Nonlinear forced response: contact element, harmonic balance and continuation on a modal model.
 
 The sub-packages, each built on those before it: `contact` (contact forces), `harmonic_balance` (the equations),
-`stability` (Floquet exponents), `continuation` (points along a curve), `branches` (whole branches with peaks and
-bifurcations), `harmonic_selection` (truncation error), `worst_motion` (the highest motion that persists).
-`response_solver` puts them together.
+`stability` (Floquet exponents), `time_integration` (rings of blades in time), `continuation` (points along a curve),
+`branches` (whole branches with peaks and bifurcations), `harmonic_selection` (truncation error), `worst_motion` (the
+highest motion that persists). `response_solver` puts them together.
 
 A name is imported from its file when it is first asked for: options and limits need neither NumPy nor numba.
 
@@ -37,6 +37,10 @@ if TYPE_CHECKING:
     from nonlinear.options import MOST_UNKNOWNS, Excitation, OptionsError, SolverOptions, least_samples
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_solver import build_harmonic_balance, forced_response
+    from nonlinear.time_integration.residual_flexibility import StepError
+    from nonlinear.time_integration.ring import Ring, RingState
+    from nonlinear.time_integration.ring_integrator import ContactIterationError, RingIntegrator, RingRecord
+    from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
     from nonlinear.worst_motion.worst_motion import find_worst_motion
 
 __all__ = [
@@ -50,6 +54,7 @@ __all__ = [
     "ContactElement",
     "ContactError",
     "ContactForces",
+    "ContactIterationError",
     "ContactParameters",
     "Excitation",
     "HarmonicBalance",
@@ -57,7 +62,14 @@ __all__ = [
     "OptionsError",
     "Peak",
     "ResponseCurve",
+    "Ring",
+    "RingIntegrator",
+    "RingLimits",
+    "RingMotion",
+    "RingRecord",
+    "RingState",
     "SolverOptions",
+    "StepError",
     "TerminationReason",
     "WorstMotion",
     "build_harmonic_balance",
@@ -65,6 +77,7 @@ __all__ = [
     "contact_element",
     "find_worst_motion",
     "forced_response",
+    "integrate_ring",
     "least_samples",
     "punch_stiffness",
 ]
@@ -97,6 +110,15 @@ _PLACES = {
     "least_samples": "nonlinear.options",
     "punch_stiffness": "nonlinear.contact.parameters",
     "find_worst_motion": "nonlinear.worst_motion.worst_motion",
+    "ContactIterationError": "nonlinear.time_integration.ring_integrator",
+    "Ring": "nonlinear.time_integration.ring",
+    "RingIntegrator": "nonlinear.time_integration.ring_integrator",
+    "RingLimits": "nonlinear.time_integration.ring_motion",
+    "RingMotion": "nonlinear.time_integration.ring_motion",
+    "RingRecord": "nonlinear.time_integration.ring_integrator",
+    "RingState": "nonlinear.time_integration.ring",
+    "StepError": "nonlinear.time_integration.residual_flexibility",
+    "integrate_ring": "nonlinear.time_integration.ring_motion",
 }
 
 

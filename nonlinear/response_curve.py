@@ -163,7 +163,6 @@ def assemble_curve(
         phase_rad=np.angle(response[:, 1]),
         stable=np.array([point.stable for point in points], dtype=bool),
         growth_rate=np.array([point.growth_rate for point in points]),
-        growth_nodal_diameter=np.zeros(len(points), dtype=int),  # TEMP
         sticking=(state == STICK).sum(axis=1),
         slipping=(state == SLIP).sum(axis=1),
         separating=(state == LIFT_OFF).sum(axis=1),

@@ -1,4 +1,4 @@
-"""Time integration of the ring from an unstable solution of a curve, with no more blades than its instability needs."""
+"""Time integration of the ring from an unstable solution of a curve, with few blades where few suffice."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

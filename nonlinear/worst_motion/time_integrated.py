@@ -1,4 +1,4 @@
-"""What time integration of the ring makes of unstable solutions: where it starts, and what is new in what it finds."""
+"""What time integration of the ring makes of unstable solutions: where it starts, and what of it is new."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

@@ -10,7 +10,7 @@ import pytest
 from nonlinear import Peak, ResponseCurve, SolverOptions, TerminationReason
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import branches_of, stable_amplitudes, unstable_stretches
-from nonlinear.worst_motion.time_integrated import BLADE_PERIODS, MOST_REFINEMENTS
+from nonlinear.worst_motion.time_integrated import MOST_REFINEMENTS
 from nonlinear.worst_motion.worst_motion import MOST_STRETCHES, worst_of
 
 OPTIONS = SolverOptions((1.0, 9.0), harmonics=3)

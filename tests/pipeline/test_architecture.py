@@ -30,6 +30,7 @@ LAYERS = {
         {"contact"},
         {"harmonic_balance"},
         {"stability"},
+        {"time_integration"},
         {"continuation"},
         {"branches", "harmonic_selection"},
         {"response_curve"},
