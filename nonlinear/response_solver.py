@@ -70,7 +70,7 @@ def forced_response(
     started = time.perf_counter()
     with one_blas_thread():
         curve = _solve(modal, contact, excitation, options, progress)
-        curve = replace(curve, worst=find_worst_motion(modal, contact, excitation, options, curve))
+        curve = replace(curve, worst=find_worst_motion((modal, contact, excitation, options), curve))
     # even this clock may be set back, when a virtual machine moves
     return replace(curve, seconds=max(0.0, time.perf_counter() - started))
 

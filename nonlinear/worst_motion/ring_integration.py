@@ -90,15 +90,29 @@ class RingIntegration:
         """
         pattern = self.pattern(solution)
         periods = min(MOST_PERIODS, blade_periods // self.ring.blades(pattern))
-        if periods < FEWEST_PERIODS:
-            return None
-        return integrate_ring(
-            self.ring,
-            solution.omega,
-            solution.displacement,
-            nodal_diameter=pattern,
-            limits=RingLimits(most_periods=periods),
-        )
+        return None if periods < FEWEST_PERIODS else self._motion(solution, pattern, periods)
+
+    def motion(self, solution: Solution, most_periods: int) -> RingMotion:
+        """The same within a number of periods, however many blades.
+
+        Parameters
+        ----------
+        solution : Solution
+            Where the ring starts.
+        most_periods : int
+            Number of periods that may be integrated.
+
+        Raises
+        ------
+        ArithmeticError
+            The time integration failed.
+        """
+        return self._motion(solution, self.pattern(solution), most_periods)
+
+    def _motion(self, solution: Solution, pattern: int, most_periods: int) -> RingMotion:
+        limits = RingLimits(most_periods=most_periods)
+        start = solution.displacement
+        return integrate_ring(self.ring, solution.omega, start, nodal_diameter=pattern, limits=limits)
 
     def pattern(self, solution: Solution) -> int:
         """Nodal diameter of the disturbance: the worst, or one of a smaller ring that grows at least half as fast."""

@@ -27,29 +27,18 @@ from nonlinear.worst_motion.search_statement import searched, unresolved
 from nonlinear.worst_motion.time_integrated import SAME_AMPLITUDE, Departure, DepartureSearch, Integrate
 from rom import ModalModel
 
+Problem = tuple[ModalModel, ContactParameters, Excitation, SolverOptions]
 COULD_MATTER = 0.3  # of the highest motion known: lower unstable solutions are left alone; see docs/method.md
 MOST_STRETCHES = 6  # unstable stretches that time integration starts from
 
 
-def find_worst_motion(
-    modal: ModalModel,
-    contact: ContactParameters,
-    excitation: Excitation,
-    options: SolverOptions,
-    curve: ResponseCurve,
-) -> WorstMotion | None:
+def find_worst_motion(problem: Problem, curve: ResponseCurve) -> WorstMotion | None:
     """The highest motion that can persist on any branch of a curve.
 
     Parameters
     ----------
-    modal : rom.ModalModel
-        Modes of the blade with free contacts, as in `forced_response`.
-    contact : ContactParameters
-        Parameters of the contact nodes.
-    excitation : Excitation
-        Engine order and force.
-    options : SolverOptions
-        Options of the curve.
+    problem : tuple
+        Modal model, contact, excitation and options of the curve, as for `forced_response`.
     curve : ResponseCurve
         The solved curve with its detached branches.
 
@@ -61,6 +50,7 @@ def find_worst_motion(
     """
     if curve.points == 0:
         return None
+    modal, contact, excitation, options = problem
     branches = branches_of(curve)
     integration = RingIntegration(Ring(modal, contact, excitation, options.output), options)
 

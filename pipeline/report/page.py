@@ -41,8 +41,8 @@ _CAPTIONS = {
     "response": (
         "Largest displacement over a period against frequency. Dashed: unstable. Circles: peaks of the main "
         "branches. Stars: worst motions that are not these peaks. Thin lines: detached branches. Squares mark "
-        "Neimark-Sacker bifurcations, where the motion becomes or stops being quasi-periodic; triangles mark period doublings, "
-        "diamonds branch points."
+        "Neimark-Sacker bifurcations, where the motion becomes or stops being quasi-periodic; triangles mark "
+        "period doublings, diamonds branch points."
     ),
     "peaks": (
         "Height and frequency of the worst motions, and of the peaks of the main branches (thin), against the swept "

@@ -47,6 +47,7 @@ LAYERS = {
         {"figures", "render", "export", "verify"},
         {"report"},
         {"run", "terminal"},
+        {"check"},
         {"python_interface", "cli"},
     ],
 }
