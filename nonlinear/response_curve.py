@@ -41,11 +41,15 @@ class ResponseCurve:
     phase_rad : (P,) float
         Phase of harmonic 1 of the output, rad.
     stable : (P,) bool
-        Whether all Floquet exponents have negative real parts, for perturbations with the symmetry of the travelling
-        wave. Without exponents: False only where an odd number of real exponents is positive, between two folds.
+        Whether no Floquet exponent grows, Re lambda <= 1e-6 omega, in perturbations of all nodal diameters that the
+        ring allows; with `stability="wave"` of that of the wave. Without exponents: False only where an odd number
+        of real exponents is positive, between two folds.
     growth_rate : (P,) float
-        Largest real part of the Floquet exponents, 1/s; on linear segments that of the poles of the ring with its
-        contact springs. NaN without exponents.
+        Largest real part of the Floquet exponents over all perturbations looked at, 1/s; on linear segments that of
+        the poles of the ring with its contact springs. NaN without exponents.
+    growth_nodal_diameter : (P,) int
+        k of that perturbation: its phase shift from blade to blade is 2 pi k / N_b beside that of the wave,
+        0 <= k <= N_b / 2 (-k has the complex conjugate exponents); -1 where not known.
     sticking, slipping, separating : (P,) int
         Number of contact nodes that stick all the time, that slip at some time without opening, that open at some
         time.
@@ -94,6 +98,7 @@ class ResponseCurve:
     phase_rad: Array
     stable: NDArray[np.bool_]
     growth_rate: Array
+    growth_nodal_diameter: NDArray[np.int64]
     sticking: NDArray[np.int64]
     slipping: NDArray[np.int64]
     separating: NDArray[np.int64]
@@ -163,6 +168,7 @@ def assemble_curve(
         phase_rad=np.angle(response[:, 1]),
         stable=np.array([point.stable for point in points], dtype=bool),
         growth_rate=np.array([point.growth_rate for point in points]),
+        growth_nodal_diameter=np.array([point.growth_nodal_diameter for point in points], dtype=int),
         sticking=(state == STICK).sum(axis=1),
         slipping=(state == SLIP).sum(axis=1),
         separating=(state == LIFT_OFF).sum(axis=1),
@@ -177,7 +183,7 @@ def assemble_curve(
         peak=_highest(peaks, frequency_hz, amplitude, SAME_AMPLITUDE if len(numbers) < 2 else AMPLITUDE_JUMP),
         peaks=peaks,
         bifurcations=tuple(
-            Bifurcation(kind, float(frequency_hz[i]), float(amplitude[i]), i) for kind, i in branch.bifurcations
+            Bifurcation(kind, float(frequency_hz[i]), float(amplitude[i]), i, k) for kind, i, k in branch.bifurcations
         ),
         seconds=0.0,
         harmonics=n_harmonics,

@@ -98,7 +98,9 @@ def _solve(
         options,
         find_resonances(receptance, contact, options),
         contact,
-        stability=PointStability(contact, balances) if options.stability in ("ring", "wave", "floquet") else None,
+        stability=None
+        if options.stability == "folds"
+        else PointStability(contact, balances, options.stability == "ring"),
     )
     estimator = TruncationErrorEstimator(continuation, balances)
     if options.harmonics == "auto":

@@ -22,10 +22,9 @@ def answer_lines(check: Check) -> Iterator[str]:
     yield f"curve {point.curve}{named} at {point.frequency_hz:.6g} Hz: {count} solution{'s' if count > 1 else ''}"
     for number, each in enumerate(check.solutions, start=1):
         yield f"  {number}  {_described(each)}"
-    yield (
-        f"solution {point.solution}, ring of {motion.n_blades} blade{'s' if motion.n_blades > 1 else ''}, disturbed in "
-        f"nodal diameter {motion.nodal_diameter}, {motion.periods} periods:"
-    )
+    ring = f"ring of {motion.n_blades} blade{'s' if motion.n_blades > 1 else ''}"
+    pattern = f"disturbed in nodal diameter {motion.nodal_diameter}"
+    yield f"solution {point.solution}, {ring}, {pattern}, {motion.periods} periods:"
     measured = f"{motion.growth_rate:.4g} 1/s" if math.isfinite(motion.growth_rate) else "not measurable"
     yield f"growth rate of the disturbance: {measured} in time, {check.predicted_rate:.4g} 1/s predicted"
     yield verdict(check)

@@ -263,8 +263,10 @@ class Response(Section):
     method: Literal["coupled", "static-first"] = _key(
         "statics and dynamics together, or a static contact analysis first", '"coupled" or "static-first"', "coupled"
     )
-    stability: Literal["floquet", "folds"] = _key(
-        "Floquet exponents of every point, or only the unstable part between folds", '"floquet" or "folds"', "floquet"
+    stability: Literal["ring", "wave", "folds"] = _key(
+        "Floquet exponents of every nodal diameter, of the wave only, or only the unstable part between folds",
+        '"ring", "wave" or "folds"',
+        "ring",
     )
     detached: Truth = _key("whether detached branches (isolas) are looked for", "true or false", True)
     truncation: Truth = _key("whether the truncation error (neglected harmonics) is estimated", "true or false", True)

@@ -32,6 +32,7 @@ COLUMNS = {
     "arc": "arc",
     "kept_harmonics": "kept_harmonics",
     "growth_rate": "growth_rate",
+    "growth_nodal_diameter": "growth_nodal_diameter",
 }
 BRANCHES = "branch"  # group of the detached branches of a curve: branch/1, branch/2, ...
 

@@ -63,7 +63,12 @@ def _worst(worst: WorstMotion | None) -> dict[str, Any]:
 
 
 def _bifurcation(item: Bifurcation) -> dict[str, Any]:
-    return {"kind": item.kind.value, "frequency_hz": item.frequency_hz, "amplitude_m": item.amplitude_m}
+    return {
+        "kind": item.kind.value,
+        "frequency_hz": item.frequency_hz,
+        "amplitude_m": item.amplitude_m,
+        "nodal_diameter": item.nodal_diameter,
+    }
 
 
 def _detached(branch: ResponseCurve) -> dict[str, Any]:

@@ -29,6 +29,7 @@ POINT_COLUMNS = [
     "arc",
     "kept_harmonics",
     "growth_rate",
+    "growth_nodal_diameter",
 ]
 CURVE_KEYS = {
     "parameters",
