@@ -3,7 +3,8 @@
 The sub-packages, each built on those before it: `contact` (contact forces), `harmonic_balance` (the equations),
 `stability` (Floquet exponents), `time_integration` (rings of blades in time), `continuation` (points along a curve),
 `branches` (whole branches with peaks and bifurcations), `harmonic_selection` (truncation error),
-`residual_tractions` (bounds of the peak). `response_solver` puts them together.
+`residual_tractions` (bounds of the peak), `worst_motion` (the highest motion that persists). `response_solver` puts
+them together.
 
 A name is imported from its file when it is first asked for: options and limits need neither NumPy nor numba.
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from nonlinear.branches.branch_starts import BranchStart, branch_starts
     from nonlinear.branches.peaks import Peak
     from nonlinear.branches.termination import TerminationReason
+    from nonlinear.branches.worst_motion import WorstMotion
     from nonlinear.contact.contact_cycle import ContactCycle, contact_cycle
     from nonlinear.contact.element_choice import contact_element
     from nonlinear.contact.parameters import (
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
     from nonlinear.time_integration.ring import Ring, RingState
     from nonlinear.time_integration.ring_integrator import ContactIterationError, RingIntegrator, RingRecord
     from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
+    from nonlinear.worst_motion.worst_motion import find_worst_motion
 
 __all__ = [
     "LIFT_OFF",
@@ -76,12 +79,14 @@ __all__ = [
     "SolverOptions",
     "StepError",
     "TerminationReason",
+    "WorstMotion",
     "branch_starts",
     "build_harmonic_balance",
     "carry_branches",
     "contact_cycle",
     "contact_element",
     "extend_response",
+    "find_worst_motion",
     "forced_response",
     "integrate_ring",
     "least_samples",
@@ -115,12 +120,14 @@ _PLACES = {
     "ResponseCurve": "nonlinear.response_curve",
     "SolverOptions": "nonlinear.options",
     "TerminationReason": "nonlinear.branches.termination",
+    "WorstMotion": "nonlinear.branches.worst_motion",
     "contact_cycle": "nonlinear.contact.contact_cycle",
     "contact_element": "nonlinear.contact.element_choice",
     "forced_response": "nonlinear.response_solver",
     "build_harmonic_balance": "nonlinear.response_solver",
     "least_samples": "nonlinear.options",
     "punch_stiffness": "nonlinear.contact.parameters",
+    "find_worst_motion": "nonlinear.worst_motion.worst_motion",
     "ContactIterationError": "nonlinear.time_integration.ring_integrator",
     "Ring": "nonlinear.time_integration.ring",
     "RingIntegrator": "nonlinear.time_integration.ring_integrator",

@@ -73,6 +73,8 @@ class SolverOptions:
     residual_tractions : str
         "projected": sliders start at `ContactParameters.slider_origin`, and the traction of a node that sticks all
         the time follows. "bounds": the lowest and the highest peak over all its admissible tractions as well.
+    time_integration : bool
+        Whether the worst motion is sought by time integration too, where no solution that is high enough is stable.
     output : str
         Name of the output whose peaks are located.
     tolerance : float
@@ -97,6 +99,7 @@ class SolverOptions:
     stability: Stability = "ring"
     truncation: bool = True
     residual_tractions: ResidualTractions = "projected"
+    time_integration: bool = True
     output: str = "tip"
     tolerance: float = 1e-13
     round_off: float = 1e-12

@@ -10,6 +10,7 @@ from nonlinear.branches.bifurcations import Bifurcation
 from nonlinear.branches.branch import Branch
 from nonlinear.branches.peaks import Peak
 from nonlinear.branches.termination import TerminationReason
+from nonlinear.branches.worst_motion import WorstMotion
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.continuation.response_quantities import evaluate_responses, largest_amplitude
@@ -90,6 +91,8 @@ class ResponseCurve:
         How a detached branch was found; empty for the main branch.
     residual_bounds : ResidualBounds or None
         Lowest and highest peak over the admissible residual tractions; None unless asked for.
+    worst : WorstMotion or None
+        The highest motion that can persist on any branch; None on a detached branch and without points.
     """
 
     termination: TerminationReason
@@ -123,6 +126,7 @@ class ResponseCurve:
     detached: tuple["ResponseCurve", ...] = ()
     origin: str = ""
     residual_bounds: ResidualBounds | None = None
+    worst: WorstMotion | None = None
 
     @property
     def points(self) -> int:

@@ -26,6 +26,7 @@ from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimat
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.residual_tractions.residual_bounds import residual_bounds
 from nonlinear.response_curve import ResponseCurve, assemble_curve, by_height
+from nonlinear.worst_motion.worst_motion import find_worst_motion
 from rom import ModalModel, RelativeReceptance, one_blas_thread
 
 LEAST_HARMONICS = 7  # that detached branches may have with harmonics "auto", where the main branch has fewer
@@ -72,6 +73,7 @@ def forced_response(
     started = time.perf_counter()
     with one_blas_thread():
         curve = _solve(modal, contact, excitation, options, progress)
+        curve = replace(curve, worst=find_worst_motion((modal, contact, excitation, options), curve))
     # even this clock may be set back, when a virtual machine moves
     return replace(curve, seconds=max(0.0, time.perf_counter() - started))
 

@@ -275,6 +275,9 @@ class Response(Section):
     )
     detached: Truth = _key("whether detached branches (isolas) are looked for", "true or false", True)
     truncation: Truth = _key("whether the truncation error (neglected harmonics) is estimated", "true or false", True)
+    time_integration: Truth = _key(
+        "whether the worst motion is sought by time integration too, where no motion is stable", "true or false", True
+    )
 
 
 class Render(Section):

@@ -10,7 +10,22 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import Bifurcation, ResponseCurve
+    from nonlinear import Bifurcation, ResponseCurve, WorstMotion
+
+
+# attributes of the worst motion, and their values where there is none
+NO_WORST: dict[str, Any] = {
+    "worst_amplitude_m": math.nan,
+    "worst_frequency_hz": math.nan,
+    "worst_branch": -1,
+    "worst_index": -1,
+    "worst_motion": "",
+    "worst_scatter": math.nan,
+    "worst_nodal_diameter": 0,
+    "worst_ring_blades": 0,
+    "worst_searched": "",
+    "worst_unresolved": "",
+}
 
 
 def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
@@ -40,7 +55,15 @@ def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
         "sampling_frequency_error": float(response.sampling_frequency_error),
         "bifurcations": json.dumps([_bifurcation(item) for item in response.bifurcations]),
         "detached": json.dumps([_detached(branch) for branch in response.detached]),
+        **_worst(response.worst),
     }
+
+
+def _worst(worst: WorstMotion | None) -> dict[str, Any]:
+    """The worst motion as attributes."""
+    if worst is None:
+        return dict(NO_WORST)
+    return {name: type(none)(getattr(worst, name.removeprefix("worst_"))) for name, none in NO_WORST.items()}
 
 
 def _bifurcation(item: Bifurcation) -> dict[str, Any]:
@@ -84,6 +107,16 @@ class CurveSummary:
     peaks: tuple[dict[str, Any], ...]
     bifurcations: tuple[dict[str, Any], ...]
     detached: tuple[dict[str, Any], ...]
+    worst_amplitude_m: float
+    worst_frequency_hz: float
+    worst_branch: int
+    worst_index: int
+    worst_motion: str
+    worst_scatter: float
+    worst_nodal_diameter: int
+    worst_ring_blades: int
+    worst_searched: str
+    worst_unresolved: str
 
 
 def read_summary(group: h5py.Group) -> CurveSummary:
@@ -110,4 +143,5 @@ def read_summary(group: h5py.Group) -> CurveSummary:
         peaks=tuple(json.loads(attributes.get("peaks", "[]"))),
         bifurcations=tuple(json.loads(attributes["bifurcations"])),
         detached=tuple(json.loads(attributes["detached"])),
+        **{name: type(none)(attributes.get(name, none)) for name, none in NO_WORST.items()},
     )

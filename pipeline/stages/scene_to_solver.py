@@ -91,6 +91,7 @@ def solver_options(scene: Scene) -> SolverOptions:
         detached=response.detached,
         truncation=response.truncation,
         residual_tractions=response.residual_tractions,
+        time_integration=response.time_integration,
     )
 
 

@@ -35,6 +35,7 @@ LAYERS = {
         {"branches", "harmonic_selection"},
         {"residual_tractions"},
         {"response_curve"},
+        {"worst_motion"},
         {"response_solver"},
         {"response_extension"},
     ],
@@ -48,6 +49,7 @@ LAYERS = {
         {"figures", "render", "export", "verify"},
         {"report"},
         {"run", "terminal"},
+        {"check"},
         {"python_interface", "cli"},
     ],
 }
