@@ -50,15 +50,16 @@ class Lifting:
         output = continuation.options.output
         amplitude = output_amplitude(point, output)
         lifted: SolutionPoint | None = None
-        for number in self.numbers if self.tolerance > 0.0 else self.numbers[-1:]:
+        few = point.balance.n_harmonics
+        more = [n for n in self.numbers if n > few] if self.tolerance > 0.0 else []
+        for number in more or self.numbers[-1:]:
             balance = self.balances.balance(number)
-            found = point if point.balance is balance else with_balance(continuation, point, balance)
+            found = point if number == few else with_balance(continuation, point, balance)
             if found is None:
                 continue
-            before, amplitude, lifted = amplitude, output_amplitude(found, output), found
-            if found is not point and abs(amplitude - before) <= self.tolerance * amplitude:
+            before, amplitude, lifted, point = amplitude, output_amplitude(found, output), found, found
+            if abs(amplitude - before) <= self.tolerance * amplitude:
                 break
-            point = found
         return lifted
 
 
