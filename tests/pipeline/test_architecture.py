@@ -30,11 +30,14 @@ LAYERS = {
         {"contact"},
         {"harmonic_balance"},
         {"stability"},
+        {"time_integration"},
         {"continuation"},
         {"branches", "harmonic_selection"},
         {"residual_tractions"},
         {"response_curve"},
+        {"worst_motion"},
         {"response_solver"},
+        {"response_extension"},
     ],
     "pipeline": [
         {"errors"},
@@ -46,6 +49,7 @@ LAYERS = {
         {"figures", "render", "export", "verify"},
         {"report"},
         {"run", "terminal"},
+        {"check"},
         {"python_interface", "cli"},
     ],
 }
