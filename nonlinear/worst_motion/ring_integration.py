@@ -14,10 +14,12 @@ from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.time_integration.ring import Ring
 from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
 
-MOST_BLADES = 12  # of a ring that is preferred to a larger one
+MOST_BLADES = 8  # of a ring that is preferred to a larger one
+NEAREST = 2  # patterns of such rings that are looked at, on both sides of the worst
 ENOUGH = 0.5  # share of the largest growth rate that the pattern of a smaller ring needs to have
-FEWEST_PERIODS = 240  # in which a ring leaves and settles, if it does so fast
+FEWEST_PERIODS = 150  # in which a ring leaves and settles, if it does so fast
 MOST_PERIODS = 1000
+VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured
 
 
 @dataclass(frozen=True)
@@ -90,10 +92,12 @@ class RingIntegration:
         """
         pattern = self.pattern(solution)
         periods = min(MOST_PERIODS, blade_periods // self.ring.blades(pattern))
-        return None if periods < FEWEST_PERIODS else self._motion(solution, pattern, periods)
+        if periods < FEWEST_PERIODS:
+            return None
+        return self._motion(solution, pattern, RingLimits(most_periods=periods, disturbance=VISIBLE))
 
     def motion(self, solution: Solution, most_periods: int) -> RingMotion:
-        """The same within a number of periods, however many blades.
+        """The same within a number of periods, however many blades, and with the growth rate of a small disturbance.
 
         Parameters
         ----------
@@ -107,10 +111,9 @@ class RingIntegration:
         ArithmeticError
             The time integration failed.
         """
-        return self._motion(solution, self.pattern(solution), most_periods)
+        return self._motion(solution, self.pattern(solution), RingLimits(most_periods=most_periods))
 
-    def _motion(self, solution: Solution, pattern: int, most_periods: int) -> RingMotion:
-        limits = RingLimits(most_periods=most_periods)
+    def _motion(self, solution: Solution, pattern: int, limits: RingLimits) -> RingMotion:
         start = solution.displacement
         return integrate_ring(self.ring, solution.omega, start, nodal_diameter=pattern, limits=limits)
 
@@ -119,7 +122,8 @@ class RingIntegration:
         worst = max(solution.nodal_diameter, 0)
         if self.ring.blades(worst) <= MOST_BLADES or self.ring.modal.n_blades is None:
             return worst
-        fits = [k for k in range(self.ring.modal.n_blades // 2 + 1) if self.ring.blades(k) <= MOST_BLADES]
+        small = [k for k in range(self.ring.modal.n_blades // 2 + 1) if self.ring.blades(k) <= MOST_BLADES]
+        fits = sorted(small, key=lambda k: abs(k - worst))[:NEAREST]
         rates = growth_rates(self.ring, self.options, solution.omega, solution.displacement, fits)
         best = max(rates, key=rates.__getitem__, default=worst)
         return best if fits and rates[best] >= ENOUGH * solution.growth_rate else worst

@@ -9,7 +9,7 @@ from nonlinear.response_curve import ResponseCurve
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import Place, UnstableStretch, stable_amplitudes
 
-BLADE_PERIODS = 3000  # periods times blades that are integrated for a curve
+BLADE_PERIODS = 2000  # periods times blades that are integrated for a curve
 MOST_REFINEMENTS = 4  # starts beside the one that led to the highest motion
 WORTH_REFINING = 0.7  # of the highest motion known, from which the highest of a stretch is sought
 SAME_AMPLITUDE = 0.05  # relative difference from a stable solution up to which a periodic motion counts as it
