@@ -16,6 +16,7 @@ from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.continuation.response_quantities import evaluate_responses, largest_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.residual_tractions.residual_bounds import ResidualBounds
 
 MAX_BATCH = 500  # points whose modal coordinates are in memory at a time
 AMPLITUDE_JUMP = 0.02  # largest relative jump of the amplitude where the number of harmonics changes
@@ -86,6 +87,10 @@ class ResponseCurve:
         event-driven integration, NaN without an estimate, inf where the peak is lost without samples.
     detached : tuple of ResponseCurve
         Isolated branches, and the far part of an incomplete curve.
+    origin : str
+        How a detached branch was found; empty for the main branch.
+    residual_bounds : ResidualBounds or None
+        Lowest and highest peak over the admissible residual tractions; None unless asked for.
     worst : WorstMotion or None
         The highest motion that can persist on any branch; None on a detached branch and without points.
     """
@@ -119,6 +124,8 @@ class ResponseCurve:
     sampling_error: float = float("nan")
     sampling_frequency_error: float = float("nan")
     detached: tuple["ResponseCurve", ...] = ()
+    origin: str = ""
+    residual_bounds: ResidualBounds | None = None
     worst: WorstMotion | None = None
 
     @property
@@ -134,7 +141,11 @@ class ResponseCurve:
 
 
 def assemble_curve(
-    balance: HarmonicBalance, branch: Branch, output: str, truncation_error: float = float("nan")
+    balance: HarmonicBalance,
+    branch: Branch,
+    output: str,
+    truncation_error: float = float("nan"),
+    origin: str = "",
 ) -> ResponseCurve:
     """The quantities of all points of a branch as arrays; `balance` gives the sizes of a branch without points."""
     points = branch.points
@@ -188,7 +199,13 @@ def assemble_curve(
         seconds=0.0,
         harmonics=n_harmonics,
         truncation_error=truncation_error,
+        origin=origin,
     )
+
+
+def by_height(branches: Iterable[ResponseCurve]) -> tuple[ResponseCurve, ...]:
+    """Detached branches by falling highest amplitude: their order everywhere."""
+    return tuple(sorted(branches, key=lambda branch: -float(np.max(branch.amplitude_m, initial=0.0))))
 
 
 def _batches(points: list[SolutionPoint]) -> Iterator[slice]:

@@ -6,6 +6,7 @@ started from the unstable solution with a disturbance in its worst pattern, tell
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -89,7 +90,7 @@ def worst_of(
         search = DepartureSearch(branches, integrate, height, _tolerance(curve))
         departures = list(search.departures(matter[:MOST_STRETCHES]))
         left_out, reason = matter[MOST_STRETCHES:], f"the {MOST_STRETCHES} highest were integrated"
-    spoken = {
+    spoken: dict[str, Any] = {
         "searched": searched(curve, options, n_blades, departures, bool(left_out)),
         "unresolved": unresolved(curve, departures, [stretch.height_m for stretch in left_out], reason),
     }
@@ -114,7 +115,7 @@ def _tolerance(curve: ResponseCurve) -> float:
     return float(np.nanmax([SAME_AMPLITUDE, min(curve.truncation_error, 1.0)]))
 
 
-def _reached(departure: Departure, motion: RingMotion, spoken: dict[str, str]) -> WorstMotion:
+def _reached(departure: Departure, motion: RingMotion, spoken: dict[str, Any]) -> WorstMotion:
     """The motion that the ring reached from an unstable solution."""
     branch, index = departure.place
     periodic = motion.periodic and motion.settled

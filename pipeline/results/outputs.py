@@ -84,6 +84,8 @@ def _copy(source: h5py.File, group: h5py.Group, curve: CurveResult) -> None:
         source.copy(name, group)
     for key, value in source.attrs.items():
         group.attrs[key] = value
+    for number, branch in enumerate(curve.facts.detached if curve.facts else (), start=1):
+        group[f"{BRANCHES}/{number}"].attrs["born_between"] = json.dumps(branch["born_between"])
     # a cached curve may belong to another scene, which swept other keys
     for key, value in curve.member.parameters.items():
         if key not in group.attrs:
@@ -143,13 +145,13 @@ def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
 
 def worst_summary(facts: CurveSummary | None) -> dict[str, Any]:
     """The worst motion of a curve as in summary.json; null where there is none."""
-    names = ("amplitude_m", "frequency_hz", "branch", "motion", "scatter", "nodal_diameter", "ring_blades")
-    names = (*names, "searched", "unresolved")
+    found = ("amplitude_m", "frequency_hz", "branch", "motion", "scatter", "nodal_diameter", "ring_blades")
+    names = (*found, "searched", "unresolved")
     if facts is None or not facts.worst_searched:
         return {f"worst_{name}": None for name in names}
     values = {f"worst_{name}": getattr(facts, f"worst_{name}") for name in names}
     if not math.isfinite(facts.worst_amplitude_m):
-        values |= {f"worst_{name}": None for name in names[:-2]}
+        values |= {f"worst_{name}": None for name in found}
     return values
 
 

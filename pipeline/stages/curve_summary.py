@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -44,6 +44,10 @@ def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
         "seconds": float(response.seconds),
         "complete": bool(response.termination.complete),
         "reason": str(response.termination.message),
+        "termination": str(response.termination.kind),
+        "termination_hz": float(response.termination.frequency_hz),
+        "origin": str(response.origin),
+        "peaks": json.dumps([asdict(item) for item in response.peaks]),
         "energy_error": float(np.nanmax(errors)) if np.any(np.isfinite(errors)) else math.nan,
         "harmonics": int(response.harmonics),
         "truncation_error": float(response.truncation_error),
@@ -63,12 +67,7 @@ def _worst(worst: WorstMotion | None) -> dict[str, Any]:
 
 
 def _bifurcation(item: Bifurcation) -> dict[str, Any]:
-    return {
-        "kind": item.kind.value,
-        "frequency_hz": item.frequency_hz,
-        "amplitude_m": item.amplitude_m,
-        "nodal_diameter": item.nodal_diameter,
-    }
+    return asdict(item) | {"kind": item.kind.value}
 
 
 def _detached(branch: ResponseCurve) -> dict[str, Any]:
@@ -79,6 +78,8 @@ def _detached(branch: ResponseCurve) -> dict[str, Any]:
         "points": branch.points,
         "stable_points": int(branch.stable.sum()),
         "reason": branch.termination.message,
+        "origin": branch.origin,
+        "born_between": [],
     }
 
 
@@ -100,6 +101,10 @@ class CurveSummary:
     truncation_error: float
     sampling_error: float
     sampling_frequency_error: float
+    termination: str
+    termination_hz: float
+    origin: str
+    peaks: tuple[dict[str, Any], ...]
     bifurcations: tuple[dict[str, Any], ...]
     detached: tuple[dict[str, Any], ...]
     worst_amplitude_m: float
@@ -132,6 +137,10 @@ def read_summary(group: h5py.Group) -> CurveSummary:
         truncation_error=float(attributes["truncation_error"]),
         sampling_error=float(attributes["sampling_error"]),
         sampling_frequency_error=float(attributes["sampling_frequency_error"]),
+        termination=str(attributes.get("termination", "")),
+        termination_hz=float(attributes.get("termination_hz", math.nan)),
+        origin=str(attributes.get("origin", "")),
+        peaks=tuple(json.loads(attributes.get("peaks", "[]"))),
         bifurcations=tuple(json.loads(attributes["bifurcations"])),
         detached=tuple(json.loads(attributes["detached"])),
         **{name: type(none)(attributes.get(name, none)) for name, none in NO_WORST.items()},

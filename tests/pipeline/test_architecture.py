@@ -33,9 +33,11 @@ LAYERS = {
         {"time_integration"},
         {"continuation"},
         {"branches", "harmonic_selection"},
+        {"residual_tractions"},
         {"response_curve"},
         {"worst_motion"},
         {"response_solver"},
+        {"response_extension"},
     ],
     "pipeline": [
         {"errors"},

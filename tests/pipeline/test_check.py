@@ -19,7 +19,7 @@ UNSTABLE, MANY = 0.141, 0.2  # Hz: one solution, against which the two blades mo
 def pair_scene(**response: Any) -> dict[str, Any]:
     """Two lumped blades with a gap between the shrouds."""
     contact = {"normal_stiffness": 6.0, "tangential_stiffness": 4.2, "friction": 1.0, "interference": -4.0}
-    values = {"frequency": [0.1, 0.3], "harmonics": 5, "damping_ratio": 0.01, "truncation": False, "detached": False}
+    values = {"frequency": [0.1, 0.3], "harmonics": 15, "damping_ratio": 0.01, "truncation": False, "detached": False}
     return {
         "name": "pair",
         "contact": contact,
