@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.report.report_source import ReportSource
+from pipeline.results.branch_ends import branch_remarks
 from pipeline.results.tables import amplitude_scale, bare_value, is_sampled, share
 from pipeline.results.worst import worst_cells
 from pipeline.scene.geometry_parameters import geometry_parameters
@@ -123,7 +124,7 @@ def _notes(curve: Any, stable: bool) -> Iterable[str]:
         factor, unit = prefixed(branch["peak_amplitude_m"], "m")
         yield (
             f"detached branch {count}, {branch['from_hz']:.6g} to {branch['to_hz']:.6g} Hz, "
-            f"up to {branch['peak_amplitude_m'] * factor:.4g} {unit}"
+            f"up to {branch['peak_amplitude_m'] * factor:.4g} {unit}{branch_remarks(branch)}"
         )
     kinds = [item["kind"] for item in facts.bifurcations]
     for kind in dict.fromkeys(kinds):

@@ -137,6 +137,7 @@ def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
         numbers["bifurcations"], numbers["detached"] = list(facts.bifurcations), list(facts.detached)
     return {
         "parameters": {key: _plain_list(value) for key, value in curve.member.parameters.items()},
+        "carried_from": list(curve.carried_from),
         "rom": None if curve.rom is None else relative_path(curve.rom, out),
         **numbers,
         "complete": curve.complete,

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from pipeline.results.branch_ends import branch_remarks
 from pipeline.results.worst import worst_cells
 from pipeline.scene.labels import prefixed, quantity
 from pipeline.stages.request import RunOutcome
@@ -170,7 +171,7 @@ def motion_notes(outcome: RunOutcome) -> list[str]:
             height = f"{branch['peak_amplitude_m'] * factor:.4g} {unit}"
             span = f"{branch['from_hz']:.6g} to {branch['to_hz']:.6g} Hz"
             stable = "" if branch["stable_points"] else ", unstable"
-            notes.append(f"curve {index}: a detached branch, {span}, up to {height}{stable}")
+            notes.append(f"curve {index}: a detached branch, {span}, up to {height}{stable}{branch_remarks(branch)}")
         kinds = Counter(item["kind"] for item in curve.facts.bifurcations if item["kind"] != "fold")
         if kinds:
             found = ", ".join(f"{kind} ({count})" for kind, count in kinds.items())

@@ -57,7 +57,7 @@ class Births:
         with h5py.File(file, "r") as source:
             marks = [branch_mark(group["frequency_hz"][()]) for group in branch_groups(source)]
         return {
-            str(number): sorted(found[mark], key=lambda entry: (entry["parameter"], entry["missing"]))
+            str(number): sorted(found[mark], key=lambda entry: (entry["parameter"], repr(entry["missing"])))
             for number, mark in enumerate(marks, start=1)
             if mark in found
         }

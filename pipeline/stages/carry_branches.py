@@ -126,7 +126,8 @@ class BranchCarrier:
             found = self.store.find(kept["kind"], kept["key"])
             if found is None:
                 return None
-            results[key] = _with_births(result_from_file(self._jobs[key], found.file(CURVE)), kept["births"])
+            curve = result_from_file(self._jobs[key], found.file(CURVE))
+            results[key] = self._completed(key, curve, kept["births"])
         return results
 
     def carried(self, solved: Mapping[str, CurveResult]) -> dict[str, CurveResult]:
@@ -165,10 +166,20 @@ class BranchCarrier:
         for key, state in states.items():
             if state.kind != SOLVED:
                 results[key] = result_from_file(self._jobs[key], state.file, state.ran)
-            results[key] = _with_births(results[key], born[key])
+            results[key] = self._completed(key, results[key], born[key])
         if not self.problems and len(states) == len(self._jobs):
             self._keep(states, born)
         return results
+
+    def _completed(self, key: str, curve: CurveResult, births: Mapping[str, Any]) -> CurveResult:
+        """A curve that says from where branches were carried, and where its own ones, by number, are born."""
+        labels = tuple(neighbour.label for neighbour in self._neighbours.get(key, ()))
+        assert curve.facts is not None
+        detached = tuple(
+            item | {"born_between": births.get(str(number), [])}
+            for number, item in enumerate(curve.facts.detached, start=1)
+        )
+        return replace(curve, facts=replace(curve.facts, detached=detached), carried_from=labels)
 
     def _round(self, states: Mapping[str, CurveState], changed: set[str]) -> dict[str, Entry]:
         """Extend every curve that has a changed neighbour; the results by the keys of the curves."""
@@ -216,17 +227,6 @@ class BranchCarrier:
             (folder / RESULT).write_text(text, encoding="utf-8")
 
         self.store.get(CARRIED, self._key, write)
-
-
-def _with_births(curve: CurveResult, births: Mapping[str, Any]) -> CurveResult:
-    """A curve whose summary says where its detached branches, by number, are born."""
-    if not births or curve.facts is None:
-        return curve
-    detached = tuple(
-        item | {"born_between": births.get(str(number), [])}
-        for number, item in enumerate(curve.facts.detached, start=1)
-    )
-    return replace(curve, facts=replace(curve.facts, detached=detached))
 
 
 def _extend_into(store: Store, item: Extension, progress: Progress | None = None) -> str:

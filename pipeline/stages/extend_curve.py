@@ -110,7 +110,7 @@ def extend_curve(
     progress : callable
         Called with the frequency reached, Hz, and the number of points so far.
     """
-    from nonlinear import carry_branches
+    from nonlinear import carry_branches, find_worst_motion
     from rom import one_blas_thread, read_reduced_model
 
     start = time.perf_counter()
@@ -119,7 +119,9 @@ def extend_curve(
         before = read_curve(base)
         offers = [offer for source in sources for offer in _offers(source)]
         found = carry_branches(problem, before, [item for offer in offers for item in offer.starts], progress)
-    after, added = found.curve, len(found.curve.detached) - len(before.detached)
+        after, added = found.curve, len(found.curve.detached) - len(before.detached)
+        if added:
+            after = replace(after, worst=find_worst_motion(problem, after))
     if added:
         seconds = before.seconds + seconds_since(start)
         write_extended(folder / CURVE, base, before, replace(after, seconds=seconds))

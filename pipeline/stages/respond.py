@@ -39,6 +39,8 @@ class CurveResult:
         How the curve ended, or why there is none.
     ran : bool
         Whether it was computed in this run.
+    carried_from : tuple of str
+        Neighbouring members of the sweep whose branches were carried to it, by their labels.
     """
 
     member: Member
@@ -47,6 +49,7 @@ class CurveResult:
     facts: CurveSummary | None
     reason: str
     ran: bool = False
+    carried_from: tuple[str, ...] = ()
 
     @property
     def complete(self) -> bool:

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, write_branch
-from pipeline.stages.curve_summary import summary_attributes
+from pipeline.stages.curve_summary import NO_WORST, summary_attributes
 from pipeline.store.fingerprints import content_fingerprint
 
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import Peak, ResponseCurve
+    from nonlinear import Peak, ResponseCurve, WorstMotion
 
 ADDED = "added"  # attribute of a branch: whether it is new in this file, and not in the one that the file extends
 # What further branches change in the summary of a curve; everything else speaks of the main branch.
@@ -26,6 +26,8 @@ _CHANGED = ("detached", "worst_", "seconds")
 
 def read_curve(path: Path) -> ResponseCurve:
     """A curve with its detached branches, from a file that `write_curve` or `write_extended` wrote.
+
+    The bounds over residual tractions are left out.
 
     Parameters
     ----------
@@ -141,7 +143,18 @@ def _read(group: h5py.Group) -> ResponseCurve:
         ),
         harmonics=n_harmonics,
         origin=str(attributes["origin"]),
+        free_nodes=int(attributes["free_nodes"]),
+        worst=_worst(attributes),
     )
+
+
+def _worst(attributes: Mapping[str, Any]) -> WorstMotion | None:
+    from nonlinear import WorstMotion
+
+    if not attributes["worst_searched"]:
+        return None
+    values = {name.removeprefix("worst_"): type(none)(attributes[name]) for name, none in NO_WORST.items()}
+    return WorstMotion(**values)
 
 
 def _peak(attributes: Mapping[str, Any]) -> Peak | None:

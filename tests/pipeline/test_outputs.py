@@ -48,6 +48,7 @@ CURVE_KEYS = {
     "sampling_frequency_error",
     "bifurcations",
     "detached",
+    "carried_from",
     "worst_amplitude_m",
     "worst_frequency_hz",
     "worst_branch",
