@@ -89,6 +89,9 @@ class ResponseCurve:
         Isolated branches, and the far part of an incomplete curve.
     origin : str
         How a detached branch was found; empty for the main branch.
+    free_nodes : int
+        Contact nodes at which friction leaves the static traction undetermined at the peak, as they stick all the
+        time along t1 or t2; -1 where it is not known.
     residual_bounds : ResidualBounds or None
         Lowest and highest peak over the admissible residual tractions; None unless asked for.
     worst : WorstMotion or None
@@ -125,6 +128,7 @@ class ResponseCurve:
     sampling_frequency_error: float = float("nan")
     detached: tuple["ResponseCurve", ...] = ()
     origin: str = ""
+    free_nodes: int = -1
     residual_bounds: ResidualBounds | None = None
     worst: WorstMotion | None = None
 

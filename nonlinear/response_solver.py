@@ -25,6 +25,7 @@ from nonlinear.harmonic_selection.adaptive_harmonics import (
 from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.residual_tractions.residual_bounds import residual_bounds
+from nonlinear.residual_tractions.traction_levels import free_tractions
 from nonlinear.response_curve import ResponseCurve, assemble_curve, by_height
 from nonlinear.worst_motion.worst_motion import find_worst_motion
 from rom import ModalModel, RelativeReceptance, one_blas_thread
@@ -131,9 +132,14 @@ def _solve(
     curve = assemble_curve(balance, branches[0], options.output, truncation_error)
     sampling = sampling_error(continuation, contact, branches[0].points, curve.peak)
     curve = replace(curve, sampling_error=sampling.amplitude, sampling_frequency_error=sampling.frequency)
-    if options.residual_tractions == "bounds" and curve.peak is not None:
-        bounds = residual_bounds(continuation, contact, branches[0], curve.peak.index, static)
-        curve = replace(curve, residual_bounds=bounds)
+    if curve.peak is not None:
+        index = curve.peak.index
+        point = branches[0].points[index]
+        free = free_tractions(contact, point.balance.element, point.displacement)
+        curve = replace(curve, free_nodes=int(free.any(axis=1).sum()))
+        if options.residual_tractions == "bounds":
+            bounds = residual_bounds(continuation, contact, branches[0], index, static)
+            curve = replace(curve, residual_bounds=bounds)
     others = [assemble_curve(balance, branch, options.output) for branch in branches[1:]]
     if options.detached:
         lifting = lifting_to(options, balances, curve.harmonics)

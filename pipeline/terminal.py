@@ -76,6 +76,7 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
 def _print_results(request: Request, outcome: RunOutcome) -> None:
     """The table of the curves, with notes and warnings on them."""
     from pipeline.results.frequency_range import range_warning
+    from pipeline.results.residual_notes import residual_notes
     from pipeline.results.tables import (
         coriolis_notes,
         curve_table,
@@ -88,7 +89,7 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
 
     if outcome.curves:
         _console().print(curve_table(outcome))
-    searches = search_notes(outcome.curves)
+    searches = [*residual_notes(outcome.curves), *search_notes(outcome.curves)]
     for note in [*mode_notes(outcome), *coriolis_notes(outcome), *motion_notes(outcome), *searches]:
         print(note)
     if request.scene.accuracy is not None:

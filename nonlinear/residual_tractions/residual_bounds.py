@@ -70,9 +70,6 @@ class ResidualBounds:
     ----------
     lowest, highest : ResidualExtreme
         The extreme peaks: the lowest and the highest of all that the main branch can have.
-    free_nodes : int
-        Contact nodes whose residual traction is free at the peak with projected tractions; 0: the peak is unique, and
-        both bounds are that peak.
     band_index : (F,) int
         Indices of some points of the main branch.
     band_lowest_m, band_highest_m : (F,) float
@@ -82,7 +79,6 @@ class ResidualBounds:
 
     lowest: ResidualExtreme
     highest: ResidualExtreme
-    free_nodes: int
     band_index: NDArray[np.int64]
     band_lowest_m: Array
     band_highest_m: Array
@@ -202,9 +198,8 @@ def residual_bounds(
     if begun is None:
         return None
     lowest = highest = problem.extreme(peak, mean, contact.slider_origin, branch)
-    free_nodes = int(problem.free(peak).any(axis=1).sum())
     others = [] if fixed else _other_peaks(branch, peak_index, output)
-    if free_nodes or any(problem.free(branch.points[index]).any() for index in others):
+    if any(problem.free(branch.points[index]).any() for index in (peak_index, *others)):
         found = [_highest(problem, *begun)]
         for point in (branch.points[index] for index in others):
             other = problem.search(point, problem.mean(point), False)
@@ -213,7 +208,7 @@ def residual_bounds(
         lowest = _lowest(problem, lowest, begun)
     index = _band_indices(branch)
     band = np.array([_band_point(problem, branch.points[i]) for i in index]).reshape(-1, 2)
-    return ResidualBounds(lowest, highest, free_nodes, np.array(index), band[:, 0], band[:, 1])
+    return ResidualBounds(lowest, highest, np.array(index), band[:, 0], band[:, 1])
 
 
 def _other_peaks(branch: Branch, peak_index: int, output: str) -> list[int]:

@@ -34,7 +34,7 @@ class Departure:
     known : bool
         Whether that is a stable solution of the branches.
     falls : bool
-        Whether the ring fell below what was worth following, or was still falling at the end: no motion to reckon with.
+        Whether the ring fell below what was worth following, or was still falling at the end.
     failure : str
         Why there is no motion.
     """

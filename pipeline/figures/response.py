@@ -24,8 +24,9 @@ _DEPTH = 0.15  # lower end of a logarithmic axis over the lowest peak
 def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str) -> Figure:
     """Amplitude over frequency: a line for each curve, dashed where unstable, with a circle on its peak.
 
-    A star marks the worst motion of a curve where that is not its peak. Detached branches are thin lines of the same
-    colour; bifurcations other than folds have marks (`MARKS`).
+    A pale band shows the amplitudes that residual tractions allow, where asked for. A star marks the worst motion of
+    a curve where that is not its peak. Detached branches are thin lines of the same colour; bifurcations other than
+    folds have marks (`MARKS`).
     """
     from matplotlib import pyplot as plt
 
@@ -34,6 +35,7 @@ def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], tit
     colours = ordered_colours(len(curves))
     for curve, colour in zip(curves, colours, strict=True):
         _draw_curve(axes, curve, colour, factor)
+    _draw_residual_bands(axes, curves, colours, factor)
     _mark_bifurcations(axes, curves, colours, factor)
     _mark_worst(axes, curves, colours, factor)
     _draw_limits(axes, limits, colours, factor)
@@ -53,6 +55,19 @@ def _draw_curve(axes: Axes, curve: PlottedCurve, colour: Any, factor: float) -> 
         draw_line(axes, branch.frequency_hz, heights, branch.stable, None, color=colour, linewidth=0.8)
     frequency, height = curve.peak
     axes.plot(frequency, height * factor, "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
+
+
+def _draw_residual_bands(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
+    """Bands of the amplitudes that residual tractions allow, with bars at the lowest and the highest peak."""
+    label: str | None = "residual tractions"
+    for curve, colour in zip(curves, colours, strict=True):
+        if curve.residual is None:
+            continue
+        band, look = curve.residual, {"color": colour, "linewidth": 0.0, "alpha": 0.25, "zorder": 1.2}
+        axes.fill_between(curve.frequency_hz, band.lowest * factor, band.highest * factor, label=label, **look)
+        frequency, height = np.transpose(band.peaks)
+        axes.plot(frequency, height * factor, "_", color=colour, markersize=9, zorder=4)
+        label = None
 
 
 def _mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
@@ -102,6 +117,7 @@ def _set_range(axes: Axes, curves: Sequence[PlottedCurve], limits: Sequence[Limi
     high = max(curve.scene.response.frequency[1] for curve in curves)
     axes.set_xlim(low, high)
     tops = [height for curve in curves for height in (curve.peak[1], curve.worst[1])]
+    tops += [curve.residual.peaks[1][1] for curve in curves if curve.residual is not None]
     peaks = np.array(tops + [limit.peak[1] for limit in limits])
     peaks = peaks[np.isfinite(peaks) & (peaks > 0.0)] * factor
     if peaks.size == 0:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, cell_value
+from pipeline.stages.curve_summary import NO_RESIDUAL
 from pipeline.stages.respond import CurveResult
 from pipeline.store.content_store import Store
 from pipeline.store.fingerprints import file_sha256
@@ -126,7 +127,7 @@ def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
     numbers |= {"points": 0, "iterations": 0, "seconds": 0.0}
     numbers["harmonics"] = curve.member.scene.response.harmonics
     numbers |= {"bifurcations": [], "detached": []}
-    numbers |= worst_summary(facts)
+    numbers |= worst_summary(facts) | residual_summary(facts)
     if facts is not None:
         names = ("peak_frequency_hz", "peak_amplitude_m", "energy_error", "truncation_error")
         for name in (*names, "sampling_error", "sampling_frequency_error"):
@@ -153,6 +154,12 @@ def worst_summary(facts: CurveSummary | None) -> dict[str, Any]:
     if not math.isfinite(facts.worst_amplitude_m):
         values |= {f"worst_{name}": None for name in found}
     return values
+
+
+def residual_summary(facts: CurveSummary | None) -> dict[str, Any]:
+    """What residual tractions leave open, as in summary.json; null where it is not known."""
+    values = {name: None if facts is None else number_or_null(getattr(facts, name)) for name in NO_RESIDUAL}
+    return {"free_nodes": None if facts is None or facts.free_nodes < 0 else facts.free_nodes, **values}
 
 
 def write_summary(store: Store, out: Path, summary: dict[str, Any]) -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import Bifurcation, ResponseCurve, WorstMotion
+    from nonlinear import Bifurcation, ResidualBounds, ResponseCurve, WorstMotion
 
 
 # attributes of the worst motion, and their values where there is none
@@ -25,6 +26,10 @@ NO_WORST: dict[str, Any] = {
     "worst_ring_blades": 0,
     "worst_searched": "",
     "worst_unresolved": "",
+}
+# attributes of the bounds over residual tractions, and their values where they were not asked for
+NO_RESIDUAL: dict[str, Any] = {
+    f"residual_{bound}_{name}": math.nan for bound in ("lowest", "highest") for name in ("m", "hz", "static_m")
 }
 
 
@@ -56,6 +61,19 @@ def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
         "bifurcations": json.dumps([_bifurcation(item) for item in response.bifurcations]),
         "detached": json.dumps([_detached(branch) for branch in response.detached]),
         **_worst(response.worst),
+        "free_nodes": int(response.free_nodes),
+        **_residual(response.residual_bounds),
+    }
+
+
+def _residual(bounds: ResidualBounds | None) -> dict[str, Any]:
+    """The bounds over residual tractions as attributes."""
+    if bounds is None:
+        return dict(NO_RESIDUAL)
+    return {
+        f"residual_{bound}_{name}": float(value)
+        for bound, found in (("lowest", bounds.lowest), ("highest", bounds.highest))
+        for name, value in (("m", found.amplitude_m), ("hz", found.frequency_hz), ("static_m", found.static_m))
     }
 
 
@@ -117,6 +135,17 @@ class CurveSummary:
     worst_ring_blades: int
     worst_searched: str
     worst_unresolved: str
+    free_nodes: int
+    residual_lowest_m: float
+    residual_lowest_hz: float
+    residual_lowest_static_m: float
+    residual_highest_m: float
+    residual_highest_hz: float
+    residual_highest_static_m: float
+
+
+def _bounds(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: float(attributes.get(name, none)) for name, none in NO_RESIDUAL.items()}
 
 
 def read_summary(group: h5py.Group) -> CurveSummary:
@@ -144,4 +173,6 @@ def read_summary(group: h5py.Group) -> CurveSummary:
         bifurcations=tuple(json.loads(attributes["bifurcations"])),
         detached=tuple(json.loads(attributes["detached"])),
         **{name: type(none)(attributes.get(name, none)) for name, none in NO_WORST.items()},
+        free_nodes=int(attributes.get("free_nodes", -1)),
+        **_bounds(attributes),
     )
