@@ -109,9 +109,11 @@ class DepartureSearch:
                 return
             tried = sorted([*tried, position])
             found = self._departure(stretch, position)
-            if found.motion is None:
-                return  # the stretch itself was integrated
+            if found.motion is None and best > 0.0:
+                return  # the motion of the stretch is known
             yield found
+            if found.motion is None:
+                return
             if found.new_height > best:
                 best, centre = found.new_height, position
 
