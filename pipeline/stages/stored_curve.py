@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, write_branch
-from pipeline.stages.curve_summary import summary_attributes
+from pipeline.stages.curve_summary import stored_worst, summary_attributes
 from pipeline.store.fingerprints import content_fingerprint
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def read_curve(path: Path) -> ResponseCurve:
 
     with h5py.File(path, "r") as file:
         branches = tuple(_read(group) for group in branch_groups(file))
-        return replace(_read(file), detached=branches)
+        return replace(_read(file), detached=branches, worst=stored_worst(file.attrs))
 
 
 def read_added(path: Path) -> ResponseCurve:

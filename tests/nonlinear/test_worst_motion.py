@@ -64,6 +64,7 @@ def ring_to(amplitude, **changes):
         lowest_m=0.8 * amplitude,
         periodic=False,
         repeats_after=0,
+        started_m=amplitude,
         settled=True,
         n_blades=4,
         nodal_diameter=18,
