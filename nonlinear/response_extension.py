@@ -21,6 +21,7 @@ from nonlinear.harmonic_balance.truncated_balances import pad_or_truncate
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.response_curve import ResponseCurve, assemble_curve, by_height
 from nonlinear.response_solver import build_continuation, lifting_to
+from nonlinear.worst_motion.worst_motion import find_worst_motion
 from rom import ModalModel, one_blas_thread
 
 SAME_AS_KNOWN = 0.01  # distance from a known branch, relative to the vibration, within which nothing is lifted
@@ -119,7 +120,8 @@ def carry_branches(
     ]
     if not added:
         return Extension(curve, lost)
-    return Extension(replace(curve, detached=by_height((*curve.detached, *added))), lost)
+    extended = replace(curve, detached=by_height((*curve.detached, *added)))
+    return Extension(replace(extended, worst=find_worst_motion(problem, extended)), lost)
 
 
 def _offer(

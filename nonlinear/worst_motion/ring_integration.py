@@ -16,6 +16,7 @@ MOST_BLADES = 8  # of a ring that is preferred to a larger one
 ENOUGH = 0.5  # share of the largest growth rate that the pattern of a smaller ring needs to have
 FEWEST_PERIODS = 150  # in which a ring leaves and settles, if it does so fast
 MOST_PERIODS = 1000
+WINDOW, SETTLING = 40, 48  # periods, see RingLimits
 VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured
 
 
@@ -93,7 +94,9 @@ class RingIntegration:
         periods = min(MOST_PERIODS, blade_periods // self.ring.blades(pattern))
         if periods < FEWEST_PERIODS:
             return None
-        limits = RingLimits(most_periods=periods, disturbance=VISIBLE, floor_m=floor_m)
+        limits = RingLimits(
+            most_periods=periods, disturbance=VISIBLE, floor_m=floor_m, window=WINDOW, settling=SETTLING
+        )
         return self._motion(solution, pattern, limits)
 
     def motion(self, solution: Solution, most_periods: int) -> RingMotion:

@@ -34,7 +34,7 @@ class Departure:
     known : bool
         Whether that is a stable solution of the branches.
     falls : bool
-        Whether the ring fell below what was worth following, or was still falling at the end: no motion to count on.
+        Whether the ring fell below what was worth following, or was still falling at the end.
     failure : str
         Why there is no motion.
     """
@@ -109,9 +109,11 @@ class DepartureSearch:
                 return
             tried = sorted([*tried, position])
             found = self._departure(stretch, position)
-            if found.motion is None:
-                return  # the stretch itself was integrated
+            if found.motion is None and best > 0.0:
+                return  # the motion of the stretch is known
             yield found
+            if found.motion is None:
+                return
             if found.new_height > best:
                 best, centre = found.new_height, position
 

@@ -13,6 +13,16 @@ from pipeline.results.tables import TOLERATED, TOLERATED_SAMPLING, sampling_erro
 
 SMALL, FAIR, LARGE, UNKNOWN = "small", "noticeable", "large", "not known"
 
+EXPONENTS = (
+    "Floquet exponents tell whether a small disturbance of the motion dies out. The motion of an unstable (dashed) "
+    "part of a curve does not persist: the worst motion is sought among those that do."
+)
+STABILITY = {
+    "ring": f"{EXPONENTS} Disturbances of every nodal diameter that the ring allows are included.",
+    "wave": f"{EXPONENTS} Only disturbances with the inter-blade phase of the travelling wave are included.",
+    "folds": "From folds only: a curve is unstable between two folds; other bifurcations are not detected.",
+}
+
 
 @dataclass(frozen=True)
 class ErrorRow:
@@ -177,17 +187,11 @@ def _stability(source: ReportSource, shown: Sequence[PlottedCurve]) -> ErrorRow:
         for curve in shown
         if any(item["kind"] != "fold" for item in curve.bifurcations)
     }
-    if source.first.response.stability == "floquet":
-        how = (
-            "Floquet exponents tell whether a small disturbance of the motion dies out. The motion of an unstable "
-            "(dashed) part of a curve does not persist. Only disturbances with the inter-blade phase of the "
-            "travelling wave are included."
-        )
-    else:
-        how = "From folds only: a curve is unstable between two folds; other bifurcations are not detected."
+    how = STABILITY[source.first.response.stability]
     findings = []
     if lost:
-        findings.append(f"the peak is unstable on curve{'s' if len(lost) > 1 else ''} {', '.join(map(str, lost))}")
+        curves = f"curve{'s' if len(lost) > 1 else ''} {', '.join(map(str, lost))}"
+        findings.append(f"the peak of the main branch is unstable on {curves}")
     if other:
         kinds = ", ".join(dict.fromkeys(kind for each in other.values() for kind in each))
         curves = ", ".join(map(str, other))

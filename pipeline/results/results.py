@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from pipeline.errors import input_error, reason_of
 from pipeline.stages.curve_file import BRANCHES
+from pipeline.stages.curve_summary import stored_worst
 
 if TYPE_CHECKING:
     import h5py
@@ -211,12 +212,7 @@ def _peak(entry: dict[str, Any], group: h5py.Group | None) -> Peak | None:
 
 
 def _worst(entry: dict[str, Any], group: h5py.Group | None) -> WorstMotion | None:
-    from nonlinear import WorstMotion
-
-    if group is None or entry.get("worst_amplitude_m") is None:
-        return None
-    names = [name for name in WorstMotion.__dataclass_fields__ if name != "index"]
-    return WorstMotion(index=int(group.attrs["worst_index"]), **{name: entry[f"worst_{name}"] for name in names})
+    return None if group is None or entry.get("worst_amplitude_m") is None else stored_worst(group.attrs)
 
 
 def _datasets(group: h5py.Group) -> dict[str, Array]:

@@ -84,6 +84,15 @@ def _worst(worst: WorstMotion | None) -> dict[str, Any]:
     return {name: type(none)(getattr(worst, name.removeprefix("worst_"))) for name, none in NO_WORST.items()}
 
 
+def stored_worst(attributes: Mapping[str, Any]) -> WorstMotion | None:
+    """The worst motion from the attributes of a curve; None where there is none."""
+    from nonlinear import WorstMotion
+
+    values = {name: type(none)(attributes.get(name, none)) for name, none in NO_WORST.items()}
+    found = WorstMotion(**{name.removeprefix("worst_"): value for name, value in values.items()})
+    return found if found.searched else None
+
+
 def _bifurcation(item: Bifurcation) -> dict[str, Any]:
     return asdict(item) | {"kind": item.kind.value}
 

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, write_branch
-from pipeline.stages.curve_summary import NO_WORST, summary_attributes
+from pipeline.stages.curve_summary import stored_worst, summary_attributes
 from pipeline.store.fingerprints import content_fingerprint
 
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import Peak, ResponseCurve, WorstMotion
+    from nonlinear import Peak, ResponseCurve
 
 ADDED = "added"  # attribute of a branch: whether it is new in this file, and not in the one that the file extends
 # What further branches change in the summary of a curve; everything else speaks of the main branch.
@@ -40,7 +40,7 @@ def read_curve(path: Path) -> ResponseCurve:
 
     with h5py.File(path, "r") as file:
         branches = tuple(_read(group) for group in branch_groups(file))
-        return replace(_read(file), detached=branches)
+        return replace(_read(file), detached=branches, worst=stored_worst(file.attrs))
 
 
 def read_added(path: Path) -> ResponseCurve:
@@ -144,17 +144,7 @@ def _read(group: h5py.Group) -> ResponseCurve:
         harmonics=n_harmonics,
         origin=str(attributes["origin"]),
         free_nodes=int(attributes["free_nodes"]),
-        worst=_worst(attributes),
     )
-
-
-def _worst(attributes: Mapping[str, Any]) -> WorstMotion | None:
-    from nonlinear import WorstMotion
-
-    if not attributes["worst_searched"]:
-        return None
-    values = {name.removeprefix("worst_"): type(none)(attributes[name]) for name, none in NO_WORST.items()}
-    return WorstMotion(**values)
 
 
 def _peak(attributes: Mapping[str, Any]) -> Peak | None:
