@@ -44,6 +44,10 @@ TOLERANCES = 1e-6, 0.5
 ALLOWED = {  # values of options by their names
     "until": ", ".join(Stage),
     "jobs": f"a whole number, 1 to {MOST_JOBS}",
+    "curve": "a whole number, 0 or more",
+    "frequency": "a number, Hz",
+    "branch": "a whole number, 0 or more",
+    "solution": "a whole number, 1 or more",
     "tolerance": "a number, {:g} to {:g}".format(*TOLERANCES),
 }
 
@@ -179,8 +183,10 @@ def check(
     from pipeline.stages.request import Request
 
     file = read_scene(scene, given_model=rom is not None)
-    request = Request(file, out or Path("out") / file.first.name, rom=rom)
+    request = Request(file, out or Path("out") / file.first.name, Stage.RESPOND.value, rom=rom)
     point = CheckedPoint(curve, frequency, branch, solution)
+    if not quiet:
+        print_notes(file.notes)
     with _stoppable() as interrupts:
         found = run_check(request, point, Reporter(quiet, interrupts=interrupts))
     if as_json:

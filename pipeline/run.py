@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -65,6 +67,32 @@ def execute(request: Request, reporter: Reporter) -> RunOutcome:
         reporter.line(f"warning: {line}")
     with working_store(request.out, request.force, reporter) as store:
         return _execute(Run(request, store, StageLog(), reporter), given, start)
+
+
+@contextmanager
+def solved_curves(request: Request, reporter: Reporter) -> Iterator[tuple[Run, RunOutcome]]:
+    """The curves of a scene, found in the store or solved; nothing but the store is written.
+
+    The output folder stays locked within the block.
+
+    Parameters
+    ----------
+    request : Request
+        Scene and output folder, up to the stage "respond".
+    reporter : Reporter
+        Says what is going on.
+
+    Raises
+    ------
+    InputError, StorageError
+        As `execute`.
+    """
+    remember_code()
+    given = _check(request)
+    with working_store(request.out, request.force, reporter) as store:
+        run, outcome = Run(request, store, StageLog(), reporter), RunOutcome()
+        _respond(run, models_of_blade(run, outcome) if given is None else models_from_file(run, given), outcome)
+        yield run, outcome
 
 
 def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:

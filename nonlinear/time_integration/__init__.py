@@ -7,6 +7,8 @@ ring_system          arrays of the compiled kernels
 contact_step         contact forces at the end of a step (compiled)
 ring_period          periods of the ring, step by step (compiled)
 ring_integrator      states, disturbances and periods of one ring at one frequency
+wave_start           the periodic motion that a ring starts from, with more harmonics
+energy               energy balance over a period
 growth               growth rate from the states at the ends of the periods
 recurrence           periodic, settled: judged from the states at the ends of the periods
 ring_motion          the question asked of a ring: does it stay, where does it go, how high

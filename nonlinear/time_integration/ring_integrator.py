@@ -250,8 +250,19 @@ class RingIntegrator:
         coordinates, _ = receptance.modal_response(self.omega, to_complex(force).reshape(len(order), -1))
         return coordinates, order
 
-    def _contact_free(self, theta: float) -> tuple[Array, Array]:
-        """Modal coordinates and rates of all modes without contact at theta of blade 0, (q, m) each."""
+    def contact_free(self, theta: float) -> tuple[Array, Array]:
+        """Modal coordinates and rates of all modes in the response to the excitation without contact.
+
+        Parameters
+        ----------
+        theta : float
+            omega t, rad.
+
+        Returns
+        -------
+        coordinates, rates : (q, m) float
+            Modal coordinates and their rates.
+        """
         linear = self.ring.receptance(1)
         rows = 3 * self.ring.contact.n_contacts
         coordinates, _ = linear.modal_response(self.omega, np.zeros((2, rows), dtype=complex))
@@ -261,7 +272,7 @@ class RingIntegrator:
     def _loaded(self, state: RingState) -> RingWork:
         """Arrays of the kernels at a state."""
         system, kept = self._system, self.modes.retained
-        free, free_rate = self._contact_free(0.0)
+        free, free_rate = self.contact_free(0.0)
         coordinates = np.ascontiguousarray((state.coordinates - free)[:, kept])
         rates = np.ascontiguousarray((state.rates - free_rate)[:, kept])
         force = state.force.reshape(self.n_blades, -1).copy()
@@ -298,7 +309,7 @@ class RingIntegrator:
     def _stored(self, work: RingWork, theta: float = 0.0) -> RingState:
         """The state that the arrays of the kernels hold."""
         kept = self.modes.retained
-        coordinates, rates = self._contact_free(theta)
+        coordinates, rates = self.contact_free(theta)
         coordinates += self._residual_coordinates(work.force)
         coordinates[:, kept] += work.coordinates
         rates[:, kept] += work.rates

@@ -10,12 +10,15 @@ from nonlinear.time_integration.recurrence import repeats_after, same_statistics
 from nonlinear.time_integration.residual_flexibility import RETENTION
 from nonlinear.time_integration.ring import Ring, RingState
 from nonlinear.time_integration.ring_integrator import RingIntegrator, RingRecord
+from nonlinear.time_integration.wave_start import HARMONICS, with_more_harmonics
 
 LEFT = 0.05  # distance from a motion, relative to its vibration, at which a ring has left it
-OTHER = 0.25  # the same while the neglected harmonics settle
+OTHER = 0.25  # the same while the harmonics settle that a periodic motion with few neglects
+SAME_RATE = 0.1  # relative difference of two successive growth rates that agree
 BACK = 0.2  # of its largest distance, to which a ring that stays has come back
 VISIBLE = 0.02  # distance to which a departure that grows slowly is enlarged
 FIRST_PERIODS = 2  # after the disturbance, in which what decays fast decays
+GROWS = 2e-3  # growth per period above which a departure grows
 CHUNK = 12  # periods between two judgements
 CALM = 0.01  # change from period to period, relative to the disturbance, of a motion that has settled
 SMALLER = 1e-3  # factor on the disturbance where a ring leaves before its growth rate is measured
@@ -35,18 +38,24 @@ class RingLimits:
         Most periods before the disturbance, in which neglected harmonics and sliders settle.
     disturbance : float
         Size of the disturbance, relative to the vibration.
+    harmonics : int
+        Harmonics with which the periodic motion is solved again, so that it is the one of the ring.
     retention : float
         Highest natural frequency that is integrated, in multiples of the excitation frequency.
     finer : int
         Factor on the number of steps a period.
+    floor_m : float
+        Amplitude below which a motion of two windows is not followed any further, m; it then counts as not settled.
     """
 
     most_periods: int = 1000
     window: int = 60
     settling: int = 240
     disturbance: float = 1e-4
+    harmonics: int = HARMONICS
     retention: float = RETENTION
     finer: int = 1
+    floor_m: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -59,6 +68,8 @@ class RingMotion:
         Whether the ring stays on the periodic motion that it started from.
     growth_rate : float
         Growth rate of a small departure from it, 1/s; NaN where it was not measured.
+    started_m : float
+        Largest abs(x(t)) of the periodic motion that the ring started from, m; NaN from a state or from rest.
     amplitude_m : float
         Largest abs(x(t)) of the output in the final window, over all blades, m.
     lowest_m : float
@@ -83,6 +94,7 @@ class RingMotion:
 
     stays: bool
     growth_rate: float
+    started_m: float
     amplitude_m: float
     lowest_m: float
     periodic: bool
@@ -167,13 +179,18 @@ def integrate_ring(
     integrator = RingIntegrator.of(
         ring, omega, nodal_diameter=nodal_diameter, retention=limits.retention, finer=limits.finer
     )
+    wave = None
     if isinstance(start, RingState):
         state = start.repeated(integrator.n_blades)
+    elif start is None:
+        state = integrator.at_rest()
     else:
-        state = integrator.at_rest() if start is None else integrator.on_wave(start)
-    march, rate, stays = _March(integrator, state), float("nan"), False
-    if start is not None and not isinstance(start, RingState):
-        stays, rate = _stays(march, start, nodal_diameter, limits)
+        wave = with_more_harmonics(ring, omega, start, limits.harmonics)
+        state = integrator.on_wave(wave)
+    march, rate, stays, amplitude = _March(integrator, state), float("nan"), False, float("nan")
+    if wave is not None:
+        amplitude = float(np.abs(integrator.wave_output(wave)).max())
+        stays, rate = _stays(march, wave, nodal_diameter, limits)
     settled = stays or _settle(march, limits)
     window = min(limits.window, march.periods)
     repeats = 1 if stays else repeats_after(march.last_ends(window))
@@ -181,6 +198,7 @@ def integrate_ring(
     return RingMotion(
         stays=stays,
         growth_rate=rate,
+        started_m=amplitude,
         amplitude_m=float(envelope[-window:].max()),
         lowest_m=float(envelope[-window:].min()),
         periodic=repeats > 0,
@@ -197,16 +215,17 @@ def integrate_ring(
 def _stays(march: _March, displacement: Array, nodal_diameter: int, limits: RingLimits) -> tuple[bool, float]:
     """Whether a ring stays on a periodic motion, and the growth rate of a small departure from it."""
     settled, rate = _settle_wave(march, displacement, limits)
-    if settled is None:
-        return False, rate
     home = march.state
+    scale = march.integrator.vibration(home)
+    if settled is None:
+        march.state = march.integrator.disturbed(home, nodal_diameter, limits.disturbance * scale)
+        return False, rate
     for size in (limits.disturbance, limits.disturbance * SMALLER):
-        march.state = march.integrator.disturbed(home, nodal_diameter, size * march.integrator.vibration(home))
+        march.state = march.integrator.disturbed(home, nodal_diameter, size * scale)
         stays, found = _depart(march, home, settled, limits)
-        rate = found if np.isfinite(found) else rate
-        if stays or np.isfinite(rate):
-            break
-    return stays, rate
+        if stays or found > 0.0:
+            return stays, found
+    return False, float("nan")
 
 
 def _settle_wave(march: _March, displacement: Array, limits: RingLimits) -> tuple[Array | None, float]:
@@ -219,21 +238,25 @@ def _settle_wave(march: _March, displacement: Array, limits: RingLimits) -> tupl
     wave = small.wave_output(displacement)
     vibration = 0.5 * float(np.ptp(wave))
     alone, rate = _March(small, small.on_wave(displacement)), float("nan")
-    left = False
+    far = LEFT if len(displacement) > 2 * limits.harmonics else OTHER
+    left, before = False, float("nan")
     while alone.periods < limits.settling and not left:
         output = alone.go(CHUNK).output_m[-1]
         ends = alone.last_ends(DIFFERENCES + 1)
         found = growth_rate(ends, small.period)
-        rate = found if np.isfinite(found) else rate
-        left = bool(np.abs(output - wave).max() > OTHER * vibration)
+        if found * small.period > GROWS and abs(found - before) < SAME_RATE * found:
+            rate = found
+        before = found
+        left = bool(np.abs(output - wave).max() > far * vibration)
         change = float(np.linalg.norm(ends[-1] - ends[-2]) / np.linalg.norm(ends[-1]))
         if change < CALM * limits.disturbance:
             break
     times = whole.n_blades // blades
+    output = np.tile(output, times)
     march.state = alone.state.repeated(whole.n_blades)
     march.envelopes = [np.tile(envelope, times) for envelope in alone.envelopes]
     march.ends = [np.tile(ends, (1, times, 1)) for ends in alone.ends]
-    return None if left else np.tile(output, times), rate
+    return None if left else output, rate
 
 
 def _depart(march: _March, home: RingState, reference: Array, limits: RingLimits) -> tuple[bool, float]:
@@ -241,6 +264,7 @@ def _depart(march: _March, home: RingState, reference: Array, limits: RingLimits
     vibration = 0.5 * float(np.ptp(reference)) or 1.0
     march.go(FIRST_PERIODS)
     first, rate, largest, change = march.periods, float("nan"), 0.0, 0.0
+    grows = enlarged = False
     while march.periods < limits.most_periods:
         record = march.go(CHUNK)
         distance = np.abs(record.output_m - reference).max(axis=(1, 2)) / vibration
@@ -249,13 +273,14 @@ def _depart(march: _March, home: RingState, reference: Array, limits: RingLimits
         changes = np.linalg.norm(np.diff(record.ends, axis=0), axis=(1, 2))
         largest, change = max(largest, float(distance[0])), max(change, float(changes[0]))
         found = growth_rate(march.last_ends(march.periods - first), march.integrator.period)
-        rate = found if np.isfinite(found) and not rate > 0.0 else rate
+        if np.isfinite(found) and not grows:
+            rate, grows = found, found * march.integrator.period > GROWS
         if found < 0.0 and (distance[-1] < BACK * largest or changes[-1] < BACK**2 * change):
             return True, rate
-        if found > 0.0 and distance[-1] < 0.5 * VISIBLE:
-            march.state = _enlarged(home, march.state, VISIBLE / float(distance[-1]))
+        if grows and not enlarged and distance[-1] < 0.5 * VISIBLE:
+            march.state, enlarged = _enlarged(home, march.state, VISIBLE / float(distance[-1])), True
             first = march.periods
-    return not rate > 0.0, rate
+    return not grows, rate
 
 
 def _enlarged(home: RingState, state: RingState, factor: float) -> RingState:
@@ -275,4 +300,6 @@ def _settle(march: _March, limits: RingLimits) -> bool:
         before, after = march.envelope[-2 * limits.window :].reshape(2, limits.window, -1)
         if same_statistics(before, after):
             return True
+        if max(before.max(), after.max()) < limits.floor_m:
+            return False
     return False

@@ -10,7 +10,7 @@ from nonlinear.branches.bifurcations import BifurcationKind
 from nonlinear.contact.parameters import Array
 from nonlinear.response_curve import ResponseCurve
 
-CLEARLY_HIGHER = 0.02  # relative height above all stable solutions from which an unstable point is exposed
+CLEARLY_HIGHER = 0.02  # relative distance of the amplitudes of two solutions of one frequency, see UnstableStretch
 LONG = 1000  # periods in which a disturbance of a motion that persists grows by a factor of e at most
 Place = tuple[int, int]  # branch (0: main, k: detached branch k) and index of the point
 
@@ -19,8 +19,8 @@ Place = tuple[int, int]  # branch (0: main, k: detached branch k) and index of t
 class UnstableStretch:
     """Successive unstable points of a branch, some of them exposed.
 
-    A point is exposed where no stable solution of the same frequency is as high: what the ring does there instead of
-    the unstable motion may be higher than every stable solution.
+    A point is exposed where no other solution of the same frequency is clearly higher: what the ring does there
+    instead of the unstable motion may be higher than every stable solution.
 
     Attributes
     ----------
@@ -63,8 +63,8 @@ def highest_persistent(branches: Sequence[ResponseCurve]) -> Place | None:
 
 
 def stable_amplitudes(branches: Sequence[ResponseCurve], frequency_hz: float) -> Array:
-    """Amplitudes of all stable solutions at a frequency, interpolated between neighbouring points, m."""
-    return np.concatenate([_stable_at(branch, frequency_hz) for branch in branches])
+    """Amplitudes of all solutions that persist at a frequency, interpolated between neighbouring points, m."""
+    return np.concatenate([_at(branch, _stable_parts(branch), frequency_hz) for branch in branches])
 
 
 def unstable_stretches(branches: Sequence[ResponseCurve]) -> list[UnstableStretch]:
@@ -79,20 +79,28 @@ def unstable_stretches(branches: Sequence[ResponseCurve]) -> list[UnstableStretc
 
 
 def _is_exposed(branches: Sequence[ResponseCurve], branch: ResponseCurve, index: int) -> bool:
-    """Whether no stable solution at the frequency of a point is at least as high as the point."""
-    above = stable_amplitudes(branches, float(branch.frequency_hz[index]))
-    return not np.any(above >= branch.amplitude_m[index] * (1.0 - CLEARLY_HIGHER))
+    """Whether no stable solution at the frequency of a point is as high, and no other one clearly higher."""
+    frequency_hz, height = float(branch.frequency_hz[index]), branch.amplitude_m[index]
+    if np.any(stable_amplitudes(branches, frequency_hz) >= height * (1.0 - CLEARLY_HIGHER)):
+        return False
+    solutions = [_at(each, np.ones(each.points - 1, dtype=bool), frequency_hz) for each in branches if each.points]
+    return not np.any(np.concatenate(solutions) >= height * (1.0 + CLEARLY_HIGHER))
 
 
-def _stable_at(branch: ResponseCurve, frequency_hz: float) -> Array:
-    """Amplitudes of one branch at a frequency, between stable neighbours, m; a stable part ends with its fold."""
-    before, after = branch.frequency_hz[:-1], branch.frequency_hz[1:]
+def _stable_parts(branch: ResponseCurve) -> NDArray[np.bool_]:
+    """Whether the parts between neighbouring points persist, (P-1,); a stable part ends with its fold."""
     stable = persists(branch)
     for item in branch.bifurcations:
         if item.kind is BifurcationKind.FOLD:
             stable[item.index] |= bool(np.any(stable[max(item.index - 1, 0) : item.index + 2]))
-    crosses = (before - frequency_hz) * (after - frequency_hz) <= 0.0
-    crosses &= stable[:-1] & stable[1:]
+    parts: NDArray[np.bool_] = stable[:-1] & stable[1:]
+    return parts
+
+
+def _at(branch: ResponseCurve, parts: NDArray[np.bool_], frequency_hz: float) -> Array:
+    """Amplitudes of the chosen parts (P-1,) of a branch at a frequency, m."""
+    before, after = branch.frequency_hz[:-1], branch.frequency_hz[1:]
+    crosses = parts & ((before - frequency_hz) * (after - frequency_hz) <= 0.0)
     first, last = before[crosses], after[crosses]
     width = np.where(first == last, 1.0, last - first)
     share = np.where(first == last, 0.0, (frequency_hz - first) / width)

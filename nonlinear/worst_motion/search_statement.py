@@ -103,9 +103,8 @@ def unresolved(curve: ResponseCurve, departures: Sequence[Departure], left_out: 
     failed = [each.frequency_hz for each in departures if each.motion is None]
     if failed:
         found.append(f"time integration failed at {_list(failed)}")
-    restless = {
-        each.frequency_hz: each.motion.periods for each in departures if each.motion and not each.motion.settled
-    }
+    unsettled = [each for each in departures if each.motion and not (each.motion.settled or each.falls)]
+    restless = {each.frequency_hz: each.motion.periods for each in unsettled if each.motion}
     if restless:
         found.append(f"not settled within {max(restless.values())} periods at {_list(restless)}")
     return "; ".join(found)

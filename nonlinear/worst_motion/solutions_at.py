@@ -15,7 +15,8 @@ from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import SolverOptions
 from nonlinear.time_integration.ring import Ring
-from nonlinear.worst_motion.ring_integration import Solution, growth_rates
+from nonlinear.worst_motion.ring_integration import Solution
+from nonlinear.worst_motion.ring_patterns import RingPatterns
 
 SAME_SOLUTION = 1e-6  # relative difference of two solutions that count as one
 
@@ -115,10 +116,8 @@ class SolutionSearch:
         balance = self._balance(len(displacement) // 2)
         forces = balance.element.evaluate(displacement)
         output = output_under_forces(balance.receptance, self.omega, forces, self.options.output)
-        patterns = range(1 if self.ring.modal.left is None else (self.ring.modal.n_blades or 1) // 2 + 1)
-        rates = growth_rates(self.ring, self.options, self.omega, displacement, patterns)
-        worst = max(rates, key=rates.__getitem__)
-        solution = Solution(self.omega, displacement, rates[worst], worst)
+        worst = RingPatterns(self.ring, self.options, self.omega, displacement).worst()
+        solution = Solution(self.omega, displacement, float(worst.exponent.real), worst.nodal_diameter)
         return FoundSolution(number, largest_amplitude(output).value, solution)
 
 

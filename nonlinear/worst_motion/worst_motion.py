@@ -55,8 +55,8 @@ def find_worst_motion(problem: Problem, curve: ResponseCurve) -> WorstMotion | N
     branches = branches_of(curve)
     integration = RingIntegration(Ring(modal, contact, excitation, options.output), options)
 
-    def integrate(place: Place, blade_periods: int) -> RingMotion | None:
-        return integration(Solution.of(branches[place[0]], place[1]), blade_periods)
+    def integrate(place: Place, blade_periods: int, floor_m: float) -> RingMotion | None:
+        return integration(Solution.of(branches[place[0]], place[1]), blade_periods, floor_m)
 
     reason = _why_not(options)
     return worst_of(curve, options, modal.n_blades, None if reason else integrate, reason)

@@ -110,7 +110,8 @@ def check_point(point: CheckedPoint, curve: CurveResult, label: str) -> Check:
     InputError
         There is no such curve, branch or solution; or the ring cannot be integrated.
     """
-    from nonlinear.worst_motion.ring_integration import RingIntegration, growth_rates
+    from nonlinear.worst_motion.ring_integration import RingIntegration
+    from nonlinear.worst_motion.ring_patterns import RingPatterns
     from nonlinear.worst_motion.solutions_at import SolutionSearch
     from rom import one_blas_thread
 
@@ -130,8 +131,8 @@ def check_point(point: CheckedPoint, curve: CurveResult, label: str) -> Check:
             raise input_error(
                 "shroud check", "", reason_of(error), "contacts that can be integrated in time"
             ) from None
-        rates = growth_rates(ring, options, start.omega, start.displacement, [motion.nodal_diameter])
-    return Check(point, label, found, motion, rates[motion.nodal_diameter])
+        patterns = RingPatterns(ring, options, start.omega, start.displacement)
+        return Check(point, label, found, motion, patterns.growth_rate(motion.nodal_diameter))
 
 
 def _refuse_branch(point: CheckedPoint, branches: list[StoredBranch]) -> None:

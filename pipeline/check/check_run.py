@@ -1,4 +1,4 @@
-"""The command `shroud check`: results as `shroud run` leaves them, the check, and its files in OUT/check."""
+"""The command `shroud check`: curves from the store or solved, the check, and its files in OUT/check."""
 
 from __future__ import annotations
 
@@ -10,22 +10,20 @@ from pipeline.check.answer import answer_lines, plain
 from pipeline.check.check_point import Check, CheckedPoint, check_point, refuse
 from pipeline.process.progress import Reporter
 from pipeline.results.outputs import as_json
-from pipeline.run import execute
+from pipeline.run import solved_curves
 from pipeline.scene.labels import member_label
-from pipeline.stages.request import Request
-from pipeline.store.output_folder import working_store
+from pipeline.stages.request import Request, Run
 
 FOLDER = "check"
 
 
 @dataclass(frozen=True)
 class CheckOutcome:
-    """What a check prints and writes: lines of text, values for JSON, problems of the run, files."""
+    """What a check prints: lines of text, values for JSON, and problems of the run, one line each."""
 
     lines: list[str]
     values: dict[str, Any]
     problems: list[str]
-    files: list[Path]
 
 
 def run_check(request: Request, point: CheckedPoint, reporter: Reporter) -> CheckOutcome:
@@ -48,29 +46,28 @@ def run_check(request: Request, point: CheckedPoint, reporter: Reporter) -> Chec
         There is no room for the results.
     """
     refuse(request, point)
-    outcome = execute(request, reporter)
-    curve = outcome.curves[point.curve]
-    with reporter.working("integrating the ring in time"):
-        check = check_point(point, curve, member_label(curve.member) if curve.member.parameters else "")
-    files = _written(request, check, reporter)
+    with solved_curves(request, reporter) as (run, outcome):
+        curve = outcome.curves[point.curve]
+        with reporter.working("integrating the ring in time"):
+            check = check_point(point, curve, member_label(curve.member) if curve.member.parameters else "")
+        files = _written(run, check)
     values = plain(check) | {"files": [path.relative_to(request.out).as_posix() for path in files]}
-    return CheckOutcome([*answer_lines(check), f"{files[0]}"], values, outcome.problems, files)
+    return CheckOutcome([*answer_lines(check), f"{files[0]}"], values, outcome.problems)
 
 
-def _written(request: Request, check: Check, reporter: Reporter) -> list[Path]:
-    """Write the picture and the values, each in one step."""
+def _written(run: Run, check: Check) -> list[Path]:
+    """Write the picture and the values, replaced together."""
     from pipeline.check.envelope_figure import envelope_figure
     from pipeline.figures.style import save, styled
 
-    point, first = check.point, request.scene.first
+    point, first, out = check.point, run.request.scene.first, run.request.out
     name = f"curve_{point.curve}_{point.frequency_hz:.10g}_Hz_solution_{point.solution}"
     if point.branch is not None:
         name += f"_branch_{point.branch}"
-    title = first.title or first.name
-    heading = f"{title}: curve {point.curve}{f', {check.label}' if check.label else ''}, {point.frequency_hz:.6g} Hz"
-    targets = [request.out / FOLDER / f"{name}.{suffix}" for suffix in ("png", "svg", "json")]
-    with working_store(request.out, False, reporter) as store, store.replacing(*targets) as paths:
+    heading = f"{first.title or first.name}: curve {point.curve}{f', {check.label}' if check.label else ''}"
+    targets = [out / FOLDER / f"{name}.{suffix}" for suffix in ("png", "svg", "json")]
+    with run.store.replacing(*targets) as paths:
         with styled():
-            save(envelope_figure(check, heading), paths[0].parent, name)
+            save(envelope_figure(check, f"{heading}, {point.frequency_hz:.6g} Hz"), paths[0].parent, name)
         paths[2].write_text(as_json(plain(check)) + "\n", encoding="utf-8")
     return targets

@@ -16,6 +16,7 @@ FULL_MODEL_CODE = "pipeline.stages.build_full_model"
 REDUCED_MODEL_CODE = "pipeline.stages.build_reduced_model"
 CURVE_CODE = "pipeline.stages.solve_curve"
 EXTENSION_CODE = "pipeline.stages.extend_curve"
+CARRIED_CODE = "pipeline.stages.carry_branches"
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def extension_key(curve: str, neighbours: Sequence[tuple[str, str]]) -> str:
 
 def carried_key(curves: Sequence[str], steps: Sequence[tuple[str, str, str]]) -> str:
     """Key of the branches carried across a sweep: its curves, and for every step two curves and its label."""
-    code = code_fingerprint(EXTENSION_CODE)
+    code = code_fingerprint(CARRIED_CODE)
     return fingerprint({"curves": sorted(curves), "steps": sorted(steps), "code": code})
 
 

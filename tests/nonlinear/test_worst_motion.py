@@ -10,7 +10,7 @@ import pytest
 from nonlinear import Peak, ResponseCurve, SolverOptions, TerminationReason
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import branches_of, stable_amplitudes, unstable_stretches
-from nonlinear.worst_motion.time_integrated import MOST_REFINEMENTS
+from nonlinear.worst_motion.time_integrated import MOST_FURTHER
 from nonlinear.worst_motion.worst_motion import MOST_STRETCHES, worst_of
 
 OPTIONS = SolverOptions((1.0, 9.0), harmonics=3)
@@ -72,14 +72,14 @@ def ring_to(amplitude, **changes):
         final=None,
     )
 
-    def integrate(place, blade_periods):
+    def integrate(place, blade_periods, floor):
         starts.append(place)
         return replace(motion, **changes)
 
     return integrate, starts
 
 
-def never(place, blade_periods):
+def never(place, blade_periods, floor):
     raise AssertionError("time integration without need")
 
 
@@ -134,7 +134,7 @@ def test_a_ring_that_goes_to_a_known_stable_solution_adds_nothing():
         9.2, periodic=True, lowest_m=9.2
     )  # the stable solution is 9 beside a tolerance of 5 %
     worst = worst_of(main, OPTIONS, 72, integrate)
-    assert starts == [(1, 0)]
+    assert starts[0] == (1, 0)
     assert (worst.amplitude_m, worst.branch) == (9.0, 0)
 
 
@@ -152,13 +152,13 @@ def test_the_highest_motion_of_a_stretch_is_refined():
     curve = curve_of(frequency, amplitude, [False] * 81)
     starts = []
 
-    def integrate(place, blade_periods):
+    def integrate(place, blade_periods, floor):
         starts.append(place)
         height = 30.0 - (frequency[place[1]] - 6.6) ** 2
-        return ring_to(height)[0](place, blade_periods)
+        return ring_to(height)[0](place, blade_periods, floor)
 
     worst = worst_of(curve, OPTIONS, 72, integrate)
-    assert len(starts) == len(set(starts)) <= 1 + MOST_REFINEMENTS
+    assert len(starts) == len(set(starts)) <= 1 + MOST_FURTHER
     assert starts[0] == (0, 20)
     assert worst.amplitude_m > 29.9
     assert worst.frequency_hz == frequency[worst.index]
@@ -166,11 +166,12 @@ def test_the_highest_motion_of_a_stretch_is_refined():
 
 def test_what_is_left_open_is_said():
     tops = [20.0 + n for n in range(MOST_STRETCHES + 2)]
-    unstable = [curve_of([4.5, 5.5], [top, top], [False, False]) for top in tops]
+    places = [1.0 + 0.1 * n for n in range(len(tops))]
+    unstable = [curve_of([f, f + 0.05], [top, top], [False] * 2) for f, top in zip(places, tops, strict=True)]
     main = curve_of(SEVEN, HILL, [True] * 7, *unstable, complete=False)
     integrate, _ = ring_to(15.0, settled=False)
     worst = worst_of(main, OPTIONS, 72, integrate)
-    for said in ("incomplete", "2 unstable parts", "up to 21 m", "not settled within 300 periods at 4.5 Hz"):
+    for said in ("incomplete", "2 unstable parts", "up to 21 m", "not settled within 300 periods at 1.7 Hz"):
         assert said in worst.unresolved
     without = worst_of(main, replace(OPTIONS, time_integration=False), 72, None, "switched off")
     assert without.amplitude_m == 9.0
