@@ -119,6 +119,20 @@ class TractionSearch:
         balance = replace(self.continuation.balance, element=self.element.at(variables))
         return replace(self.continuation, balance=balance, contact=None, stability=None, adapt=None)
 
+    def unloading_corners(self, state: TractionState) -> Array:
+        """The corners that reduce the mean normal load of each node most, (n_c, n_c, 2), to first order."""
+        element = self.element.at(state.variables)
+        balance = replace(state.point.balance, element=element)
+        linearised = balance.evaluate(state.point.unknown, state.point.omega)
+        derivative = element.derivative(balance.displacement(state.point.unknown), linearised.contact)[0]
+        n = balance.n_contacts
+        forces = np.zeros((n, 3, n, 2))  # mean force at each node by the variables
+        forces[np.arange(n), :, np.arange(n)] = derivative
+        change = np.zeros((balance.size, 2 * n))
+        change[: 3 * n] = balance.receptance.matrix(state.point.omega)[0].real @ forces.reshape(3 * n, 2 * n)
+        normal = np.linalg.solve(linearised.jacobian, change)[: 3 * n].reshape(n, 3, n, 2)[:, 2]
+        return np.where(normal > 0.0, -1.0, 1.0)
+
     def extreme(self, start: TractionState, sign: float) -> TractionState:
         """The state of highest (`sign` 1) or lowest (-1) amplitude found from a state."""
         best = self.through_corners(start, sign)

@@ -217,18 +217,25 @@ def _other_peaks(branch: Branch, peak_index: int, output: str) -> list[int]:
     return sorted(others, key=lambda index: -output_amplitude(branch.points[index], output))[: MOST_PEAKS - 1]
 
 
-def _starts(shape: tuple[int, ...]) -> Iterator[Array]:
-    """Variables from which an extreme is sought, beside those of the start."""
+def _starts(search: TractionSearch, start: TractionState) -> Iterator[Array]:
+    """Variables from which an extreme is sought, beside those of the start.
+
+    Where every node sticks the vibration is that of a linear structure, the same for all tractions nearby, and the
+    gradient is zero: then also the corners that unload one node after the other, so that it begins to slip.
+    """
+    shape = start.variables.shape
     yield np.zeros(shape)
     rng = np.random.default_rng(1)
     for _ in range(RANDOM_STARTS):
         yield rng.choice([-0.9, 0.9], size=shape)
+    if np.abs(start.gradient).max() <= SAME * start.amplitude:
+        yield from search.unloading_corners(start)
 
 
 def _extreme(search: TractionSearch, start: TractionState, sign: float) -> TractionState:
     """The highest (`sign` 1) or lowest (-1) state from several starts."""
     search.extreme(start, sign)
-    for variables in _starts(start.variables.shape):
+    for variables in _starts(search, start):
         state = search.move(variables)
         if state is not None:
             search.extreme(state, sign)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from pipeline.results.worst import with_unit
+from pipeline.scene.labels import prefixed
 from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.respond import CurveResult
 
@@ -36,7 +36,8 @@ def bounds_text(facts: CurveSummary) -> str:
     if high - low <= 1e-9 * peak:
         return "residual tractions: no influence on the vibration at the peak"
     shares = f"{change(low, peak)} to {change(high, peak)}"
-    return f"residual tractions: peak between {with_unit(low)} and {with_unit(high)} ({shares})"
+    factor, unit = prefixed(high, "m")
+    return f"residual tractions: peak between {low * factor:.4g} and {high * factor:.4g} {unit} ({shares})"
 
 
 def change(value: float, reference: float) -> str:

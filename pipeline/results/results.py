@@ -74,6 +74,8 @@ class Curve:
     sampling_error, sampling_frequency_error : float
         Estimated relative errors of the peak's amplitude and frequency from time sampling, 0 with
         `contact.integration = "exact"`; NaN: not known.
+    residual_lowest_m, residual_highest_m : float
+        Lowest and highest peak over the admissible residual tractions, m; NaN unless asked for.
     harmonics : int
         Largest number of harmonics balanced at a point.
     datasets : mapping of str to array
@@ -96,6 +98,8 @@ class Curve:
     truncation_error: float
     sampling_error: float
     sampling_frequency_error: float
+    residual_lowest_m: float
+    residual_highest_m: float
     harmonics: int
     datasets: Mapping[str, Array]
     detached: tuple[DetachedBranch, ...]
@@ -195,6 +199,8 @@ def _curve(folder: Path, entry: dict[str, Any], group: h5py.Group | None) -> Cur
         truncation_error=_number(entry["truncation_error"]),
         sampling_error=_number(entry["sampling_error"]),
         sampling_frequency_error=_number(entry["sampling_frequency_error"]),
+        residual_lowest_m=_number(entry.get("residual_lowest_m")),
+        residual_highest_m=_number(entry.get("residual_highest_m")),
         harmonics=0 if group is None else int(entry["harmonics"]),
         datasets=datasets,
         detached=_detached(group),
