@@ -12,6 +12,7 @@ from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 
 MOST_BRANCHES = 12  # detached branches of a curve; what is found beyond them is said, not traced
+MOST_POINTS = 250  # of a detached branch in each direction, or as many as the known branches have
 SAMPLED_POINTS = 5  # of a new branch, evenly along it, that are looked for on the known ones
 END_TOLERANCE = 1e-9  # relative distance of a frequency from a limit of the range that counts as reached
 
@@ -93,7 +94,7 @@ class BranchCollection:
         if len(self.found) >= MOST_BRANCHES:
             self.refused += 1
             return False
-        points, closed = _both_ways(replace(self.continuation, stability=None, adapt=None), point, self.progress)
+        points, closed = _both_ways(self._tracing, point, self.progress)
         if self._is_listed(points):
             return False
         self.known.append(KnownBranch.of(points))
@@ -106,6 +107,14 @@ class BranchCollection:
         output = self.continuation.options.output
         self.found.append(FoundBranch(branch, origin, max(output_amplitude(item, output) for item in branch.points)))
         return True
+
+    @property
+    def _tracing(self) -> Continuation:
+        """The continuation of new branches: exponents follow later, and a limit keeps a wandering branch short."""
+        most = max((branch.omega.size for branch in self.known), default=0)
+        limit = min(max(most, MOST_POINTS), self.continuation.options.max_points)
+        options = replace(self.continuation.options, max_points=limit)
+        return replace(self.continuation, options=options, stability=None, adapt=None)
 
     def _is_listed(self, points: list[SolutionPoint]) -> bool:
         """Whether most of some points of a branch lie on one of the known branches: it is the same curve."""

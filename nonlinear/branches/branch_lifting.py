@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from nonlinear.branches.branch_collection import BranchCollection
+from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
@@ -15,6 +16,7 @@ from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances, pad_or_truncate
 
 EVENLY = 8  # points of a branch evenly along it, beside its top, ends and folds
+EVENLY_FROM_ONE = 20  # the same where there is one harmonic only, far from more: few of its points lead anywhere
 CLOSE = 0.01  # distance from a known branch, relative to the vibration, within which a point is not lifted
 MAX_ITERATIONS = 15
 
@@ -119,13 +121,17 @@ def representative_points(points: list[SolutionPoint], output: str) -> Iterator[
     output : str
         Name of the output whose amplitude counts.
     """
+    evenly = EVENLY if points[0].balance.n_harmonics > 1 else EVENLY_FROM_ONE
     amplitude = np.array([output_amplitude(point, output) for point in points])
     omega, arc = np.array([point.omega for point in points]), np.array([point.arc for point in points])
-    return (points[place] for place in representative_indices(amplitude, omega, arc))
+    return (points[place] for place in representative_indices(amplitude, omega, arc, evenly))
 
 
 def representative_indices(
-    amplitude: Sequence[float] | np.ndarray, omega: Sequence[float] | np.ndarray, arc: Sequence[float] | np.ndarray
+    amplitude: Sequence[float] | Array,
+    omega: Sequence[float] | Array,
+    arc: Sequence[float] | Array,
+    evenly: int = EVENLY,
 ) -> list[int]:
     """Indices of points that stand for a branch, see `representative_points`.
 
@@ -133,6 +139,8 @@ def representative_indices(
     ----------
     amplitude, omega, arc : (P,) float
         Amplitude, frequency and arc length of its points.
+    evenly : int
+        Number of points evenly along it.
     """
     heights, arcs = np.asarray(amplitude), np.asarray(arc)
     last = len(heights) - 1
@@ -140,6 +148,6 @@ def representative_indices(
         return []
     steps = np.diff(np.asarray(omega))
     folds = [index + 1 for index, (one, other) in enumerate(pairwise(steps)) if one * other < 0.0]
-    evenly = np.searchsorted(arcs, np.linspace(arcs[0], arcs[-1], EVENLY + 2)[1:-1])
-    places = [int(np.argmax(heights)), 0, last, *folds, *(min(int(place), last) for place in evenly)]
+    spread = np.searchsorted(arcs, np.linspace(arcs[0], arcs[-1], evenly + 2)[1:-1])
+    places = [int(np.argmax(heights)), 0, last, *folds, *(min(int(place), last) for place in spread)]
     return list(dict.fromkeys(places))

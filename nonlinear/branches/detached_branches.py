@@ -4,8 +4,9 @@ An isolated branch (isola) is a closed curve. A branch that is not known to clos
 leave the frequency range, and be connected with the main branch outside of it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 from nonlinear.branches.branch import Branch
 from nonlinear.branches.branch_collection import BranchCollection, FoundBranch
@@ -20,7 +21,7 @@ from nonlinear.harmonic_balance.initial_solution import solve_at
 
 MAX_ITERATIONS = 15
 FEW_HARMONICS = (1, 3)  # numbers of harmonics with which all branches are traced first
-MOST_POINTS = 1500  # of a branch with few harmonics
+MOST_POINTS = 1500  # of a main branch with few harmonics
 
 
 def detached_branches(
@@ -67,7 +68,8 @@ def detached_branches(
     for number in [n for n in FEW_HARMONICS if n < most]:
         coarser = _with_few_harmonics(continuation, lifting, number, static, coarser)
     if most <= FEW_HARMONICS[-1]:
-        for point, origin in _starting_points(full.continuation, traced[0].points):
+        folds = _folds(points for points, _ in coarser)
+        for point, origin in _starting_points(full.continuation, traced[0].points, folds):
             full.offer(point, origin)
     for points, origin in coarser:
         lift_branch(full, lifting, points, origin)
@@ -90,17 +92,29 @@ def _with_few_harmonics(
     if not main:
         return coarser
     collection = BranchCollection(few, [KnownBranch.of(points) for points in main], final=False)
-    for point, found_by in _starting_points(few, main[0]):
+    for point, found_by in _starting_points(few, main[0], _folds(points for points, _ in coarser)):
         collection.offer(point, found_by)
     for points, found_by in coarser:
         lift_branch(collection, replace(lifting, numbers=(number,)), points, found_by)
     return [*((points, origin) for points in main), *((item.branch.points, item.origin) for item in collection.found)]
 
 
-def _starting_points(continuation: Continuation, main: list[SolutionPoint]) -> Iterator[tuple[SolutionPoint, str]]:
+def _folds(branches: Iterable[list[SolutionPoint]]) -> list[float]:
+    """Frequencies of the folds of branches, rad/s."""
+    return [
+        point.omega
+        for points in branches
+        for before, point in pairwise(points)
+        if before.tangent[1] * point.tangent[1] < 0.0
+    ]
+
+
+def _starting_points(
+    continuation: Continuation, main: list[SolutionPoint], folds: list[float]
+) -> Iterator[tuple[SolutionPoint, str]]:
     """Solutions, and how they were found."""
     yield from _from_linear_responses(continuation)
-    yield from solutions_over_interference(continuation, main)
+    yield from solutions_over_interference(continuation, main, folds)
 
 
 def _from_linear_responses(continuation: Continuation) -> Iterator[tuple[SolutionPoint, str]]:

@@ -7,7 +7,7 @@ so that the curve over the force tells nothing new.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -22,7 +22,8 @@ from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
 from nonlinear.options import SolverOptions
 
-FREQUENCIES = 6  # at which there is a curve
+SPREAD = 5  # frequencies evenly over the range at which there is a curve
+AMONG_FOLDS = 4  # the same between the lowest and the highest fold of the branches with fewer harmonics
 MAX_POINTS = 120  # of a curve, in each direction
 RANGE = 2.0  # of the interference on both sides, in largest normal displacements of the main branch
 PARAMETERS = ContinuationParameters(frequency_scale=0.25, target_deviation=0.2)
@@ -98,7 +99,7 @@ class InterferenceBalance(HarmonicBalance):
 
 
 def solutions_over_interference(
-    continuation: Continuation, main: list[SolutionPoint]
+    continuation: Continuation, main: list[SolutionPoint], folds: Sequence[float] = ()
 ) -> Iterator[tuple[SolutionPoint, str]]:
     """Solutions on curves over the interference through points of the main branch, and how they were found.
 
@@ -108,14 +109,19 @@ def solutions_over_interference(
         The continuation, with the harmonics of the main branch.
     main : list of SolutionPoint
         The main branch.
+    folds : sequence of float
+        Frequencies of the folds of the branches with fewer harmonics, rad/s: between them there are more solutions
+        than one, or were with fewer harmonics.
     """
     contact = continuation.contact
     if contact is None or contact.odd:
         return
     unit = RANGE * max(_normal_motion(point) for point in main)
     omega = np.array([point.omega for point in main])
-    for wanted in np.linspace(*continuation.options.omega_range, FREQUENCIES + 2)[1:-1]:
-        start = main[int(np.argmin(np.abs(omega - wanted)))]
+    spread = np.linspace(*continuation.options.omega_range, SPREAD + 2)[1:-1]
+    among = np.linspace(min(folds), max(folds), AMONG_FOLDS + 2)[1:-1] if len(folds) else ()
+    for place in dict.fromkeys(int(np.argmin(np.abs(omega - wanted))) for wanted in (*among, *spread)):
+        start = main[place]
         balance = InterferenceBalance.of(continuation.balance, start.omega, unit)
         origin = f"the curve over the interference at {start.omega / (2.0 * np.pi):.4g} Hz"
         for direction in (1.0, -1.0):
