@@ -1,7 +1,7 @@
 """The least stable nodal diameter at the points of a branch, and where perturbations of one begin to grow.
 
-All nodal diameters are looked at in some points of a branch. Between two of them the leading exponent is followed;
-where the two differ, more points are looked at.
+All nodal diameters are looked at in some points of a branch. Between two of them the leading exponent is followed to
+the middle; where the exponents are not alike, more points are looked at, else the exponent is interpolated.
 """
 
 from dataclasses import replace
@@ -15,8 +15,9 @@ from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.stability.floquet import instability_of
 from nonlinear.stability.ring_stability import PatternExponent
 
-STRIDE = 8  # points from one at which all nodal diameters are looked at to the next
-SIMILAR_RATE = 0.2  # relative difference of two rates of decay that says that nothing has happened between them
+STRIDE = 4  # points from one at which all nodal diameters are looked at to the next
+SIMILAR_DECAY = 0.2  # relative difference of two rates of decay between which one is interpolated
+SIMILAR_GROWTH = 0.05  # the same of an interpolated rate of growth
 SIMILAR_FREQUENCY = 0.05  # difference of Im lambda, in units of omega, of two exponents of one family
 MAX_LOCATIONS = 4  # nodal diameters that may take over from each other where the motion becomes unstable
 
@@ -59,21 +60,32 @@ def _fill(
     if last - first < 2:
         return
     one, other, middle = found[first], found[last], (first + last) // 2
+    found[middle] = None
     if one is not None and other is not None and _alike(points[first], points[last], one, other):
+        guess = _between(points, (first, middle, last), one, other)
+        followed = stability.follow_pattern(points[middle], guess)
         growing = one.grows(points[first].omega)
-        for index in range(first + 1, last):
-            point = points[index]
-            share = (point.arc - points[first].arc) / (points[last].arc - points[first].arc)
-            followed = stability.follow_pattern(point, _between(point.omega, share, one, other))
-            if followed is None or followed.grows(point.omega) != growing:
-                middle = index
-                break
-            found[index] = followed
-        else:
-            return
-    found[middle] = stability.worst_pattern(points[middle])
+        if followed is not None and followed.grows(points[middle].omega) == growing:
+            found[middle] = followed
+            if _same_rate(followed.exponent.real, guess.exponent.real, SIMILAR_GROWTH if growing else SIMILAR_DECAY):
+                _interpolate(points, found, first, middle)
+                _interpolate(points, found, middle, last)
+                return
+    if found[middle] is None:
+        found[middle] = stability.worst_pattern(points[middle])
     _fill(stability, points, found, first, middle)
     _fill(stability, points, found, middle, last)
+
+
+def _interpolate(
+    points: list[SolutionPoint], found: dict[int, PatternExponent | None], first: int, last: int
+) -> None:
+    """Exponents between two points with exponents of one family, linear in the arc length."""
+    one, other = found[first], found[last]
+    assert one is not None
+    assert other is not None
+    for index in range(first + 1, last):
+        found[index] = _between(points, (first, index, last), one, other)
 
 
 def _alike(before: SolutionPoint, after: SolutionPoint, one: PatternExponent, other: PatternExponent) -> bool:
@@ -81,17 +93,28 @@ def _alike(before: SolutionPoint, after: SolutionPoint, one: PatternExponent, ot
     growing = one.grows(before.omega), other.grows(after.omega)
     if any(growing):
         return all(growing)
-    rates = one.exponent.real / before.omega, other.exponent.real / after.omega
-    return abs(rates[0] - rates[1]) <= SIMILAR_RATE * max(abs(rates[0]), abs(rates[1]))
+    return _same_rate(one.exponent.real, other.exponent.real, SIMILAR_DECAY)
 
 
-def _between(omega: float, share: float, first: PatternExponent, last: PatternExponent) -> list[PatternExponent]:
-    """Where the exponent of a point between two others is looked for."""
-    if abs(first.exponent.imag - last.exponent.imag) > SIMILAR_FREQUENCY * omega:
-        return [first, last]
-    exponent = (1.0 - share) * first.exponent + share * last.exponent
-    k = round((1.0 - share) * first.nodal_diameter + share * last.nodal_diameter)
-    return [PatternExponent(exponent, k)]
+def _same_rate(one: float, other: float, tolerance: float) -> bool:
+    return abs(one - other) <= tolerance * max(abs(one), abs(other))
+
+
+def _between(
+    points: list[SolutionPoint], indices: tuple[int, int, int], one: PatternExponent, other: PatternExponent
+) -> PatternExponent:
+    """The exponent of the second of three points, linear in the arc length between those of the first and the last.
+
+    Where these are of two families with nearly the same rate, frequency and nodal diameter are those of the nearer.
+    """
+    before, point, after = (points[index] for index in indices)
+    share = (point.arc - before.arc) / (after.arc - before.arc)
+    exponent = (1.0 - share) * one.exponent + share * other.exponent
+    if abs(one.exponent.imag - other.exponent.imag) > SIMILAR_FREQUENCY * point.omega:
+        nearer = one if share < 0.5 else other
+        return PatternExponent(complex(exponent.real, nearer.exponent.imag), nearer.nodal_diameter)
+    k = round((1.0 - share) * one.nodal_diameter + share * other.nodal_diameter)
+    return PatternExponent(exponent, k)
 
 
 def locate_pattern_change(
@@ -117,7 +140,7 @@ def locate_pattern_change(
 
         def with_leader(point: SolutionPoint, start: PatternExponent = leader) -> SolutionPoint:
             recorded = continuation.recorder.record(point)
-            return replace(recorded, pattern=stability.follow_pattern(recorded, [start]))
+            return replace(recorded, pattern=stability.follow_pattern(recorded, start, climb=False))
 
         found = locate_change(
             continuation,

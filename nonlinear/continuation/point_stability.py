@@ -1,6 +1,6 @@
 """Floquet exponents of the points of a curve, for any number of harmonics and all nodal diameters of the ring."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -83,9 +83,11 @@ class PointStability:
             return self._pattern_of_linear_motion(point, state)
         return self._of_ring(point, lambda ring, contact: ring.leading(contact))
 
-    def follow_pattern(self, point: SolutionPoint, starts: Sequence[PatternExponent]) -> PatternExponent | None:
-        """The least stable of the exponents that those of a neighbouring point (`starts`) lead to."""
-        return self._of_ring(point, lambda ring, contact: ring.followed(contact, starts))
+    def follow_pattern(
+        self, point: SolutionPoint, start: PatternExponent, climb: bool = True
+    ) -> PatternExponent | None:
+        """The exponent that the one of a neighbouring point, `start`, leads to; see `RingStability.followed`."""
+        return self._of_ring(point, lambda ring, contact: ring.followed(contact, start, climb))
 
     def _of_ring(
         self, point: SolutionPoint, solve: Callable[[RingStability, LinearisedContact], Found | None]

@@ -190,12 +190,12 @@ def _on_axis(problem: HillEigenproblem, value: complex) -> complex:
 
 
 def grows(exponents: ComplexArray, omega: float) -> NDArray[np.bool_]:
-    """Which of the exponents (1/s) grow at `omega` (rad/s): Re lambda > 1e-6 omega.
+    """Which of the exponents of the wave (1/s) grow at `omega` (rad/s): Re lambda > 1e-6 omega, a real one from 0 on.
 
     A smaller one is the numerical error of a neutral exponent; as a growth it would take 160 000 periods for a
-    factor e.
+    factor e. The sign of a real one is exact: it is that of det dR/dx.
     """
-    return np.asarray(exponents.real > NEUTRAL * omega)
+    return np.asarray(exponents.real > np.where(exponents.imag == 0.0, 0.0, NEUTRAL * omega))
 
 
 def instability_of(exponent: complex, omega: float) -> Instability:

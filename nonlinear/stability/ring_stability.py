@@ -5,7 +5,6 @@ They are formed at a few kappas and interpolated by a trigonometric polynomial a
 refined with the matrices of its own kappa.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -112,21 +111,32 @@ class RingStability:
                 best = found
         return best
 
-    def followed(self, contact: LinearisedContact, starts: Iterable[PatternExponent]) -> PatternExponent | None:
-        """The exponent with the largest real part of those that the exponents of a neighbouring point lead to.
+    def followed(
+        self, contact: LinearisedContact, start: PatternExponent, climb: bool = True
+    ) -> PatternExponent | None:
+        """The exponent that the one of a neighbouring point leads to; None if it leads to none.
 
         Parameters
         ----------
         contact : LinearisedContact
             The point.
-        starts : iterable of PatternExponent
-            Exponents of the neighbour.
+        start : PatternExponent
+            Exponent of the neighbour.
+        climb : bool
+            Whether, from one that grows, the neighbouring nodal diameters are followed to the one that grows most.
         """
         memory = self.wave.sampler.memory(contact.displacement)
-        found = [
-            self._refined(contact, memory, start.exponent / contact.omega, start.nodal_diameter) for start in starts
-        ]
-        return max((item for item in found if item), key=lambda item: item.exponent.real, default=None)
+        best = self._refined(contact, memory, start.exponent / contact.omega, start.nodal_diameter)
+        if best is None or not climb or not best.grows(contact.omega):
+            return best
+        for direction in (-1, 1):
+            k = best.nodal_diameter + direction
+            while 1 <= k <= self.n_blades // 2:
+                found = self._refined(contact, memory, best.exponent / contact.omega, k)
+                if found is None or found.exponent.real <= best.exponent.real:
+                    break
+                best, k = found, k + direction
+        return best
 
     def approximate(self, contact: LinearisedContact, memory: Memory | None) -> list[tuple[complex, int]]:
         """Eigenvalues sigma = lambda / omega in the strip and their k, those of all k, the least stable first.
