@@ -6,7 +6,6 @@ from dataclasses import replace
 from nonlinear.branches.branch import Branch, with_stability
 from nonlinear.branches.detached_branches import detached_branches
 from nonlinear.branches.range_continuation import continue_over_range
-from nonlinear.branches.sampling_error import sampling_error
 from nonlinear.branches.termination import TerminationReason
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactElement, ContactError, ContactParameters
@@ -21,8 +20,9 @@ from nonlinear.harmonic_selection.adaptive_harmonics import (
     HarmonicSelection,
     feasible_harmonic_numbers,
 )
-from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
+from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator, TruncationEstimate
 from nonlinear.options import Excitation, SolverOptions
+from nonlinear.peak_errors import with_peak_errors
 from nonlinear.response_curve import ResponseCurve, assemble_curve
 from rom import ModalModel, RelativeReceptance, one_blas_thread
 
@@ -100,23 +100,26 @@ def _solve(
     )
     estimator = TruncationErrorEstimator(continuation, balances)
     if options.harmonics == "auto":
-        branches, truncation_error = _with_adaptive_harmonics(continuation, estimator, static, progress)
+        branches, truncation = _with_adaptive_harmonics(continuation, estimator, static, progress)
     else:
-        branches, truncation_error = continue_over_range(continuation, static, progress), float("nan")
+        branches, truncation = continue_over_range(continuation, static, progress), TruncationEstimate()
         if options.truncation:
-            truncation_error = estimator.at_peak(branches[0].points, branches[0].peak_indices)
-    curve = assemble_curve(balance, branches[0], options.output, truncation_error)
-    sampling = sampling_error(continuation, contact, branches[0].points, curve.peak)
-    curve = replace(curve, sampling_error=sampling.amplitude, sampling_frequency_error=sampling.frequency)
+            truncation = estimator.of_branch(branches[0].points, branches[0].peak_indices)
+    curve = assemble_curve(balance, branches[0], options.output)
+    curve = with_peak_errors(curve, branches[0], contact, estimator, truncation)
     others = branches[1:]
     if options.detached:
         others = [*others, *detached_branches(continuation, estimator.balances, branches, static, progress)]
-    return replace(curve, detached=tuple(assemble_curve(balance, branch, options.output) for branch in others))
+    detached = [
+        with_peak_errors(assemble_curve(balance, branch, options.output), branch, contact, estimator)
+        for branch in others
+    ]
+    return replace(curve, detached=tuple(detached))
 
 
 def _with_adaptive_harmonics(
     continuation: Continuation, estimator: TruncationErrorEstimator, static: Array, progress: Progress | None
-) -> tuple[list[Branch], float]:
+) -> tuple[list[Branch], TruncationEstimate]:
     """Branches with as many harmonics at each point as the tolerance asks for, and the truncation error of the peak.
 
     The selection along the curve rests on a cheap estimate. Then the peaks and some points along the curve are solved
@@ -132,10 +135,10 @@ def _with_adaptive_harmonics(
         start = continuation.with_balance(estimator.balances.balance(n_harmonics))
         branches = continue_over_range(replace(start, adapt=selection), static, progress)
         main = branches[0]
-        at_peak = estimator.at_peak(main.points, main.peak_indices)
+        at_peak = estimator.of_branch(main.points, main.peak_indices)
         if (
             (main.termination.complete or n_harmonics == numbers[-1])
-            and at_peak <= tolerance
+            and at_peak.error <= tolerance
             and estimator.along_curve(main.points, main.peak_indices) <= tolerance
         ):
             break

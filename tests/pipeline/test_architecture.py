@@ -33,6 +33,7 @@ LAYERS = {
         {"continuation"},
         {"branches", "harmonic_selection"},
         {"response_curve"},
+        {"peak_errors"},
         {"response_solver"},
     ],
     "pipeline": [
