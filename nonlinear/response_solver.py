@@ -4,6 +4,7 @@ import time
 from dataclasses import replace
 
 from nonlinear.branches.branch import Branch, with_stability
+from nonlinear.branches.branch_lifting import Lifting
 from nonlinear.branches.detached_branches import detached_branches
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.branches.termination import TerminationReason
@@ -23,9 +24,12 @@ from nonlinear.harmonic_selection.adaptive_harmonics import (
 from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator, TruncationEstimate
 from nonlinear.options import Excitation, SolverOptions
 from nonlinear.peak_errors import with_peak_errors
-from nonlinear.response_curve import ResponseCurve, assemble_curve
+from nonlinear.residual_tractions.residual_bounds import residual_bounds
+from nonlinear.response_curve import ResponseCurve, assemble_curve, by_height
+from nonlinear.worst_motion.worst_motion import find_worst_motion
 from rom import ModalModel, RelativeReceptance, one_blas_thread
 
+LEAST_HARMONICS = 7  # that detached branches may have with harmonics "auto", where the main branch has fewer
 STRICTER = 2.0  # factor on the tolerance along the curve, where the truncation error came out too large
 
 
@@ -69,8 +73,37 @@ def forced_response(
     started = time.perf_counter()
     with one_blas_thread():
         curve = _solve(modal, contact, excitation, options, progress)
+        curve = replace(curve, worst=find_worst_motion((modal, contact, excitation, options), curve))
     # even this clock may be set back, when a virtual machine moves
     return replace(curve, seconds=max(0.0, time.perf_counter() - started))
+
+
+def build_continuation(
+    modal: ModalModel, contact: ContactParameters, excitation: Excitation, options: SolverOptions
+) -> tuple[Continuation, TruncatedBalances, Array]:
+    """The continuation of a problem, its balances by number of harmonics, and its static displacement (n_c, 3).
+
+    Raises
+    ------
+    ArithmeticError
+        No static equilibrium was found.
+    """
+    fixed = replace(options, harmonics=HARMONIC_NUMBERS[0]) if options.harmonics == "auto" else options
+    receptance, element = _parts(modal, contact, excitation, fixed)
+    static = static_displacement(receptance, contact, options)
+    frozen = static if options.method == "static-first" else None
+    balance = HarmonicBalance(receptance, element, frozen, odd=contact.odd)
+    balances = TruncatedBalances(balance, contact, fixed)
+    continuation = Continuation(
+        balance,
+        options,
+        find_resonances(receptance, contact, options),
+        contact,
+        stability=None
+        if options.stability == "folds"
+        else PointStability(contact, balances, options.stability == "ring"),
+    )
+    return continuation, balances, static
 
 
 def _solve(
@@ -80,24 +113,14 @@ def _solve(
     options: SolverOptions,
     progress: Progress | None,
 ) -> ResponseCurve:
-    fixed = replace(options, harmonics=HARMONIC_NUMBERS[0]) if options.harmonics == "auto" else options
-    receptance, element = _parts(modal, contact, excitation, fixed)
     try:
-        static = static_displacement(receptance, contact, options)
+        continuation, balances, static = build_continuation(modal, contact, excitation, options)
     except ArithmeticError as error:
         message = f"no start at {options.frequency_hz[0]:.6g} Hz: {error}"
         empty = Branch([], [], [], TerminationReason("start failed", options.frequency_hz[0], message))
-        return assemble_curve(HarmonicBalance(receptance, element), empty, options.output)
-    frozen = static if options.method == "static-first" else None
-    balance = HarmonicBalance(receptance, element, frozen, odd=contact.odd)
-    balances = TruncatedBalances(balance, contact, fixed)
-    continuation = Continuation(
-        balance,
-        options,
-        find_resonances(receptance, contact, options),
-        contact,
-        stability=PointStability(contact, balances) if options.stability == "floquet" else None,
-    )
+        fixed = replace(options, harmonics=HARMONIC_NUMBERS[0]) if options.harmonics == "auto" else options
+        return assemble_curve(HarmonicBalance(*_parts(modal, contact, excitation, fixed)), empty, options.output)
+    balance = continuation.balance
     estimator = TruncationErrorEstimator(continuation, balances)
     if options.harmonics == "auto":
         branches, truncation = _with_adaptive_harmonics(continuation, estimator, static, progress)
@@ -107,14 +130,28 @@ def _solve(
             truncation = estimator.of_branch(branches[0].points, branches[0].peak_indices)
     curve = assemble_curve(balance, branches[0], options.output)
     curve = with_peak_errors(curve, branches[0], contact, estimator, truncation)
-    others = branches[1:]
+    if options.residual_tractions == "bounds" and curve.peak is not None:
+        bounds = residual_bounds(continuation, contact, branches[0], curve.peak.index, static)
+        curve = replace(curve, residual_bounds=bounds)
+    others = [(branch, "") for branch in branches[1:]]
     if options.detached:
-        others = [*others, *detached_branches(continuation, estimator.balances, branches, static, progress)]
+        lifting = lifting_to(options, balances, curve.harmonics)
+        found = detached_branches(continuation, lifting, branches, static, progress)
+        others += [(each.branch, each.origin) for each in found]
     detached = [
-        with_peak_errors(assemble_curve(balance, branch, options.output), branch, contact, estimator)
-        for branch in others
+        with_peak_errors(assemble_curve(balance, branch, options.output, origin), branch, contact, estimator)
+        for branch, origin in others
     ]
-    return replace(curve, detached=tuple(detached))
+    return replace(curve, detached=by_height(detached))
+
+
+def lifting_to(options: SolverOptions, balances: TruncatedBalances, most: int) -> Lifting:
+    """The numbers of harmonics of detached branches; `most`: the largest number on the main branch."""
+    if options.harmonics != "auto":
+        return Lifting(balances, (options.harmonics,))
+    feasible = feasible_harmonic_numbers(balances.base.n_contacts)
+    numbers = tuple(n for n in feasible if n <= max(most, LEAST_HARMONICS))
+    return Lifting(balances, numbers, options.harmonic_tolerance)
 
 
 def _with_adaptive_harmonics(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from pipeline.results.publishing import PicturesMissing
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.stages.cache_keys import curve_key
+from pipeline.stages.carry_branches import BranchCarrier
 from pipeline.stages.code_fingerprint import remember_code
 from pipeline.stages.request import Request, Run, RunOutcome
 from pipeline.stages.respond import CurveJob, CurveResult, CurveSolver
@@ -113,12 +115,19 @@ def _respond(run: Run, models: Models, outcome: RunOutcome) -> None:
         model = models[member.index]
         if model is not None:
             jobs[member.index] = CurveJob(member, curve_key(member.scene, model.key), model.rom)
-    solver = CurveSolver(run.store, run.log, run.reporter, run.request.jobs)
-    solved = solver.solve(list(jobs.values()))
+    carrier = BranchCarrier(run.store, run.reporter, list(jobs.values()), run.request.jobs)
+    with run.log.timed(Stage.RESPOND):
+        solved = carrier.stored()
+        if solved is None:
+            solver = CurveSolver(run.store, run.reporter, run.request.jobs)
+            solved = carrier.carried(solver.solve(list(jobs.values())))
+    for curve in solved.values():
+        run.log.note(Stage.RESPOND, curve.ran)
+    outcome.problems.extend(carrier.problems)
     for member in run.request.scene.members:
         if member.index in jobs:
             curve = solved[jobs[member.index].key]
-            outcome.curves.append(CurveResult(member, curve.rom, curve.file, curve.facts, curve.reason))
+            outcome.curves.append(replace(curve, member=member))
         else:
             outcome.curves.append(CurveResult(member, None, None, None, "its reduced model could not be made"))
 

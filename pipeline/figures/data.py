@@ -62,6 +62,8 @@ class PlottedCurve:
         Detached branches.
     bifurcations : tuple of dict
         Kind, frequency and amplitude of each bifurcation.
+    worst : (float, float)
+        Frequency, Hz, and amplitude, m, of the worst motion; nan where it is not known.
     """
 
     index: int
@@ -79,6 +81,7 @@ class PlottedCurve:
     contact_area: Array | None
     branches: tuple[PlottedBranch, ...]
     bifurcations: tuple[dict[str, Any], ...]
+    worst: tuple[float, float]
 
     def contact_parameters(self, n_contacts: int) -> ContactParameters:
         """Contact parameters of each of the contact nodes."""
@@ -103,7 +106,7 @@ def _read(index: int, curve: CurveResult, file: Path, rom: Path) -> PlottedCurve
     import h5py
 
     with h5py.File(file, "r") as source:
-        peak = int(source.attrs["peak_index"])
+        peak, facts = int(source.attrs["peak_index"]), read_summary(source)
         return PlottedCurve(
             index=index,
             label=member_label(curve.member),
@@ -117,7 +120,8 @@ def _read(index: int, curve: CurveResult, file: Path, rom: Path) -> PlottedCurve
             peak_index=peak,
             peak_displacement=source["relative_displacement"][peak] if peak >= 0 else None,
             branches=tuple(_branch(source[BRANCHES][name]) for name in sorted(source.get(BRANCHES, ()), key=int)),
-            bifurcations=read_summary(source).bifurcations,
+            bifurcations=facts.bifurcations,
+            worst=(facts.worst_frequency_hz, facts.worst_amplitude_m),
             contact=section_from_attributes(Contact, source.attrs),
             contact_area=_contact_area(rom),
         )

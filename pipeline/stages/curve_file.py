@@ -32,6 +32,7 @@ COLUMNS = {
     "arc": "arc",
     "kept_harmonics": "kept_harmonics",
     "growth_rate": "growth_rate",
+    "growth_nodal_diameter": "growth_nodal_diameter",
 }
 BRANCHES = "branch"  # group of the detached branches of a curve: branch/1, branch/2, ...
 
@@ -87,9 +88,14 @@ def write_curve(path: Path, response: ResponseCurve, parameters: Mapping[str, An
         for key, value in [*parameters.items(), *summary_attributes(response).items()]:
             file.attrs[key] = value
         for number, branch in enumerate(response.detached, start=1):
-            group = file.create_group(f"{BRANCHES}/{number}")
-            _write_points(group, branch)
-            group.attrs["reason"] = branch.termination.message
+            write_branch(file.create_group(f"{BRANCHES}/{number}"), branch)
+
+
+def write_branch(group: h5py.Group, branch: ResponseCurve) -> None:
+    """Write the points of a detached branch and their summary."""
+    _write_points(group, branch)
+    for key, value in summary_attributes(branch).items():
+        group.attrs[key] = value
 
 
 def _write_points(group: h5py.Group, response: ResponseCurve) -> None:

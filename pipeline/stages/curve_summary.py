@@ -4,13 +4,28 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import Bifurcation, ResponseCurve
+    from nonlinear import Bifurcation, ResponseCurve, WorstMotion
+
+
+# attributes of the worst motion, and their values where there is none
+NO_WORST: dict[str, Any] = {
+    "worst_amplitude_m": math.nan,
+    "worst_frequency_hz": math.nan,
+    "worst_branch": -1,
+    "worst_index": -1,
+    "worst_motion": "",
+    "worst_scatter": math.nan,
+    "worst_nodal_diameter": 0,
+    "worst_ring_blades": 0,
+    "worst_searched": "",
+    "worst_unresolved": "",
+}
 
 
 def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
@@ -29,6 +44,10 @@ def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
         "seconds": float(response.seconds),
         "complete": bool(response.termination.complete),
         "reason": str(response.termination.message),
+        "termination": str(response.termination.kind),
+        "termination_hz": float(response.termination.frequency_hz),
+        "origin": str(response.origin),
+        "peaks": json.dumps([asdict(item) for item in response.peaks]),
         "energy_error": float(np.nanmax(errors)) if np.any(np.isfinite(errors)) else math.nan,
         "harmonics": int(response.harmonics),
         **truncation(response),
@@ -36,11 +55,19 @@ def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
         "sampling_frequency_error": float(response.sampling_frequency_error),
         "bifurcations": json.dumps([_bifurcation(item) for item in response.bifurcations]),
         "detached": json.dumps([_detached(branch) for branch in response.detached]),
+        **_worst(response.worst),
     }
 
 
+def _worst(worst: WorstMotion | None) -> dict[str, Any]:
+    """The worst motion as attributes."""
+    if worst is None:
+        return dict(NO_WORST)
+    return {name: type(none)(getattr(worst, name.removeprefix("worst_"))) for name, none in NO_WORST.items()}
+
+
 def _bifurcation(item: Bifurcation) -> dict[str, Any]:
-    return {"kind": item.kind.value, "frequency_hz": item.frequency_hz, "amplitude_m": item.amplitude_m}
+    return asdict(item) | {"kind": item.kind.value}
 
 
 def _detached(branch: ResponseCurve) -> dict[str, Any]:
@@ -51,6 +78,8 @@ def _detached(branch: ResponseCurve) -> dict[str, Any]:
         "points": branch.points,
         "stable_points": int(branch.stable.sum()),
         "reason": branch.termination.message,
+        "origin": branch.origin,
+        "born_between": [],
         **{name: _plain(value) for name, value in truncation(branch).items()},
     }
 
@@ -88,8 +117,22 @@ class CurveSummary:
     truncation_error: float
     sampling_error: float
     sampling_frequency_error: float
+    termination: str
+    termination_hz: float
+    origin: str
+    peaks: tuple[dict[str, Any], ...]
     bifurcations: tuple[dict[str, Any], ...]
     detached: tuple[dict[str, Any], ...]
+    worst_amplitude_m: float
+    worst_frequency_hz: float
+    worst_branch: int
+    worst_index: int
+    worst_motion: str
+    worst_scatter: float
+    worst_nodal_diameter: int
+    worst_ring_blades: int
+    worst_searched: str
+    worst_unresolved: str
 
 
 def read_summary(group: h5py.Group) -> CurveSummary:
@@ -110,6 +153,11 @@ def read_summary(group: h5py.Group) -> CurveSummary:
         truncation_error=float(attributes["truncation_error"]),
         sampling_error=float(attributes["sampling_error"]),
         sampling_frequency_error=float(attributes["sampling_frequency_error"]),
+        termination=str(attributes.get("termination", "")),
+        termination_hz=float(attributes.get("termination_hz", math.nan)),
+        origin=str(attributes.get("origin", "")),
+        peaks=tuple(json.loads(attributes.get("peaks", "[]"))),
         bifurcations=tuple(json.loads(attributes["bifurcations"])),
         detached=tuple(json.loads(attributes["detached"])),
+        **{name: type(none)(attributes.get(name, none)) for name, none in NO_WORST.items()},
     )
