@@ -96,7 +96,7 @@ def test_notes_say_what_was_searched_and_what_was_left_open(curves: list[CurveRe
     said = "\n".join(search_notes(curves))
     for text in (
         "time integration not needed or time integration from 1 unstable solution or no time integration",
-        "not searched: mistuned blades",
+        "not searched: mistuning",
         "* quasi-periodic",
         "curve 3: the peak of the main branch is unstable and does not persist",
         "curve 3: the worst motion may be higher: not settled within 1000 periods at 300 Hz",
