@@ -44,6 +44,8 @@ class RingLimits:
         Highest natural frequency that is integrated, in multiples of the excitation frequency.
     finer : int
         Factor on the number of steps a period.
+    floor_m : float
+        Amplitude below which a motion of two windows is not followed any further, m; it then counts as not settled.
     """
 
     most_periods: int = 1000
@@ -53,6 +55,7 @@ class RingLimits:
     harmonics: int = HARMONICS
     retention: float = RETENTION
     finer: int = 1
+    floor_m: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -297,4 +300,6 @@ def _settle(march: _March, limits: RingLimits) -> bool:
         before, after = march.envelope[-2 * limits.window :].reshape(2, limits.window, -1)
         if same_statistics(before, after):
             return True
+        if max(before.max(), after.max()) < limits.floor_m:
+            return False
     return False
