@@ -16,6 +16,9 @@ from nonlinear.stability.floquet import instability_of
 from nonlinear.stability.ring_stability import PatternExponent
 
 STRIDE = 4  # points from one at which all nodal diameters are looked at to the next
+AMPLIFIED = (
+    0.98  # part of the decay of the least damped mode without contact below which contact forces feed a motion
+)
 SIMILAR_DECAY = 0.2  # relative difference of two rates of decay between which one is interpolated
 SIMILAR_GROWTH = 0.05  # the same of an interpolated rate of growth
 SIMILAR_FREQUENCY = 0.05  # difference of Im lambda, in units of omega, of two exponents of one family
@@ -89,10 +92,17 @@ def _interpolate(
 
 
 def _alike(before: SolutionPoint, after: SolutionPoint, one: PatternExponent, other: PatternExponent) -> bool:
-    """Whether the leading exponents of two points both grow, or decay at nearly the same rate."""
+    """Whether the leading exponents of two points both grow, or decay at nearly the same rate.
+
+    What decays slower than every mode without contact is fed by the contact forces, and may grow at another nodal
+    diameter in the next point.
+    """
     growing = one.grows(before.omega), other.grows(after.omega)
     if any(growing):
         return all(growing)
+    free_decay = float(before.balance.receptance.modal.damping.min()) / 2.0
+    if max(one.exponent.real, other.exponent.real) > -AMPLIFIED * free_decay:
+        return False
     return _same_rate(one.exponent.real, other.exponent.real, SIMILAR_DECAY)
 
 
