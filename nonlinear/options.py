@@ -7,6 +7,7 @@ from typing import Literal
 Method = Literal["coupled", "static-first"]
 Integration = Literal["exact", "sampled"]
 Stability = Literal["ring", "wave", "folds"]
+ResidualTractions = Literal["projected", "bounds"]
 
 MOST_UNKNOWNS = 10_000  # of a harmonic balance; its dense Jacobian then takes 0.8 GB
 
@@ -69,6 +70,11 @@ class SolverOptions:
         which tells the unstable part between two folds.
     truncation : bool
         Whether the truncation error is estimated. This takes about half the time of the curve.
+    residual_tractions : str
+        "projected": sliders start at `ContactParameters.slider_origin`, and the traction of a node that sticks all
+        the time follows. "bounds": the lowest and the highest peak over all its admissible tractions as well.
+    time_integration : bool
+        Whether the worst motion is sought by time integration too, where no solution that is high enough is stable.
     output : str
         Name of the output whose peaks are located.
     tolerance : float
@@ -92,6 +98,8 @@ class SolverOptions:
     detached: bool = True
     stability: Stability = "ring"
     truncation: bool = True
+    residual_tractions: ResidualTractions = "projected"
+    time_integration: bool = True
     output: str = "tip"
     tolerance: float = 1e-13
     round_off: float = 1e-12
@@ -119,6 +127,10 @@ class SolverOptions:
             raise OptionsError(f'stability: {self.stability!r}, allowed: "ring", "wave" or "folds"')
         if self.method not in ("coupled", "static-first"):
             raise OptionsError(f'method: {self.method!r}, allowed: "coupled" or "static-first"')
+        if self.residual_tractions not in ("projected", "bounds"):
+            raise OptionsError(f'residual_tractions: {self.residual_tractions!r}, allowed: "projected" or "bounds"')
+        if self.residual_tractions == "bounds" and self.method != "coupled":
+            raise OptionsError(f'method: {self.method!r}, allowed with residual_tractions "bounds": "coupled"')
 
     @property
     def omega_range(self) -> tuple[float, float]:

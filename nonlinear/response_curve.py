@@ -10,11 +10,13 @@ from nonlinear.branches.bifurcations import Bifurcation
 from nonlinear.branches.branch import Branch
 from nonlinear.branches.peaks import Peak
 from nonlinear.branches.termination import TerminationReason
+from nonlinear.branches.worst_motion import WorstMotion
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.continuation.response_quantities import evaluate_responses, largest_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.residual_tractions.residual_bounds import ResidualBounds
 
 MAX_BATCH = 500  # points whose modal coordinates are in memory at a time
 AMPLITUDE_JUMP = 0.02  # largest relative jump of the amplitude where the number of harmonics changes
@@ -79,12 +81,31 @@ class ResponseCurve:
     harmonics : int
         Number of harmonics H.
     truncation_error : float
-        Estimated relative error of the peak amplitude by neglected harmonics; NaN without an estimate.
+        Estimated relative error of the highest amplitude of the branch by neglected harmonics; NaN without an
+        estimate.
     sampling_error, sampling_frequency_error : float
         Estimated relative errors of the amplitude and of the frequency of the peak by time sampling; 0 with
         event-driven integration, NaN without an estimate, inf where the peak is lost without samples.
     detached : tuple of ResponseCurve
         Isolated branches, and the far part of an incomplete curve.
+    origin : str
+        How a detached branch was found; empty for the main branch.
+    free_nodes : int
+        Contact nodes at which friction leaves the static traction undetermined at the peak, as they stick all the
+        time along t1 or t2; -1 where it is not known.
+    residual_bounds : ResidualBounds or None
+        Lowest and highest peak over the admissible residual tractions; None unless asked for.
+    worst : WorstMotion or None
+        The highest motion that can persist on any branch; None on a detached branch and without points.
+    truncation_branch : str
+        Where the peak lies with more harmonics. "kept": on the branch. "detached": on a detached branch; the branch
+        itself is lower, and `truncation_error` compares with its highest amplitude. "lost": not known, and the error
+        may be larger than estimated. "": no estimate.
+    truncation_frequency_hz : float
+        Frequency of the highest amplitude of the branch with more harmonics, Hz.
+    motion_truncation_error : float
+        Estimated relative error of the motion at the peak, on whatever branch it lies with more harmonics. Smaller
+        than `truncation_error` where the peak detaches.
     """
 
     termination: TerminationReason
@@ -116,6 +137,13 @@ class ResponseCurve:
     sampling_error: float = float("nan")
     sampling_frequency_error: float = float("nan")
     detached: tuple["ResponseCurve", ...] = ()
+    origin: str = ""
+    free_nodes: int = -1
+    residual_bounds: ResidualBounds | None = None
+    worst: WorstMotion | None = None
+    truncation_branch: str = ""
+    truncation_frequency_hz: float = float("nan")
+    motion_truncation_error: float = float("nan")
 
     @property
     def points(self) -> int:
@@ -129,9 +157,7 @@ class ResponseCurve:
         return np.flatnonzero(direction[1:] * direction[:-1] < 0) + 1
 
 
-def assemble_curve(
-    balance: HarmonicBalance, branch: Branch, output: str, truncation_error: float = float("nan")
-) -> ResponseCurve:
+def assemble_curve(balance: HarmonicBalance, branch: Branch, output: str, origin: str = "") -> ResponseCurve:
     """The quantities of all points of a branch as arrays; `balance` gives the sizes of a branch without points."""
     points = branch.points
     n_contacts = balance.n_contacts
@@ -183,8 +209,14 @@ def assemble_curve(
         ),
         seconds=0.0,
         harmonics=n_harmonics,
-        truncation_error=truncation_error,
+        truncation_error=float("nan"),
+        origin=origin,
     )
+
+
+def by_height(branches: Iterable[ResponseCurve]) -> tuple[ResponseCurve, ...]:
+    """Detached branches by falling highest amplitude: their order everywhere."""
+    return tuple(sorted(branches, key=lambda branch: -float(np.max(branch.amplitude_m, initial=0.0))))
 
 
 def _batches(points: list[SolutionPoint]) -> Iterator[slice]:

@@ -268,8 +268,16 @@ class Response(Section):
         '"ring", "wave" or "folds"',
         "ring",
     )
+    residual_tractions: Literal["projected", "bounds"] = _key(
+        "traction of nodes that stick all the time: the paper's, or also the lowest and the highest peak it allows",
+        '"projected" or "bounds"',
+        "projected",
+    )
     detached: Truth = _key("whether detached branches (isolas) are looked for", "true or false", True)
     truncation: Truth = _key("whether the truncation error (neglected harmonics) is estimated", "true or false", True)
+    time_integration: Truth = _key(
+        "whether the worst motion is sought by time integration too, where no motion is stable", "true or false", True
+    )
 
 
 class Render(Section):

@@ -30,10 +30,15 @@ LAYERS = {
         {"contact"},
         {"harmonic_balance"},
         {"stability"},
+        {"time_integration"},
         {"continuation"},
         {"branches", "harmonic_selection"},
+        {"residual_tractions"},
         {"response_curve"},
+        {"peak_errors"},
+        {"worst_motion"},
         {"response_solver"},
+        {"response_extension"},
     ],
     "pipeline": [
         {"errors"},
@@ -45,6 +50,7 @@ LAYERS = {
         {"figures", "render", "export", "verify"},
         {"report"},
         {"run", "terminal"},
+        {"check"},
         {"python_interface", "cli"},
     ],
 }

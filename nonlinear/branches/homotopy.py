@@ -1,0 +1,180 @@
+"""Problems between two problems: contact, force and structure change with a homotopy parameter s from 0 to 1."""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from nonlinear.contact.element_choice import contact_element
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
+from nonlinear.options import SolverOptions
+
+DIFFERENCE = 1e-6  # of s, for dR/ds
+
+
+@dataclass(frozen=True, kw_only=True)
+class BalanceWithDefect(HarmonicBalance):
+    """A balance solved up to a given residual: R(x, omega) = defect.
+
+    Attributes
+    ----------
+    defect : (n,) float
+        Residual that counts as zero, m.
+    """
+
+    defect: Array
+
+    def evaluate(self, unknown: Array, omega: float) -> LinearisedResidual:
+        """Residual less the defect, and derivatives.
+
+        Parameters
+        ----------
+        unknown : (n,) float
+            x, m.
+        omega : float
+            Excitation frequency, rad/s.
+        """
+        linearised = super().evaluate(unknown, omega)
+        return replace(linearised, residual=linearised.residual - self.defect)
+
+
+@dataclass(frozen=True)
+class Homotopy:
+    """Balances R(x, omega; s) = (1 - s) defect between a first problem, s = 0, and a last one, s = 1.
+
+    The contact parameters and the force are interpolated linearly. What else differs between the two problems (modes,
+    friction law, harmonics) is that of the last one from the start: the first solution then leaves a residual, the
+    defect, which is taken away in proportion (Newton homotopy).
+
+    Attributes
+    ----------
+    last : HarmonicBalance
+        The problem at s = 1.
+    contacts : tuple of ContactParameters
+        Parameters of the contact nodes at s = 0 and at s = 1.
+    forces : tuple of float
+        Amplitudes of the excitation at s = 0 and at s = 1, N.
+    options : SolverOptions
+        How the contact force is integrated.
+    defect : (n,) float or None
+        Residual of the first solution at s = 0, m.
+    """
+
+    last: HarmonicBalance
+    contacts: tuple[ContactParameters, ContactParameters]
+    forces: tuple[float, float]
+    options: SolverOptions
+    defect: Array | None = None
+
+    def balance(self, s: float) -> HarmonicBalance:
+        """The balance at the homotopy parameter s.
+
+        Parameters
+        ----------
+        s : float
+            Homotopy parameter.
+        """
+        force = (1.0 - s) * self.forces[0] + s * self.forces[1]
+        receptance = self.last.receptance
+        if force != receptance.force:
+            receptance = replace(receptance, force=force)
+        element = contact_element(interpolated(*self.contacts, s), self.last.n_harmonics, self.options)
+        if self.defect is None or s == 1.0:
+            return replace(self.last, receptance=receptance, element=element)
+        return BalanceWithDefect(
+            receptance=receptance,
+            element=element,
+            frozen_static=self.last.frozen_static,
+            tiny=self.last.tiny,
+            odd=self.last.odd,
+            defect=(1.0 - s) * self.defect,
+        )
+
+    def from_solution(self, unknown: Array, omega: float) -> "Homotopy":
+        """The homotopy of which a given (x, omega) is the solution at s = 0.
+
+        Parameters
+        ----------
+        unknown : (n,) float
+            x, m.
+        omega : float
+            Frequency, rad/s.
+        """
+        first = replace(self, defect=None).balance(0.0)
+        residual = first.evaluate(unknown, omega).residual
+        if first.relative_error(residual, unknown) <= self.options.tolerance:
+            return replace(self, defect=None)
+        return replace(self, defect=residual)
+
+
+def interpolated(first: ContactParameters, last: ContactParameters, s: float) -> ContactParameters:
+    """Contact parameters between two sets, linear in s; the friction law is that of the last one.
+
+    Parameters
+    ----------
+    first, last : ContactParameters
+        Parameters at s = 0 and at s = 1, of the same number of nodes.
+    s : float
+        Homotopy parameter.
+    """
+    values = {}
+    for item in fields(last):
+        ends = getattr(first, item.name), getattr(last, item.name)
+        if isinstance(ends[1], np.ndarray) and not np.array_equal(*ends):
+            values[item.name] = (1.0 - s) * ends[0] + s * ends[1]
+    return replace(last, **values) if values else last
+
+
+@dataclass(frozen=True, kw_only=True)
+class FixedFrequencyBalance(HarmonicBalance):
+    """The balance at one frequency with the homotopy parameter in the place of the frequency.
+
+    The continuation in the frequency becomes one in the parameter. Its `omega` is 1 + s.
+
+    Attributes
+    ----------
+    homotopy : Homotopy
+        The problems.
+    frequency : float
+        Excitation frequency, rad/s.
+    """
+
+    homotopy: Homotopy
+    frequency: float
+
+    @classmethod
+    def of(cls, homotopy: Homotopy, frequency: float) -> "FixedFrequencyBalance":
+        """The balances of a homotopy at one frequency.
+
+        Parameters
+        ----------
+        homotopy : Homotopy
+            The problems.
+        frequency : float
+            Excitation frequency, rad/s.
+        """
+        last = homotopy.last
+        return cls(
+            receptance=last.receptance,
+            element=last.element,
+            frozen_static=last.frozen_static,
+            tiny=last.tiny,
+            odd=last.odd,
+            homotopy=homotopy,
+            frequency=frequency,
+        )
+
+    def evaluate(self, unknown: Array, omega: float) -> LinearisedResidual:
+        """Residual and derivatives; `dR_domega` is the derivative with respect to the homotopy parameter.
+
+        Parameters
+        ----------
+        unknown : (n,) float
+            x, m.
+        omega : float
+            1 + s with the homotopy parameter s.
+        """
+        s = omega - 1.0
+        linearised = self.homotopy.balance(s).evaluate(unknown, self.frequency)
+        shifted = self.homotopy.balance(s + DIFFERENCE).evaluate(unknown, self.frequency)
+        return replace(linearised, dR_domega=(shifted.residual - linearised.residual) / DIFFERENCE)

@@ -1,0 +1,175 @@
+"""Solutions that a curve over the interference, at fixed frequency, meets at the interference asked for.
+
+At one frequency the solutions of all interferences form a curve from the stuck response (a large interference) to the
+free one (a wide gap). Where it turns back and passes the interference asked for again, there are more solutions than
+that of the main branch: also those of isolated branches. Force and interference scaled together scale the response,
+so that the curve over the force tells nothing new.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from nonlinear.contact.fourier import to_complex, to_real
+from nonlinear.contact.parameters import Array
+from nonlinear.continuation.arclength_continuation import Continuation, ContinuationState
+from nonlinear.continuation.parameters import ContinuationParameters
+from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
+from nonlinear.options import SolverOptions
+
+SPREAD = 5  # frequencies evenly over the range at which there is a curve
+AMONG_FOLDS = 4  # the same between the lowest and the highest fold of the branches with fewer harmonics
+MAX_POINTS = 120  # of a curve, in each direction
+RANGE = 2.0  # of the interference on both sides, in largest normal displacements of the main branch
+PARAMETERS = ContinuationParameters(frequency_scale=0.25, target_deviation=0.2)
+MAX_STEP = 0.5  # arc length
+TOLERANCE, ROUND_OFF = 1e-8, 1e-9  # relative residuals
+MAX_ITERATIONS = 15
+MIDDLE, LOW, HIGH = 2.0, 1.0, 3.0  # the parameter at the interference asked for, and at the ends of the range
+
+
+@dataclass(frozen=True, kw_only=True)
+class InterferenceBalance(HarmonicBalance):
+    """The balance at one frequency with the interference in the place of the frequency.
+
+    The same interference is added at every node. The contact force depends on d_n + v0 only, so that it is added to
+    harmonic 0 of the normal displacement.
+
+    Attributes
+    ----------
+    frequency : float
+        Excitation frequency, rad/s.
+    unit : float
+        Interference per unit of the parameter, m.
+    """
+
+    frequency: float
+    unit: float
+
+    @classmethod
+    def of(cls, balance: HarmonicBalance, frequency: float, unit: float) -> "InterferenceBalance":
+        """The balances of all interferences at one frequency.
+
+        Parameters
+        ----------
+        balance : HarmonicBalance
+            The balance with the interference asked for.
+        frequency : float
+            Excitation frequency, rad/s.
+        unit : float
+            Interference per unit of the parameter, m.
+        """
+        return cls(
+            receptance=balance.receptance,
+            element=balance.element,
+            frozen_static=balance.frozen_static,
+            tiny=balance.tiny,
+            odd=balance.odd,
+            frequency=frequency,
+            unit=unit,
+        )
+
+    def evaluate(self, unknown: Array, omega: float) -> LinearisedResidual:
+        """Residual and derivatives; `dR_domega` is the derivative with respect to the parameter.
+
+        Parameters
+        ----------
+        unknown : (n,) float
+            x, m.
+        omega : float
+            The parameter: 2 at the interference asked for.
+        """
+        displacement = self.displacement(unknown).copy()
+        displacement[0, :, 2] += (omega - MIDDLE) * self.unit
+        contact = self.element.evaluate(displacement)
+        derivative = self.unit * contact.jacobian[:, :, 2, :, 0].transpose(2, 0, 1)
+        rows = derivative.shape[0]
+        response, _ = self.receptance.response(self.frequency, to_complex(contact.force.reshape(rows, -1)))
+        linear, _ = self.receptance.response(self.frequency, np.zeros_like(response))
+        shifted, _ = self.receptance.response(self.frequency, to_complex(derivative.reshape(rows, -1)))
+        first = self.first_row
+        residual = unknown - to_real(response)[first:].reshape(-1)
+        slope = to_real(linear - shifted)[first:].reshape(-1)
+        return LinearisedResidual(self, self.frequency, residual, slope, contact)
+
+
+def solutions_over_interference(
+    continuation: Continuation, main: list[SolutionPoint], folds: Sequence[float] = ()
+) -> Iterator[tuple[SolutionPoint, str]]:
+    """Solutions on curves over the interference through points of the main branch, and how they were found.
+
+    Parameters
+    ----------
+    continuation : Continuation
+        The continuation, with the harmonics of the main branch.
+    main : list of SolutionPoint
+        The main branch.
+    folds : sequence of float
+        Frequencies of the folds of the branches with fewer harmonics, rad/s: between them there are more solutions
+        than one, or were with fewer harmonics.
+    """
+    contact = continuation.contact
+    if contact is None or contact.odd:
+        return
+    unit = RANGE * max(_normal_motion(point) for point in main)
+    omega = np.array([point.omega for point in main])
+    spread = np.linspace(*continuation.options.omega_range, SPREAD + 2)[1:-1]
+    among = np.linspace(min(folds), max(folds), AMONG_FOLDS + 2)[1:-1] if len(folds) else ()
+    for place in dict.fromkeys(int(np.argmin(np.abs(omega - wanted))) for wanted in (*among, *spread)):
+        start = main[place]
+        balance = InterferenceBalance.of(continuation.balance, start.omega, unit)
+        origin = f"the curve over the interference at {start.omega / (2.0 * np.pi):.4g} Hz"
+        for direction in (1.0, -1.0):
+            for before, after in pairwise(_curve(balance, continuation.options, start.unknown, direction)):
+                found = _solution_between(continuation, start.omega, before, after)
+                if found is not None:
+                    yield found, origin
+
+
+def _normal_motion(point: SolutionPoint) -> float:
+    """Bound of the normal vibration of the contacts, m."""
+    rows = point.displacement[1:, :, 2]
+    return float(np.hypot(rows[::2], rows[1::2]).sum(axis=0).max())
+
+
+def _curve(
+    balance: InterferenceBalance, options: SolverOptions, unknown: Array, direction: float
+) -> Iterator[SolutionPoint]:
+    """Points of the curve over the interference from the one asked for, to an end of the range."""
+    limits = LOW / (2.0 * math.pi), HIGH / (2.0 * math.pi)
+    coarse = replace(options, frequency_hz=limits, tolerance=TOLERANCE, round_off=ROUND_OFF, max_step=MAX_STEP)
+    continuation = Continuation(balance, coarse, parameters=PARAMETERS)
+    state = ContinuationState(
+        continuation.solver.point(unknown, MIDDLE, (0.0 * unknown, direction), 0, 0.0, options.step)
+    )
+    yield state.point
+    for _ in range(MAX_POINTS):
+        step = continuation.next_point(state)
+        if step is None:
+            return
+        yield step.point
+        if not LOW < step.point.omega < HIGH:
+            return
+        crossed = () if step.branch_point is None else (step.branch_point,)
+        state = ContinuationState(step.point, state.point, state.branch_points + crossed)
+
+
+def _solution_between(
+    continuation: Continuation, omega: float, before: SolutionPoint, after: SolutionPoint
+) -> SolutionPoint | None:
+    """The solution at the interference asked for between two points of a curve over it; None if there is none."""
+    first, last = before.omega - MIDDLE, after.omega - MIDDLE
+    if not first * last < 0.0:
+        return None
+    guess = before.unknown + first / (first - last) * (after.unknown - before.unknown)
+    options = continuation.options
+    solved = solve_at(continuation.balance, omega, guess, options, MAX_ITERATIONS)
+    if not solved.converged:
+        return None
+    towards = 0.0 * solved.solution, 1.0
+    return continuation.solver.point(solved.solution, omega, towards, solved.iterations, 0.0, options.step)

@@ -1,0 +1,183 @@
+"""Solutions carried from one problem to another by continuation in a homotopy parameter s."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import islice, pairwise
+
+from nonlinear.branches.homotopy import FixedFrequencyBalance, Homotopy
+from nonlinear.contact.parameters import Array
+from nonlinear.continuation.arclength_continuation import Continuation, ContinuationState
+from nonlinear.continuation.parameters import ContinuationParameters
+from nonlinear.continuation.response_quantities import amplitude_derivative
+from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.harmonic_balance.initial_solution import solve_at
+
+PARAMETER_SCALE = 0.5  # range of s that counts as unit arc length
+MAX_MOVE = 0.5  # distance that a solution may move in one step of s, relative to the vibration
+SMALLEST_INCREMENT = 1.0 / 64.0  # of s
+SMALLEST_INCREMENT_OF_TOP = 1.0 / 256.0
+MAX_CLIMB = 15  # points on the way to a top
+MAX_POINTS = 80  # of a curve at fixed frequency
+MAX_ITERATIONS = 15
+
+
+@dataclass(frozen=True)
+class Carried:
+    """Where a solution was carried to.
+
+    Attributes
+    ----------
+    points : tuple of SolutionPoint
+        Solutions of the last problem; empty if none was reached.
+    lost_at : float
+        Largest homotopy parameter reached, 1 where the last problem was reached. Below 1, the branch of the solution
+        ends there: it is the value at which the branch is born, on the way back.
+    """
+
+    points: tuple[SolutionPoint, ...]
+    lost_at: float
+
+
+def carry_solution(homotopy: Homotopy, unknown: Array, omega: float, thorough: bool = True) -> Carried:
+    """Carry a solution of the first problem to the last one.
+
+    First with free frequency: each step of s solves for the nearest solution in the plane normal to the curve over
+    the frequency. Where this fails, the top of the branch is followed instead, as it is the last part of a shrinking
+    isolated branch to go, or the curve over s at fixed frequency, which may turn back in folds.
+
+    Parameters
+    ----------
+    homotopy : Homotopy
+        The problems, of which (x, omega) is a solution at s = 0.
+    unknown : (n,) float
+        x, m.
+    omega : float
+        Frequency, rad/s.
+    thorough : bool
+        Whether the top is followed.
+    """
+    continuation = _continuation(homotopy, 0.0)
+    start = continuation.solver.point(unknown, omega, (0.0 * unknown, 1.0), 0, 0.0, homotopy.options.step)
+    point, reached = _with_free_frequency(homotopy, start, 0.0, follow_top=False)
+    if reached < 1.0 and thorough:
+        point, reached = _with_free_frequency(homotopy, point, reached, follow_top=True)
+    if reached >= 1.0:
+        return Carried((point,), 1.0)
+    for before, after in pairwise(continue_in_parameter(homotopy, omega, unknown, 0.0, 1.0, MAX_POINTS)):
+        reached = max(reached, min(after.omega - 1.0, 1.0))
+        found = solution_between(homotopy, omega, before, after, 1.0)
+        if found is not None:
+            return Carried((found,), 1.0)
+    return Carried((), min(reached, 1.0))
+
+
+def _continuation(homotopy: Homotopy, s: float) -> Continuation:
+    """The continuation in the frequency at one value of s."""
+    return Continuation(
+        homotopy.balance(s), homotopy.options, parameters=ContinuationParameters(max_restart_distance=MAX_MOVE)
+    )
+
+
+def _with_free_frequency(
+    homotopy: Homotopy, start: SolutionPoint, s: float, follow_top: bool
+) -> tuple[SolutionPoint, float]:
+    """The last solution of a natural continuation in s, and the s that it reached."""
+    point, increment = start, (1.0 - s)
+    smallest = SMALLEST_INCREMENT_OF_TOP if follow_top else SMALLEST_INCREMENT
+    if follow_top:
+        point, increment = _top(_continuation(homotopy, s), point), 0.125
+    while s < 1.0 and increment >= smallest:
+        target = min(s + increment, 1.0)
+        continuation = _continuation(homotopy, target)
+        found = continuation.solver.refit(point)
+        if found is None:
+            increment /= 4.0
+            continue
+        point = _top(continuation, found) if follow_top else found
+        s, increment = target, 2.0 * increment
+    return point, s
+
+
+def _top(continuation: Continuation, start: SolutionPoint) -> SolutionPoint:
+    """The highest of the points uphill of `start`, up to the next peak."""
+    rising = amplitude_derivative(
+        replace(start, contact=start.balance.forces(start.unknown)), continuation.options.output
+    )
+    direction = replace(start if rising > 0.0 else start.reversed(), step=continuation.options.step)
+    top = start
+    for point in islice(continuation.continue_branch(direction), MAX_CLIMB):
+        if point.dA_ds < 0.0:
+            break
+        top = point
+    return top
+
+
+def continue_in_parameter(
+    homotopy: Homotopy, omega: float, unknown: Array, s: float, direction: float, max_points: int
+) -> Iterator[SolutionPoint]:
+    """Points (x, 1 + s) of the curve through a solution at the homotopy parameter `s`, at one frequency.
+
+    It ends beyond 0 or 1, after `max_points`, and where no next point is found. Folds in s are followed.
+
+    Parameters
+    ----------
+    homotopy : Homotopy
+        The problems.
+    omega : float
+        Frequency, rad/s.
+    unknown : (n,) float
+        The solution at `s`, m.
+    s : float
+        Homotopy parameter of the solution.
+    direction : float
+        +1: s grows at first. -1: it falls.
+    max_points : int
+        Number of points after which the curve is given up.
+    """
+    unit_range = 1.0 / (2.0 * math.pi), 2.0 / (2.0 * math.pi)  # Hz: omega from 1 to 2
+    options = replace(homotopy.options, frequency_hz=unit_range)
+    balance = FixedFrequencyBalance.of(homotopy, omega)
+    parameters = ContinuationParameters(frequency_scale=PARAMETER_SCALE)
+    continuation = Continuation(balance, options, parameters=parameters)
+    towards = 0.0 * unknown, direction
+    state = ContinuationState(continuation.solver.point(unknown, 1.0 + s, towards, 0, 0.0, options.step))
+    yield state.point
+    for _ in range(max_points):
+        step = continuation.next_point(state)
+        if step is None:
+            return
+        yield step.point
+        if not 1.0 <= step.point.omega <= 2.0:
+            return
+        crossed = () if step.branch_point is None else (step.branch_point,)
+        state = ContinuationState(step.point, state.point, state.branch_points + crossed)
+
+
+def solution_between(
+    homotopy: Homotopy, omega: float, before: SolutionPoint, after: SolutionPoint, s: float
+) -> SolutionPoint | None:
+    """The solution at the parameter `s` between two points of a curve over s; None if it does not lie between.
+
+    Parameters
+    ----------
+    homotopy : Homotopy
+        The problems.
+    omega : float
+        Frequency of the curve, rad/s.
+    before, after : SolutionPoint
+        Neighbouring points of `continue_in_parameter`.
+    s : float
+        Homotopy parameter asked for.
+    """
+    first, last = before.omega - 1.0 - s, after.omega - 1.0 - s
+    if not first * last < 0.0:
+        return None
+    balance = homotopy.balance(s)
+    guess = before.unknown + first / (first - last) * (after.unknown - before.unknown)
+    solved = solve_at(balance, omega, guess, homotopy.options, MAX_ITERATIONS)
+    if not solved.converged:
+        return None
+    solver = Continuation(balance, homotopy.options).solver
+    towards = 0.0 * solved.solution, 1.0
+    return solver.point(solved.solution, omega, towards, solved.iterations, 0.0, homotopy.options.step)

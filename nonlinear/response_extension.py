@@ -1,0 +1,168 @@
+"""Branches of other problems carried to the problem of a response curve."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from nonlinear.branches.branch_collection import BranchCollection
+from nonlinear.branches.branch_lifting import Lifting
+from nonlinear.branches.branch_starts import BranchStart
+from nonlinear.branches.detached_branches import FEW_HARMONICS
+from nonlinear.branches.homotopy import Homotopy
+from nonlinear.branches.known_branches import KnownBranch
+from nonlinear.branches.parameter_continuation import Carried, carry_solution
+from nonlinear.contact.fourier import to_real
+from nonlinear.contact.parameters import ContactParameters
+from nonlinear.continuation.arclength_continuation import Continuation, Progress
+from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.harmonic_balance.truncated_balances import pad_or_truncate
+from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
+from nonlinear.options import Excitation, SolverOptions
+from nonlinear.peak_errors import with_peak_errors
+from nonlinear.response_curve import ResponseCurve, assemble_curve, by_height
+from nonlinear.response_solver import build_continuation, lifting_to
+from nonlinear.worst_motion.worst_motion import find_worst_motion
+from rom import ModalModel, one_blas_thread
+
+SAME_AS_KNOWN = 0.01  # distance from a known branch, relative to the vibration, within which nothing is lifted
+Problem = tuple[ModalModel, ContactParameters, Excitation, SolverOptions]
+
+
+class LostStart(NamedTuple):
+    """A start whose branch does not exist at the problem it was carried to.
+
+    Attributes
+    ----------
+    start : BranchStart
+        The start.
+    at : float
+        Part of the way from the problem of the start, 0, to this one, 1, at which it was lost.
+    """
+
+    start: BranchStart
+    at: float
+
+
+@dataclass(frozen=True)
+class Extension:
+    """A response curve with branches carried from other problems.
+
+    Attributes
+    ----------
+    curve : ResponseCurve
+        The curve; the same object if there is nothing new.
+    lost : tuple of LostStart
+        Starts that did not reach the problem of the curve.
+    """
+
+    curve: ResponseCurve
+    lost: tuple[LostStart, ...] = ()
+
+
+def extend_response(
+    problem: Problem, curve: ResponseCurve, starts: Sequence[BranchStart], progress: Progress | None = None
+) -> ResponseCurve:
+    """The curve with the branches to which solutions of other problems lead.
+
+    Parameters
+    ----------
+    problem : tuple
+        Modal model, contact, excitation and options of the curve, as for `forced_response`.
+    curve : ResponseCurve
+        The curve.
+    starts : sequence of BranchStart
+        Solutions of problems with the same number of contact nodes.
+    progress : callable, optional
+        Called with the frequency (Hz) and the number of points at each new point.
+
+    Returns
+    -------
+    ResponseCurve
+        The curve with all branches, by falling highest amplitude; the same object if there is nothing new.
+    """
+    return carry_branches(problem, curve, starts, progress).curve
+
+
+def carry_branches(
+    problem: Problem, curve: ResponseCurve, starts: Sequence[BranchStart], progress: Progress | None = None
+) -> Extension:
+    """As `extend_response`, and where the starts were lost that did not reach the problem.
+
+    Each start is carried with few harmonics by continuation in a parameter that goes from its problem to this one.
+    What it reaches gets the harmonics of the curve, and is followed if it lies on no known branch.
+
+    Parameters
+    ----------
+    problem : tuple
+        Modal model, contact, excitation and options of the curve, as for `forced_response`.
+    curve : ResponseCurve
+        The curve.
+    starts : sequence of BranchStart
+        Solutions of problems with the same number of contact nodes.
+    progress : callable, optional
+        Called with the frequency (Hz) and the number of points at each new point.
+    """
+    modal, contact, excitation, options = problem
+    if not starts or not curve.points:
+        return Extension(curve)
+    with one_blas_thread():
+        try:
+            continuation, balances, _ = build_continuation(modal, contact, excitation, options)
+        except ArithmeticError:
+            return Extension(curve)
+        lifting = lifting_to(options, balances, curve.harmonics)
+        full = continuation.with_balance(balances.balance(lifting.numbers[-1]))
+        known = [_known(full.balance, branch) for branch in (curve, *curve.detached) if branch.points]
+        collection = BranchCollection(full, known, progress=progress)
+        lost = _offer(collection, lifting, starts, problem)
+    estimator = TruncationErrorEstimator(continuation, balances)
+    added = [
+        with_peak_errors(
+            assemble_curve(full.balance, found.branch, options.output, found.origin), found.branch, contact, estimator
+        )
+        for found in collection.found
+    ]
+    if not added:
+        return Extension(curve, lost)
+    extended = replace(curve, detached=by_height((*curve.detached, *added)))
+    return Extension(replace(extended, worst=find_worst_motion(problem, extended)), lost)
+
+
+def _offer(
+    collection: BranchCollection, lifting: Lifting, starts: Sequence[BranchStart], problem: Problem
+) -> tuple[LostStart, ...]:
+    """Carry all starts and add the branches that they reach; the starts that are lost."""
+    lost = []
+    few = lifting.balances.balance(min(FEW_HARMONICS[-1], lifting.numbers[-1]))
+    low, high = problem[3].omega_range
+    for start in starts:
+        carried = _carry(collection.continuation, few, start, problem)
+        if not carried.points:
+            lost.append(LostStart(start, carried.lost_at))
+        for point in carried.points:
+            if not low <= point.omega <= high:
+                continue
+            point = replace(point, balance=few)
+            if collection.is_known(point, SAME_AS_KNOWN):
+                continue
+            lifted = lifting.lift(collection.continuation, point)
+            if lifted is not None:
+                collection.offer(lifted, f"carried from {start.label}")
+    return tuple(lost)
+
+
+def _carry(continuation: Continuation, balance: HarmonicBalance, start: BranchStart, problem: Problem) -> Carried:
+    """Carry one start to the problem."""
+    _, contact, excitation, options = problem
+    homotopy = Homotopy(balance, (start.contact, contact), (start.force, excitation.force), options)
+    omega = 2.0 * np.pi * start.frequency_hz
+    unknown = pad_or_truncate(balance.unknown(start.displacement), balance)
+    return carry_solution(homotopy.from_solution(unknown, omega), unknown, omega)
+
+
+def _known(balance: HarmonicBalance, branch: ResponseCurve) -> KnownBranch:
+    """The solutions of a solved branch."""
+    rows = (balance.unknown(to_real(row)) for row in branch.relative_displacement)
+    return KnownBranch(2.0 * np.pi * branch.frequency_hz, np.stack([row.reshape(-1) for row in rows]))
