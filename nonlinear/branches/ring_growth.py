@@ -71,8 +71,8 @@ def _fill(
         if followed is not None and followed.grows(points[middle].omega) == growing:
             found[middle] = followed
             if _same_rate(followed.exponent.real, guess.exponent.real, SIMILAR_GROWTH if growing else SIMILAR_DECAY):
-                _interpolate(points, found, first, middle)
-                _interpolate(points, found, middle, last)
+                for ends in ((first, middle), (middle, last)):
+                    _fill_alike(stability, points, found, *ends, growing)
                 return
     if found[middle] is None:
         found[middle] = stability.worst_pattern(points[middle])
@@ -80,15 +80,24 @@ def _fill(
     _fill(stability, points, found, middle, last)
 
 
-def _interpolate(
-    points: list[SolutionPoint], found: dict[int, PatternExponent | None], first: int, last: int
+def _fill_alike(
+    stability: PointStability,
+    points: list[SolutionPoint],
+    found: dict[int, PatternExponent | None],
+    first: int,
+    last: int,
+    growing: bool,
 ) -> None:
-    """Exponents between two points with exponents of one family, linear in the arc length."""
+    """Exponents between two points whose exponents are alike: a decay linear in the arc length, a growth followed."""
     one, other = found[first], found[last]
     assert one is not None
     assert other is not None
     for index in range(first + 1, last):
-        found[index] = _between(points, (first, index, last), one, other)
+        point, between = points[index], _between(points, (first, index, last), one, other)
+        followed = stability.follow_pattern(point, between) if growing else between
+        if growing and (followed is None or not followed.grows(point.omega)):
+            followed = stability.worst_pattern(point)
+        found[index] = followed
 
 
 def _alike(before: SolutionPoint, after: SolutionPoint, one: PatternExponent, other: PatternExponent) -> bool:
