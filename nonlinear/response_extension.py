@@ -135,7 +135,7 @@ def _offer(
 ) -> tuple[LostStart, ...]:
     """Carry all starts and add the branches that they reach; the starts that are lost.
 
-    The curve over the parameter at fixed frequency, which costs most, is followed until one start of a branch is lost.
+    The curve over s at fixed frequency, which costs most, is followed until one start of a branch is lost.
     """
     lost: list[LostStart] = []
     ended: set[tuple[str, int]] = set()
