@@ -81,7 +81,8 @@ class ResponseCurve:
     harmonics : int
         Number of harmonics H.
     truncation_error : float
-        Estimated relative error of the peak amplitude by neglected harmonics; NaN without an estimate.
+        Estimated relative error of the highest amplitude of the branch by neglected harmonics; NaN without an
+        estimate.
     sampling_error, sampling_frequency_error : float
         Estimated relative errors of the amplitude and of the frequency of the peak by time sampling; 0 with
         event-driven integration, NaN without an estimate, inf where the peak is lost without samples.
@@ -96,6 +97,15 @@ class ResponseCurve:
         Lowest and highest peak over the admissible residual tractions; None unless asked for.
     worst : WorstMotion or None
         The highest motion that can persist on any branch; None on a detached branch and without points.
+    truncation_branch : str
+        Where the peak lies with more harmonics. "kept": on the branch. "detached": on a detached branch; the branch
+        itself is lower, and `truncation_error` compares with its highest amplitude. "lost": not known, and the error
+        may be larger than estimated. "": no estimate.
+    truncation_frequency_hz : float
+        Frequency of the highest amplitude of the branch with more harmonics, Hz.
+    motion_truncation_error : float
+        Estimated relative error of the motion at the peak, on whatever branch it lies with more harmonics. Smaller
+        than `truncation_error` where the peak detaches.
     """
 
     termination: TerminationReason
@@ -131,6 +141,9 @@ class ResponseCurve:
     free_nodes: int = -1
     residual_bounds: ResidualBounds | None = None
     worst: WorstMotion | None = None
+    truncation_branch: str = ""
+    truncation_frequency_hz: float = float("nan")
+    motion_truncation_error: float = float("nan")
 
     @property
     def points(self) -> int:
@@ -144,13 +157,7 @@ class ResponseCurve:
         return np.flatnonzero(direction[1:] * direction[:-1] < 0) + 1
 
 
-def assemble_curve(
-    balance: HarmonicBalance,
-    branch: Branch,
-    output: str,
-    truncation_error: float = float("nan"),
-    origin: str = "",
-) -> ResponseCurve:
+def assemble_curve(balance: HarmonicBalance, branch: Branch, output: str, origin: str = "") -> ResponseCurve:
     """The quantities of all points of a branch as arrays; `balance` gives the sizes of a branch without points."""
     points = branch.points
     n_contacts = balance.n_contacts
@@ -202,7 +209,7 @@ def assemble_curve(
         ),
         seconds=0.0,
         harmonics=n_harmonics,
-        truncation_error=truncation_error,
+        truncation_error=float("nan"),
         origin=origin,
     )
 

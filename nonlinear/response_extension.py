@@ -18,7 +18,9 @@ from nonlinear.contact.parameters import ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_balance.truncated_balances import pad_or_truncate
+from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
 from nonlinear.options import Excitation, SolverOptions
+from nonlinear.peak_errors import with_peak_errors
 from nonlinear.response_curve import ResponseCurve, assemble_curve, by_height
 from nonlinear.response_solver import build_continuation, lifting_to
 from nonlinear.worst_motion.worst_motion import find_worst_motion
@@ -115,8 +117,12 @@ def carry_branches(
         known = [_known(full.balance, branch) for branch in (curve, *curve.detached) if branch.points]
         collection = BranchCollection(full, known, progress=progress)
         lost = _offer(collection, lifting, starts, problem)
+    estimator = TruncationErrorEstimator(continuation, balances)
     added = [
-        assemble_curve(full.balance, found.branch, options.output, origin=found.origin) for found in collection.found
+        with_peak_errors(
+            assemble_curve(full.balance, found.branch, options.output, found.origin), found.branch, contact, estimator
+        )
+        for found in collection.found
     ]
     if not added:
         return Extension(curve, lost)

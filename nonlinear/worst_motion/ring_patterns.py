@@ -77,9 +77,10 @@ class RingPatterns:
             small = [item for item in approximate if self.ring.blades(item[1]) <= most_blades]
             near = [item for item in small if item[0].real >= NEARLY * small[0][0].real]
             near = sorted(near, key=lambda item: self.ring.blades(item[1]))
-            starts = [PatternExponent(self.omega * sigma, k) for sigma, k in near[:1]]
-            refined = self._stability.followed(self._contact, starts)
-            found += [] if refined is None else [refined]
+            for sigma, k in near[:1]:
+                start = PatternExponent(self.omega * sigma, k)
+                refined = self._stability.followed(self._contact, start, climb=False)
+                found += [] if refined is None else [refined]
         return max(found, key=lambda pattern: pattern.exponent.real)
 
     @cached_property

@@ -55,7 +55,7 @@ def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
         "peaks": json.dumps([asdict(item) for item in response.peaks]),
         "energy_error": float(np.nanmax(errors)) if np.any(np.isfinite(errors)) else math.nan,
         "harmonics": int(response.harmonics),
-        "truncation_error": float(response.truncation_error),
+        **truncation(response),
         "sampling_error": float(response.sampling_error),
         "sampling_frequency_error": float(response.sampling_frequency_error),
         "bifurcations": json.dumps([_bifurcation(item) for item in response.bifurcations]),
@@ -107,6 +107,22 @@ def _detached(branch: ResponseCurve) -> dict[str, Any]:
         "reason": branch.termination.message,
         "origin": branch.origin,
         "born_between": [],
+        **{name: _plain(value) for name, value in truncation(branch).items()},
+    }
+
+
+def _plain(value: Any) -> Any:
+    """A value with None in place of NaN and infinity, which JSON does not have."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def truncation(response: ResponseCurve) -> dict[str, Any]:
+    """What is known of the truncation error of a branch."""
+    return {
+        "truncation_error": float(response.truncation_error),
+        "truncation_branch": str(response.truncation_branch),
+        "truncation_frequency_hz": float(response.truncation_frequency_hz),
+        "motion_truncation_error": float(response.motion_truncation_error),
     }
 
 

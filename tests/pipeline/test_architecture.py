@@ -35,6 +35,7 @@ LAYERS = {
         {"branches", "harmonic_selection"},
         {"residual_tractions"},
         {"response_curve"},
+        {"peak_errors"},
         {"worst_motion"},
         {"response_solver"},
         {"response_extension"},
