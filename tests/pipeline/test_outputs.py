@@ -58,6 +58,13 @@ CURVE_KEYS = {
     "worst_ring_blades",
     "worst_searched",
     "worst_unresolved",
+    "free_nodes",
+    "residual_lowest_m",
+    "residual_lowest_hz",
+    "residual_lowest_static_m",
+    "residual_highest_m",
+    "residual_highest_hz",
+    "residual_highest_static_m",
 }
 
 
