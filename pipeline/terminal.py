@@ -77,6 +77,7 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
     """The table of the curves, with notes and warnings on them."""
     from pipeline.results.frequency_range import range_warning
     from pipeline.results.tables import (
+        branch_warning,
         coriolis_notes,
         curve_table,
         harmonics_warning,
@@ -97,6 +98,8 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         print_notes([warning], "warning")
     if warning := harmonics_warning(outcome):
         print_error(warning)
+    if warning := branch_warning(outcome):
+        print_notes([warning], "warning")
     if warning := sampling_warning(outcome):
         print_error(warning)
     if warning := range_warning(outcome, request.scene.first):

@@ -128,6 +128,8 @@ def _read(group: h5py.Group) -> ResponseCurve:
     values["harmonic_m"] = np.column_stack(columns) if columns else np.empty((values["frequency_hz"].size, 0))
     for name in ("seconds", "truncation_error", "sampling_error", "sampling_frequency_error"):
         values[name] = float(attributes[name])
+    for name in ("truncation_frequency_hz", "motion_truncation_error"):
+        values[name] = float(attributes.get(name, float("nan")))
     return ResponseCurve(
         **values,
         termination=TerminationReason(
@@ -141,6 +143,7 @@ def _read(group: h5py.Group) -> ResponseCurve:
         ),
         harmonics=n_harmonics,
         origin=str(attributes["origin"]),
+        truncation_branch=str(attributes.get("truncation_branch", "")),
     )
 
 
