@@ -130,6 +130,8 @@ def _read(group: h5py.Group) -> ResponseCurve:
     values["harmonic_m"] = np.column_stack(columns) if columns else np.empty((values["frequency_hz"].size, 0))
     for name in ("seconds", "truncation_error", "sampling_error", "sampling_frequency_error"):
         values[name] = float(attributes[name])
+    for name in ("truncation_frequency_hz", "motion_truncation_error"):
+        values[name] = float(attributes.get(name, float("nan")))
     return ResponseCurve(
         **values,
         termination=TerminationReason(
@@ -144,6 +146,7 @@ def _read(group: h5py.Group) -> ResponseCurve:
         harmonics=n_harmonics,
         origin=str(attributes["origin"]),
         free_nodes=int(attributes["free_nodes"]),
+        truncation_branch=str(attributes.get("truncation_branch", "")),
     )
 
 
