@@ -96,7 +96,7 @@ def warm_up(case: CurveCase) -> None:
     scene = scene_with(case.scene, coarse)
     with built_mesh(scene) as built:
         problem = curve_problem(built.reduced().file, scene)
-    problem.solve(harmonics=3, stability="floquet", truncation=True)
+    problem.solve(harmonics=3, stability="ring", truncation=True)
     problem.solve(integration="sampled", samples=32)
 
 

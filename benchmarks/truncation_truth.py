@@ -117,7 +117,7 @@ def estimate_of(problem: Problem, branch: Branch) -> float:
     from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
 
     estimator = TruncationErrorEstimator(problem.continuation, problem.balances)
-    return estimator.at_peak(branch.points, branch.peak_indices)
+    return estimator.of_branch(branch.points, branch.peak_indices)
 
 
 def truth_of(problem: Problem, branch: Branch, seconds: float) -> Truth:

@@ -1,8 +1,10 @@
 """Nonlinear forced response: contact element, harmonic balance and continuation on a modal model.
 
 The sub-packages, each built on those before it: `contact` (contact forces), `harmonic_balance` (the equations),
-`stability` (Floquet exponents), `continuation` (points along a curve), `branches` (whole branches with peaks and
-bifurcations), `harmonic_selection` (truncation error). `response_solver` puts them together.
+`stability` (Floquet exponents), `time_integration` (rings of blades in time), `continuation` (points along a curve),
+`branches` (whole branches with peaks and bifurcations), `harmonic_selection` (truncation error),
+`residual_tractions` (bounds of the peak), `worst_motion` (the highest motion that persists). `response_solver` puts
+them together.
 
 A name is imported from its file when it is first asked for: options and limits need neither NumPy nor numba.
 
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from nonlinear.branches.branch_starts import BranchStart, branch_starts
     from nonlinear.branches.peaks import Peak
     from nonlinear.branches.termination import TerminationReason
+    from nonlinear.branches.worst_motion import WorstMotion
     from nonlinear.contact.contact_cycle import ContactCycle, contact_cycle
     from nonlinear.contact.element_choice import contact_element
     from nonlinear.contact.parameters import (
@@ -34,9 +37,15 @@ if TYPE_CHECKING:
     )
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
     from nonlinear.options import MOST_UNKNOWNS, Excitation, OptionsError, SolverOptions, least_samples
+    from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
     from nonlinear.response_solver import build_harmonic_balance, forced_response
+    from nonlinear.time_integration.residual_flexibility import StepError
+    from nonlinear.time_integration.ring import Ring, RingState
+    from nonlinear.time_integration.ring_integrator import ContactIterationError, RingIntegrator, RingRecord
+    from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
+    from nonlinear.worst_motion.worst_motion import find_worst_motion
 
 __all__ = [
     "LIFT_OFF",
@@ -50,6 +59,7 @@ __all__ = [
     "ContactElement",
     "ContactError",
     "ContactForces",
+    "ContactIterationError",
     "ContactParameters",
     "Excitation",
     "Extension",
@@ -57,16 +67,28 @@ __all__ = [
     "LinearisedResidual",
     "OptionsError",
     "Peak",
+    "ResidualBounds",
+    "ResidualExtreme",
     "ResponseCurve",
+    "Ring",
+    "RingIntegrator",
+    "RingLimits",
+    "RingMotion",
+    "RingRecord",
+    "RingState",
     "SolverOptions",
+    "StepError",
     "TerminationReason",
+    "WorstMotion",
     "branch_starts",
     "build_harmonic_balance",
     "carry_branches",
     "contact_cycle",
     "contact_element",
     "extend_response",
+    "find_worst_motion",
     "forced_response",
+    "integrate_ring",
     "least_samples",
     "punch_stiffness",
 ]
@@ -93,15 +115,28 @@ _PLACES = {
     "LinearisedResidual": "nonlinear.harmonic_balance.residual",
     "OptionsError": "nonlinear.options",
     "Peak": "nonlinear.branches.peaks",
+    "ResidualBounds": "nonlinear.residual_tractions.residual_bounds",
+    "ResidualExtreme": "nonlinear.residual_tractions.residual_bounds",
     "ResponseCurve": "nonlinear.response_curve",
     "SolverOptions": "nonlinear.options",
     "TerminationReason": "nonlinear.branches.termination",
+    "WorstMotion": "nonlinear.branches.worst_motion",
     "contact_cycle": "nonlinear.contact.contact_cycle",
     "contact_element": "nonlinear.contact.element_choice",
     "forced_response": "nonlinear.response_solver",
     "build_harmonic_balance": "nonlinear.response_solver",
     "least_samples": "nonlinear.options",
     "punch_stiffness": "nonlinear.contact.parameters",
+    "find_worst_motion": "nonlinear.worst_motion.worst_motion",
+    "ContactIterationError": "nonlinear.time_integration.ring_integrator",
+    "Ring": "nonlinear.time_integration.ring",
+    "RingIntegrator": "nonlinear.time_integration.ring_integrator",
+    "RingLimits": "nonlinear.time_integration.ring_motion",
+    "RingMotion": "nonlinear.time_integration.ring_motion",
+    "RingRecord": "nonlinear.time_integration.ring_integrator",
+    "RingState": "nonlinear.time_integration.ring",
+    "StepError": "nonlinear.time_integration.residual_flexibility",
+    "integrate_ring": "nonlinear.time_integration.ring_motion",
 }
 
 

@@ -6,7 +6,8 @@ from typing import Literal
 
 Method = Literal["coupled", "static-first"]
 Integration = Literal["exact", "sampled"]
-Stability = Literal["floquet", "folds"]
+Stability = Literal["ring", "wave", "folds"]
+ResidualTractions = Literal["projected", "bounds"]
 
 MOST_UNKNOWNS = 10_000  # of a harmonic balance; its dense Jacobian then takes 0.8 GB
 
@@ -64,10 +65,16 @@ class SolverOptions:
     detached : bool
         Whether isolated branches are searched for.
     stability : str
-        "floquet": Floquet exponents of every point. "folds": only the sign of det dR/dx, which tells the unstable
-        part between two folds.
+        "ring": Floquet exponents of every point, for perturbations of every nodal diameter that the ring allows.
+        "wave": only for perturbations with the symmetry of the travelling wave. "folds": only the sign of det dR/dx,
+        which tells the unstable part between two folds.
     truncation : bool
         Whether the truncation error is estimated. This takes about half the time of the curve.
+    residual_tractions : str
+        "projected": sliders start at `ContactParameters.slider_origin`, and the traction of a node that sticks all
+        the time follows. "bounds": the lowest and the highest peak over all its admissible tractions as well.
+    time_integration : bool
+        Whether the worst motion is sought by time integration too, where no solution that is high enough is stable.
     output : str
         Name of the output whose peaks are located.
     tolerance : float
@@ -89,8 +96,10 @@ class SolverOptions:
     samples: int = 1024
     method: Method = "coupled"
     detached: bool = True
-    stability: Stability = "floquet"
+    stability: Stability = "ring"
     truncation: bool = True
+    residual_tractions: ResidualTractions = "projected"
+    time_integration: bool = True
     output: str = "tip"
     tolerance: float = 1e-13
     round_off: float = 1e-12
@@ -114,10 +123,14 @@ class SolverOptions:
             raise OptionsError(f"samples: {self.samples}, allowed: {least} or more for so many harmonics")
         if self.integration not in ("exact", "sampled"):
             raise OptionsError(f'integration: {self.integration!r}, allowed: "exact" or "sampled"')
-        if self.stability not in ("floquet", "folds"):
-            raise OptionsError(f'stability: {self.stability!r}, allowed: "floquet" or "folds"')
+        if self.stability not in ("ring", "wave", "folds"):
+            raise OptionsError(f'stability: {self.stability!r}, allowed: "ring", "wave" or "folds"')
         if self.method not in ("coupled", "static-first"):
             raise OptionsError(f'method: {self.method!r}, allowed: "coupled" or "static-first"')
+        if self.residual_tractions not in ("projected", "bounds"):
+            raise OptionsError(f'residual_tractions: {self.residual_tractions!r}, allowed: "projected" or "bounds"')
+        if self.residual_tractions == "bounds" and self.method != "coupled":
+            raise OptionsError(f'method: {self.method!r}, allowed with residual_tractions "bounds": "coupled"')
 
     @property
     def omega_range(self) -> tuple[float, float]:

@@ -10,11 +10,13 @@ from nonlinear.branches.bifurcations import Bifurcation
 from nonlinear.branches.branch import Branch
 from nonlinear.branches.peaks import Peak
 from nonlinear.branches.termination import TerminationReason
+from nonlinear.branches.worst_motion import WorstMotion
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.continuation.response_quantities import evaluate_responses, largest_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.residual_tractions.residual_bounds import ResidualBounds
 
 MAX_BATCH = 500  # points whose modal coordinates are in memory at a time
 AMPLITUDE_JUMP = 0.02  # largest relative jump of the amplitude where the number of harmonics changes
@@ -40,11 +42,15 @@ class ResponseCurve:
     phase_rad : (P,) float
         Phase of harmonic 1 of the output, rad.
     stable : (P,) bool
-        Whether all Floquet exponents have negative real parts, for perturbations with the symmetry of the travelling
-        wave. Without exponents: False only where an odd number of real exponents is positive, between two folds.
+        Whether no Floquet exponent grows, Re lambda <= 1e-6 omega, in perturbations of all nodal diameters that the
+        ring allows; with `stability="wave"` of that of the wave. Without exponents: False only where an odd number
+        of real exponents is positive, between two folds.
     growth_rate : (P,) float
-        Largest real part of the Floquet exponents, 1/s; on linear segments that of the poles of the ring with its
-        contact springs. NaN without exponents.
+        Largest real part of the Floquet exponents over all perturbations looked at, 1/s; on linear segments that of
+        the poles of the ring with its contact springs. NaN without exponents.
+    growth_nodal_diameter : (P,) int
+        k of that perturbation: its phase shift from blade to blade is 2 pi k / N_b beside that of the wave,
+        0 <= k <= N_b / 2 (-k has the complex conjugate exponents); -1 where not known.
     sticking, slipping, separating : (P,) int
         Number of contact nodes that stick all the time, that slip at some time without opening, that open at some
         time.
@@ -75,7 +81,8 @@ class ResponseCurve:
     harmonics : int
         Number of harmonics H.
     truncation_error : float
-        Estimated relative error of the peak amplitude by neglected harmonics; NaN without an estimate.
+        Estimated relative error of the highest amplitude of the branch by neglected harmonics; NaN without an
+        estimate.
     sampling_error, sampling_frequency_error : float
         Estimated relative errors of the amplitude and of the frequency of the peak by time sampling; 0 with
         event-driven integration, NaN without an estimate, inf where the peak is lost without samples.
@@ -83,6 +90,22 @@ class ResponseCurve:
         Isolated branches, and the far part of an incomplete curve.
     origin : str
         How a detached branch was found; empty for the main branch.
+    free_nodes : int
+        Contact nodes at which friction leaves the static traction undetermined at the peak, as they stick all the
+        time along t1 or t2; -1 where it is not known.
+    residual_bounds : ResidualBounds or None
+        Lowest and highest peak over the admissible residual tractions; None unless asked for.
+    worst : WorstMotion or None
+        The highest motion that can persist on any branch; None on a detached branch and without points.
+    truncation_branch : str
+        Where the peak lies with more harmonics. "kept": on the branch. "detached": on a detached branch; the branch
+        itself is lower, and `truncation_error` compares with its highest amplitude. "lost": not known, and the error
+        may be larger than estimated. "": no estimate.
+    truncation_frequency_hz : float
+        Frequency of the highest amplitude of the branch with more harmonics, Hz.
+    motion_truncation_error : float
+        Estimated relative error of the motion at the peak, on whatever branch it lies with more harmonics. Smaller
+        than `truncation_error` where the peak detaches.
     """
 
     termination: TerminationReason
@@ -93,6 +116,7 @@ class ResponseCurve:
     phase_rad: Array
     stable: NDArray[np.bool_]
     growth_rate: Array
+    growth_nodal_diameter: NDArray[np.int64]
     sticking: NDArray[np.int64]
     slipping: NDArray[np.int64]
     separating: NDArray[np.int64]
@@ -114,6 +138,12 @@ class ResponseCurve:
     sampling_frequency_error: float = float("nan")
     detached: tuple["ResponseCurve", ...] = ()
     origin: str = ""
+    free_nodes: int = -1
+    residual_bounds: ResidualBounds | None = None
+    worst: WorstMotion | None = None
+    truncation_branch: str = ""
+    truncation_frequency_hz: float = float("nan")
+    motion_truncation_error: float = float("nan")
 
     @property
     def points(self) -> int:
@@ -127,13 +157,7 @@ class ResponseCurve:
         return np.flatnonzero(direction[1:] * direction[:-1] < 0) + 1
 
 
-def assemble_curve(
-    balance: HarmonicBalance,
-    branch: Branch,
-    output: str,
-    truncation_error: float = float("nan"),
-    origin: str = "",
-) -> ResponseCurve:
+def assemble_curve(balance: HarmonicBalance, branch: Branch, output: str, origin: str = "") -> ResponseCurve:
     """The quantities of all points of a branch as arrays; `balance` gives the sizes of a branch without points."""
     points = branch.points
     n_contacts = balance.n_contacts
@@ -166,6 +190,7 @@ def assemble_curve(
         phase_rad=np.angle(response[:, 1]),
         stable=np.array([point.stable for point in points], dtype=bool),
         growth_rate=np.array([point.growth_rate for point in points]),
+        growth_nodal_diameter=np.array([point.growth_nodal_diameter for point in points], dtype=int),
         sticking=(state == STICK).sum(axis=1),
         slipping=(state == SLIP).sum(axis=1),
         separating=(state == LIFT_OFF).sum(axis=1),
@@ -180,11 +205,11 @@ def assemble_curve(
         peak=_highest(peaks, frequency_hz, amplitude, SAME_AMPLITUDE if len(numbers) < 2 else AMPLITUDE_JUMP),
         peaks=peaks,
         bifurcations=tuple(
-            Bifurcation(kind, float(frequency_hz[i]), float(amplitude[i]), i) for kind, i in branch.bifurcations
+            Bifurcation(kind, float(frequency_hz[i]), float(amplitude[i]), i, k) for kind, i, k in branch.bifurcations
         ),
         seconds=0.0,
         harmonics=n_harmonics,
-        truncation_error=truncation_error,
+        truncation_error=float("nan"),
         origin=origin,
     )
 

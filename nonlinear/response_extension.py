@@ -18,9 +18,12 @@ from nonlinear.contact.parameters import ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_balance.truncated_balances import pad_or_truncate
+from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
 from nonlinear.options import Excitation, SolverOptions
+from nonlinear.peak_errors import with_peak_errors
 from nonlinear.response_curve import ResponseCurve, assemble_curve, by_height
 from nonlinear.response_solver import build_continuation, lifting_to
+from nonlinear.worst_motion.worst_motion import find_worst_motion
 from rom import ModalModel, one_blas_thread
 
 SAME_AS_KNOWN = 0.01  # distance from a known branch, relative to the vibration, within which nothing is lifted
@@ -114,12 +117,17 @@ def carry_branches(
         known = [_known(full.balance, branch) for branch in (curve, *curve.detached) if branch.points]
         collection = BranchCollection(full, known, progress=progress)
         lost = _offer(collection, lifting, starts, problem)
+    estimator = TruncationErrorEstimator(continuation, balances)
     added = [
-        assemble_curve(full.balance, found.branch, options.output, origin=found.origin) for found in collection.found
+        with_peak_errors(
+            assemble_curve(full.balance, found.branch, options.output, found.origin), found.branch, contact, estimator
+        )
+        for found in collection.found
     ]
     if not added:
         return Extension(curve, lost)
-    return Extension(replace(curve, detached=by_height((*curve.detached, *added))), lost)
+    extended = replace(curve, detached=by_height((*curve.detached, *added)))
+    return Extension(replace(extended, worst=find_worst_motion(problem, extended)), lost)
 
 
 def _offer(

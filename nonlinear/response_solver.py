@@ -7,7 +7,6 @@ from nonlinear.branches.branch import Branch, with_stability
 from nonlinear.branches.branch_lifting import Lifting
 from nonlinear.branches.detached_branches import detached_branches
 from nonlinear.branches.range_continuation import continue_over_range
-from nonlinear.branches.sampling_error import sampling_error
 from nonlinear.branches.termination import TerminationReason
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactElement, ContactError, ContactParameters
@@ -22,9 +21,13 @@ from nonlinear.harmonic_selection.adaptive_harmonics import (
     HarmonicSelection,
     feasible_harmonic_numbers,
 )
-from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
+from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator, TruncationEstimate
 from nonlinear.options import Excitation, SolverOptions
+from nonlinear.peak_errors import with_peak_errors
+from nonlinear.residual_tractions.residual_bounds import residual_bounds
+from nonlinear.residual_tractions.traction_levels import free_tractions
 from nonlinear.response_curve import ResponseCurve, assemble_curve, by_height
+from nonlinear.worst_motion.worst_motion import find_worst_motion
 from rom import ModalModel, RelativeReceptance, one_blas_thread
 
 LEAST_HARMONICS = 7  # that detached branches may have with harmonics "auto", where the main branch has fewer
@@ -71,6 +74,7 @@ def forced_response(
     started = time.perf_counter()
     with one_blas_thread():
         curve = _solve(modal, contact, excitation, options, progress)
+        curve = replace(curve, worst=find_worst_motion((modal, contact, excitation, options), curve))
     # even this clock may be set back, when a virtual machine moves
     return replace(curve, seconds=max(0.0, time.perf_counter() - started))
 
@@ -96,7 +100,9 @@ def build_continuation(
         options,
         find_resonances(receptance, contact, options),
         contact,
-        stability=PointStability(contact, balances) if options.stability == "floquet" else None,
+        stability=None
+        if options.stability == "folds"
+        else PointStability(contact, balances, options.stability == "ring"),
     )
     return continuation, balances, static
 
@@ -118,20 +124,39 @@ def _solve(
     balance = continuation.balance
     estimator = TruncationErrorEstimator(continuation, balances)
     if options.harmonics == "auto":
-        branches, truncation_error = _with_adaptive_harmonics(continuation, estimator, static, progress)
+        branches, truncation = _with_adaptive_harmonics(continuation, estimator, static, progress)
     else:
-        branches, truncation_error = continue_over_range(continuation, static, progress), float("nan")
+        branches, truncation = continue_over_range(continuation, static, progress), TruncationEstimate()
         if options.truncation:
-            truncation_error = estimator.at_peak(branches[0].points, branches[0].peak_indices)
-    curve = assemble_curve(balance, branches[0], options.output, truncation_error)
-    sampling = sampling_error(continuation, contact, branches[0].points, curve.peak)
-    curve = replace(curve, sampling_error=sampling.amplitude, sampling_frequency_error=sampling.frequency)
-    others = [assemble_curve(balance, branch, options.output) for branch in branches[1:]]
+            truncation = estimator.of_branch(branches[0].points, branches[0].peak_indices)
+    curve = assemble_curve(balance, branches[0], options.output)
+    curve = with_peak_errors(curve, branches[0], contact, estimator, truncation)
+    curve = _with_residual_tractions(curve, continuation, contact, branches[0], static)
+    others = [(branch, "") for branch in branches[1:]]
     if options.detached:
         lifting = lifting_to(options, balances, curve.harmonics)
-        for found in detached_branches(continuation, lifting, branches, static, progress):
-            others.append(assemble_curve(balance, found.branch, options.output, origin=found.origin))
-    return replace(curve, detached=by_height(others))
+        found = detached_branches(continuation, lifting, branches, static, progress)
+        others += [(each.branch, each.origin) for each in found]
+    detached = [
+        with_peak_errors(assemble_curve(balance, branch, options.output, origin), branch, contact, estimator)
+        for branch, origin in others
+    ]
+    return replace(curve, detached=by_height(detached))
+
+
+def _with_residual_tractions(
+    curve: ResponseCurve, continuation: Continuation, contact: ContactParameters, branch: Branch, static: Array
+) -> ResponseCurve:
+    """The main curve with what the residual tractions leave open at its peak."""
+    if curve.peak is None:
+        return curve
+    index = curve.peak.index
+    point = branch.points[index]
+    free = free_tractions(contact, point.balance.element, point.displacement)
+    curve = replace(curve, free_nodes=int(free.any(axis=1).sum()))
+    if continuation.options.residual_tractions != "bounds":
+        return curve
+    return replace(curve, residual_bounds=residual_bounds(continuation, contact, branch, index, static))
 
 
 def lifting_to(options: SolverOptions, balances: TruncatedBalances, most: int) -> Lifting:
@@ -145,7 +170,7 @@ def lifting_to(options: SolverOptions, balances: TruncatedBalances, most: int) -
 
 def _with_adaptive_harmonics(
     continuation: Continuation, estimator: TruncationErrorEstimator, static: Array, progress: Progress | None
-) -> tuple[list[Branch], float]:
+) -> tuple[list[Branch], TruncationEstimate]:
     """Branches with as many harmonics at each point as the tolerance asks for, and the truncation error of the peak.
 
     The selection along the curve rests on a cheap estimate. Then the peaks and some points along the curve are solved
@@ -161,10 +186,10 @@ def _with_adaptive_harmonics(
         start = continuation.with_balance(estimator.balances.balance(n_harmonics))
         branches = continue_over_range(replace(start, adapt=selection), static, progress)
         main = branches[0]
-        at_peak = estimator.at_peak(main.points, main.peak_indices)
+        at_peak = estimator.of_branch(main.points, main.peak_indices)
         if (
             (main.termination.complete or n_harmonics == numbers[-1])
-            and at_peak <= tolerance
+            and at_peak.error <= tolerance
             and estimator.along_curve(main.points, main.peak_indices) <= tolerance
         ):
             break

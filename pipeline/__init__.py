@@ -12,11 +12,12 @@ if TYPE_CHECKING:
     from pipeline.figures.curve_line import plot_curve
     from pipeline.figures.style import ordered_colours, styled
     from pipeline.python_interface import run_scene
-    from pipeline.results.results import Curve, Results, read_results
+    from pipeline.results.results import Curve, DetachedBranch, Results, read_results
     from pipeline.scene.reading import Member, SceneFile, read_scene
 
 __all__ = [
     "Curve",
+    "DetachedBranch",
     "InputError",
     "Member",
     "Results",
@@ -31,6 +32,7 @@ __all__ = [
 
 _PLACES = {
     "Curve": "pipeline.results.results",
+    "DetachedBranch": "pipeline.results.results",
     "InputError": "pipeline.errors",
     "Member": "pipeline.scene.reading",
     "Results": "pipeline.results.results",

@@ -44,6 +44,10 @@ TOLERANCES = 1e-6, 0.5
 ALLOWED = {  # values of options by their names
     "until": ", ".join(Stage),
     "jobs": f"a whole number, 1 to {MOST_JOBS}",
+    "curve": "a whole number, 0 or more",
+    "frequency": "a number, Hz",
+    "branch": "a whole number, 0 or more",
+    "solution": "a whole number, 1 or more",
     "tolerance": "a number, {:g} to {:g}".format(*TOLERANCES),
 }
 
@@ -150,6 +154,46 @@ def report(
 ) -> None:
     """Run a scene and write one self-contained page about it: report.html in the output folder."""
     run(scene, out, Stage.REPORT, force, jobs, quiet, as_json)
+
+
+@app.command()
+def check(
+    scene: SceneArgument,
+    frequency: Annotated[float, typer.Option(metavar="HZ", help="Excitation frequency of the motion, Hz.")],
+    curve: Annotated[int, typer.Option(min=0, metavar="N", help="Number of the curve, from 0.")] = 0,
+    branch: Annotated[
+        int | None, typer.Option(min=0, metavar="K", help="0: main branch, K: detached branch K; all by default.")
+    ] = None,
+    solution: Annotated[
+        int, typer.Option(min=1, metavar="N", help="Which of the solutions at the frequency; 1, the highest.")
+    ] = 1,
+    rom: Annotated[
+        Path | None, typer.Option("--rom", metavar="FILE.h5", help="Reduced model, as in respond.", readable=False)
+    ] = None,
+    out: OutOption = None,
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Integrate the ring in time from one motion of a curve: it stays, or where it goes and how high."""
+    from pipeline.check.check_point import CheckedPoint
+    from pipeline.check.check_run import run_check
+    from pipeline.process.progress import Reporter
+    from pipeline.results.outputs import as_json as json_text
+    from pipeline.scene.reading import read_scene
+    from pipeline.stages.request import Request
+
+    file = read_scene(scene, given_model=rom is not None)
+    request = Request(file, out or Path("out") / file.first.name, Stage.RESPOND.value, rom=rom)
+    point = CheckedPoint(curve, frequency, branch, solution)
+    if not quiet:
+        print_notes(file.notes)
+    with _stoppable() as interrupts:
+        found = run_check(request, point, Reporter(quiet, interrupts=interrupts))
+    if as_json:
+        print(json_text(found.values))
+    elif not quiet:
+        print("\n".join(found.lines))
+    print_problems(found.problems)
 
 
 @app.command()

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +19,7 @@ from pipeline.results.publishing import PicturesMissing
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.stages.cache_keys import curve_key
+from pipeline.stages.carry_branches import BranchCarrier
 from pipeline.stages.code_fingerprint import remember_code
 from pipeline.stages.request import Request, Run, RunOutcome
 from pipeline.stages.respond import CurveJob, CurveResult, CurveSolver
@@ -63,6 +67,32 @@ def execute(request: Request, reporter: Reporter) -> RunOutcome:
         reporter.line(f"warning: {line}")
     with working_store(request.out, request.force, reporter) as store:
         return _execute(Run(request, store, StageLog(), reporter), given, start)
+
+
+@contextmanager
+def solved_curves(request: Request, reporter: Reporter) -> Iterator[tuple[Run, RunOutcome]]:
+    """The curves of a scene, found in the store or solved; nothing but the store is written.
+
+    The output folder stays locked within the block.
+
+    Parameters
+    ----------
+    request : Request
+        Scene and output folder, up to the stage "respond".
+    reporter : Reporter
+        Says what is going on.
+
+    Raises
+    ------
+    InputError, StorageError
+        As `execute`.
+    """
+    remember_code()
+    given = _check(request)
+    with working_store(request.out, request.force, reporter) as store:
+        run, outcome = Run(request, store, StageLog(), reporter), RunOutcome()
+        _respond(run, models_of_blade(run, outcome) if given is None else models_from_file(run, given), outcome)
+        yield run, outcome
 
 
 def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
@@ -113,12 +143,19 @@ def _respond(run: Run, models: Models, outcome: RunOutcome) -> None:
         model = models[member.index]
         if model is not None:
             jobs[member.index] = CurveJob(member, curve_key(member.scene, model.key), model.rom)
-    solver = CurveSolver(run.store, run.log, run.reporter, run.request.jobs)
-    solved = solver.solve(list(jobs.values()))
+    carrier = BranchCarrier(run.store, run.reporter, list(jobs.values()), run.request.jobs)
+    with run.log.timed(Stage.RESPOND):
+        solved = carrier.stored()
+        if solved is None:
+            solver = CurveSolver(run.store, run.reporter, run.request.jobs)
+            solved = carrier.carried(solver.solve(list(jobs.values())))
+    for curve in solved.values():
+        run.log.note(Stage.RESPOND, curve.ran)
+    outcome.problems.extend(carrier.problems)
     for member in run.request.scene.members:
         if member.index in jobs:
             curve = solved[jobs[member.index].key]
-            outcome.curves.append(CurveResult(member, curve.rom, curve.file, curve.facts, curve.reason))
+            outcome.curves.append(replace(curve, member=member))
         else:
             outcome.curves.append(CurveResult(member, None, None, None, "its reduced model could not be made"))
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Request, RunOutcome
     from pipeline.verify.stage import Verification
 
-NO_TERMINAL = 110  # characters in a line of a table where stdout is no terminal
+NO_TERMINAL = 130  # characters in a line of a table where stdout is no terminal
 
 
 def print_error(text: str) -> None:
@@ -76,6 +76,7 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
 def _print_results(request: Request, outcome: RunOutcome) -> None:
     """The table of the curves, with notes and warnings on them."""
     from pipeline.results.frequency_range import range_warning
+    from pipeline.results.residual_notes import residual_notes
     from pipeline.results.tables import (
         coriolis_notes,
         curve_table,
@@ -84,13 +85,17 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         motion_notes,
         sampling_warning,
     )
+    from pipeline.results.worst import search_notes, worst_warning
 
     if outcome.curves:
         _console().print(curve_table(outcome))
-    for note in [*mode_notes(outcome), *coriolis_notes(outcome), *motion_notes(outcome)]:
+    searches = [*residual_notes(outcome.curves), *search_notes(outcome.curves)]
+    for note in [*mode_notes(outcome), *coriolis_notes(outcome), *motion_notes(outcome), *searches]:
         print(note)
     if request.scene.accuracy is not None:
         print(request.scene.accuracy.text())
+    if warning := worst_warning(outcome.curves):
+        print_notes([warning], "warning")
     if warning := harmonics_warning(outcome):
         print_error(warning)
     if warning := sampling_warning(outcome):

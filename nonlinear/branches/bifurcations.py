@@ -7,6 +7,7 @@ from enum import Enum
 from nonlinear.branches.special_point_location import locate_change, locate_zero
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.stability.floquet import Instability, crossings
 
 
 class BifurcationKind(Enum):
@@ -16,6 +17,13 @@ class BifurcationKind(Enum):
     BRANCH_POINT = "branch point"
     NEIMARK_SACKER = "Neimark-Sacker"
     PERIOD_DOUBLING = "period doubling"
+
+
+KINDS = {
+    Instability.REAL: BifurcationKind.BRANCH_POINT,
+    Instability.COMPLEX: BifurcationKind.NEIMARK_SACKER,
+    Instability.PERIOD_DOUBLING: BifurcationKind.PERIOD_DOUBLING,
+}
 
 
 @dataclass(frozen=True)
@@ -35,12 +43,17 @@ class Bifurcation:
         Amplitude of the output, m.
     index : int
         Index among the points of the curve.
+    nodal_diameter : int
+        k of the perturbation that begins or ceases to grow: beside that of the wave, its phase shift from blade to
+        blade is 2 pi k / N_b. 0: it has the symmetry of the wave. k > 0: the blades stop moving alike, in another
+        periodic motion beyond a branch point, in a quasi-periodic one beyond a Neimark-Sacker bifurcation.
     """
 
     kind: BifurcationKind
     frequency_hz: float
     amplitude_m: float
     index: int
+    nodal_diameter: int = 0
 
 
 def locate_bifurcations(
@@ -54,24 +67,29 @@ def locate_bifurcations(
             yield BifurcationKind.FOLD, fold
     if before.exponents is None or after.exponents is None:
         return
-    unstable = before.unstable
+    unstable, rank = before.unstable, min(before.unstable, after.unstable)
     for kind in _crossings(before, after):
         if kind is BifurcationKind.BRANCH_POINT and has_fold:
             continue  # the real exponent that passes zero is that of the fold
-        found = locate_change(continuation, before, after, lambda point: point.unstable != unstable)
+        found = locate_change(
+            continuation,
+            before,
+            after,
+            lambda point: point.unstable != unstable,
+            lambda point: _growth_rate(point, rank),
+        )
         if found is not None:
             yield kind, found
 
 
+def _growth_rate(point: SolutionPoint, rank: int) -> float:
+    """Real part (1/s) of the exponent of this rank, 0 being the least stable; NaN if there are fewer exponents."""
+    exponents = point.exponents
+    return float("nan") if exponents is None or exponents.size <= rank else float(exponents[rank].real)
+
+
 def _crossings(before: SolutionPoint, after: SolutionPoint) -> list[BifurcationKind]:
     """Kinds of bifurcation that the exponents of two neighbouring points tell of."""
-    from nonlinear.stability.floquet import Instability, crossings
-
     assert before.exponents is not None
     assert after.exponents is not None
-    kinds = {
-        Instability.REAL: BifurcationKind.BRANCH_POINT,
-        Instability.COMPLEX: BifurcationKind.NEIMARK_SACKER,
-        Instability.PERIOD_DOUBLING: BifurcationKind.PERIOD_DOUBLING,
-    }
-    return [kinds[item] for item in crossings(before.exponents, after.exponents, after.omega)]
+    return [KINDS[item] for item in crossings(before.exponents, after.exponents, after.omega)]

@@ -6,9 +6,18 @@ from typing import NamedTuple
 
 from nonlinear.branches.bifurcations import BifurcationKind, locate_bifurcations
 from nonlinear.branches.peaks import locate_peak
+from nonlinear.branches.ring_growth import locate_pattern_change, with_patterns
 from nonlinear.branches.termination import TerminationReason
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
+
+
+class BranchBifurcation(NamedTuple):
+    """A bifurcation of a branch: its kind, its place among the points, and the nodal diameter of the perturbation."""
+
+    kind: BifurcationKind
+    place: int
+    nodal_diameter: int = 0
 
 
 class Branch(NamedTuple):
@@ -20,22 +29,22 @@ class Branch(NamedTuple):
         In the order of growing arc length.
     peak_indices : list of int
         Indices of the peaks among the points.
-    bifurcations : list of (BifurcationKind, int)
-        Kinds of the bifurcations and their indices among the points.
+    bifurcations : list of BranchBifurcation
+        Bifurcations, in the order of the points.
     termination : TerminationReason
         Why the continuation ended.
     """
 
     points: list[SolutionPoint]
     peak_indices: list[int]
-    bifurcations: list[tuple[BifurcationKind, int]]
+    bifurcations: list[BranchBifurcation]
     termination: TerminationReason
 
     def reversed(self) -> "Branch":
         """The same branch in the opposite direction."""
         last = len(self.points) - 1
         peaks = [last - index for index in reversed(self.peak_indices)]
-        bifurcations = [(kind, last - index) for kind, index in reversed(self.bifurcations)]
+        bifurcations = [item._replace(place=last - item.place) for item in reversed(self.bifurcations)]
         return Branch(reverse(self.points), peaks, bifurcations, self.termination)
 
 
@@ -53,9 +62,9 @@ def with_special_points(
             if kind is None:
                 branch.peak_indices.append(index)
             else:
-                branch.bifurcations.append((kind, index))
+                branch.bifurcations.append(BranchBifurcation(kind, index))
         branch.points.append(after)
-    return branch
+    return _with_growth_in_ring(continuation, branch)
 
 
 def with_stability(continuation: Continuation, branch: Branch) -> Branch:
@@ -63,7 +72,7 @@ def with_stability(continuation: Continuation, branch: Branch) -> Branch:
 
     Folds, known without exponents, are located again, so that all bifurcations are in order.
     """
-    folds, peaks = {index for _, index in branch.bifurcations}, set(branch.peak_indices)
+    folds, peaks = {item.place for item in branch.bifurcations}, set(branch.peak_indices)
     result = Branch([], [], [], branch.termination)
     for index, point in enumerate(branch.points):
         if index in folds and index not in peaks and 0 < index < len(branch.points) - 1:
@@ -73,9 +82,32 @@ def with_stability(continuation: Continuation, branch: Branch) -> Branch:
         if result.points:
             before = result.points[-1]
             for kind, special in sorted(locate_bifurcations(current, before, after), key=lambda item: item[1].arc):
-                result.bifurcations.append((kind, _insert(result.points, special, before, after)))
+                place = _insert(result.points, special, before, after)
+                result.bifurcations.append(BranchBifurcation(kind, place))
         if index in peaks:
             result.peak_indices.append(len(result.points))
+        result.points.append(after)
+    return _with_growth_in_ring(continuation, result)
+
+
+def _with_growth_in_ring(continuation: Continuation, branch: Branch) -> Branch:
+    """The branch with the exponents of all nodal diameters, and the bifurcations that follow from them inserted."""
+    stability = continuation.stability
+    if stability is None or not branch.points or not stability.has_patterns(branch.points[0]):
+        return branch
+    result, known = branch._replace(points=[], peak_indices=[], bifurcations=[]), list(branch.bifurcations)
+    for index, after in enumerate(with_patterns(stability, branch.points)):
+        if result.points:
+            before = result.points[-1]
+            change = locate_pattern_change(continuation.with_balance(after.balance), before, after)
+            if change is not None:
+                kind, nodal_diameter, special = change
+                place = _insert(result.points, special, before, after)
+                result.bifurcations.append(BranchBifurcation(kind, place, nodal_diameter))
+        if index in branch.peak_indices:
+            result.peak_indices.append(len(result.points))
+        while known and known[0].place == index:
+            result.bifurcations.append(known.pop(0)._replace(place=len(result.points)))
         result.points.append(after)
     return result
 

@@ -71,19 +71,25 @@ def locate_zero(
 
 
 def locate_change(
-    continuation: Continuation, before: SolutionPoint, after: SolutionPoint, changed: Callable[[SolutionPoint], bool]
+    continuation: Continuation,
+    before: SolutionPoint,
+    after: SolutionPoint,
+    changed: Callable[[SolutionPoint], bool],
+    rate: TestFunction,
+    record: Callable[[SolutionPoint], SolutionPoint] | None = None,
 ) -> SolutionPoint | None:
     """The first point, to the resolution of 12 bisections, at which `changed` is true, as it is at `after`.
 
-    The real part of the exponent that crosses the imaginary axis is interpolated, safeguarded by bisection.
+    `rate`, the real part of the exponent that crosses the imaginary axis, is interpolated, safeguarded by bisection.
+    `record` adds the exponents to a point: by default those of the wave.
     """
-    common = _with_equal_harmonics(continuation, before, after)
+    record = record or continuation.recorder.record
+    common = _with_equal_harmonics(continuation, before, after, record)
     if common is None:
         return None
     before, continuation = common, continuation.with_balance(common.balance)
-    rank = min(before.unstable, after.unstable)
     left, right, best = 0.0, after.arc - before.arc, after
-    left_rate, right_rate = _growth_rate(before, rank), _growth_rate(after, rank)
+    left_rate, right_rate = rate(before), rate(after)
     resolution = right / 2**HALVINGS
     for count in range(2 * HALVINGS):
         arc = 0.5 * (left + right)
@@ -94,27 +100,24 @@ def locate_change(
         point = continuation.solver.step(before, arc)
         if point is None:
             break
-        point = continuation.recorder.record(point)
+        point = record(point)
         if changed(point):
-            right, right_rate, best = arc, _growth_rate(point, rank), point
+            right, right_rate, best = arc, rate(point), point
         else:
-            left, left_rate = arc, _growth_rate(point, rank)
+            left, left_rate = arc, rate(point)
         if right - left <= 2.0 * resolution:
             break
     return best
 
 
-def _growth_rate(point: SolutionPoint, rank: int) -> float:
-    """Real part (1/s) of the exponent of this rank, 0 being the least stable; NaN if there are fewer exponents."""
-    exponents = point.exponents
-    return float("nan") if exponents is None or exponents.size <= rank else float(exponents[rank].real)
-
-
 def _with_equal_harmonics(
-    continuation: Continuation, before: SolutionPoint, after: SolutionPoint
+    continuation: Continuation,
+    before: SolutionPoint,
+    after: SolutionPoint,
+    record: Callable[[SolutionPoint], SolutionPoint] | None = None,
 ) -> SolutionPoint | None:
     """The first point with the harmonics of the second."""
     if before.balance is after.balance:
         return before
     refitted = continuation.with_balance(after.balance).solver.refit(before)
-    return None if refitted is None else continuation.recorder.record(refitted)
+    return None if refitted is None else (record or continuation.recorder.record)(refitted)

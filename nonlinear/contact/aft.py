@@ -51,8 +51,9 @@ class AFTContact:
 
     def evaluate(self, displacement: Array) -> ContactForces:
         """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
-        size, n_contacts, _ = displacement.shape
         p = self.parameters
+        displacement = p.from_slider_origin(displacement)
+        size, n_contacts, _ = displacement.shape
         motion = (self.table @ displacement.reshape(size, -1)).reshape(self.samples, n_contacts, 3)
         motion[:, :, 2] = p.unclipped_load(motion[:, :, 2])
         motion = np.ascontiguousarray(motion.transpose(1, 2, 0))

@@ -67,6 +67,7 @@ class EventDrivenCoulombCone:
     def evaluate(self, displacement: Array) -> ContactForces:
         """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
         p = self.parameters
+        displacement = p.from_slider_origin(displacement)
         size, n_contacts, _ = displacement.shape
         load = p.load_coefficients(displacement)
         largest = np.abs(load[0]) + _vibration(load.T)

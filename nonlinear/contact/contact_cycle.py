@@ -49,7 +49,7 @@ def contact_cycle(displacement: ComplexArray, contact: ContactParameters, sample
     """
     from nonlinear.contact.return_map import MAX_PERIODS, REPEAT_TOLERANCE, cone_return_map, jenkins_return_map
 
-    real = to_real(displacement)
+    real = contact.from_slider_origin(to_real(displacement))
     size, n_contacts, _ = real.shape
     table = basis_table((size - 1) // 2, samples)
     motion = (table @ real.reshape(size, -1)).reshape(samples, n_contacts, 3)
@@ -75,4 +75,5 @@ def contact_cycle(displacement: ComplexArray, contact: ContactParameters, sample
             force[:, node, direction] = kt * (u - position)
             state[:, node] = np.maximum(state[:, node], single)
     state[force[:, :, 2] <= 0.0] = LIFT_OFF
+    motion[:, :, :2] += contact.slider_origin
     return ContactCycle(2.0 * np.pi * np.arange(samples) / samples, motion, force, state)

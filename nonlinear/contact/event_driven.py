@@ -56,6 +56,7 @@ class EventDrivenJenkins:
     def evaluate(self, displacement: Array) -> ContactForces:
         """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
         p = self.parameters
+        displacement = p.from_slider_origin(displacement)
         size, n_contacts, _ = displacement.shape
         coefficients = displacement.transpose(1, 2, 0).copy()  # of u1, u2 and the unclipped load
         coefficients[:, 2] = p.load_coefficients(displacement).T

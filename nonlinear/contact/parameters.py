@@ -1,6 +1,6 @@
 """Contact parameters with the normal law, and the interface of a contact element."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, Protocol
 
@@ -35,6 +35,9 @@ class ContactParameters:
     law : {"two_sliders", "cone"}
         Two sliders, one along t1 and one along t2, or one slider in the contact plane with the circular
         friction cone.
+    slider_origin : (n_c, 2) float
+        Position w0 along (t1, t2) from which the sliders start, m; 0 by default. Where a node sticks all the time, it
+        decides on the residual traction; elsewhere the steady cycle does not depend on it.
 
     Notes
     -----
@@ -48,6 +51,7 @@ class ContactParameters:
     interference: Array
     preload: Array
     law: Law = "two_sliders"
+    slider_origin: Array = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __post_init__(self) -> None:
         """Check lengths, finiteness and signs."""
@@ -64,6 +68,13 @@ class ContactParameters:
                 raise ContactError(f"{name}: {float(values.min())!r}, allowed: 0 or more")
         if self.law not in ("two_sliders", "cone"):
             raise ContactError(f'law: {self.law!r}, allowed: "two_sliders" or "cone"')
+        origin = np.asarray(self.slider_origin, dtype=float)
+        if origin.shape == (0, 2):
+            object.__setattr__(self, "slider_origin", np.zeros((*length, 2)))
+        elif origin.shape != (*length, 2):
+            raise ContactError(f"slider_origin: shape {origin.shape}, allowed: two numbers a node, {(*length, 2)}")
+        elif not np.all(np.isfinite(origin)):
+            raise ContactError(f"slider_origin: {origin.tolist()}, allowed: finite numbers")
 
     @classmethod
     def shared(
@@ -179,6 +190,27 @@ class ContactParameters:
         load = self.normal_stiffness * displacement[:, :, 2]
         load[0] += self.initial_load
         return load
+
+    def from_slider_origin(self, displacement: Array) -> Array:
+        """The displacement measured from where the sliders start: u - w0, with w0 in harmonic 0.
+
+        A slider that starts at w0 under the motion u is at w0 plus the position of one that starts at 0 under u - w0.
+
+        Parameters
+        ----------
+        displacement : (2H+1, n_c, 3) float
+            Real Fourier coefficients of the relative displacement, m.
+
+        Returns
+        -------
+        (2H+1, n_c, 3) float
+            The same with u1 and u2 shifted in harmonic 0, m.
+        """
+        if not self.slider_origin.any():
+            return displacement
+        shifted = displacement.copy()
+        shifted[0, :, :2] -= self.slider_origin
+        return shifted
 
     @property
     def odd(self) -> bool:

@@ -1,4 +1,4 @@
-"""Contact element for statics: harmonic 0 alone, sliders starting from T = 0."""
+"""Contact element for statics: harmonic 0 alone, sliders starting from their origin."""
 
 from dataclasses import dataclass
 
@@ -14,8 +14,9 @@ class QuasistaticContact:
     parameters: ContactParameters
 
     def evaluate(self, displacement: Array) -> ContactForces:
-        """Forces and Jacobian for `displacement` (1, n_c, 3): trial force kt u, returned to the slip limit mu N."""
+        """Forces and Jacobian for `displacement` (1, n_c, 3): trial force kt (u - w0), returned to the limit mu N."""
         p = self.parameters
+        displacement = p.from_slider_origin(displacement)
         u, normal = displacement[0, :, :2], p.normal_load(displacement[0, :, 2])
         pressed = normal > 0.0
         dn_dd = np.where(pressed, p.normal_stiffness, 0.0)

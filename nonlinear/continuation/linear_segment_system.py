@@ -69,17 +69,17 @@ class LinearSegmentSystem:
         """Harmonic 0, (n_c, 3)."""
         if self.balance.frozen_static is not None:
             return self.balance.frozen_static
-        force = np.zeros_like(self.springs)
-        force[:, 2] = self._rest_force
         at_rest = replace(self.balance.receptance, harmonics=(0,))
-        free, _ = at_rest.response(0.0, force.reshape(1, -1).astype(complex))
+        free, _ = at_rest.response(0.0, self._rest_force.reshape(1, -1).astype(complex))
         system = SpringSupportedMotion(at_rest.matrix(0.0)[0].real * self.springs.reshape(-1))
         return system.solve(free[0].real).reshape(-1, 3)
 
     @cached_property
     def _rest_force(self) -> Array:
-        """The normal force without displacement, N0 - N, (n_c,)."""
-        return self.contact.preload - np.where(self.state.pressed, self.contact.initial_load, 0.0)
+        """The force without displacement, (n_c, 3): kt w0 and N0 - N."""
+        force = -self.springs * self.contact.from_slider_origin(np.zeros((1, *self.springs.shape)))[0]
+        force[:, 2] = self.contact.preload - np.where(self.state.pressed, self.contact.initial_load, 0.0)
+        return force
 
     @cached_property
     def _first(self) -> RelativeReceptance:
@@ -120,6 +120,7 @@ class LinearSegmentSystem:
         In closed form: c_0 + ``|c_1|`` is the largest value of c_0 + Re c_1 exp(i theta).
         """
         offset, of_static, swings = self._conditions
+        displacement = self.contact.from_slider_origin(displacement)
         static, harmonic = displacement[0].reshape(-1), (displacement[1] + 1j * displacement[2]).reshape(-1)
         least = float((offset + of_static @ static - np.abs(swings @ harmonic)).min())
         if self.contact.law == "cone" and self.held.any():
@@ -160,7 +161,7 @@ class LinearSegmentSystem:
     def forces(self, displacement: Array) -> ContactForces:
         """Contact forces of a motion of the system, the same as those of the contact element."""
         force = -self.springs * displacement
-        force[0, :, 2] += self._rest_force
+        force[0] += self._rest_force
         still = not displacement[1:, :, :2].any()
         return ContactForces(force, self._jacobian, self._worst_at_rest if still else self._worst)
 

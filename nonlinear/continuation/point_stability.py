@@ -1,6 +1,8 @@
-"""Floquet exponents of the points of a curve, for any number of harmonics."""
+"""Floquet exponents of the points of a curve, for any number of harmonics and all nodal diameters of the ring."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
@@ -11,18 +13,28 @@ from nonlinear.continuation.solution_point import LinearState, SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
 from nonlinear.stability.floquet import FloquetAnalysis
-from nonlinear.stability.linear_poles import least_damped_pole
+from nonlinear.stability.linear_poles import least_damped_of_ring, least_damped_pole
+from nonlinear.stability.ring_stability import (
+    LinearisedContact,
+    PatternExponent,
+    RingStability,
+    largest_nodal_diameter,
+)
 
 MOST_HARMONICS = 25  # of a perturbation
+Found = TypeVar("Found")
 
 
 @dataclass(frozen=True)
 class PointStability:
-    """Stability against perturbations with the symmetry of the travelling wave (kappa = 0, see `FloquetAnalysis`).
+    """Floquet exponents of solved points.
 
-    On a linear segment these are the free vibrations of the ring with the springs of its contacts, with the phases
-    h psi of the harmonics balanced. The exponent recorded is that of the least damped one, at whatever frequency:
-    its real part is the same all along the segment.
+    `exponents` are those of perturbations with the symmetry of the travelling wave (kappa = 0, `FloquetAnalysis`),
+    `worst_pattern` and `follow_pattern` those of the other nodal diameters that the ring allows (`RingStability`).
+
+    On a linear segment these are the free vibrations of the ring with the springs of its contacts: with the symmetry
+    of the wave at the phases h psi of the harmonics balanced, else at those of all nodal diameters. The exponent
+    recorded is that of the least damped one, at whatever frequency: its real part is the same all along the segment.
 
     Attributes
     ----------
@@ -31,11 +43,15 @@ class PointStability:
     balances : TruncatedBalances or None
         The balances with other numbers of harmonics. With them the perturbation of a point gets more harmonics than
         its motion where the frequency is so low that no natural frequency lies within omega / 2 of those balanced.
+    ring : bool
+        Whether nodal diameters other than that of the wave are looked at.
     """
 
     contact: ContactParameters
     balances: TruncatedBalances | None = None
+    ring: bool = False
     _analyses: dict[int, FloquetAnalysis] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _rings: dict[int, RingStability] = field(default_factory=dict, init=False, repr=False, compare=False)
     _segments: dict[int, LinearSegments] = field(default_factory=dict, init=False, repr=False, compare=False)
     _linear: dict[tuple[int, bytes], tuple[complex, int]] = field(
         default_factory=dict, init=False, repr=False, compare=False
@@ -43,11 +59,49 @@ class PointStability:
 
     def exponents(self, point: SolutionPoint) -> ComplexArray:
         """Exponents (1/s) of a point that has its contact Jacobian, the least stable first."""
-        n_harmonics = point.balance.n_harmonics
-        if n_harmonics not in self._segments:
-            self._segments[n_harmonics] = LinearSegments(point.balance, self.contact)
-        state = point.linear or self._segments[n_harmonics].state(point.displacement)
-        return self._of_nonlinear_motion(point) if state is None else self._of_linear_motion(point, state)
+        state = self.linear_state(point)
+        if state is not None:
+            return self._of_linear_motion(point, state)
+        for balance, contact in self._linearised(point):
+            found = self._analysis(balance).exponents(*contact)
+            if found.size:
+                return found
+        return np.zeros(0, dtype=complex)
+
+    def linear_state(self, point: SolutionPoint) -> LinearState | None:
+        """State of the contacts where none of them changes its state in the cycle."""
+        return point.linear or self._linear_segments(point.balance).state(point.displacement)
+
+    def has_patterns(self, point: SolutionPoint) -> bool:
+        """Whether perturbations of other nodal diameters are looked at, and exist."""
+        return self.ring and largest_nodal_diameter(point.balance.receptance.modal) > 0
+
+    def worst_pattern(self, point: SolutionPoint) -> PatternExponent | None:
+        """The least stable exponent over all nodal diameters but that of the wave; None if there is none."""
+        state = self.linear_state(point)
+        if state is not None:
+            return self._pattern_of_linear_motion(point, state)
+        return self._of_ring(point, lambda ring, contact: ring.leading(contact))
+
+    def follow_pattern(
+        self, point: SolutionPoint, start: PatternExponent, climb: bool = True
+    ) -> PatternExponent | None:
+        """The exponent that the one of a neighbouring point, `start`, leads to; see `RingStability.followed`."""
+        return self._of_ring(point, lambda ring, contact: ring.followed(contact, start, climb))
+
+    def _of_ring(
+        self, point: SolutionPoint, solve: Callable[[RingStability, LinearisedContact], Found | None]
+    ) -> Found | None:
+        for balance, contact in self._linearised(point):
+            number = balance.n_harmonics
+            if number not in self._rings:
+                n_blades = balance.receptance.modal.n_blades
+                assert n_blades is not None
+                self._rings[number] = RingStability(self._analysis(balance), n_blades)
+            found = solve(self._rings[number], contact)
+            if found is not None:
+                return found
+        return None
 
     def _of_linear_motion(self, point: SolutionPoint, state: LinearState) -> ComplexArray:
         """The exponent lambda = s - i h omega of the least damped pole s at the phases h psi."""
@@ -55,7 +109,7 @@ class PointStability:
         key = n_harmonics, state.pressed.tobytes()
         if key not in self._linear:
             receptance = point.balance.receptance
-            springs = self._segments[n_harmonics].system(state).springs
+            springs = self._linear_segments(point.balance).system(state).springs
             first = 0 if point.balance.frozen_static is None else 1
             poles: dict[float, tuple[complex, int]] = {}  # by the cosine of the phase: -phase has the same decay
             for h in range(first, n_harmonics + 1):
@@ -67,19 +121,42 @@ class PointStability:
         pole, h = self._linear[key]
         return np.array([pole - 1j * h * point.omega])
 
-    def _of_nonlinear_motion(self, point: SolutionPoint) -> ComplexArray:
-        found = self._analysis(point.balance).exponents(point.displacement, point.contact.jacobian, point.omega)
-        if found.size or self.balances is None:
-            return found
+    def _pattern_of_linear_motion(self, point: SolutionPoint, state: LinearState) -> PatternExponent | None:
+        """The least damped pole s of all nodal diameters n, as lambda = s - i h omega, k = n - h EO, h next to Im s.
+
+        None with open contacts, whose blades vibrate alone: every nodal diameter has the poles of the wave.
+        """
+        springs = self._linear_segments(point.balance).system(state).springs
+        modal, psi = point.balance.receptance.modal, point.balance.receptance.phase
+        if not springs.any() or modal.n_blades is None:
+            return None
+        key = -1, state.pressed.tobytes()
+        if key not in self._linear:
+            self._linear[key] = least_damped_of_ring(modal, springs)
+        pole, n = self._linear[key]
+        h = min(round(pole.imag / point.omega), point.balance.n_harmonics)
+        k = round(n - h * psi * modal.n_blades / (2.0 * np.pi)) % modal.n_blades
+        return PatternExponent(pole - 1j * h * point.omega, min(k, modal.n_blades - k))
+
+    def _linearised(self, point: SolutionPoint) -> Iterator[tuple[HarmonicBalance, LinearisedContact]]:
+        """The contact of a point with its own harmonics, then with more and more of them."""
+        jacobian = point.contact.jacobian
+        if jacobian.size == 0:
+            jacobian = point.balance.element.evaluate(point.displacement).jacobian
+        yield point.balance, LinearisedContact(point.displacement, jacobian, point.omega)
+        if self.balances is None:
+            return
         lowest = int(point.balance.receptance.modal.angular_frequency[0] / point.omega)
         for n_harmonics in range(max(point.balance.n_harmonics + 1, lowest), MOST_HARMONICS + 1):
             wider = self.balances.balance(n_harmonics)
             displacement = point.with_balance(wider).displacement
             jacobian = wider.element.evaluate(displacement).jacobian
-            found = self._analysis(wider).exponents(displacement, jacobian, point.omega)
-            if found.size:
-                break
-        return found
+            yield wider, LinearisedContact(displacement, jacobian, point.omega)
+
+    def _linear_segments(self, balance: HarmonicBalance) -> LinearSegments:
+        if balance.n_harmonics not in self._segments:
+            self._segments[balance.n_harmonics] = LinearSegments(balance, self.contact)
+        return self._segments[balance.n_harmonics]
 
     def _analysis(self, balance: HarmonicBalance) -> FloquetAnalysis:
         if balance.n_harmonics not in self._analyses:

@@ -68,9 +68,14 @@ def output_harmonics(point: SolutionPoint, output: str) -> ComplexArray:
     return output_under_forces(point.balance.receptance, point.omega, point.contact, output)
 
 
-def output_amplitude(point: SolutionPoint, output: str) -> float:
-    """Largest abs(x(t)) of the output at a point, m."""
-    return largest_amplitude(output_harmonics(point, output)).value
+def output_amplitude(point: SolutionPoint, output: str, mean: float | None = None) -> float:
+    """Largest abs(x(t)) of the output at a point, m; with a given `mean` displacement in place of harmonic 0."""
+    return largest_amplitude(with_mean(output_harmonics(point, output), mean)).value
+
+
+def with_mean(harmonics: ComplexArray, mean: float | None) -> ComplexArray:
+    """The coefficients (H+1,) with a given mean in place of harmonic 0; None: unchanged."""
+    return harmonics if mean is None else np.append(complex(mean), harmonics[1:])
 
 
 def output_under_forces(
@@ -81,11 +86,11 @@ def output_under_forces(
     return coordinates @ receptance.modal.outputs[output]
 
 
-def amplitude_derivative(point: SolutionPoint, output: str) -> float:
+def amplitude_derivative(point: SolutionPoint, output: str, mean: float | None = None) -> float:
     """dA/ds: derivative of the amplitude of the output with respect to the arc length, m.
 
     With the coefficients x_h of the output and the angle theta at which abs(x) is largest,
-    dA/ds = sign(x(theta)) Re sum_h dx_h/ds exp(i h theta).
+    dA/ds = sign(x(theta)) Re sum_h dx_h/ds exp(i h theta). With a given `mean` x_0 is that, and constant.
     """
     balance, receptance = point.balance, point.balance.receptance
     output_shape = receptance.modal.outputs[output]
@@ -96,8 +101,9 @@ def amplitude_derivative(point: SolutionPoint, output: str) -> float:
     dforce_ds = to_complex(dforce.reshape(dforce.shape[0], -1))
     rows = receptance.output_rows(output, point.omega)
     derivative = (rows * dforce_ds).sum(axis=1) + (dcoordinates_domega @ output_shape) * point.tangent[1]
-    amplitude = largest_amplitude(coordinates @ output_shape)
+    amplitude = largest_amplitude(with_mean(coordinates @ output_shape, mean))
     order = np.arange(derivative.size)
+    derivative = derivative if mean is None else np.append(0j, derivative[1:])
     return float(amplitude.sign * (derivative * np.exp(1j * order * amplitude.angle)).sum().real)
 
 

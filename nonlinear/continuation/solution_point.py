@@ -10,6 +10,10 @@ from nonlinear.contact.parameters import Array, ContactForces
 from nonlinear.continuation.metric import Metric, Tangent
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_balance.truncated_balances import pad_or_truncate
+from nonlinear.stability.floquet import grows
+from nonlinear.stability.ring_stability import PatternExponent
+
+SAME_RATE = 1e-9  # difference of growth rates, in units of omega, that is round-off
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,9 @@ class SolutionPoint:
     linear : LinearState or None
         State of the contacts, if the point was solved as a linear problem.
     exponents : (k,) complex or None
-        Floquet exponents, 1/s, the least stable first.
+        Floquet exponents of perturbations with the symmetry of the wave, 1/s, the least stable first.
+    pattern : PatternExponent or None
+        The least stable exponent of the other nodal diameters; None: not known, or there are no others.
     """
 
     balance: HarmonicBalance
@@ -71,23 +77,42 @@ class SolutionPoint:
     dA_ds: float = float("nan")
     linear: LinearState | None = None
     exponents: ComplexArray | None = None
+    pattern: PatternExponent | None = None
 
     @property
     def unstable(self) -> int:
-        """Number of exponents with a positive real part."""
-        return 0 if self.exponents is None else int(np.count_nonzero(self.exponents.real > 0.0))
+        """Number of exponents of the wave that grow."""
+        return 0 if self.exponents is None else int(np.count_nonzero(grows(self.exponents, self.omega)))
+
+    @property
+    def worst(self) -> PatternExponent | None:
+        """The least stable known exponent over all nodal diameters; None where none is known."""
+        own = self.exponents
+        if own is None or own.size == 0:
+            return self.pattern
+        wave = PatternExponent(complex(own[0]), 0)
+        leads = self.pattern is not None and self.pattern.exponent.real > own[0].real + SAME_RATE * self.omega
+        return self.pattern if leads else wave
 
     @property
     def growth_rate(self) -> float:
-        """Largest real part of the exponents, 1/s; NaN where they are not known."""
-        if self.exponents is None or self.exponents.size == 0:
-            return float("nan")
-        return float(self.exponents[0].real)
+        """Largest real part of the known exponents, 1/s; NaN where none is known."""
+        return float("nan") if self.worst is None else float(self.worst.exponent.real)
+
+    @property
+    def growth_nodal_diameter(self) -> int:
+        """Nodal diameter of the perturbation with this real part, beside that of the wave; -1 where not known."""
+        return -1 if self.worst is None else self.worst.nodal_diameter
+
+    @property
+    def stable_wave(self) -> bool:
+        """Whether det dR/dx is positive and no known exponent of the wave grows."""
+        return self.jacobian_sign > 0 and self.unstable == 0
 
     @property
     def stable(self) -> bool:
-        """Whether det dR/dx is positive and no known exponent has a positive real part."""
-        return self.jacobian_sign > 0 and self.unstable == 0
+        """Whether that holds for every known nodal diameter."""
+        return self.stable_wave and (self.pattern is None or not self.pattern.grows(self.omega))
 
     @property
     def displacement(self) -> Array:

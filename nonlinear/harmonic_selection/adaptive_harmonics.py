@@ -15,7 +15,7 @@ from nonlinear.continuation.response_quantities import (
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
-from nonlinear.harmonic_selection.truncation_error import reference_harmonics
+from nonlinear.harmonic_selection.peak_following import reference_harmonics
 from nonlinear.options import MOST_UNKNOWNS
 
 HARMONIC_NUMBERS = (1, 3, 5, 7, 9, 11, 15, 21, 31)  # numbers of harmonics that are tried

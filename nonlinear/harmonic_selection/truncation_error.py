@@ -1,4 +1,4 @@
-"""Truncation error of a solved curve: its points are solved again with more harmonics.
+"""Truncation error of a solved branch: its highest point is followed to more harmonics, and the way to it retraced.
 
 References
 ----------
@@ -6,32 +6,55 @@ P. J. Roache, "Perspective: a method for uniform reporting of grid refinement st
 pp. 405-413.
 """
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import islice, pairwise
+from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
+from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
+from nonlinear.harmonic_selection.branch_retrace import is_limit, retrace, way_to_peak
+from nonlinear.harmonic_selection.peak_following import FollowedPeak, PeakFollower, reference_harmonics
+from nonlinear.harmonic_selection.work_limit import WorkLimit
+
+TruncationBranch = Literal["kept", "detached", "lost", ""]
 
 SAFETY_FACTOR = 1.25  # of solutions on three grids (Roache 1994)
 SAMPLED_POINTS = 6  # along a curve, beside its peaks, where `along_curve` estimates the error
-PROBE_STEPS = (1, 2, 4, 8, 16, 32, 64)  # steps from a lost peak, on each side, after which the curve is sought again
-MAX_ITERATIONS = 20
-FIRST_STEP = 0.05  # arc length of the first step towards a peak that moved
-MAX_STEPS_TO_PEAK = 10
-MAX_STEPS_TO_LOST_PEAK = 30
-NEGLIGIBLE_RISE = 0.02  # part of the change of the amplitude that the way to the peak may add unseen
 LINEAR_CHANGE = 1e-12  # relative change of a response that is linear
+SMOOTH_ERROR = 0.05  # error up to which a peak without folds beside it cannot detach
+SAME_HEIGHT = 0.97  # ratio of two amplitudes that count as equal: a retrace does not locate its peaks
+FOLLOWING, RETRACING = (0.5, 40), (2.0, 100)  # points that may be solved for: share of those of the curve, and least
 
 
-def reference_harmonics(n_harmonics: int) -> int:
-    """Number of harmonics of the reference for H harmonics: 2 H + 3, at most H + 8 to limit the cost."""
-    return min(2 * n_harmonics + 3, n_harmonics + 8)
+@dataclass(frozen=True)
+class TruncationEstimate:
+    """Estimated errors of the highest amplitude of a branch by neglected harmonics.
+
+    Attributes
+    ----------
+    error : float
+        Relative error of the highest amplitude of the branch; NaN without an estimate, inf where nothing was found
+        with more harmonics.
+    branch : str
+        "kept": with more harmonics the peak lies on the branch too. "detached": it lies on a detached branch then,
+        and the branch itself is lower; `error` compares with its highest amplitude. "lost": the peak, or the branch
+        on the way to it, was not followed to more harmonics, and the error may be larger than estimated. "": no
+        estimate.
+    omega : float
+        Frequency of the highest amplitude of the branch with the most harmonics, rad/s.
+    motion_error : float
+        Relative error of the amplitude of the motion at the peak, on whatever branch it lies with more harmonics.
+    """
+
+    error: float = float("nan")
+    branch: TruncationBranch = ""
+    omega: float = float("nan")
+    motion_error: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -49,8 +72,10 @@ class TruncationErrorEstimator:
     continuation: Continuation
     balances: TruncatedBalances
 
-    def at_peak(self, points: list[SolutionPoint], peak_indices: list[int]) -> float:
-        """Relative truncation error of the highest amplitude; NaN without points, inf where the peak is lost.
+    def of_branch(
+        self, points: Sequence[SolutionPoint], peak_indices: Sequence[int], main: bool = True
+    ) -> TruncationEstimate:
+        """Truncation error of the highest amplitude of a branch.
 
         The peak is continued to H + 2 harmonics, to H' = `reference_harmonics` of H, and to `reference_harmonics` of
         H'. With the relative changes d1, d2, d3 of the amplitude from each to the next, the estimate is
@@ -62,24 +87,66 @@ class TruncationErrorEstimator:
         Roache (1994). Where the peak is lost, the highest amplitude with more harmonics on both sides of it takes its
         place.
 
+        On the main branch the way to the peak is then retraced with more harmonics. Where the branch passes below the
+        peak, the peak has detached: 1.25 times the relative difference from the highest amplitude of the branch is
+        the estimate, if that is larger.
+
         Parameters
         ----------
-        points : list of SolutionPoint
-            The curve.
-        peak_indices : list of int
+        points : sequence of SolutionPoint
+            The branch.
+        peak_indices : sequence of int
             Indices of its peaks.
+        main : bool
+            Whether it is the main branch, which is to stay connected with an end of the range.
         """
         if not points:
-            return float("nan")
+            return TruncationEstimate()
         index = max((*peak_indices, 0, len(points) - 1), key=lambda place: self._amplitude(points[place]))
-        amplitude = self._amplitude(points[index])
+        point, amplitude = points[index], self._amplitude(points[index])
         if amplitude == 0.0:
-            return 0.0
-        wider = list(self._amplitudes_with_more_harmonics(points[index], index in peak_indices))
-        changes = [abs(before / after - 1.0) for before, after in pairwise((amplitude, *wider))]
-        return SAFETY_FACTOR * (sum(changes) + changes[-1]) if changes else float("inf")
+            return TruncationEstimate(0.0, "kept", point.omega, 0.0)
+        is_peak = index in peak_indices or not is_limit(point.omega, self.continuation.options.omega_range)
+        followed = list(self._follower(points, point, FOLLOWING).follow(point, is_peak))
+        motion = _error_of_sequence([amplitude, *(found.amplitude for found in followed)])
+        if not followed:
+            return TruncationEstimate(float("inf"), "lost", motion_error=float("inf"))
+        last = followed[-1]
+        kept = TruncationEstimate(motion, "kept" if last.refitted else "lost", last.point.omega, motion)
+        if not main or index not in peak_indices or motion <= LINEAR_CHANGE:
+            return kept
+        return self._with_way(kept, points, peak_indices, followed)
 
-    def along_curve(self, points: list[SolutionPoint], peak_indices: list[int]) -> float:
+    def _with_way(
+        self,
+        estimate: TruncationEstimate,
+        points: Sequence[SolutionPoint],
+        peak_indices: Sequence[int],
+        followed: Sequence[FollowedPeak],
+    ) -> TruncationEstimate:
+        """The estimate after the way to the highest peak was retraced with more harmonics."""
+        index = max(peak_indices, key=lambda place: self._amplitude(points[place]))
+        way = way_to_peak(self.continuation, points, index)
+        if not way.has_folds and estimate.error <= SMOOTH_ERROR:
+            return estimate
+        n_harmonics = points[index].balance.n_harmonics + 2
+        same = [found for found in followed if found.point.balance.n_harmonics == n_harmonics]
+        target = next((found.point for found in same if found.refitted), None)
+        follower = self._follower(points, points[index], RETRACING)
+        found = retrace(follower.with_harmonics(n_harmonics), way, target, self._amplitude, follower.work)
+        if found.reached is None:
+            return replace(estimate, branch="lost")
+        elsewhere = [points[place] for place in (0, len(points) - 1, *peak_indices) if place not in way.indices]
+        tops = [(found.amplitude, found.omega), *((self._amplitude(point), point.omega) for point in elsewhere)]
+        height, omega = max(tops)
+        of_branch = _error_of_sequence([self._amplitude(points[index]), height])
+        if not found.reached and height < SAME_HEIGHT * max((each.amplitude for each in same), default=0.0):
+            return TruncationEstimate(max(estimate.error, of_branch), "detached", omega, estimate.motion_error)
+        if not found.reached or height * SAME_HEIGHT > followed[-1].amplitude:  # the branch has another highest point
+            return replace(estimate, error=max(estimate.error, of_branch), omega=omega)
+        return estimate
+
+    def along_curve(self, points: Sequence[SolutionPoint], peak_indices: Sequence[int]) -> float:
         """Largest change of the amplitude with more harmonics, relative to the highest amplitude.
 
         It is evaluated at the peaks and at some other points; NaN without points, inf where one is lost.
@@ -97,97 +164,26 @@ class TruncationErrorEstimator:
     def _amplitude(self, point: SolutionPoint) -> float:
         return output_amplitude(point, self.continuation.options.output)
 
-    def _with_harmonics(self, n_harmonics: int) -> Continuation:
-        """The continuation with a fixed number of harmonics, without exponents."""
-        continuation = self.continuation.with_balance(self.balances.balance(n_harmonics))
-        return replace(continuation, adapt=None, stability=None)
+    def _follower(
+        self, points: Sequence[SolutionPoint], peak: SolutionPoint, limit: tuple[float, int]
+    ) -> PeakFollower:
+        """A follower that may solve for a share of the points of the curve, and for a least number."""
+        work = WorkLimit(peak.balance.n_harmonics, 0.0)
+        for point in points:
+            if point.linear is None:
+                work.spend(point.balance.n_harmonics)
+        work.left = max(-limit[0] * work.left, limit[1])
+        return PeakFollower(self.continuation, self.balances, work)
 
     def _reference_amplitude(self, point: SolutionPoint) -> float:
         """Amplitude with more harmonics, in the plane normal to the curve through the point; inf if not found."""
-        found = self._with_harmonics(reference_harmonics(point.balance.n_harmonics)).solver.refit(point)
+        follower = PeakFollower(self.continuation, self.balances, WorkLimit(point.balance.n_harmonics, 1.0))
+        wider = follower.with_harmonics(reference_harmonics(point.balance.n_harmonics))
+        found = wider.solver.refit(point)
         return float("inf") if found is None else self._amplitude(found)
 
-    def _amplitudes_with_more_harmonics(self, point: SolutionPoint, is_peak: bool) -> Iterator[float]:
-        """Amplitudes of the point with more and more harmonics; numbers with which it is not found are left out.
 
-        A peak may move; an end of the range stays at its frequency. The last and most expensive number of harmonics
-        is needed only if the smaller ones changed the amplitude.
-        """
-        amplitude = self._amplitude(point)
-        n_harmonics = point.balance.n_harmonics
-        reference = reference_harmonics(n_harmonics)
-        changed = False
-        for n_more in (n_harmonics + 2, reference, reference_harmonics(reference)):
-            if n_more > reference and not changed:
-                return
-            wider = self._with_harmonics(n_more)
-            found = wider.solver.refit(point) if is_peak else _at_same_frequency(wider, point)
-            if found is None:
-                reached = self._from_both_sides(wider, point) if is_peak else None
-            else:
-                reached = self._climb(wider, found, amplitude) if is_peak else (found, self._amplitude(found))
-            if reached is not None:
-                point, wider_amplitude = reached
-                changed = changed or abs(wider_amplitude - amplitude) > LINEAR_CHANGE * amplitude
-                yield wider_amplitude
-
-    def _from_both_sides(self, wider: Continuation, lost: SolutionPoint) -> tuple[SolutionPoint, float] | None:
-        """The highest point that the curve with more harmonics reaches from both sides of a lost peak.
-
-        On each side the curve with few harmonics is followed down from the peak until a point of it is found with
-        more harmonics; from there the curve with more harmonics is followed back.
-        """
-        narrow = self._with_harmonics(lost.balance.n_harmonics)
-        peak = narrow.solver.refit(lost)
-        reached: list[SolutionPoint] = []
-        for start in () if peak is None else (peak, peak.reversed()):
-            down = islice(narrow.continue_branch(replace(start, step=FIRST_STEP)), PROBE_STEPS[-1] + 1)
-            refits = (wider.solver.refit(point) for count, point in enumerate(down) if count in PROBE_STEPS)
-            found = next((point for point in refits if point is not None), None)
-            if found is not None:
-                back = wider.continue_branch(replace(found.reversed(), step=FIRST_STEP))
-                reached += islice(back, MAX_STEPS_TO_LOST_PEAK)
-        top = max(reached, key=self._amplitude, default=None)
-        return None if top is None else (top, self._amplitude(top))
-
-    def _climb(
-        self, wider: Continuation, start: SolutionPoint, narrow_amplitude: float
-    ) -> tuple[SolutionPoint, float]:
-        """The peak near `start` and its amplitude; the last point of the climb where no peak is reached.
-
-        `start` itself, if the way to the peak adds little to the change from the amplitude with fewer harmonics.
-        """
-        output = wider.options.output
-        amplitude, dA_ds = self._amplitude(start), amplitude_derivative(start, output)
-        if dA_ds * dA_ds <= NEGLIGIBLE_RISE * amplitude * abs(amplitude - narrow_amplitude):
-            return start, amplitude
-        if dA_ds < 0.0:
-            start = start.reversed()
-        before: SolutionPoint | None = None
-        for point in islice(wider.continue_branch(replace(start, step=FIRST_STEP)), MAX_STEPS_TO_PEAK):
-            if before is not None and point.dA_ds <= 0.0:
-                return before, _cubic_maximum(before, point, self._amplitude(before), self._amplitude(point))
-            before = point
-        last = before or start
-        return last, self._amplitude(last)
-
-
-def _at_same_frequency(continuation: Continuation, point: SolutionPoint) -> SolutionPoint | None:
-    """The solution at the frequency of a point with another number of harmonics, by damped Newton steps."""
-    start = point.with_balance(continuation.balance)
-    solved = solve_at(continuation.balance, start.omega, start.unknown, continuation.options, MAX_ITERATIONS)
-    if not solved.converged:
-        return None
-    return continuation.solver.point(
-        solved.solution, start.omega, start.tangent, solved.iterations, start.arc, start.step
-    )
-
-
-def _cubic_maximum(before: SolutionPoint, after: SolutionPoint, first: float, last: float) -> float:
-    """Largest value between two points of the cubic with their amplitudes `first` and `last` and their dA/ds."""
-    length = after.arc - before.arc
-    s = np.linspace(0.0, 1.0, 129)
-    first_derivative, last_derivative = length * before.dA_ds, length * after.dA_ds
-    cubic = (1.0 + 2.0 * s) * (1.0 - s) ** 2 * first + s**2 * (3.0 - 2.0 * s) * last
-    cubic += s * (1.0 - s) ** 2 * first_derivative - s**2 * (1.0 - s) * last_derivative
-    return float(cubic.max())
+def _error_of_sequence(amplitudes: Sequence[float]) -> float:
+    """1.25 (d1 + d2 + ... + 2 dn) with the relative changes d of the amplitudes; inf for a single one."""
+    changes = [abs(before / after - 1.0) for before, after in pairwise(amplitudes)]
+    return SAFETY_FACTOR * (sum(changes) + changes[-1]) if changes else float("inf")

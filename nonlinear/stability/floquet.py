@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
@@ -22,6 +23,7 @@ OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
 CONVERGED = 1e-6  # change of an eigenvalue at which the iteration ends
 SAME = 1e-5  # distance up to which two converged eigenvalues are one
 MAX_ITERATIONS = 8
+NEUTRAL = 1e-6  # real part up to which an exponent is not called growing: the error of a neutral one
 HALF_ORDER = 0.01  # distance of abs(Im sigma) from 1/2 that still counts as period doubling
 
 
@@ -156,15 +158,23 @@ def _refined(problem: HillEigenproblem, values: ComplexArray) -> ComplexArray:
     if problem.conjugate_pairs:  # the others are the complex conjugates
         values = values[values.imag > -CONVERGED]
     for start in values[np.argsort(np.abs(values))]:  # spurious ones are large and may lead to true ones
-        value = _converged(problem, complex(start))
+        value = converged(problem, complex(start))
         if value is not None and all(abs(value - other) > SAME for other in found):
             found.append(value)
     mirrored = [value.conjugate() for value in found if problem.conjugate_pairs and abs(value.imag) > SAME]
     return np.array(found + mirrored, dtype=complex)
 
 
-def _converged(problem: HillEigenproblem, value: complex) -> complex | None:
-    """The eigenvalue that successive linear problems lead to from `value`; None if they lead to none."""
+def converged(problem: HillEigenproblem, value: complex) -> complex | None:
+    """The eigenvalue that successive linear problems lead to from `value`; None if they lead to none.
+
+    Parameters
+    ----------
+    problem : HillEigenproblem
+        The problem.
+    value : complex
+        An approximate eigenvalue sigma.
+    """
     state = None
     for _ in range(MAX_ITERATIONS):
         before = _on_axis(problem, value)
@@ -177,6 +187,15 @@ def _converged(problem: HillEigenproblem, value: complex) -> complex | None:
 def _on_axis(problem: HillEigenproblem, value: complex) -> complex:
     """The eigenvalue without an imaginary part that is round-off."""
     return complex(value.real) if problem.conjugate_pairs and abs(value.imag) < CONVERGED else value
+
+
+def grows(exponents: ComplexArray, omega: float) -> NDArray[np.bool_]:
+    """Which of the exponents of the wave (1/s) grow at `omega` (rad/s): Re lambda > 1e-6 omega, a real one from 0 on.
+
+    A smaller one is the numerical error of a neutral exponent; as a growth it would take 160 000 periods for a
+    factor e. The sign of a real one is exact: it is that of det dR/dx.
+    """
+    return np.asarray(exponents.real > np.where(exponents.imag == 0.0, 0.0, NEUTRAL * omega))
 
 
 def instability_of(exponent: complex, omega: float) -> Instability:
@@ -193,7 +212,7 @@ def crossings(before: ComplexArray, after: ComplexArray, omega: float) -> tuple[
     A change of the number of unstable real exponents by an odd one is a real exponent that crosses: complex ones meet
     on the real axis in pairs. For what remains, those of the less stable point are taken that grow most slowly.
     """
-    few, many = sorted((before[before.real > 0.0], after[after.real > 0.0]), key=len)
+    few, many = sorted((before[grows(before, omega)], after[grows(after, omega)]), key=len)
     many = many[np.argsort(many.real)]
     crossed = {instability_of(value, omega) for value in many[: len(many) - len(few)]}
     if (np.count_nonzero(few.imag == 0.0) + np.count_nonzero(many.imag == 0.0)) % 2:

@@ -171,7 +171,7 @@ class HillEigenproblem:
 
     def eigenvalues(self, shift: complex = 0.0) -> ComplexArray:
         """All eigenvalues sigma; the slider memory is linearised around sigma = `shift`."""
-        matrix, descriptor = self._linearised(shift)
+        matrix, descriptor = self.linearised(shift)
         return np.linalg.eigvals(np.linalg.solve(descriptor, matrix)).astype(complex)
 
     def nearest(self, shift: complex, state: ComplexArray | None = None) -> tuple[complex, ComplexArray | None]:
@@ -188,7 +188,7 @@ class HillEigenproblem:
         """
         from scipy.linalg import lu_factor, lu_solve
 
-        matrix, descriptor = self._linearised(shift)
+        matrix, descriptor = self.linearised(shift)
         beside = shift * (1.0 + ROUND_OFF) + ROUND_OFF
         factors = lu_factor(matrix - beside * descriptor, check_finite=False)
         x = np.ones(len(descriptor), dtype=complex) if state is None else state
@@ -203,8 +203,19 @@ class HillEigenproblem:
         values = np.linalg.eigvals(np.linalg.solve(descriptor, matrix))
         return complex(values[np.argmin(np.abs(values - shift))]), None
 
-    def _linearised(self, shift: complex) -> tuple[Matrix, Matrix]:
-        """A_c and E_c of sigma E_c z = A_c z, the memory linearised around sigma = `shift`."""
+    def linearised(self, shift: complex) -> tuple[Matrix, Matrix]:
+        """A_c and E_c of sigma E_c z = A_c z, the memory linearised around sigma = `shift`.
+
+        Parameters
+        ----------
+        shift : complex
+            Where the memory is linearised.
+
+        Returns
+        -------
+        matrix, descriptor : (n_z, n_z)
+            A_c and E_c.
+        """
         matrix, derivative = self.state_matrix, self.flexibility_matrix
         if self.memory is not None:
             terms = self.memory.terms(shift)

@@ -6,6 +6,8 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from rom import ModalModel, relative_contact_motion, spring_stiffness
 
+SAMPLED = 7  # nodal diameters of a ring at which a search starts
+
 
 def least_damped_pole(modal: ModalModel, phase: float, springs: Array) -> complex:
     """The pole with the largest real part of the ring at one phase.
@@ -31,9 +33,7 @@ def least_damped_pole(modal: ModalModel, phase: float, springs: Array) -> comple
     if not springs.any():
         half = modal.damping / 2.0
         return _leading(-half + np.sqrt((half**2 - modal.angular_frequency**2).astype(complex)))
-    motion = relative_contact_motion(modal.right, modal.left, np.array([phase]))[0]
-    if modal.left is None or abs(np.sin(phase)) < 1e-12:
-        motion = motion.real
+    motion = _relative_motion(modal, phase)
     size = modal.damping.size
     stiffness = np.diag(modal.angular_frequency**2) + spring_stiffness(motion, springs)
     # velocities in units of this frequency, so that all entries are of one size
@@ -43,6 +43,54 @@ def least_damped_pole(modal: ModalModel, phase: float, springs: Array) -> comple
     system[size:, :size] = -stiffness / scale**2
     system[size:, size:] = -np.diag(modal.damping) / scale
     return _leading((scale * np.linalg.eigvals(system)).astype(complex))
+
+
+def least_damped_of_ring(modal: ModalModel, springs: Array) -> tuple[complex, int]:
+    """The pole with the largest real part over all nodal diameters n = 0 .. N_b / 2 of the ring; -n has the same.
+
+    For light damping the decay of a mode x, x^H x = 1, is that of its undamped shape, c = x^H diag(c_m) x / 2. It
+    is formed at some nodal diameters and then at the neighbours of the least one, until there is no lesser one.
+
+    Parameters
+    ----------
+    modal : ModalModel
+        The contact-free modes of a ring of `n_blades`.
+    springs : (n_c, 3)
+        Contact springs k along t1, t2 and n, N/m.
+
+    Returns
+    -------
+    pole : complex
+        s, 1/s, as `least_damped_pole`.
+    nodal_diameter : int
+        n.
+    """
+    assert modal.n_blades is not None
+    pitch, last = 2.0 * np.pi / modal.n_blades, modal.n_blades // 2
+    decays: dict[int, float] = {}
+
+    def decay(n: int) -> float:
+        if n not in decays:
+            decays[n] = _undamped_decay(modal, n * pitch, springs)
+        return decays[n]
+
+    best = min(np.unique(np.linspace(0, last, SAMPLED).round().astype(int)).tolist(), key=decay)
+    while (lower := min(range(max(best - 1, 0), min(best + 1, last) + 1), key=decay)) != best:
+        best = lower
+    return least_damped_pole(modal, best * pitch, springs), best
+
+
+def _undamped_decay(modal: ModalModel, phase: float, springs: Array) -> float:
+    """The least x^H diag(c_m) x / 2 over the undamped modes x at one phase, 1/s."""
+    motion = _relative_motion(modal, phase)
+    _, shapes = np.linalg.eigh(np.diag(modal.angular_frequency**2) + spring_stiffness(motion, springs))
+    return float((modal.damping @ np.abs(shapes) ** 2).min()) / 2.0
+
+
+def _relative_motion(modal: ModalModel, phase: float) -> ComplexArray | Array:
+    """Relative contact motion of the modes, real where it can be."""
+    motion = relative_contact_motion(modal.right, modal.left, np.array([phase]))[0]
+    return motion.real if modal.left is None or abs(np.sin(phase)) < 1e-12 else motion
 
 
 def _leading(poles: ComplexArray) -> complex:

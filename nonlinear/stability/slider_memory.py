@@ -139,8 +139,9 @@ class MemorySampler:
     def memory(self, displacement: Array) -> SliderMemory | ConeSliderMemory | None:
         """Slider memory under the periodic `displacement` (2H+1, n_c, 3), m; None if no slider slips or touches."""
         p, n = self.parameters, self.samples
+        deflection = p.from_slider_origin(displacement)
         motion, speed = (
-            np.ascontiguousarray((table @ displacement.reshape(table.shape[1], -1)).T).reshape(-1, 3, n)
+            np.ascontiguousarray((table @ deflection.reshape(table.shape[1], -1)).T).reshape(-1, 3, n)
             for table in self._tables
         )
         if p.law == "cone":

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from pipeline.scene.labels import member_label
 from pipeline.scene.schema import Contact, Scene
-from pipeline.stages.curve_file import BRANCHES, section_from_attributes
-from pipeline.stages.curve_summary import read_summary
+from pipeline.stages.curve_file import BRANCHES, RESIDUAL, section_from_attributes
+from pipeline.stages.curve_summary import CurveSummary, read_summary
 from pipeline.stages.scene_to_solver import contact_parameters
 
 if TYPE_CHECKING:
@@ -30,6 +30,23 @@ class PlottedBranch:
     frequency_hz: Array
     amplitude_m: Array
     stable: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class ResidualBand:
+    """Bounds of a curve over residual tractions.
+
+    Attributes
+    ----------
+    lowest, highest : (P,) array
+        Lowest and highest amplitude at the points of the curve, interpolated between those that were solved, m.
+    peaks : tuple of (float, float)
+        Frequency, Hz, and amplitude, m, of the lowest and of the highest peak.
+    """
+
+    lowest: Array
+    highest: Array
+    peaks: tuple[tuple[float, float], tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -54,6 +71,8 @@ class PlottedCurve:
         Row of the highest point, -1 without points.
     peak_displacement : (H+1, n_c, 3) complex or None
         Coefficients of the relative displacement there, m.
+    residual : ResidualBand or None
+        Bounds over residual tractions, where they were asked for.
     contact : Contact
         Contact parameters of the curve.
     contact_area : (n_c,) array or None
@@ -62,6 +81,8 @@ class PlottedCurve:
         Detached branches.
     bifurcations : tuple of dict
         Kind, frequency and amplitude of each bifurcation.
+    worst : (float, float)
+        Frequency, Hz, and amplitude, m, of the worst motion; nan where it is not known.
     """
 
     index: int
@@ -75,10 +96,12 @@ class PlottedCurve:
     dissipated_j: Array
     peak_index: int
     peak_displacement: NDArray[np.complex128] | None
+    residual: ResidualBand | None
     contact: Contact
     contact_area: Array | None
     branches: tuple[PlottedBranch, ...]
     bifurcations: tuple[dict[str, Any], ...]
+    worst: tuple[float, float]
 
     def contact_parameters(self, n_contacts: int) -> ContactParameters:
         """Contact parameters of each of the contact nodes."""
@@ -103,7 +126,7 @@ def _read(index: int, curve: CurveResult, file: Path, rom: Path) -> PlottedCurve
     import h5py
 
     with h5py.File(file, "r") as source:
-        peak = int(source.attrs["peak_index"])
+        peak, facts = int(source.attrs["peak_index"]), read_summary(source)
         return PlottedCurve(
             index=index,
             label=member_label(curve.member),
@@ -117,10 +140,30 @@ def _read(index: int, curve: CurveResult, file: Path, rom: Path) -> PlottedCurve
             peak_index=peak,
             peak_displacement=source["relative_displacement"][peak] if peak >= 0 else None,
             branches=tuple(_branch(source[BRANCHES][name]) for name in sorted(source.get(BRANCHES, ()), key=int)),
-            bifurcations=read_summary(source).bifurcations,
+            bifurcations=facts.bifurcations,
+            worst=(facts.worst_frequency_hz, facts.worst_amplitude_m),
+            residual=_residual_band(source, facts),
             contact=section_from_attributes(Contact, source.attrs),
             contact_area=_contact_area(rom),
         )
+
+
+def _residual_band(source: Any, facts: CurveSummary) -> ResidualBand | None:
+    """The band of a curve: its ratios to the curve are linear in the arc length between the points solved."""
+    if RESIDUAL not in source:
+        return None
+    group, arc, amplitude = source[RESIDUAL], source["arc"][()], source["amplitude_m"][()]
+    index = group["band_index"][()]
+    scale = np.where(amplitude[index] > 0.0, amplitude[index], 1.0)
+    lowest, highest = (
+        amplitude * np.interp(arc, arc[index], group[name][()] / scale)
+        for name in ("band_lowest_m", "band_highest_m")
+    )
+    low, high = (
+        (facts.residual_lowest_hz, facts.residual_lowest_m),
+        (facts.residual_highest_hz, facts.residual_highest_m),
+    )
+    return ResidualBand(lowest, highest, (low, high))
 
 
 def _contact_area(rom: Path) -> Array | None:

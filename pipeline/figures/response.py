@@ -17,13 +17,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MARKS = {"branch point": "D", "Neimark-Sacker": "s", "period doubling": "^"}
+SAME_HEIGHT = 1e-3  # relative difference of a worst motion and a peak that are one point of the figure
 _DEPTH = 0.15  # lower end of a logarithmic axis over the lowest peak
 
 
 def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str) -> Figure:
     """Amplitude over frequency: a line for each curve, dashed where unstable, with a circle on its peak.
 
-    Detached branches are thin lines of the same colour; bifurcations other than folds have marks (`MARKS`).
+    A pale band shows the amplitudes that residual tractions allow, where asked for. A star marks the worst motion of
+    a curve where that is not its peak. Detached branches are thin lines of the same colour; bifurcations other than
+    folds have marks (`MARKS`).
     """
     from matplotlib import pyplot as plt
 
@@ -32,12 +35,14 @@ def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], tit
     colours = ordered_colours(len(curves))
     for curve, colour in zip(curves, colours, strict=True):
         _draw_curve(axes, curve, colour, factor)
+    _draw_residual_bands(axes, curves, colours, factor)
     _mark_bifurcations(axes, curves, colours, factor)
+    _mark_worst(axes, curves, colours, factor)
     _draw_limits(axes, limits, colours, factor)
     _set_range(axes, curves, limits, factor)
     write_heading(axes, title)
     axes.set(xlabel="excitation frequency [Hz]", ylabel=f"largest displacement over a period [{unit}]")
-    if len(curves) > 1 or limits:
+    if len(curves) > 1 or limits or axes.get_legend_handles_labels()[0]:
         columns = 1 if len(curves) <= 16 else 2
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9, ncols=columns)
     return figure
@@ -52,6 +57,19 @@ def _draw_curve(axes: Axes, curve: PlottedCurve, colour: Any, factor: float) -> 
     axes.plot(frequency, height * factor, "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
 
 
+def _draw_residual_bands(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
+    """Bands of the amplitudes that residual tractions allow, with bars at the lowest and the highest peak."""
+    label: str | None = "residual tractions"
+    for curve, colour in zip(curves, colours, strict=True):
+        if curve.residual is None:
+            continue
+        band, look = curve.residual, {"color": colour, "linewidth": 0.0, "alpha": 0.25, "zorder": 1.2}
+        axes.fill_between(curve.frequency_hz, band.lowest * factor, band.highest * factor, label=label, **look)
+        frequency, height = np.transpose(band.peaks)
+        axes.plot(frequency, height * factor, "_", color=colour, markersize=9, zorder=4)
+        label = None
+
+
 def _mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
     """Marks of bifurcations other than folds, with one entry for each kind in the legend."""
     for kind, marker in MARKS.items():
@@ -63,6 +81,17 @@ def _mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequ
                 y = [item["amplitude_m"] * factor for item in places]
                 axes.plot(x, y, marker, color=colour, markersize=5, markerfacecolor="white", zorder=4, label=label)
                 label = None
+
+
+def _mark_worst(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
+    """Stars at the worst motions that are not the peaks of their main branches, with one entry in the legend."""
+    label: str | None = "worst motion"
+    for curve, colour in zip(curves, colours, strict=True):
+        frequency, height = curve.worst
+        if np.isfinite(height) and not np.isclose(height, curve.peak[1], rtol=SAME_HEIGHT):
+            look: dict[str, Any] = {"markersize": 11, "markeredgecolor": "0.1", "markeredgewidth": 0.6, "zorder": 5}
+            axes.plot(frequency, height * factor, "*", color=colour, label=label, clip_on=False, **look)
+            label = None
 
 
 def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Sequence[Any], factor: float) -> None:
@@ -87,7 +116,9 @@ def _set_range(axes: Axes, curves: Sequence[PlottedCurve], limits: Sequence[Limi
     low = min(curve.scene.response.frequency[0] for curve in curves)
     high = max(curve.scene.response.frequency[1] for curve in curves)
     axes.set_xlim(low, high)
-    peaks = np.array([curve.peak[1] for curve in curves] + [limit.peak[1] for limit in limits])
+    tops = [height for curve in curves for height in (curve.peak[1], curve.worst[1])]
+    tops += [curve.residual.peaks[1][1] for curve in curves if curve.residual is not None]
+    peaks = np.array(tops + [limit.peak[1] for limit in limits])
     peaks = peaks[np.isfinite(peaks) & (peaks > 0.0)] * factor
     if peaks.size == 0:
         return

@@ -1,4 +1,4 @@
-"""Height and frequency of the peaks over the swept parameter."""
+"""Height and frequency of the worst motions and of the peaks of the main branches over the swept parameter."""
 
 from __future__ import annotations
 
@@ -16,28 +16,36 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+WORST, MAIN = "worst motion", "peak of the main branch"
+MAIN_LOOK = {"linewidth": 0.8, "linestyle": (0, (4, 2)), "markerfacecolor": "white", "markeredgewidth": 0.8}
 _SYMLOG_FROM = 8.0  # ratio of the largest to the median value above which the axis is symmetric-logarithmic
 
 
 def trend_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str) -> Figure:
-    """Peak amplitude above, peak frequency below, against the parameter with the most values; one line for each
-    combination of the other swept parameters."""
+    """Worst motions, and the peaks of the main branches as thin lines: amplitude above, frequency below, against the
+    parameter with the most values; one line for each combination of the other swept parameters."""
     from matplotlib import pyplot as plt
 
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True, layout="constrained")
     key = _main_parameter(curves)
-    factor, unit = scale([curve.peak[1] for curve in curves], "m")
+    factor, unit = scale([height for curve in curves for height in (curve.peak[1], curve.worst[1])], "m")
     names = _categories(curves, key)
     for number, (label, members) in enumerate(_lines(curves, key).items()):
         x = [_position(curve.parameters[key], key, names) for curve in members]
-        look = {"marker": "o", "markersize": 5, "color": DISTINCT[number % len(DISTINCT)], "label": label or None}
-        upper.plot(x, [curve.peak[1] * factor for curve in members], **look)
-        lower.plot(x, [curve.peak[0] for curve in members], **look)
+        colour = DISTINCT[number % len(DISTINCT)]
+        worst: dict[str, Any] = {"marker": "o", "markersize": 5, "color": colour}
+        worst["label"] = ", ".join(filter(None, (label, WORST)))
+        upper.plot(x, [curve.worst[1] * factor for curve in members], **worst)
+        lower.plot(x, [curve.worst[0] for curve in members], **worst)
+        peaks: dict[str, Any] = {"marker": "o", "markersize": 3, "color": colour, **MAIN_LOOK}
+        peaks["label"] = MAIN if number == 0 else None
+        upper.plot(x, [curve.peak[1] * factor for curve in members], **peaks)
+        lower.plot(x, [curve.peak[0] for curve in members], **peaks)
     _draw_limits(upper, lower, limits, factor)
     _set_axes(upper, lower, curves, key, names)
     write_heading(upper, title)
-    upper.set(ylabel=f"peak amplitude [{unit}]")
-    lower.set(xlabel=quantity(key).axis(), ylabel="peak frequency [Hz]")
+    upper.set(ylabel=f"largest displacement [{unit}]")
+    lower.set(xlabel=quantity(key).axis(), ylabel="its frequency [Hz]")
     if upper.get_legend_handles_labels()[0]:
         upper.legend(fontsize=9)
     return figure
@@ -91,7 +99,7 @@ def _set_axes(upper: Axes, lower: Axes, curves: Sequence[PlottedCurve], key: str
             threshold = float(np.median(above))
             lower.set_xscale("symlog", linthresh=threshold, linscale=1.0)
             lower.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    heights = np.array([curve.peak[1] for curve in curves])
+    heights = np.array([height for curve in curves for height in (curve.peak[1], curve.worst[1])])
     heights = heights[np.isfinite(heights) & (heights > 0.0)]
     if heights.size and heights.max() > LOG_FROM * heights.min():
         upper.set_yscale("log")

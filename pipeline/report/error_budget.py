@@ -8,9 +8,20 @@ from dataclasses import dataclass, replace
 
 from pipeline.figures.data import PlottedCurve
 from pipeline.report.report_source import ReportSource
+from pipeline.results.residual_notes import change, has_bounds
 from pipeline.results.tables import TOLERATED, TOLERATED_SAMPLING, sampling_errors, share
 
 SMALL, FAIR, LARGE, UNKNOWN = "small", "noticeable", "large", "not known"
+
+EXPONENTS = (
+    "Floquet exponents tell whether a small disturbance of the motion dies out. The motion of an unstable (dashed) "
+    "part of a curve does not persist: the worst motion is sought among those that do."
+)
+STABILITY = {
+    "ring": f"{EXPONENTS} Disturbances of every nodal diameter that the ring allows are included.",
+    "wave": f"{EXPONENTS} Only disturbances with the inter-blade phase of the travelling wave are included.",
+    "folds": "From folds only: a curve is unstable between two folds; other bifurcations are not detected.",
+}
 
 
 @dataclass(frozen=True)
@@ -26,7 +37,7 @@ class ErrorRow:
 def error_rows(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[ErrorRow]:
     """Truncation, sampling, energy and modal truncation error, contact dofs, mesh, Coriolis forces, stability."""
     peaks = [_truncation(source), _sampling(source), _energy(source)]
-    return [*peaks, *_model(source), *_coriolis(source), _stability(source, shown)]
+    return [*peaks, *_residual(source), *_model(source), *_coriolis(source), _stability(source, shown)]
 
 
 def _truncation(source: ReportSource) -> ErrorRow:
@@ -74,6 +85,32 @@ def _energy(source: ReportSource) -> ErrorRow:
     worst = max(known, key=known.__getitem__)
     where = f", curve {worst}" if len(source.curves) > 1 else ""
     return ErrorRow("energy error", f"{known[worst]:.0e}{where}", _verdict(known[worst], 1e-6, 1e-2), meaning)
+
+
+def _residual(source: ReportSource) -> list[ErrorRow]:
+    """What friction leaves open at the peaks; no row where nothing sticks all the time at any of them."""
+    facts = {number: curve.facts for number, curve in enumerate(source.curves) if curve.facts is not None}
+    meaning = (
+        "Friction determines the static traction of a contact node that sticks all the time only within limits, and "
+        "so the vibration. The peaks are those of sliders that start unloaded. "
+    )
+    known = {n: (item.residual_lowest_m, item.residual_highest_m) for n, item in facts.items() if has_bounds(item)}
+    if known:
+        meaning += (
+            "The bounds are the lowest and the highest peak found over all tractions within the friction limits."
+        )
+        worst = max(known, key=lambda n: (known[n][1] - known[n][0]) / max(facts[n].peak_amplitude_m, 1e-300))
+        low, high, peak = *known[worst], facts[worst].peak_amplitude_m
+        where = f", curve {worst}" if len(source.curves) > 1 else ""
+        share_of_peak = max(high / peak - 1.0, 1.0 - low / peak) if peak > 0.0 else 0.0
+        found = f"{change(low, peak)} to {change(high, peak)} of the peak{where}"
+        return [ErrorRow("residual tractions", found, _verdict(share_of_peak, 0.01, TOLERATED), meaning)]
+    free = [number for number, item in facts.items() if item.free_nodes > 0]
+    if not free:
+        return []
+    meaning += 'response.residual_tractions = "bounds" gives the lowest and the highest peak that they allow.'
+    found = f"not bounded; nodes stick at the peak of {len(free)} of {len(facts)} curves"
+    return [ErrorRow("residual tractions", found, UNKNOWN, meaning)]
 
 
 def _model(source: ReportSource) -> list[ErrorRow]:
@@ -150,17 +187,11 @@ def _stability(source: ReportSource, shown: Sequence[PlottedCurve]) -> ErrorRow:
         for curve in shown
         if any(item["kind"] != "fold" for item in curve.bifurcations)
     }
-    if source.first.response.stability == "floquet":
-        how = (
-            "Floquet exponents tell whether a small disturbance of the motion dies out. The motion of an unstable "
-            "(dashed) part of a curve does not persist. Only disturbances with the inter-blade phase of the "
-            "travelling wave are included."
-        )
-    else:
-        how = "From folds only: a curve is unstable between two folds; other bifurcations are not detected."
+    how = STABILITY[source.first.response.stability]
     findings = []
     if lost:
-        findings.append(f"the peak is unstable on curve{'s' if len(lost) > 1 else ''} {', '.join(map(str, lost))}")
+        curves = f"curve{'s' if len(lost) > 1 else ''} {', '.join(map(str, lost))}"
+        findings.append(f"the peak of the main branch is unstable on {curves}")
     if other:
         kinds = ", ".join(dict.fromkeys(kind for each in other.values() for kind in each))
         curves = ", ".join(map(str, other))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -27,6 +28,7 @@ from pipeline.report.rows import (
 )
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
 from pipeline.results.publishing import Attempts
+from pipeline.results.worst import search_notes
 from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.schema import Scene
 from pipeline.stages.model_chain import BuiltModel
@@ -37,11 +39,15 @@ MOST_CONTACTS, MOST_OPERATING, MOST_STILLS = 10, 10, 9
 STILL_BLADES = 3
 _CAPTIONS = {
     "response": (
-        "Largest displacement over a period against frequency. Dashed: unstable. Circles: peaks. Thin lines: "
-        "detached branches. Squares mark Neimark-Sacker bifurcations, where the motion becomes or stops being "
-        "quasi-periodic; triangles mark period doublings, diamonds branch points."
+        "Largest displacement over a period against frequency. Dashed: unstable. Circles: peaks of the main "
+        "branches. Stars: worst motions that are not these peaks. Thin lines: detached branches. Squares mark "
+        "Neimark-Sacker bifurcations, where the motion becomes or stops being quasi-periodic; triangles mark "
+        "period doublings, diamonds branch points."
     ),
-    "peaks": "Height and frequency of the peaks against the swept parameter, with the linear limits.",
+    "peaks": (
+        "Height and frequency of the worst motions, and of the peaks of the main branches (thin), against the swept "
+        "parameter, with the linear limits."
+    ),
     "nodal_diameters": "Natural frequencies against nodal diameter; excitation and frequency range are marked.",
     "campbell": "Campbell diagram: natural frequencies against speed, with the lines of the engine orders.",
     "hysteresis_sweep": "Hysteresis loops of one contact node, each curve at its own peak.",
@@ -94,6 +100,7 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
         "source": source,
         "table": curve_table(source, stable),
         "cards": _cards(source, shown),
+        "searches": search_notes(source.curves),
         "figures": _figures(source, attempts),
         "frequencies": frequency_tables(source),
         "facts": _facts(source, model),
@@ -114,22 +121,36 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
 
 def _cards(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[tuple[str, str, str]]:
     """The main results: name, value, curve or condition."""
-    cards = []
+    worst = [curve for curve in shown if math.isfinite(curve.worst[1])]
     peaks = [curve for curve in shown if curve.peak_index >= 0]
-    if peaks:
-        high, low = max(peaks, key=lambda c: c.peak[1]), min(peaks, key=lambda c: c.peak[1])
-        for name, curve in (("highest peak", high), ("lowest peak", low)):
-            of = f"{curve.label + ', ' if curve.parameters else ''}{curve.peak[0]:.5g} Hz"
-            cards.append((name, _with_unit(curve.peak[1], "m"), of))
-        if len(peaks) > 1 and low.peak[1] > 0.0:
-            cards.append(("highest over lowest", f"{high.peak[1] / low.peak[1]:.3g}", f"of {len(peaks)} curves"))
-        else:
-            cards = [("peak", *cards[0][1:])]
+    cards = [
+        *_extremes(worst, [curve.worst for curve in worst], "worst motion"),
+        *_extremes(peaks, [curve.peak for curve in peaks], "peak of the main branch"),
+    ]
     if source.model_rows:
         row = source.model_rows[0]
         cards.append(("first natural frequency", f"{row['free_hz'][0]:.5g} Hz", "shrouds free"))
         order, values = next(iter(row["stuck_hz"].items()))
         cards.append(("first natural frequency", f"{values[0]:.5g} Hz", f"shrouds stuck, engine order {order}"))
+    return cards
+
+
+def _extremes(
+    curves: Sequence[PlottedCurve], points: Sequence[tuple[float, float]], name: str
+) -> list[tuple[str, str, str]]:
+    """Highest and lowest of these points (Hz, m) over the curves, and their ratio; the point of a single curve."""
+    if not curves:
+        return []
+    order = sorted(range(len(curves)), key=lambda place: points[place][1])
+    cards = []
+    for title, place in ((f"highest {name}", order[-1]), (f"lowest {name}", order[0])):
+        of = f"{curves[place].label + ', ' if curves[place].parameters else ''}{points[place][0]:.5g} Hz"
+        cards.append((title, _with_unit(points[place][1], "m"), of))
+    if len(curves) == 1:
+        return [(name, *cards[0][1:])]
+    ratio = points[order[-1]][1] / points[order[0]][1] if points[order[0]][1] > 0.0 else math.inf
+    if math.isfinite(ratio):
+        cards.append((f"highest over lowest {name}", f"{ratio:.3g}", f"of {len(curves)} curves"))
     return cards
 
 

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from pipeline.report.report_source import ReportSource
-from pipeline.results.tables import bare_value, is_sampled, share
+from pipeline.results.branch_ends import branch_remarks
+from pipeline.results.tables import amplitude_scale, bare_value, is_sampled, share
+from pipeline.results.worst import worst_cells
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
@@ -39,6 +41,9 @@ class CurveRow:
     swept: tuple[str, ...]
     frequency: Cell
     amplitude: Cell
+    worst_frequency: Cell
+    worst_amplitude: Cell
+    worst_kind: str
     harmonics: Cell
     truncation: Cell
     sampling: Cell
@@ -69,8 +74,7 @@ class FrequencyTable:
 
 def curve_table(source: ReportSource, stable_at_peak: dict[int, bool]) -> CurveTable:
     """All curves in their order; `stable_at_peak` by number of the curve."""
-    heights = [c.facts.peak_amplitude_m for c in source.curves if c.facts is not None]
-    factor, unit = prefixed(max((h for h in heights if math.isfinite(h)), default=0.0), "m")
+    factor, unit = amplitude_scale(source.curves)
     rows = []
     for number, curve in enumerate(source.curves):
         facts = curve.facts
@@ -78,8 +82,10 @@ def curve_table(source: ReportSource, stable_at_peak: dict[int, bool]) -> CurveT
         label = member_label(curve.member)
         if facts is None:
             none = Cell("-")
-            rows.append(CurveRow(number, label, swept, *(none,) * 8, (f"failed: {curve.reason}",)))
+            blank = *(none,) * 4, "-", *(none,) * 6
+            rows.append(CurveRow(number, label, swept, *blank, (f"failed: {curve.reason}",)))
             continue
+        worst = worst_cells(facts, factor)
         sampling = max(facts.sampling_error, facts.sampling_frequency_error)
         rows.append(
             CurveRow(
@@ -88,6 +94,9 @@ def curve_table(source: ReportSource, stable_at_peak: dict[int, bool]) -> CurveT
                 swept,
                 _number(facts.peak_frequency_hz, "{:.6g}"),
                 _number(facts.peak_amplitude_m, "{:.4g}", factor),
+                Cell(worst[0], _plain(facts.worst_frequency_hz)),
+                Cell(worst[1], _plain(facts.worst_amplitude_m)),
+                worst[2],
                 Cell(str(facts.harmonics), str(facts.harmonics)),
                 Cell(share(facts.truncation_error), _plain(facts.truncation_error)),
                 Cell(share(sampling) if is_sampled(curve) else "none", _plain(sampling)),
@@ -109,11 +118,13 @@ def _notes(curve: Any, stable: bool) -> Iterable[str]:
         yield "peak at the end of the frequency range"
     if not stable:
         yield "unstable peak"
-    for branch in facts.detached:
+    if facts.worst_unresolved:
+        yield f"the worst motion may be higher: {facts.worst_unresolved}"
+    for count, branch in enumerate(facts.detached, start=1):
         factor, unit = prefixed(branch["peak_amplitude_m"], "m")
         yield (
-            f"detached branch, {branch['from_hz']:.6g} to {branch['to_hz']:.6g} Hz, "
-            f"up to {branch['peak_amplitude_m'] * factor:.4g} {unit}"
+            f"detached branch {count}, {branch['from_hz']:.6g} to {branch['to_hz']:.6g} Hz, "
+            f"up to {branch['peak_amplitude_m'] * factor:.4g} {unit}{branch_remarks(branch)}"
         )
     kinds = [item["kind"] for item in facts.bifurcations]
     for kind in dict.fromkeys(kinds):

@@ -85,6 +85,11 @@ def _curve_lines(curve: dict[str, Any]) -> Iterator[str]:
         f"curve/{curve['curve']}: {end}, {curve['points']} points, {curve['harmonics']} harmonics, "
         f"peak {height:.6g} m at {frequency:.6g} Hz"
     )
+    if curve["worst_amplitude_m"] is not None:
+        yield one_line(
+            f"  worst motion: {curve['worst_amplitude_m']:.6g} m at {curve['worst_frequency_hz']:.6g} Hz, "
+            f"{curve['worst_motion']}, branch {curve['worst_branch']} (0: main)"
+        )
     yield one_line("  " + ", ".join(f"{key} = {value}" for key, value in curve["parameters"].items()))
 
 

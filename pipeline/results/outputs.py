@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, cell_value
+from pipeline.stages.curve_summary import NO_RESIDUAL
 from pipeline.stages.respond import CurveResult
 from pipeline.store.content_store import Store
 from pipeline.store.fingerprints import file_sha256
@@ -17,6 +18,8 @@ from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:
     import h5py
+
+    from pipeline.stages.curve_summary import CurveSummary
 
 WHOLE_COLUMNS = ("stable", "sticking", "slipping", "separating", "iterations", "kept_harmonics")
 
@@ -82,6 +85,8 @@ def _copy(source: h5py.File, group: h5py.Group, curve: CurveResult) -> None:
         source.copy(name, group)
     for key, value in source.attrs.items():
         group.attrs[key] = value
+    for number, branch in enumerate(curve.facts.detached if curve.facts else (), start=1):
+        group[f"{BRANCHES}/{number}"].attrs["born_between"] = json.dumps(branch["born_between"])
     # a cached curve may belong to another scene, which swept other keys
     for key, value in curve.member.parameters.items():
         if key not in group.attrs:
@@ -122,6 +127,7 @@ def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
     numbers |= {"points": 0, "iterations": 0, "seconds": 0.0}
     numbers["harmonics"] = curve.member.scene.response.harmonics
     numbers |= {"bifurcations": [], "detached": []}
+    numbers |= worst_summary(facts) | residual_summary(facts)
     if facts is not None:
         names = ("peak_frequency_hz", "peak_amplitude_m", "energy_error", "truncation_error")
         for name in (*names, "sampling_error", "sampling_frequency_error"):
@@ -131,11 +137,30 @@ def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
         numbers["bifurcations"], numbers["detached"] = list(facts.bifurcations), list(facts.detached)
     return {
         "parameters": {key: _plain_list(value) for key, value in curve.member.parameters.items()},
+        "carried_from": list(curve.carried_from),
         "rom": None if curve.rom is None else relative_path(curve.rom, out),
         **numbers,
         "complete": curve.complete,
         "reason": curve.reason,
     }
+
+
+def worst_summary(facts: CurveSummary | None) -> dict[str, Any]:
+    """The worst motion of a curve as in summary.json; null where there is none."""
+    found = ("amplitude_m", "frequency_hz", "branch", "motion", "scatter", "nodal_diameter", "ring_blades")
+    names = (*found, "searched", "unresolved")
+    if facts is None or not facts.worst_searched:
+        return {f"worst_{name}": None for name in names}
+    values = {f"worst_{name}": getattr(facts, f"worst_{name}") for name in names}
+    if not math.isfinite(facts.worst_amplitude_m):
+        values |= {f"worst_{name}": None for name in found}
+    return values
+
+
+def residual_summary(facts: CurveSummary | None) -> dict[str, Any]:
+    """What residual tractions leave open, as in summary.json; null where it is not known."""
+    values = {name: None if facts is None else number_or_null(getattr(facts, name)) for name in NO_RESIDUAL}
+    return {"free_nodes": None if facts is None or facts.free_nodes < 0 else facts.free_nodes, **values}
 
 
 def write_summary(store: Store, out: Path, summary: dict[str, Any]) -> None:

@@ -15,14 +15,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import input_error, reason_of
+from pipeline.stages.curve_file import BRANCHES
+from pipeline.stages.curve_summary import stored_worst
 
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import Peak
+    from nonlinear import Peak, WorstMotion
 
 SUMMARY, RESPONSE = "summary.json", "response.h5"
 Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class DetachedBranch:
+    """One detached branch of a curve.
+
+    Attributes
+    ----------
+    frequency_hz, amplitude_m, stable : (P,) arrays
+        As in `Curve`.
+    datasets : mapping of str to array
+        Every dataset of the branch by its name in `response.h5`.
+    """
+
+    frequency_hz: Array
+    amplitude_m: Array
+    stable: Array
+    datasets: Mapping[str, Array]
 
 
 @dataclass(frozen=True)
@@ -40,7 +60,9 @@ class Curve:
     stable : (P,) bool array
         Whether the periodic motion is stable.
     peak : Peak or None
-        The highest peak, None without points.
+        The highest peak of the main branch, None without points.
+    worst : WorstMotion or None
+        The highest motion that can persist, on any branch; None where it is not known.
     complete : bool
         Whether the whole frequency range was covered.
     reason : str
@@ -52,10 +74,14 @@ class Curve:
     sampling_error, sampling_frequency_error : float
         Estimated relative errors of the peak's amplitude and frequency from time sampling, 0 with
         `contact.integration = "exact"`; NaN: not known.
+    residual_lowest_m, residual_highest_m : float
+        Lowest and highest peak over the admissible residual tractions, m; NaN unless asked for.
     harmonics : int
         Largest number of harmonics balanced at a point.
     datasets : mapping of str to array
         Every dataset of the curve by its name in `response.h5` (docs/outputs.md).
+    detached : tuple of DetachedBranch
+        Detached branches, numbered 1, 2, ... in this order.
     rom : Path or None
         File of its reduced model, None where that could not be computed.
     """
@@ -65,14 +91,18 @@ class Curve:
     amplitude_m: Array
     stable: Array
     peak: Peak | None
+    worst: WorstMotion | None
     complete: bool
     reason: str
     energy_error: float
     truncation_error: float
     sampling_error: float
     sampling_frequency_error: float
+    residual_lowest_m: float
+    residual_highest_m: float
     harmonics: int
     datasets: Mapping[str, Array]
+    detached: tuple[DetachedBranch, ...]
     rom: Path | None
 
 
@@ -154,7 +184,7 @@ def _curves(folder: Path, summary: dict[str, Any]) -> list[Curve]:
 
 def _curve(folder: Path, entry: dict[str, Any], group: h5py.Group | None) -> Curve:
     """One curve; without points where it has no group."""
-    datasets = {} if group is None else {name: item[()] for name, item in group.items() if hasattr(item, "dtype")}
+    datasets = {} if group is None else _datasets(group)
     none = np.empty(0)
     return Curve(
         parameters=entry["parameters"],
@@ -162,14 +192,18 @@ def _curve(folder: Path, entry: dict[str, Any], group: h5py.Group | None) -> Cur
         amplitude_m=datasets.get("amplitude_m", none),
         stable=datasets.get("stable", none.astype(bool)).astype(bool),
         peak=_peak(entry, group),
+        worst=_worst(entry, group),
         complete=entry["complete"],
         reason=entry["reason"],
         energy_error=_number(entry["energy_error"]),
         truncation_error=_number(entry["truncation_error"]),
         sampling_error=_number(entry["sampling_error"]),
         sampling_frequency_error=_number(entry["sampling_frequency_error"]),
+        residual_lowest_m=_number(entry.get("residual_lowest_m")),
+        residual_highest_m=_number(entry.get("residual_highest_m")),
         harmonics=0 if group is None else int(entry["harmonics"]),
         datasets=datasets,
+        detached=_detached(group),
         rom=None if entry["rom"] is None else folder / entry["rom"],
     )
 
@@ -181,6 +215,25 @@ def _peak(entry: dict[str, Any], group: h5py.Group | None) -> Peak | None:
         return None
     index, located = int(group.attrs["peak_index"]), bool(group.attrs["peak_located"])
     return Peak(entry["peak_frequency_hz"], entry["peak_amplitude_m"], index, located)
+
+
+def _worst(entry: dict[str, Any], group: h5py.Group | None) -> WorstMotion | None:
+    return None if group is None or entry.get("worst_amplitude_m") is None else stored_worst(group.attrs)
+
+
+def _datasets(group: h5py.Group) -> dict[str, Array]:
+    return {name: item[()] for name, item in group.items() if hasattr(item, "dtype")}
+
+
+def _detached(group: h5py.Group | None) -> tuple[DetachedBranch, ...]:
+    """The detached branches in the order of their numbers."""
+    if group is None or BRANCHES not in group:
+        return ()
+    found = [_datasets(group[BRANCHES][number]) for number in sorted(group[BRANCHES], key=int)]
+    return tuple(
+        DetachedBranch(values["frequency_hz"], values["amplitude_m"], values["stable"].astype(bool), values)
+        for values in found
+    )
 
 
 def _number(value: float | None) -> float:

@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from pipeline.results.branch_ends import branch_remarks
+from pipeline.results.worst import worst_cells
 from pipeline.scene.labels import prefixed, quantity
 from pipeline.stages.request import RunOutcome
 from pipeline.stages.respond import CurveResult
@@ -19,7 +21,7 @@ TOLERATED_SAMPLING = 0.01  # the same of the sampling error of its amplitude or 
 
 
 def curve_table(outcome: RunOutcome) -> Table:
-    """One row a curve: swept parameters, peak, its error estimates, points and seconds."""
+    """One row a curve: swept parameters, worst motion, peak of the main branch, its errors, points and seconds."""
     from rich.table import Table
 
     swept = list(outcome.curves[0].member.parameters) if outcome.curves else []
@@ -27,16 +29,24 @@ def curve_table(outcome: RunOutcome) -> Table:
     table.add_column("curve", justify="right")
     for key in swept:
         table.add_column(quantity(key).axis(), justify="right")
-    heights = [c.facts.peak_amplitude_m for c in outcome.curves if c.facts is not None]
-    factor, unit = prefixed(max((h for h in heights if math.isfinite(h)), default=0.0), "m")
+    factor, unit = amplitude_scale(outcome.curves)
     sampled = any(is_sampled(c) for c in outcome.curves)
-    errors = ("truncation\nerror", *(("sampling\nerror",) * sampled), "energy\nerror")
-    for heading in ("peak\n[Hz]", f"peak\n[{unit}]", "harmonics", *errors, "points", "seconds"):
+    errors = ("trunc.\nerror", *(("sampling\nerror",) * sampled), "energy\nerror")
+    worst = ("worst\n[Hz]", f"worst\n[{unit}]", "on\nbranch")
+    peak = ("main\npeak [Hz]", f"main\npeak [{unit}]")
+    for heading in (*worst, *peak, "har-\nmonics", *errors, "points", "seconds"):
         table.add_column(heading, justify="right")
     for index, curve in enumerate(outcome.curves):
         values = [bare_value(key, value) for key, value in curve.member.parameters.items()]
         table.add_row(str(index), *values, *_numbers(curve, factor, sampled))
     return table
+
+
+def amplitude_scale(curves: Sequence[CurveResult]) -> tuple[float, str]:
+    """Factor and unit for the peaks and the worst motions of the curves."""
+    facts = [c.facts for c in curves if c.facts is not None]
+    heights = [height for f in facts for height in (f.peak_amplitude_m, f.worst_amplitude_m)]
+    return prefixed(max((h for h in heights if math.isfinite(h)), default=0.0), "m")
 
 
 def is_sampled(curve: CurveResult) -> bool:
@@ -63,15 +73,16 @@ def _numbers(curve: CurveResult, factor: float, sampled: bool) -> list[str]:
     """Cells of a curve; with `sampled` there is one of the sampling error, the larger of amplitude and frequency."""
     facts = curve.facts
     if facts is None:
-        return ["failed", "-", "-", "-", *(["-"] * sampled), "-", "0", "-"]
+        return ["failed", *(["-"] * (6 + sampled)), "-", "0", "-"]
     known = math.isfinite(facts.peak_frequency_hz)
     frequency = f"{facts.peak_frequency_hz:.6g}" if known else "-"
     amplitude = f"{facts.peak_amplitude_m * factor:.4g}" if known else "-"
     if known and not facts.peak_located:
-        frequency += " (end of range)"
+        frequency += " (end)"
     mark = "" if facts.complete else " (incomplete)"
     energy = f"{facts.energy_error:.0e}" if math.isfinite(facts.energy_error) else "-"
     return [
+        *worst_cells(facts, factor),
         frequency,
         amplitude,
         str(facts.harmonics),
@@ -160,7 +171,7 @@ def motion_notes(outcome: RunOutcome) -> list[str]:
             height = f"{branch['peak_amplitude_m'] * factor:.4g} {unit}"
             span = f"{branch['from_hz']:.6g} to {branch['to_hz']:.6g} Hz"
             stable = "" if branch["stable_points"] else ", unstable"
-            notes.append(f"curve {index}: a detached branch, {span}, up to {height}{stable}")
+            notes.append(f"curve {index}: a detached branch, {span}, up to {height}{stable}{branch_remarks(branch)}")
         kinds = Counter(item["kind"] for item in curve.facts.bifurcations if item["kind"] != "fold")
         if kinds:
             found = ", ".join(f"{kind} ({count})" for kind, count in kinds.items())

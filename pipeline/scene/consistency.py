@@ -108,6 +108,9 @@ def _check_keys(path: Path, member: Member) -> None:
         raise input_error(path, "response.rayleigh", "given beside damping_ratio", "one of the two")
     if response.damping_ratio is None and response.rayleigh is None:
         raise input_error(path, "response.damping_ratio", "missing", allowed_values("response.damping_ratio"))
+    if response.residual_tractions == "bounds" and response.method != "coupled":
+        allowed = '"projected" with response.method = "static-first"'
+        raise input_error(path, key_in_file(member, "response.residual_tractions"), '"bounds"', allowed)
     if scene.rom.modes is not None and scene.rom.frequency_limit is not None:
         raise input_error(path, "rom.frequency_limit", "given beside modes", "one of the two")
     if not any(scene.excitation.unit_direction):

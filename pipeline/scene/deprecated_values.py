@@ -11,6 +11,7 @@ from pipeline.errors import shown
 # dotted key -> earlier spelling -> today's
 DEPRECATED_VALUES: dict[str, dict[str, str]] = {
     "contact.law": {"uncoupled": "two_sliders", "coupled": "cone"},
+    "response.stability": {"floquet": "ring"},
 }
 
 

@@ -263,11 +263,21 @@ class Response(Section):
     method: Literal["coupled", "static-first"] = _key(
         "statics and dynamics together, or a static contact analysis first", '"coupled" or "static-first"', "coupled"
     )
-    stability: Literal["floquet", "folds"] = _key(
-        "Floquet exponents of every point, or only the unstable part between folds", '"floquet" or "folds"', "floquet"
+    stability: Literal["ring", "wave", "folds"] = _key(
+        "Floquet exponents of every nodal diameter, of the wave only, or only the unstable part between folds",
+        '"ring", "wave" or "folds"',
+        "ring",
+    )
+    residual_tractions: Literal["projected", "bounds"] = _key(
+        "traction of nodes that stick all the time: the paper's, or also the lowest and the highest peak it allows",
+        '"projected" or "bounds"',
+        "projected",
     )
     detached: Truth = _key("whether detached branches (isolas) are looked for", "true or false", True)
     truncation: Truth = _key("whether the truncation error (neglected harmonics) is estimated", "true or false", True)
+    time_integration: Truth = _key(
+        "whether the worst motion is sought by time integration too, where no motion is stable", "true or false", True
+    )
 
 
 class Render(Section):

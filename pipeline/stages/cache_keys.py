@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,8 @@ MESH_CODE = "pipeline.stages.build_mesh"
 FULL_MODEL_CODE = "pipeline.stages.build_full_model"
 REDUCED_MODEL_CODE = "pipeline.stages.build_reduced_model"
 CURVE_CODE = "pipeline.stages.solve_curve"
+EXTENSION_CODE = "pipeline.stages.extend_curve"
+CARRIED_CODE = "pipeline.stages.carry_branches"
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,18 @@ def model_keys(scene: Scene) -> ModelKeys:
 def curve_key(scene: Scene, reduced: str) -> str:
     """Key of a response curve on the reduced model with the key `reduced`."""
     return fingerprint({"reduce": reduced, "code": code_fingerprint(CURVE_CODE), **_curve_inputs(scene)})
+
+
+def extension_key(curve: str, neighbours: Sequence[tuple[str, str]]) -> str:
+    """Key of a curve extended with the branches of its neighbours, of which the keys and labels are given."""
+    code = code_fingerprint(EXTENSION_CODE)
+    return fingerprint({"curve": curve, "neighbours": sorted(neighbours), "code": code})
+
+
+def carried_key(curves: Sequence[str], steps: Sequence[tuple[str, str, str]]) -> str:
+    """Key of the branches carried across a sweep: its curves, and for every step two curves and its label."""
+    code = code_fingerprint(CARRIED_CODE)
+    return fingerprint({"curves": sorted(curves), "steps": sorted(steps), "code": code})
 
 
 def linear_operation_inputs(scene: Scene) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from pipeline.stages.curve_summary import summary_attributes
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import ResponseCurve
+    from nonlinear import ResidualBounds, ResponseCurve
     from pipeline.scene.schema import Contact, Scene, Section
 
 S = TypeVar("S", bound="Section")
@@ -32,7 +32,9 @@ COLUMNS = {
     "arc": "arc",
     "kept_harmonics": "kept_harmonics",
     "growth_rate": "growth_rate",
+    "growth_nodal_diameter": "growth_nodal_diameter",
 }
+RESIDUAL = "residual"  # group of the bounds over residual tractions
 BRANCHES = "branch"  # group of the detached branches of a curve: branch/1, branch/2, ...
 
 
@@ -86,10 +88,29 @@ def write_curve(path: Path, response: ResponseCurve, parameters: Mapping[str, An
         _write_points(file, response)
         for key, value in [*parameters.items(), *summary_attributes(response).items()]:
             file.attrs[key] = value
+        if response.residual_bounds is not None:
+            _write_residual_bounds(file.create_group(RESIDUAL), response.residual_bounds)
         for number, branch in enumerate(response.detached, start=1):
-            group = file.create_group(f"{BRANCHES}/{number}")
-            _write_points(group, branch)
-            group.attrs["reason"] = branch.termination.message
+            write_branch(file.create_group(f"{BRANCHES}/{number}"), branch)
+
+
+def _write_residual_bounds(group: h5py.Group, bounds: ResidualBounds) -> None:
+    """Write the band, and of either bound its tractions and its curve."""
+    for name in ("band_index", "band_lowest_m", "band_highest_m"):
+        group.create_dataset(name, data=getattr(bounds, name), track_times=False)
+    for bound, extreme in (("lowest", bounds.lowest), ("highest", bounds.highest)):
+        found = group.create_group(bound)
+        for name in ("slider_origin", "traction"):
+            found.create_dataset(name, data=getattr(extreme, name), track_times=False)
+        for name in ("frequency_hz", "amplitude_m"):
+            found.create_dataset(name, data=getattr(extreme, f"curve_{name}"), track_times=False)
+
+
+def write_branch(group: h5py.Group, branch: ResponseCurve) -> None:
+    """Write the points of a detached branch and their summary."""
+    _write_points(group, branch)
+    for key, value in summary_attributes(branch).items():
+        group.attrs[key] = value
 
 
 def _write_points(group: h5py.Group, response: ResponseCurve) -> None:

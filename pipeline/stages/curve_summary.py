@@ -4,13 +4,33 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import Bifurcation, ResponseCurve
+    from nonlinear import Bifurcation, ResidualBounds, ResponseCurve, WorstMotion
+
+
+# attributes of the worst motion, and their values where there is none
+NO_WORST: dict[str, Any] = {
+    "worst_amplitude_m": math.nan,
+    "worst_frequency_hz": math.nan,
+    "worst_branch": -1,
+    "worst_index": -1,
+    "worst_motion": "",
+    "worst_scatter": math.nan,
+    "worst_nodal_diameter": 0,
+    "worst_ring_blades": 0,
+    "worst_searched": "",
+    "worst_unresolved": "",
+}
+# attributes of the bounds over residual tractions, and their values where they were not asked for
+NO_RESIDUAL: dict[str, Any] = {
+    f"residual_{bound}_{name}": math.nan for bound in ("lowest", "highest") for name in ("m", "hz", "static_m")
+}
 
 
 def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
@@ -29,18 +49,52 @@ def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
         "seconds": float(response.seconds),
         "complete": bool(response.termination.complete),
         "reason": str(response.termination.message),
+        "termination": str(response.termination.kind),
+        "termination_hz": float(response.termination.frequency_hz),
+        "origin": str(response.origin),
+        "peaks": json.dumps([asdict(item) for item in response.peaks]),
         "energy_error": float(np.nanmax(errors)) if np.any(np.isfinite(errors)) else math.nan,
         "harmonics": int(response.harmonics),
-        "truncation_error": float(response.truncation_error),
+        **truncation(response),
         "sampling_error": float(response.sampling_error),
         "sampling_frequency_error": float(response.sampling_frequency_error),
         "bifurcations": json.dumps([_bifurcation(item) for item in response.bifurcations]),
         "detached": json.dumps([_detached(branch) for branch in response.detached]),
+        **_worst(response.worst),
+        "free_nodes": int(response.free_nodes),
+        **_residual(response.residual_bounds),
     }
 
 
+def _residual(bounds: ResidualBounds | None) -> dict[str, Any]:
+    """The bounds over residual tractions as attributes."""
+    if bounds is None:
+        return dict(NO_RESIDUAL)
+    return {
+        f"residual_{bound}_{name}": float(value)
+        for bound, found in (("lowest", bounds.lowest), ("highest", bounds.highest))
+        for name, value in (("m", found.amplitude_m), ("hz", found.frequency_hz), ("static_m", found.static_m))
+    }
+
+
+def _worst(worst: WorstMotion | None) -> dict[str, Any]:
+    """The worst motion as attributes."""
+    if worst is None:
+        return dict(NO_WORST)
+    return {name: type(none)(getattr(worst, name.removeprefix("worst_"))) for name, none in NO_WORST.items()}
+
+
+def stored_worst(attributes: Mapping[str, Any]) -> WorstMotion | None:
+    """The worst motion from the attributes of a curve; None where there is none."""
+    from nonlinear import WorstMotion
+
+    values = {name: type(none)(attributes.get(name, none)) for name, none in NO_WORST.items()}
+    found = WorstMotion(**{name.removeprefix("worst_"): value for name, value in values.items()})
+    return found if found.searched else None
+
+
 def _bifurcation(item: Bifurcation) -> dict[str, Any]:
-    return {"kind": item.kind.value, "frequency_hz": item.frequency_hz, "amplitude_m": item.amplitude_m}
+    return asdict(item) | {"kind": item.kind.value}
 
 
 def _detached(branch: ResponseCurve) -> dict[str, Any]:
@@ -51,6 +105,24 @@ def _detached(branch: ResponseCurve) -> dict[str, Any]:
         "points": branch.points,
         "stable_points": int(branch.stable.sum()),
         "reason": branch.termination.message,
+        "origin": branch.origin,
+        "born_between": [],
+        **{name: _plain(value) for name, value in truncation(branch).items()},
+    }
+
+
+def _plain(value: Any) -> Any:
+    """A value with None in place of NaN and infinity, which JSON does not have."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def truncation(response: ResponseCurve) -> dict[str, Any]:
+    """What is known of the truncation error of a branch."""
+    return {
+        "truncation_error": float(response.truncation_error),
+        "truncation_branch": str(response.truncation_branch),
+        "truncation_frequency_hz": float(response.truncation_frequency_hz),
+        "motion_truncation_error": float(response.motion_truncation_error),
     }
 
 
@@ -72,8 +144,33 @@ class CurveSummary:
     truncation_error: float
     sampling_error: float
     sampling_frequency_error: float
+    termination: str
+    termination_hz: float
+    origin: str
+    peaks: tuple[dict[str, Any], ...]
     bifurcations: tuple[dict[str, Any], ...]
     detached: tuple[dict[str, Any], ...]
+    worst_amplitude_m: float
+    worst_frequency_hz: float
+    worst_branch: int
+    worst_index: int
+    worst_motion: str
+    worst_scatter: float
+    worst_nodal_diameter: int
+    worst_ring_blades: int
+    worst_searched: str
+    worst_unresolved: str
+    free_nodes: int
+    residual_lowest_m: float
+    residual_lowest_hz: float
+    residual_lowest_static_m: float
+    residual_highest_m: float
+    residual_highest_hz: float
+    residual_highest_static_m: float
+
+
+def _bounds(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: float(attributes.get(name, none)) for name, none in NO_RESIDUAL.items()}
 
 
 def read_summary(group: h5py.Group) -> CurveSummary:
@@ -94,6 +191,13 @@ def read_summary(group: h5py.Group) -> CurveSummary:
         truncation_error=float(attributes["truncation_error"]),
         sampling_error=float(attributes["sampling_error"]),
         sampling_frequency_error=float(attributes["sampling_frequency_error"]),
+        termination=str(attributes.get("termination", "")),
+        termination_hz=float(attributes.get("termination_hz", math.nan)),
+        origin=str(attributes.get("origin", "")),
+        peaks=tuple(json.loads(attributes.get("peaks", "[]"))),
         bifurcations=tuple(json.loads(attributes["bifurcations"])),
         detached=tuple(json.loads(attributes["detached"])),
+        **{name: type(none)(attributes.get(name, none)) for name, none in NO_WORST.items()},
+        free_nodes=int(attributes.get("free_nodes", -1)),
+        **_bounds(attributes),
     )

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pipeline.errors import reason_of
+from pipeline.process.counted_calls import CountedCalls, Work
 from pipeline.process.progress import Reporter
-from pipeline.process.workers import Call, WorkerDied, workers
 from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member
 from pipeline.stages.curve_file import CURVE
 from pipeline.stages.curve_summary import CurveSummary, read_summary
 from pipeline.stages.solve_curve import Progress, solve_curve
-from pipeline.stages.stage_log import StageLog
 from pipeline.stages.worker_count import worker_count
 from pipeline.store.content_store import Store
 from pipeline.store.disk_errors import StorageError
@@ -38,6 +37,10 @@ class CurveResult:
         Its summary.
     reason : str
         How the curve ended, or why there is none.
+    ran : bool
+        Whether it was computed in this run.
+    carried_from : tuple of str
+        Neighbouring members of the sweep whose branches were carried to it, by their labels.
     """
 
     member: Member
@@ -45,6 +48,8 @@ class CurveResult:
     file: Path | None
     facts: CurveSummary | None
     reason: str
+    ran: bool = False
+    carried_from: tuple[str, ...] = ()
 
     @property
     def complete(self) -> bool:
@@ -76,95 +81,53 @@ class CurveSolver:
     """Finds the curves of a sweep in the store or solves them, `jobs` at a time (see `worker_count`)."""
 
     store: Store
-    log: StageLog
     reporter: Reporter
     jobs: int | None = None
 
     def solve(self, jobs: Sequence[CurveJob]) -> dict[str, CurveResult]:
         """The curve of every key; a curve that fails carries its reason and does not stop the others."""
-        with self.log.timed("respond"):
-            solved = {}
-            for item in jobs:
-                if item.key not in solved and (found := self._stored(item)) is not None:
-                    solved[item.key] = found
-                    self.log.note("respond", ran=False)
-            missing = {item.key: item for item in jobs if item.key not in solved}
-            reasons = self._run(list(missing.values()))
-            for key, item in missing.items():
-                found = self._stored(item)
-                solved[key] = found or CurveResult(item.member, item.rom, None, None, reasons.get(key, "no result"))
-                self.log.note("respond", ran=True)
+        solved = {}
+        for item in jobs:
+            if item.key not in solved and (found := self._stored(item)) is not None:
+                solved[item.key] = found
+        missing = {item.key: item for item in jobs if item.key not in solved}
+        reasons = self._run(list(missing.values()))
+        for key, item in missing.items():
+            found = self._stored(item) or CurveResult(
+                item.member, item.rom, None, None, reasons.get(key, "no result")
+            )
+            solved[key] = replace(found, ran=True)
         return solved
 
     def _stored(self, item: CurveJob) -> CurveResult | None:
-        import h5py
-
         entry = self.store.find(KIND, item.key)
-        if entry is None:
-            return None
-        with h5py.File(entry.file(CURVE), "r") as file:
-            facts = read_summary(file)
-        return CurveResult(item.member, item.rom, entry.file(CURVE), facts, facts.reason)
+        return None if entry is None else result_from_file(item, entry.file(CURVE))
 
     def _run(self, missing: list[CurveJob]) -> Mapping[str, str]:
         """Solve what is missing; returns the reason of every curve that raised an exception."""
-        if not missing:
-            return {}
-        jobs = worker_count(self.jobs, [item.member.scene for item in missing])
-        return self._one_by_one(missing) if jobs == 1 else self._in_workers(missing, jobs)
-
-    def _one_by_one(self, missing: list[CurveJob]) -> Mapping[str, str]:
-        reasons = {}
-        with self.reporter.counting("curves", len(missing)) as counter, self.reporter.interrupts.looking():
-            for item in missing:
-                label = member_label(item.member)
-
-                def within(frequency_hz: float, points: int, label: str = label) -> None:
-                    self.reporter.interrupts.check()
-                    counter.within(f"{label} at {frequency_hz:.5g} Hz, {points} points")
-
-                reason = _solve_into(self.store, item, within)
-                if reason:
-                    reasons[item.key] = reason
-                counter.done(self._line(item, reason))
-        return reasons
-
-    def _in_workers(self, missing: list[CurveJob], jobs: int) -> Mapping[str, str]:
-        reasons = {}
         items = {item.key: item for item in missing}
-        calls = {key: Call(_solve_into, (self.store, item)) for key, item in items.items()}
+        works = {key: Work(member_label(item.member), _solve_into, (self.store, item)) for key, item in items.items()}
+        at_once = worker_count(self.jobs, [item.member.scene for item in missing])
+        return CountedCalls(self.reporter, "curves", at_once).run(works, lambda key: self._line(items[key]))
 
-        def retried(key: str, reason: str) -> None:
-            self.reporter.line(f"{member_label(items[key].member)}: {reason}; begun again in another process")
-
-        interrupts = self.reporter.interrupts
-        with (
-            self.reporter.counting("curves", len(missing), jobs) as counter,
-            interrupts.looking(),
-            workers(jobs, interrupts.check) as pool,
-        ):
-            for key, future in pool.completed(calls, retried=retried):
-                try:
-                    reason = future.result()
-                except WorkerDied as died:
-                    reason = str(died)
-                if reason:
-                    reasons[key] = reason
-                counter.done(self._line(items[key], reason))
-        return reasons
-
-    def _line(self, item: CurveJob, reason: str) -> str:
-        label = member_label(item.member)
-        if reason:
-            return f"{label}: {reason}"
+    def _line(self, item: CurveJob) -> str:
         found = self._stored(item)
         if found is None or found.facts is None:
-            return f"{label}: lost"
+            return "lost"
         facts = found.facts
         peak = f"peak {facts.peak_frequency_hz:.6g} Hz {facts.peak_amplitude_m:.4g} m"
-        return f"{label}: {peak}, {facts.points} points, {facts.seconds:.2f} s" + (
+        return f"{peak}, {facts.points} points, {facts.seconds:.2f} s" + (
             "" if facts.complete else f" (incomplete: {facts.reason})"
         )
+
+
+def result_from_file(item: CurveJob, file: Path, ran: bool = False) -> CurveResult:
+    """The curve in a file of the store."""
+    import h5py
+
+    with h5py.File(file, "r") as source:
+        facts = read_summary(source)
+    return CurveResult(item.member, item.rom, file, facts, facts.reason, ran)
 
 
 def _solve_into(store: Store, item: CurveJob, progress: Progress | None = None) -> str:

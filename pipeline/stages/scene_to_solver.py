@@ -90,7 +90,23 @@ def solver_options(scene: Scene) -> SolverOptions:
         stability=response.stability,
         detached=response.detached,
         truncation=response.truncation,
+        residual_tractions=response.residual_tractions,
+        time_integration=response.time_integration,
     )
+
+
+def nonlinear_problem(
+    scene: Scene, model: ReducedModel
+) -> tuple[ModalModel, ContactParameters, Excitation, SolverOptions]:
+    """What `forced_response` solves for a scene on a reduced model.
+
+    Raises
+    ------
+    ReducedModelError
+        The model has no static response, or the damping does not fit it.
+    """
+    modal = damped_modes(model, scene.response, scene.load)
+    return modal, contact_on_model(scene, model), excitation(scene), solver_options(scene)
 
 
 def damped_modes(model: ReducedModel, response: Response, load: Load) -> ModalModel:

@@ -7,14 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.stages.curve_file import CURVE, used_parameters, write_curve
-from pipeline.stages.scene_to_solver import (
-    contact_parameters,
-    damped_modes,
-    excitation,
-    face_area,
-    resolved_contact,
-    solver_options,
-)
+from pipeline.stages.scene_to_solver import face_area, nonlinear_problem, resolved_contact
 
 if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
@@ -51,11 +44,5 @@ def solve_curve(
     with one_blas_thread():
         model = read_reduced_model(rom, with_basis=False)
         contact = resolved_contact(scene, face_area(model))
-        response = forced_response(
-            damped_modes(model, scene.response, scene.load),
-            contact_parameters(contact, model.n_contacts, model.contact_area),
-            excitation(scene),
-            solver_options(scene),
-            progress,
-        )
+        response = forced_response(*nonlinear_problem(scene, model), progress)
     write_curve(folder / CURVE, response, used_parameters(scene, contact, parameters))

@@ -14,7 +14,8 @@ from nonlinear.continuation.resonances import find_resonances
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.harmonic_balance.initial_solution import static_displacement
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
-from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator, reference_harmonics
+from nonlinear.harmonic_selection.peak_following import reference_harmonics
+from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
 from rom import modal_model
 
 DAMPING = 0.02
@@ -139,7 +140,7 @@ def test_a_peak_that_is_lost_in_its_plane(engine_order, damping, stiffness, inte
     found = [truncation.continuation.with_balance(truncation.balances.balance(n)).solver.refit(peak) for n in sets]
     assert any(point is None for point in found)
     reference = solve(problem, (0.1, 0.9), 11).peak.amplitude_m
-    estimate = truncation.at_peak(main.points, main.peak_indices)
+    estimate = truncation.of_branch(main.points, main.peak_indices).error
     assert abs(height(truncation, peak) / reference - 1.0) <= 3.0 * estimate
     assert np.isfinite(estimate)
 
@@ -173,8 +174,8 @@ def test_force_and_interference_scale_together(method):
 def test_nothing_to_look_at():
     modal, contact, excitation = opening(4, 0.03, 4.0, 0.5)
     truncation, main = main_branch((modal, contact, excitation), (0.1, 0.2), 1)
-    assert np.isnan(truncation.at_peak([], []))
+    assert np.isnan(truncation.of_branch([], []).error)
     assert np.isnan(truncation.along_curve([], []))
     still, main = main_branch((modal, contact, Excitation(4, 0.0)), (0.1, 0.2), 1)
-    assert still.at_peak(main.points, main.peak_indices) == 0.0
+    assert still.of_branch(main.points, main.peak_indices).error == 0.0
     assert still.along_curve(main.points, main.peak_indices) == 0.0

@@ -29,6 +29,7 @@ POINT_COLUMNS = [
     "arc",
     "kept_harmonics",
     "growth_rate",
+    "growth_nodal_diameter",
 ]
 CURVE_KEYS = {
     "parameters",
@@ -47,6 +48,16 @@ CURVE_KEYS = {
     "sampling_frequency_error",
     "bifurcations",
     "detached",
+    "carried_from",
+    "worst_amplitude_m",
+    "worst_frequency_hz",
+    "worst_branch",
+    "worst_motion",
+    "worst_scatter",
+    "worst_nodal_diameter",
+    "worst_ring_blades",
+    "worst_searched",
+    "worst_unresolved",
 }
 
 
@@ -126,6 +137,9 @@ def test_summary_has_the_peaks_of_the_curves(finished: Path) -> None:
         assert curve["peak_frequency_hz"] == pytest.approx(float(highest["frequency_hz"]), rel=1e-6)
         assert 0.0 <= curve["energy_error"] < 1e-6
         assert curve["harmonics"] == 1
+        lasting = max((row for row in mine if row["stable"] == "1"), key=lambda row: float(row["amplitude_m"]))
+        assert curve["worst_amplitude_m"] == pytest.approx(float(lasting["amplitude_m"]), rel=1e-9)
+        assert (curve["worst_branch"], curve["worst_motion"]) == (0, "periodic")
 
 
 def test_summary_leads_to_the_models(finished: Path) -> None:

@@ -118,6 +118,8 @@ def test_every_curve_is_there_with_the_numbers_of_the_summary(page: Page, report
     names = {
         "frequency": "peak_frequency_hz",
         "amplitude": "peak_amplitude_m",
+        "worst_frequency": "worst_frequency_hz",
+        "worst_amplitude": "worst_amplitude_m",
         "harmonics": "harmonics",
         "truncation": "truncation_error",
         "energy": "energy_error",

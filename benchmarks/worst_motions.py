@@ -1,0 +1,170 @@
+"""The worst motion of every curve of some scenes beside the peak of its main branch, and the ring in time from it.
+
+    python benchmarks/worst_motions.py                                     # all scenes that ship
+    python benchmarks/worst_motions.py --scenes scenes/dummy.toml --angle 180
+    python benchmarks/worst_motions.py --scene scenes/dummy.toml --hard 10 # cases drawn from the hard corner
+
+Each scene is run up to its curves. From every worst motion the ring is integrated in time with steps half as long,
+disturbed in the pattern that decays least: a periodic one has to stay, a quasi-periodic one has to come out as high
+again. Writes worst_motions.csv and worst_motions.md into out/bench/worst_motions. Exit status 1 if one of them fails.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from problems import models_by_angle
+from stress_cases import draw_cases
+from stress_solving import frequency_range, posed
+from tables import ROOT, machine_line, options_of, table_of, write_results
+
+if TYPE_CHECKING:
+    from nonlinear import ResponseCurve, Ring, RingMotion, SolverOptions
+
+SCENES = tuple(ROOT / "scenes" / f"{name}.toml" for name in ("dummy", "figure5", "figure6", "figure7", "campbell"))
+PERIODS = 1500
+SAME = 0.05  # relative difference of a quasi-periodic amplitude in two integrations
+HARMONICS = 3  # of the hard cases
+
+
+@dataclass(frozen=True)
+class SolvedCurve:
+    """A curve with its ring and options, and where it is from."""
+
+    scene: str
+    label: str
+    ring: Ring
+    options: SolverOptions
+    curve: ResponseCurve
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the scenes, integrate, write the table; the exit status."""
+    parser = options_of(__doc__, "worst_motions")
+    parser.add_argument("--scenes", type=Path, nargs="*", default=SCENES, help="scenes to run")
+    parser.add_argument("--angle", type=float, help="shroud angle in place of that of the scenes, degrees")
+    parser.add_argument("--hard", type=int, default=0, metavar="N", help="cases of the hard corner instead of scenes")
+    parser.add_argument("--seed", type=int, default=17, help="another seed draws other cases (17)")
+    options = parser.parse_args(arguments)
+    if options.hard:
+        solved = hard_curves(options.scene, options.hard, options.seed, options.out / "models")
+    else:
+        solved = scene_curves(options.scenes, options.angle, options.out)
+    rows = []
+    for each in solved:
+        rows.append(row_of(each))
+        print(f"{each.scene}, {each.label}: {rows[-1]['in time']}", file=sys.stderr)
+    write_results(options.out, "worst_motions", rows, f"{machine_line()}\n\n{table_of(rows)}\n")
+    return 1 if any(row["agrees"] == "no" for row in rows) else 0
+
+
+def scene_curves(scenes: Sequence[Path], angle: float | None, out: Path) -> Iterator[SolvedCurve]:
+    """All curves of the scenes, as `shroud run` solves them."""
+    from nonlinear import Ring
+    from pipeline.process.progress import Reporter
+    from pipeline.run import solved_curves
+    from pipeline.scene.labels import member_label
+    from pipeline.scene.reading import read_scene
+    from pipeline.stages.request import Request
+    from pipeline.stages.scene_to_solver import nonlinear_problem
+    from pipeline.stages.stored_curve import read_curve
+    from rom import read_reduced_model
+
+    for path in scenes:
+        name = path.stem if angle is None else f"{path.stem}_{angle:g}"
+        source = path if angle is None else _with_angle(path, angle, out / f"{name}.toml")
+        request = Request(read_scene(source), out / name, "respond")
+        with solved_curves(request, Reporter(quiet=True)) as (_, outcome):
+            for result in outcome.curves:
+                if result.file is None or result.rom is None:
+                    continue
+                model = read_reduced_model(result.rom, with_basis=False)
+                modal, contact, wave, options = nonlinear_problem(result.member.scene, model)
+                ring = Ring(modal, contact, wave, options.output)
+                yield SolvedCurve(name, member_label(result.member), ring, options, read_curve(result.file))
+
+
+def hard_curves(scene: Path, count: int, seed: int, store: Path) -> Iterator[SolvedCurve]:
+    """Curves of cases drawn from the hard corner of the stability matrix."""
+    from dataclasses import replace
+
+    from nonlinear import Ring, forced_response
+
+    cases = [replace(case, harmonics=HARMONICS) for case in draw_cases(count, seed, hard=True)]
+    models = models_by_angle(scene, (case.angle for case in cases), store)
+    for case in cases:
+        modal, contact, wave, options = posed(case, models[case.angle], frequency_range(case, models[case.angle]))
+        curve = forced_response(modal, contact, wave, options)
+        ring = Ring(modal, contact, wave, options.output)
+        yield SolvedCurve("hard", f"case {case.index}", ring, options, curve)
+
+
+def row_of(solved: SolvedCurve) -> dict[str, Any]:
+    """One line of the table; amplitudes in micrometres."""
+    curve, worst = solved.curve, solved.curve.worst
+    peak = curve.peak
+    row: dict[str, Any] = {
+        "scene": solved.scene,
+        "curve": solved.label,
+        "main peak [um]": "-" if peak is None else f"{peak.amplitude_m * 1e6:.4g}",
+        "stable": "-" if peak is None else "yes" if curve.stable[peak.index] else "no",
+    }
+    names = ("worst [um]", "at [Hz]", "branch", "motion", "nodal diameter", "blades")
+    if worst is None or not worst.amplitude_m > 0.0:
+        return row | dict.fromkeys((*names, "in time", "agrees", "seconds"), "-")
+    at_least = ">= " if worst.unresolved else ""
+    values = (f"{at_least}{worst.amplitude_m * 1e6:.4g}", f"{worst.frequency_hz:.6g}", worst.branch, worst.motion)
+    row |= dict(zip(names, (*values, worst.nodal_diameter, worst.ring_blades), strict=True))
+    start = time.perf_counter()
+    motion = in_time(solved)
+    if motion is None:
+        return row | {"in time": "not integrated", "agrees": "-", "seconds": "-"}
+    agrees = motion.stays if worst.ring_blades == 0 else abs(motion.amplitude_m / worst.amplitude_m - 1.0) < SAME
+    said = f"{'stays' if motion.stays else 'leaves'}, {motion.amplitude_m * 1e6:.4g}"
+    seconds = f"{time.perf_counter() - start:.1f}"
+    return row | {"in time": said, "agrees": "yes" if agrees else "no", "seconds": seconds}
+
+
+def in_time(solved: SolvedCurve) -> RingMotion | None:
+    """The ring in time from the solution of the worst motion; None where that is on no branch or cannot be done."""
+    from nonlinear import RingLimits, integrate_ring
+    from nonlinear.worst_motion.candidates import branches_of
+    from nonlinear.worst_motion.ring_integration import RingIntegration, Solution
+    from rom import one_blas_thread
+
+    worst = solved.curve.worst
+    if worst is None or worst.branch < 0:
+        return None
+    solution = Solution.of(branches_of(solved.curve)[worst.branch], worst.index)
+    with one_blas_thread():
+        pattern = worst.nodal_diameter or RingIntegration(solved.ring, solved.options).pattern(solution)
+        try:
+            return integrate_ring(
+                solved.ring,
+                solution.omega,
+                solution.displacement,
+                nodal_diameter=pattern,
+                limits=RingLimits(most_periods=PERIODS, finer=2),
+            )
+        except ArithmeticError:
+            return None
+
+
+def _with_angle(scene: Path, angle: float, target: Path) -> Path:
+    """The scene with another shroud angle, written to a file."""
+    import re
+
+    text, count = re.subn(r"(?m)^angle = .*$", f"angle = {angle}", scene.read_text(encoding="utf-8"))
+    assert count == 1
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(text, encoding="utf-8")
+    return target
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,161 @@
+"""The least stable nodal diameter at the points of a branch, and where perturbations of one begin to grow.
+
+All nodal diameters are looked at in some points of a branch. Between two of them the leading exponent is followed to
+the middle; where the exponents are not alike, more points are looked at, else the exponent is interpolated.
+"""
+
+from dataclasses import replace
+from itertools import pairwise
+
+from nonlinear.branches.bifurcations import KINDS, BifurcationKind
+from nonlinear.branches.special_point_location import locate_change
+from nonlinear.continuation.arclength_continuation import Continuation
+from nonlinear.continuation.point_stability import PointStability
+from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.stability.floquet import instability_of
+from nonlinear.stability.ring_stability import PatternExponent
+
+STRIDE = 4  # points from one at which all nodal diameters are looked at to the next
+SIMILAR_DECAY = 0.2  # relative difference of two rates of decay between which one is interpolated
+SIMILAR_GROWTH = 0.05  # the same of an interpolated rate of growth
+SIMILAR_FREQUENCY = 0.05  # difference of Im lambda, in units of omega, of two exponents of one family
+MAX_LOCATIONS = 4  # nodal diameters that may take over from each other where the motion becomes unstable
+
+
+def with_patterns(stability: PointStability, points: list[SolutionPoint]) -> list[SolutionPoint]:
+    """The points of a branch with their least stable exponent over all nodal diameters but that of the wave.
+
+    Parameters
+    ----------
+    stability : PointStability
+        Computes it.
+    points : list of SolutionPoint
+        In the order of the branch.
+    """
+    found: dict[int, PatternExponent | None] = {}
+    run: list[int] = []
+    for index, point in enumerate(points):
+        if stability.linear_state(point) is not None:
+            found[index] = stability.worst_pattern(point)
+        else:
+            run.append(index)
+        if run and (run[-1] != index or index == len(points) - 1):
+            looked_at = sorted({*run[::STRIDE], run[-1]})
+            for chosen in looked_at:
+                found[chosen] = stability.worst_pattern(points[chosen])
+            for first, last in pairwise(looked_at):
+                _fill(stability, points, found, first, last)
+            run = []
+    return [replace(point, pattern=found[index]) for index, point in enumerate(points)]
+
+
+def _fill(
+    stability: PointStability,
+    points: list[SolutionPoint],
+    found: dict[int, PatternExponent | None],
+    first: int,
+    last: int,
+) -> None:
+    """Find the exponents between two points that have theirs."""
+    if last - first < 2:
+        return
+    one, other, middle = found[first], found[last], (first + last) // 2
+    found[middle] = None
+    if one is not None and other is not None and _alike(points[first], points[last], one, other):
+        guess = _between(points, (first, middle, last), one, other)
+        followed = stability.follow_pattern(points[middle], guess)
+        growing = one.grows(points[first].omega)
+        if followed is not None and followed.grows(points[middle].omega) == growing:
+            found[middle] = followed
+            if _same_rate(followed.exponent.real, guess.exponent.real, SIMILAR_GROWTH if growing else SIMILAR_DECAY):
+                _interpolate(points, found, first, middle)
+                _interpolate(points, found, middle, last)
+                return
+    if found[middle] is None:
+        found[middle] = stability.worst_pattern(points[middle])
+    _fill(stability, points, found, first, middle)
+    _fill(stability, points, found, middle, last)
+
+
+def _interpolate(
+    points: list[SolutionPoint], found: dict[int, PatternExponent | None], first: int, last: int
+) -> None:
+    """Exponents between two points with exponents of one family, linear in the arc length."""
+    one, other = found[first], found[last]
+    assert one is not None
+    assert other is not None
+    for index in range(first + 1, last):
+        found[index] = _between(points, (first, index, last), one, other)
+
+
+def _alike(before: SolutionPoint, after: SolutionPoint, one: PatternExponent, other: PatternExponent) -> bool:
+    """Whether the leading exponents of two points both grow, or decay at nearly the same rate."""
+    growing = one.grows(before.omega), other.grows(after.omega)
+    if any(growing):
+        return all(growing)
+    return _same_rate(one.exponent.real, other.exponent.real, SIMILAR_DECAY)
+
+
+def _same_rate(one: float, other: float, tolerance: float) -> bool:
+    return abs(one - other) <= tolerance * max(abs(one), abs(other))
+
+
+def _between(
+    points: list[SolutionPoint], indices: tuple[int, int, int], one: PatternExponent, other: PatternExponent
+) -> PatternExponent:
+    """The exponent of the second of three points, linear in the arc length between those of the first and the last.
+
+    Where these are of two families with nearly the same rate, frequency and nodal diameter are those of the nearer.
+    """
+    before, point, after = (points[index] for index in indices)
+    share = (point.arc - before.arc) / (after.arc - before.arc)
+    exponent = (1.0 - share) * one.exponent + share * other.exponent
+    if abs(one.exponent.imag - other.exponent.imag) > SIMILAR_FREQUENCY * point.omega:
+        nearer = one if share < 0.5 else other
+        return PatternExponent(complex(exponent.real, nearer.exponent.imag), nearer.nodal_diameter)
+    k = round((1.0 - share) * one.nodal_diameter + share * other.nodal_diameter)
+    return PatternExponent(exponent, k)
+
+
+def locate_pattern_change(
+    continuation: Continuation, before: SolutionPoint, after: SolutionPoint
+) -> tuple[BifurcationKind, int, SolutionPoint] | None:
+    """Where, between two neighbours, perturbations of a nodal diameter begin or cease to grow.
+
+    Nothing where the wave itself is unstable at one of the two: then its own bifurcation is there.
+
+    Returns
+    -------
+    kind, nodal_diameter, point
+        Kind of the bifurcation, nodal diameter of the perturbation, the point there; None: there is no change.
+    """
+    stability = continuation.stability
+    if stability is None or not (before.stable_wave and after.stable_wave) or before.stable == after.stable:
+        return None
+    change = None
+    for _ in range(MAX_LOCATIONS):
+        growing = before if after.stable else after
+        leader = growing.pattern
+        assert leader is not None
+
+        def with_leader(point: SolutionPoint, start: PatternExponent = leader) -> SolutionPoint:
+            recorded = continuation.recorder.record(point)
+            return replace(recorded, pattern=stability.follow_pattern(recorded, start, climb=False))
+
+        found = locate_change(
+            continuation,
+            before,
+            after,
+            lambda point: point.stable == after.stable,
+            rate=lambda point: float("nan") if point.pattern is None else point.pattern.exponent.real,
+            record=with_leader,
+        )
+        if found is None:
+            break
+        if found is not after:
+            found = replace(found, pattern=stability.worst_pattern(found))
+        change = KINDS[instability_of(leader.exponent, growing.omega)], leader.nodal_diameter, found
+        if found.stable == after.stable or not found.stable_wave:
+            break
+        before = found  # another nodal diameter still grows there
+    return change

@@ -1,0 +1,88 @@
+"""Energy balance of a ring of blades over one period of its time integration: a check of the integration."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nonlinear.contact.parameters import Array
+from nonlinear.time_integration.ring import RingState
+from nonlinear.time_integration.ring_integrator import RingIntegrator
+
+
+@dataclass(frozen=True)
+class RingEnergy:
+    """Work and energy of all blades over one period, J.
+
+    Attributes
+    ----------
+    excitation : float
+        Work of the excitation and of the static forces.
+    damping : float
+        Work dissipated by structural damping; that of the residual flexibility under contact forces is neglected.
+    contact : float
+        Work done on the contacts: friction, and the elastic energy that is left in them.
+    stored : float
+        Change of the kinetic and elastic energy of the blades.
+    """
+
+    excitation: float
+    damping: float
+    contact: float
+    stored: float
+
+    @property
+    def error(self) -> float:
+        """Mismatch relative to the largest of the four."""
+        largest = max(abs(self.excitation), abs(self.damping), abs(self.contact), abs(self.stored))
+        mismatch = self.excitation - self.damping - self.contact - self.stored
+        return abs(mismatch) / largest if largest > 0.0 else 0.0
+
+
+def energy_balance(integrator: RingIntegrator, start: RingState) -> RingEnergy:
+    """Integrate one period and balance its energy.
+
+    Parameters
+    ----------
+    integrator : RingIntegrator
+        The ring.
+    start : RingState
+        Where the period begins.
+
+    Returns
+    -------
+    RingEnergy
+        Work and energy over the period. The integrals are sums over the steps, of second order in the step.
+    """
+    modal = integrator.ring.modal
+    states, _ = integrator.history(start)
+    states = [start, *states]
+    coordinates = np.array([state.coordinates for state in states])
+    change = np.diff(coordinates, axis=0)
+    motion = coordinates @ modal.right.T
+    if modal.left is not None:
+        motion = motion - np.roll(coordinates, -1, axis=1) @ modal.left.T
+    force = np.array([state.force.reshape(integrator.n_blades, -1) for state in states])
+    theta = 2.0 * np.pi * np.arange(len(states)) / integrator.steps
+    turn = np.exp(1j * (theta[:, None] + integrator.ring.phase * np.arange(integrator.n_blades)))
+    external = (turn[:, :, None] * (integrator.ring.excitation.force * modal.force)).real + modal.static_force
+    step = integrator.period / integrator.steps
+    free = np.diff(np.array([integrator.contact_free(angle)[0] for angle in theta]), axis=0)
+    damped = np.where(integrator.modes.retained, change, free)
+    return RingEnergy(
+        excitation=float((_means(external) * change).sum()),
+        damping=float((modal.damping * damped**2).sum() / step),
+        contact=float(-(_means(force) * np.diff(motion, axis=0)).sum()),
+        stored=_stored(integrator, states[-1]) - _stored(integrator, states[0]),
+    )
+
+
+def _means(values: Array) -> Array:
+    """Means over the steps of values at their ends."""
+    return 0.5 * (values[1:] + values[:-1])
+
+
+def _stored(integrator: RingIntegrator, state: RingState) -> float:
+    """Kinetic and elastic energy of the blades; modes that are not integrated have no kinetic energy."""
+    rates = state.rates[:, integrator.modes.retained]
+    elastic = integrator.ring.modal.angular_frequency * state.coordinates
+    return float(0.5 * (rates**2).sum() + 0.5 * (elastic**2).sum())

@@ -1,0 +1,109 @@
+"""Which modes of a ring are integrated in time, and with which step; the other modes are a residual flexibility."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.parameters import Array
+from nonlinear.time_integration.ring import Ring
+from rom import RelativeReceptance, contact_springs
+
+RETENTION = 20.0  # modes up to this multiple of the excitation frequency are integrated
+LEAST_STEPS = 360  # a period
+LARGEST_ANGLE = 0.6  # of the fastest mode of the ring with stuck contacts over a step, rad
+MOST_STEPS = 50_000
+
+
+class StepError(ArithmeticError):
+    """The contacts are so stiff for the retained modes that a period needs too many steps."""
+
+
+@dataclass(frozen=True)
+class RetainedModes:
+    """Modes that are integrated, w_m <= RETENTION omega; the others follow their forces at once, eta = f / w_m^2.
+
+    Without the residual flexibility a stiff contact spring on the small mass of a node would set the step. With it
+    the spring acts in series with the local flexibility of the blade.
+
+    Attributes
+    ----------
+    ring : Ring
+        The ring.
+    retained : (m,) bool
+        Modes that are integrated.
+    """
+
+    ring: Ring
+    retained: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, ring: Ring, omega: float, retention: float = RETENTION) -> "RetainedModes":
+        """Choose the modes.
+
+        Parameters
+        ----------
+        ring : Ring
+            The ring.
+        omega : float
+            Excitation frequency, rad/s.
+        retention : float
+            Highest natural frequency retained, in multiples of omega.
+        """
+        frequency = ring.modal.angular_frequency
+        retained = frequency <= max(retention * omega, frequency[0])
+        return cls(ring, retained)
+
+    @cached_property
+    def flexibility(self) -> Array:
+        """1 / w_m^2 of the modes that are not integrated, 0 for the others, (m,)."""
+        frequency = self.ring.modal.angular_frequency
+        return np.where(self.retained, 0.0, 1.0 / frequency**2)
+
+    def fastest(self) -> float:
+        """Highest natural frequency of the retained modes with all contacts stuck, rad/s.
+
+        The springs k act in series with the residual flexibility G: (I + k G)^-1 k.
+        """
+        modal, contact = self.ring.modal, self.ring.contact
+        springs = contact_springs(contact.n_contacts, contact.normal_stiffness, contact.tangential_stiffness)
+        squared = np.diag(modal.angular_frequency[self.retained] ** 2)
+        highest = 0.0
+        for phase in (0.0, 0.5 * math.pi, math.pi):
+            motion = RelativeReceptance(modal, phase, (1,), 0.0).relative[0]
+            residual = (motion * self.flexibility) @ motion.conj().T
+            size = len(residual)
+            series = np.linalg.solve(np.eye(size) + springs.reshape(-1, 1) * residual, np.diag(springs.reshape(-1)))
+            kept = motion[:, self.retained]
+            stiffness = squared + kept.conj().T @ series @ kept
+            highest = max(highest, float(np.linalg.eigvalsh(stiffness)[-1]))
+        return math.sqrt(highest)
+
+    def steps(self, omega: float) -> int:
+        """Steps a period: enough for the fastest mode, and a multiple of the blades of the wave.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+
+        Raises
+        ------
+        StepError
+            More than `MOST_STEPS` would be needed.
+        """
+        least = max(LEAST_STEPS, math.ceil(2.0 * math.pi * self.fastest() / (omega * LARGEST_ANGLE)))
+        if least > MOST_STEPS:
+            raise StepError(
+                f"time integration: {least} steps a period, allowed: {MOST_STEPS}; the contacts are stiff"
+            )
+        blades = self.ring.wave_blades
+        return blades * math.ceil(least / blades)
+
+    def with_more(self) -> "RetainedModes":
+        """The same with modes up to twice the frequency, for an estimate of the error of the truncation."""
+        frequency = self.ring.modal.angular_frequency
+        highest = 2.0 * frequency[self.retained][-1]
+        return replace(self, retained=frequency <= highest)

@@ -1,0 +1,317 @@
+"""A ring of blades at one frequency: its states, disturbances of them, and what becomes of them in time."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.contact_cycle import contact_cycle
+from nonlinear.contact.element_choice import contact_element
+from nonlinear.contact.fourier import ComplexArray, to_complex
+from nonlinear.contact.parameters import Array
+from nonlinear.options import SolverOptions
+from nonlinear.time_integration.residual_flexibility import RETENTION, RetainedModes
+from nonlinear.time_integration.ring import Ring, RingState
+from nonlinear.time_integration.ring_period import march_steps
+from nonlinear.time_integration.ring_system import RingSystem, RingWork, ring_system
+
+CYCLE_SAMPLES = 4096  # instants of the contact cycle from which the sliders start
+
+
+class ContactIterationError(ArithmeticError):
+    """The contact forces of a step were not found."""
+
+
+@dataclass(frozen=True)
+class RingRecord:
+    """P periods of a ring.
+
+    Attributes
+    ----------
+    final : RingState
+        State at the end.
+    output_m : (P, n, q) float
+        Output of every blade at the ends of the n steps of each period, m.
+    ends : (P, q, 2 m) float
+        Coordinates, and rates divided by omega, of the retained modes at the end of each period: the contact-driven
+        part, in the units of modal coordinates.
+    """
+
+    final: RingState
+    output_m: Array
+    ends: Array
+
+    @property
+    def envelope_m(self) -> Array:
+        """Largest abs(x) of every period and blade, (P, q), m: the largest sample, with a parabola through it."""
+        size = np.abs(self.output_m)
+        at = size.argmax(axis=1)[:, None]
+        low, high, next_one = (
+            np.take_along_axis(size, (at + shift) % size.shape[1], axis=1)[:, 0] for shift in (-1, 0, 1)
+        )
+        curvature = np.maximum(2.0 * high - low - next_one, 1e-300)
+        return high + np.minimum((next_one - low) ** 2 / (8.0 * curvature), 0.125 * (2.0 * high - low - next_one))
+
+
+@dataclass(frozen=True)
+class RingIntegrator:
+    """Time integration of q blades at one frequency (see `RingSystem` and `march_steps`).
+
+    Attributes
+    ----------
+    ring : Ring
+        The ring.
+    omega : float
+        Excitation frequency, rad/s.
+    n_blades : int
+        Number q of blades.
+    steps : int
+        Steps a period.
+    modes : RetainedModes
+        Modes that are integrated.
+    """
+
+    ring: Ring
+    omega: float
+    n_blades: int
+    steps: int
+    modes: RetainedModes
+    _system: RingSystem = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Form the arrays."""
+        object.__setattr__(self, "_system", ring_system(self.modes, self.omega, self.steps, self.n_blades))
+
+    @classmethod
+    def of(
+        cls, ring: Ring, omega: float, *, nodal_diameter: int = 0, retention: float = RETENTION, finer: int = 1
+    ) -> "RingIntegrator":
+        """The smallest ring that carries the wave and a perturbation, with its own number of modes and steps.
+
+        Parameters
+        ----------
+        ring : Ring
+            The ring.
+        omega : float
+            Excitation frequency, rad/s.
+        nodal_diameter : int
+            k of the perturbation.
+        retention : float
+            Highest natural frequency that is integrated, in multiples of omega.
+        finer : int
+            Factor on the number of steps.
+
+        Raises
+        ------
+        StepError
+            The contacts are so stiff for the retained modes that a period needs too many steps.
+        """
+        modes = RetainedModes.of(ring, omega, retention)
+        return cls(ring, omega, ring.blades(nodal_diameter), finer * modes.steps(omega), modes)
+
+    @property
+    def period(self) -> float:
+        """Period of the excitation, s."""
+        return 2.0 * np.pi / self.omega
+
+    def at_rest(self) -> RingState:
+        """All blades and sliders where they are without any force; contacts loaded by their interference."""
+        modal, contact = self.ring.modal, self.ring.contact
+        force = np.zeros((self.n_blades, contact.n_contacts, 3))
+        force[:, :, 2] = contact.preload - contact.normal_load(np.zeros(contact.n_contacts))
+        shape = self.n_blades, modal.angular_frequency.size
+        return RingState(np.zeros(shape), np.zeros(shape), np.zeros((*force.shape[:2], 2)), force)
+
+    def on_wave(self, displacement: Array) -> RingState:
+        """State of the travelling wave that solves the harmonic balance.
+
+        Parameters
+        ----------
+        displacement : (2H+1, n_c, 3) float
+            Real Fourier coefficients of the relative displacement, m.
+        """
+        contact = self.ring.contact
+        coordinates, order = self._wave_coordinates(displacement)
+        angle = self.ring.phase * np.arange(self.n_blades)
+        phases = np.exp(1j * np.outer(angle, order))  # blade j: e^(i h j psi)
+        samples = self.ring.wave_blades * -(-CYCLE_SAMPLES // self.ring.wave_blades)
+        cycle = contact_cycle(to_complex(displacement), contact, samples)
+        instant = np.rint(angle / (2.0 * np.pi) * samples).astype(int) % samples
+        stiffness = np.where(contact.tangential_stiffness > 0.0, contact.tangential_stiffness, np.inf)
+        traction = cycle.force[instant].copy()
+        traction[:, :, 2] -= contact.preload
+        return RingState(
+            coordinates=(phases @ coordinates).real,
+            rates=(phases @ (1j * self.omega * order[:, None] * coordinates)).real,
+            slider=(cycle.displacement - cycle.force / stiffness[:, None])[instant][:, :, :2],
+            force=-traction,
+        )
+
+    def wave_output(self, displacement: Array) -> Array:
+        """Output (n, q) of the travelling wave at the ends of the steps, m.
+
+        Parameters
+        ----------
+        displacement : (2H+1, n_c, 3) float
+            Real Fourier coefficients of the relative displacement, m.
+        """
+        coordinates = self._wave_coordinates(displacement)[0]
+        harmonics = coordinates @ self.ring.modal.outputs[self.ring.output]
+        theta = 2.0 * np.pi * np.arange(1, self.steps + 1) / self.steps
+        angle = theta[:, None] + self.ring.phase * np.arange(self.n_blades)
+        return (np.exp(1j * angle[:, :, None] * np.arange(len(harmonics))) @ harmonics).real
+
+    def vibration(self, state: RingState) -> float:
+        """Largest rate of the retained modal coordinates over omega: a scale for disturbances.
+
+        Parameters
+        ----------
+        state : RingState
+            State of q blades.
+        """
+        moved = state.coordinates - state.coordinates.mean(axis=0)
+        both = np.hypot(moved, state.rates / self.omega)[:, self.modes.retained]
+        return float(both.max())
+
+    def disturbed(self, state: RingState, nodal_diameter: int, size: float) -> RingState:
+        """A state with a disturbance of its retained modes: a tenth of it different on every blade.
+
+        Parameters
+        ----------
+        state : RingState
+            State of q blades.
+        nodal_diameter : int
+            k of the pattern: blade j is displaced by Re(v e^(i kappa j)).
+        size : float
+            Largest displacement, in modal coordinates.
+        """
+        rng = np.random.default_rng(17)
+        frequency = self.ring.modal.angular_frequency
+        weight = np.where(self.modes.retained, (frequency[0] / frequency) ** 2, 0.0)
+        turn = np.exp(1j * self.ring.shift(nodal_diameter) * np.arange(self.n_blades))[:, None]
+        parts = []
+        for _ in range(2):
+            same = rng.normal(size=weight.size) + 1j * rng.normal(size=weight.size)
+            each = rng.normal(size=(self.n_blades, weight.size))
+            parts.append((turn * same).real + 0.1 * each)
+        largest = max(np.abs(part * weight).max() for part in parts)
+        add, speed = (size / largest * weight * part for part in parts)
+        return replace(state, coordinates=state.coordinates + add, rates=state.rates + self.omega * speed)
+
+    def march(self, state: RingState, periods: int) -> RingRecord:
+        """Integrate whole periods.
+
+        Parameters
+        ----------
+        state : RingState
+            Where to start.
+        periods : int
+            Number of periods.
+
+        Raises
+        ------
+        ContactIterationError
+            The contact forces of a step were not found.
+        """
+        work = self._loaded(state)
+        output = np.empty((periods, self.steps, self.n_blades))
+        ends = np.empty((periods, self.n_blades, 2 * self._system.output_modes.size))
+        scale = float(np.abs(work.force).max())
+        for period in range(periods):
+            scale = march_steps(self._system, work, 0, self.steps, scale, output[period])
+            if scale < 0.0:
+                raise ContactIterationError("time integration: the contact forces of a step were not found")
+            ends[period] = np.concatenate([work.coordinates, work.rates / self.omega], axis=1)
+        return RingRecord(self._stored(work), output, ends)
+
+    def history(self, state: RingState) -> tuple[list[RingState], Array]:
+        """States at the ends of all steps of one period, and the output (n, q).
+
+        Parameters
+        ----------
+        state : RingState
+            Where to start.
+        """
+        work, output, states = self._loaded(state), np.empty((self.steps, self.n_blades)), []
+        scale = float(np.abs(work.force).max())
+        for step in range(self.steps):
+            scale = march_steps(self._system, work, step, step + 1, scale, output)
+            if scale < 0.0:
+                raise ContactIterationError("time integration: the contact forces of a step were not found")
+            states.append(self._stored(work, 2.0 * np.pi * (step + 1) / self.steps))
+        return states, output
+
+    def _wave_coordinates(self, displacement: Array) -> tuple[ComplexArray, NDArray[np.int64]]:
+        """Modal coordinates (H+1, m) of the wave, and its harmonics 0 .. H."""
+        order = np.arange((len(displacement) + 1) // 2)
+        options = SolverOptions((1.0, 2.0), harmonics=len(order) - 1)
+        force = contact_element(self.ring.contact, len(order) - 1, options).evaluate(displacement).force
+        receptance = self.ring.receptance(len(order) - 1)
+        coordinates, _ = receptance.modal_response(self.omega, to_complex(force).reshape(len(order), -1))
+        return coordinates, order
+
+    def contact_free(self, theta: float) -> tuple[Array, Array]:
+        """Modal coordinates and rates of all modes in the response to the excitation without contact.
+
+        Parameters
+        ----------
+        theta : float
+            omega t, rad.
+
+        Returns
+        -------
+        coordinates, rates : (q, m) float
+            Modal coordinates and their rates.
+        """
+        linear = self.ring.receptance(1)
+        rows = 3 * self.ring.contact.n_contacts
+        coordinates, _ = linear.modal_response(self.omega, np.zeros((2, rows), dtype=complex))
+        turn = np.exp(1j * (theta + self.ring.phase * np.arange(self.n_blades)))[:, None]
+        return coordinates[0].real + (turn * coordinates[1]).real, (1j * self.omega * turn * coordinates[1]).real
+
+    def _loaded(self, state: RingState) -> RingWork:
+        """Arrays of the kernels at a state."""
+        system, kept = self._system, self.modes.retained
+        free, free_rate = self.contact_free(0.0)
+        coordinates = np.ascontiguousarray((state.coordinates - free)[:, kept])
+        rates = np.ascontiguousarray((state.rates - free_rate)[:, kept])
+        force = state.force.reshape(self.n_blades, -1).copy()
+        behind = np.roll(force, 1, axis=0)
+        modal_force = force @ system.right - behind @ system.left
+        residual = self._residual_coordinates(force)
+        moved = (state.coordinates - free) * kept + residual + free
+        motion = moved @ self.ring.modal.right.T
+        if self.ring.modal.left is not None:
+            motion -= np.roll(moved, -1, axis=0) @ self.ring.modal.left.T
+        nodes = self.n_blades, self.ring.contact.n_contacts
+        return RingWork(
+            coordinates=coordinates,
+            rates=rates,
+            modal_force=modal_force,
+            slider=state.slider.copy(),
+            placed=state.slider.copy(),
+            motion=motion,
+            guess=motion.copy(),
+            force=force,
+            last_force=force.copy(),
+            load=np.zeros(nodes),
+            slip=np.zeros((*nodes, 2)),
+        )
+
+    def _residual_coordinates(self, force: Array) -> Array:
+        """Modal coordinates of the modes that are not integrated under contact forces (q, r): (q, m)."""
+        modal = self.ring.modal
+        forces = force @ modal.right
+        if modal.left is not None:
+            forces -= np.roll(force, 1, axis=0) @ modal.left
+        return forces * self.modes.flexibility
+
+    def _stored(self, work: RingWork, theta: float = 0.0) -> RingState:
+        """The state that the arrays of the kernels hold."""
+        kept = self.modes.retained
+        coordinates, rates = self.contact_free(theta)
+        coordinates += self._residual_coordinates(work.force)
+        coordinates[:, kept] += work.coordinates
+        rates[:, kept] += work.rates
+        force = work.force.reshape(*work.load.shape, 3).copy()
+        return RingState(coordinates, rates, work.slider.copy(), force)

@@ -1,0 +1,305 @@
+"""What becomes of a periodic motion in a ring of blades: it stays, or where it goes and how high."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nonlinear.contact.parameters import Array
+from nonlinear.time_integration.growth import DIFFERENCES, growth_rate
+from nonlinear.time_integration.recurrence import repeats_after, same_statistics
+from nonlinear.time_integration.residual_flexibility import RETENTION
+from nonlinear.time_integration.ring import Ring, RingState
+from nonlinear.time_integration.ring_integrator import RingIntegrator, RingRecord
+from nonlinear.time_integration.wave_start import HARMONICS, with_more_harmonics
+
+LEFT = 0.05  # distance from a motion, relative to its vibration, at which a ring has left it
+OTHER = 0.25  # the same while the harmonics settle that a periodic motion with few neglects
+SAME_RATE = 0.1  # relative difference of two successive growth rates that agree
+BACK = 0.2  # of its largest distance, to which a ring that stays has come back
+VISIBLE = 0.02  # distance to which a departure that grows slowly is enlarged
+FIRST_PERIODS = 2  # after the disturbance, in which what decays fast decays
+GROWS = 2e-3  # growth per period above which a departure grows
+CHUNK = 12  # periods between two judgements
+CALM = 0.01  # change from period to period, relative to the disturbance, of a motion that has settled
+SMALLER = 1e-3  # factor on the disturbance where a ring leaves before its growth rate is measured
+
+
+@dataclass(frozen=True)
+class RingLimits:
+    """How far a ring is integrated, and how finely.
+
+    Attributes
+    ----------
+    most_periods : int
+        Periods in all.
+    window : int
+        Periods of the final window, and of the one before it.
+    settling : int
+        Most periods before the disturbance, in which neglected harmonics and sliders settle.
+    disturbance : float
+        Size of the disturbance, relative to the vibration.
+    harmonics : int
+        Harmonics with which the periodic motion is solved again, so that it is the one of the ring.
+    retention : float
+        Highest natural frequency that is integrated, in multiples of the excitation frequency.
+    finer : int
+        Factor on the number of steps a period.
+    floor_m : float
+        Amplitude below which a motion of two windows is not followed any further, m; it then counts as not settled.
+    """
+
+    most_periods: int = 1000
+    window: int = 60
+    settling: int = 240
+    disturbance: float = 1e-4
+    harmonics: int = HARMONICS
+    retention: float = RETENTION
+    finer: int = 1
+    floor_m: float = 0.0
+
+
+@dataclass(frozen=True)
+class RingMotion:
+    """Motion of a ring of blades in time.
+
+    Attributes
+    ----------
+    stays : bool
+        Whether the ring stays on the periodic motion that it started from.
+    growth_rate : float
+        Growth rate of a small departure from it, 1/s; NaN where it was not measured.
+    started_m : float
+        Largest abs(x(t)) of the periodic motion that the ring started from, m; NaN from a state or from rest.
+    amplitude_m : float
+        Largest abs(x(t)) of the output in the final window, over all blades, m.
+    lowest_m : float
+        Smallest of the largest abs(x) of the periods and blades in the final window, m.
+    periodic : bool
+        Whether the motion of the final window repeats itself, every period or after few.
+    repeats_after : int
+        Number of periods after which it does; 0: it does not.
+    settled : bool
+        Whether the final window agrees with the one before; where not, the motion was still changing at the end.
+    n_blades : int
+        Number q of blades integrated.
+    nodal_diameter : int
+        k of the disturbance.
+    periods : int
+        Number of periods integrated.
+    envelope_m : (P, q) float
+        Largest abs(x) of each period and blade, m.
+    final : RingState
+        State at the end.
+    """
+
+    stays: bool
+    growth_rate: float
+    started_m: float
+    amplitude_m: float
+    lowest_m: float
+    periodic: bool
+    repeats_after: int
+    settled: bool
+    n_blades: int
+    nodal_diameter: int
+    periods: int
+    envelope_m: Array
+    final: RingState
+
+
+class _March:
+    """A ring as it is integrated: its state, envelope and the states at the ends of its periods."""
+
+    def __init__(self, integrator: RingIntegrator, state: RingState) -> None:
+        self.integrator, self.state = integrator, state
+        self.envelopes: list[Array] = []
+        self.ends: list[Array] = []
+
+    @property
+    def periods(self) -> int:
+        return sum(map(len, self.envelopes))
+
+    @property
+    def envelope(self) -> Array:
+        return np.concatenate(self.envelopes)
+
+    def go(self, periods: int) -> RingRecord:
+        """Integrate further."""
+        record = self.integrator.march(self.state, periods)
+        self.state = record.final
+        self.envelopes.append(record.envelope_m)
+        self.ends.append(record.ends)
+        return record
+
+    def last_ends(self, periods: int) -> Array:
+        """States at the ends of the last periods."""
+        return np.concatenate(self.ends)[-periods:]
+
+
+def integrate_ring(
+    ring: Ring,
+    omega: float,
+    start: Array | RingState | None,
+    *,
+    nodal_diameter: int = 0,
+    limits: RingLimits | None = None,
+) -> RingMotion:
+    """Integrate the smallest ring that carries the wave and a perturbation, and judge its motion.
+
+    From a periodic motion: some periods for the neglected harmonics to settle, then a small disturbance in the
+    pattern of the nodal diameter, with a tenth of it different on every blade. The integration ends when the ring
+    has come back to the motion. A ring that leaves is followed until its new motion has settled.
+
+    Parameters
+    ----------
+    ring : Ring
+        The ring.
+    omega : float
+        Excitation frequency, rad/s.
+    start : (2H+1, n_c, 3) float, RingState or None
+        Real Fourier coefficients of the relative displacement of a periodic solution, m; or a state; None: from rest.
+        From a state or from rest there is no motion to stay on: `stays` is False.
+    nodal_diameter : int
+        k of the perturbation.
+    limits : RingLimits, optional
+        Numbers of periods, size of the disturbance, step.
+
+    Returns
+    -------
+    RingMotion
+        The motion.
+
+    Raises
+    ------
+    ArithmeticError
+        The contacts are too stiff for the retained modes (`StepError`), or the contact forces of a step were not
+        found (`ContactIterationError`).
+    """
+    limits = limits or RingLimits()
+    integrator = RingIntegrator.of(
+        ring, omega, nodal_diameter=nodal_diameter, retention=limits.retention, finer=limits.finer
+    )
+    wave = None
+    if isinstance(start, RingState):
+        state = start.repeated(integrator.n_blades)
+    elif start is None:
+        state = integrator.at_rest()
+    else:
+        wave = with_more_harmonics(ring, omega, start, limits.harmonics)
+        state = integrator.on_wave(wave)
+    march, rate, stays, amplitude = _March(integrator, state), float("nan"), False, float("nan")
+    if wave is not None:
+        amplitude = float(np.abs(integrator.wave_output(wave)).max())
+        stays, rate = _stays(march, wave, nodal_diameter, limits)
+    settled = stays or _settle(march, limits)
+    window = min(limits.window, march.periods)
+    repeats = 1 if stays else repeats_after(march.last_ends(window))
+    envelope = march.envelope
+    return RingMotion(
+        stays=stays,
+        growth_rate=rate,
+        started_m=amplitude,
+        amplitude_m=float(envelope[-window:].max()),
+        lowest_m=float(envelope[-window:].min()),
+        periodic=repeats > 0,
+        repeats_after=repeats,
+        settled=settled,
+        n_blades=integrator.n_blades,
+        nodal_diameter=nodal_diameter,
+        periods=march.periods,
+        envelope_m=envelope,
+        final=march.state,
+    )
+
+
+def _stays(march: _March, displacement: Array, nodal_diameter: int, limits: RingLimits) -> tuple[bool, float]:
+    """Whether a ring stays on a periodic motion, and the growth rate of a small departure from it."""
+    settled, rate = _settle_wave(march, displacement, limits)
+    home = march.state
+    scale = march.integrator.vibration(home)
+    if settled is None:
+        march.state = march.integrator.disturbed(home, nodal_diameter, limits.disturbance * scale)
+        return False, rate
+    for size in (limits.disturbance, limits.disturbance * SMALLER):
+        march.state = march.integrator.disturbed(home, nodal_diameter, size * scale)
+        stays, found = _depart(march, home, settled, limits)
+        if stays or found > 0.0:
+            return stays, found
+    return False, float("nan")
+
+
+def _settle_wave(march: _March, displacement: Array, limits: RingLimits) -> tuple[Array | None, float]:
+    """Let the neglected harmonics settle, on the smallest ring that carries the wave.
+
+    Returns the output (n, q) of the last period; None where the ring has left the motion. And the growth rate.
+    """
+    whole, blades = march.integrator, march.integrator.ring.wave_blades
+    small = replace(whole, n_blades=blades)
+    wave = small.wave_output(displacement)
+    vibration = 0.5 * float(np.ptp(wave))
+    alone, rate = _March(small, small.on_wave(displacement)), float("nan")
+    far = LEFT if len(displacement) > 2 * limits.harmonics else OTHER
+    left, before = False, float("nan")
+    while alone.periods < limits.settling and not left:
+        output = alone.go(CHUNK).output_m[-1]
+        ends = alone.last_ends(DIFFERENCES + 1)
+        found = growth_rate(ends, small.period)
+        if found * small.period > GROWS and abs(found - before) < SAME_RATE * found:
+            rate = found
+        before = found
+        left = bool(np.abs(output - wave).max() > far * vibration)
+        change = float(np.linalg.norm(ends[-1] - ends[-2]) / np.linalg.norm(ends[-1]))
+        if change < CALM * limits.disturbance:
+            break
+    times = whole.n_blades // blades
+    output = np.tile(output, times)
+    march.state = alone.state.repeated(whole.n_blades)
+    march.envelopes = [np.tile(envelope, times) for envelope in alone.envelopes]
+    march.ends = [np.tile(ends, (1, times, 1)) for ends in alone.ends]
+    return None if left else output, rate
+
+
+def _depart(march: _March, home: RingState, reference: Array, limits: RingLimits) -> tuple[bool, float]:
+    """Whether a disturbed ring comes back to the output `reference` (n, q) of `home`, and the growth rate."""
+    vibration = 0.5 * float(np.ptp(reference)) or 1.0
+    march.go(FIRST_PERIODS)
+    first, rate, largest, change = march.periods, float("nan"), 0.0, 0.0
+    grows = enlarged = False
+    while march.periods < limits.most_periods:
+        record = march.go(CHUNK)
+        distance = np.abs(record.output_m - reference).max(axis=(1, 2)) / vibration
+        if distance.max() > LEFT:
+            return False, rate
+        changes = np.linalg.norm(np.diff(record.ends, axis=0), axis=(1, 2))
+        largest, change = max(largest, float(distance[0])), max(change, float(changes[0]))
+        found = growth_rate(march.last_ends(march.periods - first), march.integrator.period)
+        if np.isfinite(found) and not grows:
+            rate, grows = found, found * march.integrator.period > GROWS
+        if found < 0.0 and (distance[-1] < BACK * largest or changes[-1] < BACK**2 * change):
+            return True, rate
+        if grows and not enlarged and distance[-1] < 0.5 * VISIBLE:
+            march.state, enlarged = _enlarged(home, march.state, VISIBLE / float(distance[-1])), True
+            first = march.periods
+    return not grows, rate
+
+
+def _enlarged(home: RingState, state: RingState, factor: float) -> RingState:
+    """A state farther from `home` in the same direction."""
+    parts = {}
+    for name in ("coordinates", "rates", "slider", "force"):
+        origin = getattr(home, name)
+        parts[name] = origin + factor * (getattr(state, name) - origin)
+    return replace(state, **parts)
+
+
+def _settle(march: _March, limits: RingLimits) -> bool:
+    """Follow a ring until a window of its motion agrees with the one before; False: the periods did not suffice."""
+    march.go(limits.window)
+    while march.periods + limits.window <= limits.most_periods:
+        march.go(limits.window)
+        before, after = march.envelope[-2 * limits.window :].reshape(2, limits.window, -1)
+        if same_statistics(before, after):
+            return True
+        if max(before.max(), after.max()) < limits.floor_m:
+            return False
+    return False

@@ -1,0 +1,141 @@
+"""Periods of a ring of blades, step by step (compiled).
+
+A step: the retained modes under the forces so far, the contact forces at its end (`contact_step`), the modes under
+these. The forces vary linearly over the step, so that the error is of second order.
+"""
+
+import math
+
+from nonlinear.contact.numba_cache import inner, lean
+from nonlinear.contact.parameters import Array
+from nonlinear.time_integration.contact_step import add, begin_step, solve_node
+from nonlinear.time_integration.ring_system import RingSystem, RingWork
+
+MOST_SWEEPS = 200
+TOLERANCE = 1e-10  # change of a force, relative to the largest force so far, at which a step is solved
+
+
+@inner
+def advance_modes(system: RingSystem, work: RingWork) -> None:
+    """Write coordinates and rates at the end of the step but for the forces there."""
+    position, rate = system.position, system.rate
+    for j in range(len(work.coordinates)):
+        for m in range(position.shape[1]):
+            before, speed, force = work.coordinates[j, m], work.rates[j, m], work.modal_force[j, m]
+            work.coordinates[j, m] = position[0, m] * before + position[1, m] * speed + position[2, m] * force
+            work.rates[j, m] = rate[0, m] * before + rate[1, m] * speed + rate[2, m] * force
+
+
+@inner
+def predict_motion(theta: float, system: RingSystem, work: RingWork) -> None:
+    """Write the relative displacement at the end of the step, with the contact forces as they are in `work`."""
+    n_blades, cosine, sine = len(work.guess), math.cos(theta), math.sin(theta)
+    free, rows = system.free_motion, work.guess.shape[1]
+    for j in range(n_blades):
+        real = cosine * system.waves[j, 0] - sine * system.waves[j, 1]
+        imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
+        for row in range(rows):
+            work.guess[j, row] = free[0, row] + real * free[1, row] + imaginary * free[2, row]
+        following = (j + 1) % n_blades
+        for row in range(rows):
+            total = 0.0
+            for m in range(system.right.shape[1]):
+                total += system.right[row, m] * work.coordinates[j, m]
+                total -= system.left[row, m] * work.coordinates[following, m]
+            work.guess[j, row] += total
+    for j in range(n_blades):
+        before, after = (j - 1) % n_blades, (j + 1) % n_blades
+        for row in range(rows):
+            force = work.force[j, row]
+            if force == 0.0:
+                continue
+            add(force, system.own[row], work.guess[j])
+            if n_blades > 1:
+                add(force, system.previous[row], work.guess[after])
+                add(force, system.following[row], work.guess[before])
+
+
+@inner
+def solve_contacts(scale: float, system: RingSystem, work: RingWork) -> float:
+    """Visit all nodes until no force changes; returns the largest force, or -1 where they do not settle."""
+    nodes = work.load.shape[1]
+    for _ in range(MOST_SWEEPS):
+        change = 0.0
+        for j in range(len(work.guess)):
+            for node in range(nodes):
+                change = max(change, solve_node(j, node, system, work, work.guess))
+        largest = scale
+        for j in range(len(work.guess)):
+            for row in range(work.guess.shape[1]):
+                largest = max(largest, abs(work.force[j, row]))
+        if change <= TOLERANCE * largest:
+            return largest
+    return -1.0
+
+
+@inner
+def apply_forces(system: RingSystem, work: RingWork) -> None:
+    """Add the forces at the end of the step to coordinates and rates."""
+    n_blades, rows = work.force.shape
+    for j in range(n_blades):
+        modal = work.modal_force[j]
+        for m in range(modal.size):
+            modal[m] = 0.0
+        for row in range(rows):
+            force, behind = work.force[j, row], work.force[(j - 1) % n_blades, row]
+            for m in range(modal.size):
+                modal[m] += system.right[row, m] * force - system.left[row, m] * behind
+        for m in range(modal.size):
+            work.coordinates[j, m] += system.position[3, m] * modal[m]
+            work.rates[j, m] += system.rate[3, m] * modal[m]
+
+
+@inner
+def write_output(theta: float, system: RingSystem, work: RingWork, output: Array) -> None:
+    """Write the output of all blades (q,)."""
+    cosine, sine = math.cos(theta), math.sin(theta)
+    n_blades, rows = work.force.shape
+    for j in range(n_blades):
+        real = cosine * system.waves[j, 0] - sine * system.waves[j, 1]
+        imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
+        total = system.free_output[0] + real * system.free_output[1] + imaginary * system.free_output[2]
+        for m in range(work.coordinates.shape[1]):
+            total += system.output_modes[m] * work.coordinates[j, m]
+        for row in range(rows):
+            total += system.output_forces[0, row] * work.force[j, row]
+            total += system.output_forces[1, row] * work.force[(j - 1) % n_blades, row]
+        output[j] = total
+
+
+@lean
+def march_steps(system: RingSystem, work: RingWork, first: int, last: int, scale: float, output: Array) -> float:
+    """March the steps from `first` to `last` of a period and write the output at their ends, (steps, q).
+
+    `scale` is the largest contact force so far; returned with what comes, or -1 where the contact forces of a step do
+    not settle.
+    """
+    steps = len(output)
+    for step in range(first, last):
+        theta = 2.0 * math.pi * (step + 1) / steps
+        advance_modes(system, work)
+        for j in range(len(work.force)):
+            for node in range(work.load.shape[1]):
+                begin_step(j, node, system, work)
+            for row in range(work.force.shape[1]):
+                force = work.force[j, row]
+                work.force[j, row] = 2.0 * force - work.last_force[j, row]
+                work.last_force[j, row] = force
+        predict_motion(theta, system, work)
+        largest = solve_contacts(scale, system, work)
+        if largest < 0.0:
+            return -1.0
+        scale = largest
+        apply_forces(system, work)
+        write_output(theta, system, work, output[step])
+        for j in range(len(work.force)):
+            for row in range(work.force.shape[1]):
+                work.motion[j, row] = work.guess[j, row]
+            for node in range(work.load.shape[1]):
+                for a in range(2):
+                    work.slider[j, node, a] = work.placed[j, node, a]
+    return scale

@@ -1,0 +1,115 @@
+"""Points of the branches of a curve that the worst motion can come from: stable ones and exposed unstable ones."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.branches.bifurcations import BifurcationKind
+from nonlinear.contact.parameters import Array
+from nonlinear.response_curve import ResponseCurve
+
+CLEARLY_HIGHER = 0.02  # relative distance of the amplitudes of two solutions of one frequency, see UnstableStretch
+LONG = 1000  # periods in which a disturbance of a motion that persists grows by a factor of e at most
+Place = tuple[int, int]  # branch (0: main, k: detached branch k) and index of the point
+
+
+@dataclass(frozen=True)
+class UnstableStretch:
+    """Successive unstable points of a branch, some of them exposed.
+
+    A point is exposed where no other solution of the same frequency is clearly higher: what the ring does there
+    instead of the unstable motion may be higher than every stable solution.
+
+    Attributes
+    ----------
+    branch : int
+        Branch: 0, the main branch; k, detached branch k.
+    exposed : (k,) int
+        Indices of the exposed points, in the order of the branch.
+    height_m : float
+        Largest amplitude of the exposed points, m.
+    """
+
+    branch: int
+    exposed: NDArray[np.int64]
+    height_m: float
+
+
+def branches_of(curve: ResponseCurve) -> tuple[ResponseCurve, ...]:
+    """The main branch and the detached ones, in the order of their numbers 0, 1, ..."""
+    return curve, *curve.detached
+
+
+def persists(branch: ResponseCurve) -> NDArray[np.bool_]:
+    """Whether the points of a branch are stable, or so nearly that nothing changes within many periods, (P,).
+
+    A fold or a Neimark-Sacker point is located on either side of the stability limit.
+    """
+    slow = branch.growth_rate * LONG < branch.frequency_hz
+    chosen: NDArray[np.bool_] = branch.stable | slow
+    return chosen
+
+
+def highest_persistent(branches: Sequence[ResponseCurve]) -> Place | None:
+    """The point with the largest amplitude on any branch whose motion persists."""
+    best, height = None, -np.inf
+    for number, branch in enumerate(branches):
+        heights = np.where(persists(branch), branch.amplitude_m, -np.inf)
+        if heights.size and heights.max() > height:
+            best, height = (number, int(np.argmax(heights))), heights.max()
+    return best
+
+
+def stable_amplitudes(branches: Sequence[ResponseCurve], frequency_hz: float) -> Array:
+    """Amplitudes of all solutions that persist at a frequency, interpolated between neighbouring points, m."""
+    return np.concatenate([_at(branch, _stable_parts(branch), frequency_hz) for branch in branches])
+
+
+def unstable_stretches(branches: Sequence[ResponseCurve]) -> list[UnstableStretch]:
+    """The unstable stretches with exposed points, the highest first."""
+    found: list[UnstableStretch] = []
+    for number, branch in enumerate(branches):
+        for stretch in _runs(~persists(branch)):
+            exposed = np.array([i for i in stretch if _is_exposed(branches, branch, i)], dtype=np.int64)
+            if exposed.size:
+                found.append(UnstableStretch(number, exposed, float(branch.amplitude_m[exposed].max())))
+    return sorted(found, key=lambda stretch: -stretch.height_m)
+
+
+def _is_exposed(branches: Sequence[ResponseCurve], branch: ResponseCurve, index: int) -> bool:
+    """Whether no stable solution at the frequency of a point is as high, and no other one clearly higher."""
+    frequency_hz, height = float(branch.frequency_hz[index]), branch.amplitude_m[index]
+    if np.any(stable_amplitudes(branches, frequency_hz) >= height * (1.0 - CLEARLY_HIGHER)):
+        return False
+    solutions = [_at(each, np.ones(each.points - 1, dtype=bool), frequency_hz) for each in branches if each.points]
+    return not np.any(np.concatenate(solutions) >= height * (1.0 + CLEARLY_HIGHER))
+
+
+def _stable_parts(branch: ResponseCurve) -> NDArray[np.bool_]:
+    """Whether the parts between neighbouring points persist, (P-1,); a stable part ends with its fold."""
+    stable = persists(branch)
+    for item in branch.bifurcations:
+        if item.kind is BifurcationKind.FOLD:
+            stable[item.index] |= bool(np.any(stable[max(item.index - 1, 0) : item.index + 2]))
+    parts: NDArray[np.bool_] = stable[:-1] & stable[1:]
+    return parts
+
+
+def _at(branch: ResponseCurve, parts: NDArray[np.bool_], frequency_hz: float) -> Array:
+    """Amplitudes of the chosen parts (P-1,) of a branch at a frequency, m."""
+    before, after = branch.frequency_hz[:-1], branch.frequency_hz[1:]
+    crosses = parts & ((before - frequency_hz) * (after - frequency_hz) <= 0.0)
+    first, last = before[crosses], after[crosses]
+    width = np.where(first == last, 1.0, last - first)
+    share = np.where(first == last, 0.0, (frequency_hz - first) / width)
+    start, end = branch.amplitude_m[:-1][crosses], branch.amplitude_m[1:][crosses]
+    found: Array = start + share * (end - start)
+    return found
+
+
+def _runs(chosen: NDArray[np.bool_]) -> Iterator[range]:
+    """Index ranges of successive points that are chosen."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(int)))
+    yield from (range(int(start), int(stop)) for start, stop in zip(edges[::2], edges[1::2], strict=True))

@@ -1,0 +1,126 @@
+"""All periodic solutions of a curve at one frequency, on all of its branches, with their stability."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.element_choice import contact_element
+from nonlinear.contact.fourier import ComplexArray, to_real
+from nonlinear.contact.parameters import Array
+from nonlinear.continuation.response_quantities import largest_amplitude, output_under_forces
+from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.options import SolverOptions
+from nonlinear.time_integration.ring import Ring
+from nonlinear.worst_motion.ring_integration import Solution
+from nonlinear.worst_motion.ring_patterns import RingPatterns
+
+SAME_SOLUTION = 1e-6  # relative difference of two solutions that count as one
+
+
+class BranchPoints(Protocol):
+    """The points of a branch: frequencies (P,), coefficients (P, H+1, n_c, 3), harmonics balanced (P,)."""
+
+    @property
+    def frequency_hz(self) -> Array: ...
+    @property
+    def relative_displacement(self) -> ComplexArray: ...
+    @property
+    def kept_harmonics(self) -> NDArray[np.int64]: ...
+
+
+@dataclass(frozen=True)
+class FoundSolution:
+    """A periodic solution at one frequency.
+
+    Attributes
+    ----------
+    branch : int
+        0, the main branch; k, detached branch k.
+    amplitude_m : float
+        Largest abs(x(t)) of the output, m.
+    solution : Solution
+        The solution and its worst perturbation.
+    """
+
+    branch: int
+    amplitude_m: float
+    solution: Solution
+
+
+@dataclass(frozen=True)
+class SolutionSearch:
+    """Solutions at one frequency, between neighbouring points of the branches.
+
+    Attributes
+    ----------
+    ring : Ring
+        The ring.
+    options : SolverOptions
+        Contact integration, tolerances and output.
+    frequency_hz : float
+        The frequency, Hz.
+    """
+
+    ring: Ring
+    options: SolverOptions
+    frequency_hz: float
+
+    @property
+    def omega(self) -> float:
+        """The frequency, rad/s."""
+        return 2.0 * np.pi * self.frequency_hz
+
+    def solutions(self, branches: Sequence[BranchPoints]) -> list[FoundSolution]:
+        """The solutions on these branches, the highest first.
+
+        Parameters
+        ----------
+        branches : sequence of BranchPoints
+            The main branch, then the detached ones.
+        """
+        found = [each for number, branch in enumerate(branches) for each in self._on(number, branch)]
+        return sorted(found, key=lambda each: -each.amplitude_m)
+
+    def _on(self, number: int, branch: BranchPoints) -> Iterator[FoundSolution]:
+        """The solutions on one branch, each once."""
+        seen: list[Array] = []
+        for displacement in self._crossings(branch):
+            if not any(_same(displacement, other) for other in seen):
+                seen.append(displacement)
+                yield self._found(number, displacement)
+
+    def _crossings(self, branch: BranchPoints) -> Iterator[Array]:
+        """Real coefficients of the solutions between neighbouring points, (2H+1, n_c, 3)."""
+        frequency = branch.frequency_hz
+        crossed = (frequency[:-1] - self.frequency_hz) * (frequency[1:] - self.frequency_hz) <= 0.0
+        for before in np.flatnonzero(crossed).tolist():
+            width = frequency[before + 1] - frequency[before]
+            share = (self.frequency_hz - frequency[before]) / width if width else 0.5
+            kept = int(branch.kept_harmonics[before : before + 2].max()) + 1
+            first, last = branch.relative_displacement[before : before + 2, :kept]
+            balance = self._balance(kept - 1)
+            guess = balance.unknown(to_real((1.0 - share) * first + share * last))
+            solved = solve_at(balance, self.omega, guess, self.options)
+            if solved.converged:
+                yield balance.displacement(solved.solution)
+
+    def _balance(self, n_harmonics: int) -> HarmonicBalance:
+        element = contact_element(self.ring.contact, n_harmonics, self.options)
+        return HarmonicBalance(self.ring.receptance(n_harmonics), element, odd=self.ring.contact.odd)
+
+    def _found(self, number: int, displacement: Array) -> FoundSolution:
+        balance = self._balance(len(displacement) // 2)
+        forces = balance.element.evaluate(displacement)
+        output = output_under_forces(balance.receptance, self.omega, forces, self.options.output)
+        worst = RingPatterns(self.ring, self.options, self.omega, displacement).worst()
+        solution = Solution(self.omega, displacement, float(worst.exponent.real), worst.nodal_diameter)
+        return FoundSolution(number, largest_amplitude(output).value, solution)
+
+
+def _same(one: Array, other: Array) -> bool:
+    """Whether two solutions are one."""
+    return one.shape == other.shape and bool(np.abs(one - other).max() <= SAME_SOLUTION * np.abs(one).max())

@@ -1,0 +1,53 @@
+"""What friction leaves undetermined at the peaks, in words: notes of a run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from pipeline.scene.labels import prefixed
+from pipeline.stages.curve_summary import CurveSummary
+from pipeline.stages.respond import CurveResult
+
+
+def residual_notes(curves: Sequence[CurveResult]) -> list[str]:
+    """The bounds of the peaks over residual tractions; without them, one line on the peaks that are not unique."""
+    facts = {number: curve.facts for number, curve in enumerate(curves) if curve.facts is not None}
+    notes = [f"curve {number}: {bounds_text(item)}" for number, item in facts.items() if has_bounds(item)]
+    open_ = [number for number, item in facts.items() if item.free_nodes > 0 and not has_bounds(item)]
+    if not open_:
+        return notes
+    numbers = f"curve{'s' if len(open_) > 1 else ''} {_listed(open_)}: " if len(curves) > 1 else ""
+    return [
+        *notes,
+        f"{numbers}at the peak contact nodes stick all the time, and friction leaves their static traction "
+        'undetermined; response.residual_tractions = "bounds" gives the lowest and the highest peak that it allows',
+    ]
+
+
+def has_bounds(facts: CurveSummary) -> bool:
+    """Whether the bounds over residual tractions are known."""
+    return math.isfinite(facts.residual_lowest_m) and math.isfinite(facts.residual_highest_m)
+
+
+def bounds_text(facts: CurveSummary) -> str:
+    """The bounds of a peak in words."""
+    low, high, peak = facts.residual_lowest_m, facts.residual_highest_m, facts.peak_amplitude_m
+    if high - low <= 1e-9 * peak:
+        return "residual tractions: no influence on the vibration at the peak"
+    shares = f"{change(low, peak)} to {change(high, peak)}"
+    factor, unit = prefixed(high, "m")
+    return f"residual tractions: peak between {low * factor:.4g} and {high * factor:.4g} {unit} ({shares})"
+
+
+def change(value: float, reference: float) -> str:
+    """A relative change in percent, with its sign."""
+    relative = value / reference - 1.0 if reference > 0.0 else math.nan
+    return "0 %" if abs(relative) < 5e-6 else f"{100.0 * relative:+.2g} %"
+
+
+def _listed(numbers: Sequence[int]) -> str:
+    """Numbers of curves, with ranges in place of long lists."""
+    if len(numbers) > 2 and list(numbers) == list(range(numbers[0], numbers[-1] + 1)):
+        return f"{numbers[0]} to {numbers[-1]}"
+    return ", ".join(map(str, numbers))

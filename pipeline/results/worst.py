@@ -1,0 +1,104 @@
+"""The worst motion of the curves in words: cells of tables, what was searched, and a warning."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from pipeline.scene.labels import prefixed
+from pipeline.stages.curve_summary import CurveSummary
+from pipeline.stages.respond import CurveResult
+
+NOTICEABLE = 1.03  # ratio of the worst motion to the peak of the main branch above which a run warns
+
+
+def worst_cells(facts: CurveSummary | None, factor: float) -> tuple[str, str, str]:
+    """Frequency (Hz), amplitude (m times `factor`) and kind of the worst motion, for a table.
+
+    An amplitude that the search may have fallen short of has the mark ">=", a quasi-periodic motion a star.
+    """
+    if facts is None or not math.isfinite(facts.worst_amplitude_m):
+        return "-", "unknown" if facts is not None and facts.worst_searched else "-", "-"
+    at_least = ">= " if facts.worst_unresolved else ""
+    amplitude = f"{at_least}{facts.worst_amplitude_m * factor:.4g}"
+    return f"{facts.worst_frequency_hz:.6g}", amplitude, _branch(facts) + "*" * (facts.worst_motion != "periodic")
+
+
+def worst_kind(facts: CurveSummary) -> str:
+    """Branch of the worst motion, and whether it is quasi-periodic."""
+    where = "on no branch found" if facts.worst_branch < 0 else f"{_branch(facts)} branch"
+    if facts.worst_branch > 0:
+        where = f"detached branch {facts.worst_branch}"
+    return where if facts.worst_motion == "periodic" else f"{facts.worst_motion}, from the {where}"
+
+
+def _branch(facts: CurveSummary) -> str:
+    if facts.worst_branch < 0:
+        return "none"
+    return f"detached {facts.worst_branch}" if facts.worst_branch else "main"
+
+
+def exceeds_peak(facts: CurveSummary | None) -> bool:
+    """Whether the worst motion is noticeably higher than the peak of the main branch."""
+    if facts is None or not math.isfinite(facts.worst_amplitude_m) or not math.isfinite(facts.peak_amplitude_m):
+        return False
+    return facts.worst_amplitude_m > NOTICEABLE * facts.peak_amplitude_m
+
+
+def worst_warning(curves: Sequence[CurveResult]) -> str:
+    """A line on the curves whose worst motion is higher than the peak of the main branch; "" where there are none."""
+    higher = {i: c.facts for i, c in enumerate(curves) if c.facts is not None and exceeds_peak(c.facts)}
+    if not higher:
+        return ""
+    number, facts = max(higher.items(), key=lambda item: item[1].worst_amplitude_m / item[1].peak_amplitude_m)
+    worst, peak = with_unit(facts.worst_amplitude_m), with_unit(facts.peak_amplitude_m)
+    count = f"{len(higher)} of {len(curves)} curves: a" if len(curves) > 1 else "a"
+    of = f", on curve {number} {worst}" if len(curves) > 1 else f", {worst}"
+    ratio = facts.worst_amplitude_m / facts.peak_amplitude_m
+    return (
+        f"{count} motion that persists is higher than the peak of the main branch{of} at "
+        f"{facts.worst_frequency_hz:.6g} Hz ({worst_kind(facts)}) beside {peak}, {ratio:.3g} times as high"
+    )
+
+
+def unstable_peak_numbers(curves: Sequence[CurveResult]) -> list[int]:
+    """Curves whose worst motion is noticeably lower than the peak of the main branch, which does not persist."""
+    return [
+        number
+        for number, curve in enumerate(curves)
+        if curve.facts is not None
+        and math.isfinite(curve.facts.worst_amplitude_m)
+        and curve.facts.worst_amplitude_m * NOTICEABLE < curve.facts.peak_amplitude_m
+    ]
+
+
+def search_notes(curves: Sequence[CurveResult]) -> list[str]:
+    """What the search for the worst motion covered and what it did not, and what it left open, curve by curve."""
+    said = [curve.facts.worst_searched for curve in curves if curve.facts is not None and curve.facts.worst_searched]
+    notes = [f"worst motion: the highest that persists; {_merged(said)}"] if said else []
+    if said and any(curve.carried_from for curve in curves):
+        notes.append("branches were searched from solutions of neighbouring members of the sweep too")
+    if any(curve.facts is not None and curve.facts.worst_motion == "quasi-periodic" for curve in curves):
+        notes.append("* quasi-periodic: the largest displacement of a long time integration of the ring")
+    if low := unstable_peak_numbers(curves):
+        named = f"curve{'s' if len(low) > 1 else ''} {', '.join(map(str, low))}"
+        notes.append(f"{named}: the peak of the main branch is unstable and does not persist")
+    for number, curve in enumerate(curves):
+        if curve.facts is not None and curve.facts.worst_unresolved:
+            notes.append(f"curve {number}: the worst motion may be higher: {curve.facts.worst_unresolved}")
+    return notes
+
+
+def with_unit(amplitude_m: float) -> str:
+    """An amplitude with four digits and its unit."""
+    factor, unit = prefixed(amplitude_m, "m")
+    return f"{amplitude_m * factor:.4g} {unit}"
+
+
+def _merged(texts: Sequence[str]) -> str:
+    """Sentences of the same form as one: a part that differs from curve to curve lists what is said of it."""
+    columns: dict[int, dict[str, None]] = {}
+    for text in texts:
+        for place, part in enumerate(text.split("; ")):
+            columns.setdefault(place, {})[part] = None
+    return "; ".join(" or ".join(parts) for parts in columns.values())

@@ -1,0 +1,165 @@
+"""Further branches of a curve, found from the branches of its neighbours in a sweep."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pipeline.process.clock import seconds_since
+from pipeline.scene import schema
+from pipeline.stages.curve_file import CURVE, section_from_attributes
+from pipeline.stages.scene_to_solver import contact_parameters, nonlinear_problem
+from pipeline.stages.solve_curve import Progress
+from pipeline.stages.stored_curve import branch_mark, read_added, read_curve, write_extended
+
+if TYPE_CHECKING:
+    from nonlinear import BranchStart, Extension
+
+FACTS = "extension.json"
+
+
+@dataclass(frozen=True)
+class Source:
+    """A curve whose branches are carried to a neighbour.
+
+    Attributes
+    ----------
+    file : Path
+        Its file.
+    rom : Path
+        File of its reduced model.
+    label : str
+        The parameter in which it differs, with its value there.
+    """
+
+    file: Path
+    rom: Path
+    label: str
+
+
+@dataclass(frozen=True)
+class LostBranch:
+    """A branch of a neighbour that does not reach the curve.
+
+    Attributes
+    ----------
+    label : str
+        Label of the neighbour.
+    branch : str
+        Mark of the branch, see `branch_mark`.
+    followed : float
+        Part of the way from the neighbour, 0, to the curve, 1, up to which some solution of it was followed, with few
+        harmonics.
+    """
+
+    label: str
+    branch: str
+    followed: float
+
+
+@dataclass(frozen=True)
+class ExtensionFacts:
+    """What came of carrying the branches of the neighbours to a curve.
+
+    Attributes
+    ----------
+    added : int
+        Number of branches added.
+    lost : tuple of LostBranch
+        Branches that do not exist on the curve.
+    """
+
+    added: int
+    lost: tuple[LostBranch, ...]
+
+    @classmethod
+    def read(cls, folder: Path) -> ExtensionFacts:
+        """What `extend_curve` has written into a folder."""
+        values = json.loads((folder / FACTS).read_text(encoding="utf-8"))
+        return cls(values["added"], tuple(LostBranch(**item) for item in values["lost"]))
+
+
+def extend_curve(
+    folder: Path,
+    rom: Path,
+    scene: schema.Scene,
+    base: Path,
+    sources: Sequence[Source],
+    progress: Progress | None = None,
+) -> None:
+    """Look for further branches of a curve, from those of its neighbours, on one BLAS thread.
+
+    Writes `extension.json`, see `ExtensionFacts`, and where branches were added `curve.h5` with all of them.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the files go.
+    rom : Path
+        File of the reduced model of the curve.
+    scene : Scene
+        The scene of the curve.
+    base : Path
+        File of the curve.
+    sources : sequence of Source
+        Its neighbours.
+    progress : callable
+        Called with the frequency reached, Hz, and the number of points so far.
+    """
+    from nonlinear import carry_branches, find_worst_motion
+    from rom import one_blas_thread, read_reduced_model
+
+    start = time.perf_counter()
+    with one_blas_thread():
+        problem = nonlinear_problem(scene, read_reduced_model(rom, with_basis=False))
+        before = read_curve(base)
+        offers = [offer for source in sources for offer in _offers(source)]
+        found = carry_branches(problem, before, [item for offer in offers for item in offer.starts], progress)
+        after, added = found.curve, len(found.curve.detached) - len(before.detached)
+        if added:
+            after = replace(after, worst=find_worst_motion(problem, after))
+    if added:
+        seconds = before.seconds + seconds_since(start)
+        write_extended(folder / CURVE, base, before, replace(after, seconds=seconds))
+    facts = ExtensionFacts(added, tuple(_lost(offers, found)))
+    (folder / FACTS).write_text(json.dumps(asdict(facts)), encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class _Offer:
+    """Starts from one branch of a neighbour."""
+
+    label: str
+    branch: str
+    starts: list[BranchStart]
+
+
+def _offers(source: Source) -> Iterator[_Offer]:
+    """Solutions on the branches of a neighbour that are new in its file, with the parameters that they solve."""
+    import h5py
+
+    from nonlinear import Excitation, branch_starts
+    from rom import read_reduced_model
+
+    model = read_reduced_model(source.rom, with_basis=False)
+    with h5py.File(source.file, "r") as file:
+        section = section_from_attributes(schema.Contact, file.attrs)
+        wave = section_from_attributes(schema.Excitation, file.attrs)
+    contact = contact_parameters(section, model.n_contacts, model.contact_area)
+    force = Excitation(engine_order=wave.engine_order, force=wave.force)
+    curve = read_added(source.file)
+    for branch in (*curve.detached, replace(curve, detached=())):
+        starts = branch_starts(branch, contact, force, source.label)
+        yield _Offer(source.label, branch_mark(branch.frequency_hz), starts)
+
+
+def _lost(offers: Sequence[_Offer], found: Extension) -> Iterator[LostBranch]:
+    """The branches all starts of which were lost, and how far the best one came."""
+    reached = {id(item.start): item.at for item in found.lost}
+    for offer in offers:
+        if offer.starts and all(id(start) in reached for start in offer.starts):
+            yield LostBranch(offer.label, offer.branch, max(reached[id(start)] for start in offer.starts))

@@ -1,0 +1,157 @@
+"""A stored curve read back as a `ResponseCurve`, and stored again with further branches."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.stages.curve_file import BRANCHES, COLUMNS, write_branch
+from pipeline.stages.curve_summary import stored_worst, summary_attributes
+from pipeline.store.fingerprints import content_fingerprint
+
+if TYPE_CHECKING:
+    import h5py
+
+    from nonlinear import Peak, ResponseCurve
+
+ADDED = "added"  # attribute of a branch: whether it is new in this file, and not in the one that the file extends
+# What further branches change in the summary of a curve; everything else speaks of the main branch.
+_CHANGED = ("detached", "worst_", "seconds")
+
+
+def read_curve(path: Path) -> ResponseCurve:
+    """A curve with its detached branches, from a file that `write_curve` or `write_extended` wrote.
+
+    The bounds over residual tractions are left out.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    """
+    from dataclasses import replace
+
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        branches = tuple(_read(group) for group in branch_groups(file))
+        return replace(_read(file), detached=branches, worst=stored_worst(file.attrs))
+
+
+def read_added(path: Path) -> ResponseCurve:
+    """The branches that are new in a file, as a curve of their own: of a curve that was solved all, of an extended
+    one those that were added.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    """
+    from dataclasses import replace
+
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        added = [_read(group) for group in branch_groups(file) if group.attrs.get(ADDED, False)]
+    return replace(added[0], detached=tuple(added[1:])) if added else read_curve(path)
+
+
+def branch_mark(frequency_hz: NDArray[np.float64]) -> str:
+    """A mark by which a branch is known again in every file that holds it: a hash of its frequencies (P,), Hz."""
+    return content_fingerprint(np.ascontiguousarray(frequency_hz).tobytes())
+
+
+def branch_groups(file: h5py.Group) -> list[h5py.Group]:
+    """The groups of the detached branches of a curve, in their order."""
+    return [file[f"{BRANCHES}/{number}"] for number in sorted(file.get(BRANCHES, ()), key=int)]
+
+
+def write_extended(path: Path, base: Path, before: ResponseCurve, after: ResponseCurve) -> None:
+    """Write the file of a curve that has got further branches; all that speaks of the main branch is copied.
+
+    Parameters
+    ----------
+    path : Path
+        The new file.
+    base : Path
+        File of the curve without the further branches.
+    before : ResponseCurve
+        That curve, as `read_curve` gives it.
+    after : ResponseCurve
+        The curve with all branches.
+    """
+    import h5py
+
+    from rom import new_hdf5
+
+    changed = {key: value for key, value in summary_attributes(after).items() if key.startswith(_CHANGED)}
+    with new_hdf5(path) as file, h5py.File(base, "r") as source:
+        _copy_main(source, file, changed)
+        old = list(zip(before.detached, branch_groups(source), strict=True))
+        for number, branch in enumerate(after.detached, start=1):
+            name = f"{BRANCHES}/{number}"
+            group = next((group for known, group in old if _is_same(known, branch)), None)
+            if group is None:
+                write_branch(file.create_group(name), branch)
+            else:
+                source.copy(group, file, name)
+            file[name].attrs[ADDED] = group is None
+
+
+def _copy_main(source: h5py.File, target: h5py.File, changed: Mapping[str, Any]) -> None:
+    for name in source:
+        if name != BRANCHES:
+            source.copy(name, target)
+    for key, value in [*source.attrs.items(), *changed.items()]:
+        target.attrs[key] = value
+    target.create_group(BRANCHES)
+
+
+def _is_same(one: ResponseCurve, other: ResponseCurve) -> bool:
+    """Whether two branches are one and the same, to the last digit."""
+    return one is other or np.array_equal(one.frequency_hz, other.frequency_hz)
+
+
+def _read(group: h5py.Group) -> ResponseCurve:
+    """One branch, without those beside it."""
+    from nonlinear import Bifurcation, BifurcationKind, Peak, ResponseCurve, TerminationReason
+
+    values = {attribute: group[column][()] for column, attribute in COLUMNS.items() if column in group}
+    for name in ("relative_displacement", "contact_force", "output", "energy_error"):
+        values[name] = group[name][()]
+    attributes = group.attrs
+    n_harmonics = int(attributes["harmonics"])
+    columns = [group[f"harmonic_{h + 1}_m"][()] for h in range(n_harmonics)]
+    values["harmonic_m"] = np.column_stack(columns) if columns else np.empty((values["frequency_hz"].size, 0))
+    for name in ("seconds", "truncation_error", "sampling_error", "sampling_frequency_error"):
+        values[name] = float(attributes[name])
+    return ResponseCurve(
+        **values,
+        termination=TerminationReason(
+            attributes["termination"], float(attributes["termination_hz"]), attributes["reason"]
+        ),
+        peak=_peak(attributes),
+        peaks=tuple(Peak(**item) for item in json.loads(attributes["peaks"])),
+        bifurcations=tuple(
+            Bifurcation(**{**item, "kind": BifurcationKind(item["kind"])})
+            for item in json.loads(attributes["bifurcations"])
+        ),
+        harmonics=n_harmonics,
+        origin=str(attributes["origin"]),
+        free_nodes=int(attributes["free_nodes"]),
+    )
+
+
+def _peak(attributes: Mapping[str, Any]) -> Peak | None:
+    from nonlinear import Peak
+
+    index = int(attributes["peak_index"])
+    if index < 0:
+        return None
+    height, located = float(attributes["peak_amplitude_m"]), bool(attributes["peak_located"])
+    return Peak(float(attributes["peak_frequency_hz"]), height, index, located)

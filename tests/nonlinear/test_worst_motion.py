@@ -1,0 +1,205 @@
+"""The worst motion: the highest stable solution on any branch, or what the ring reaches where none is that high."""
+
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nonlinear import Peak, ResponseCurve, SolverOptions, TerminationReason
+from nonlinear.time_integration.ring_motion import RingMotion
+from nonlinear.worst_motion.candidates import branches_of, stable_amplitudes, unstable_stretches
+from nonlinear.worst_motion.time_integrated import MOST_FURTHER
+from nonlinear.worst_motion.worst_motion import MOST_STRETCHES, worst_of
+
+OPTIONS = SolverOptions((1.0, 9.0), harmonics=3)
+
+
+def curve_of(frequency, amplitude, stable, *detached, complete=True):
+    """A curve of these points; `detached`: curves of the same kind."""
+    size = len(frequency)
+    none = np.zeros(size)
+    whole = np.zeros(size, dtype=int)
+    amplitude = np.asarray(amplitude, dtype=float)
+    top = int(np.argmax(amplitude)) if size else 0
+    return ResponseCurve(
+        termination=TerminationReason("complete" if complete else "step too small", 9.0, "end"),
+        frequency_hz=np.asarray(frequency, dtype=float),
+        amplitude_m=amplitude,
+        harmonic_m=np.zeros((size, 3)),
+        static_m=none,
+        phase_rad=none,
+        stable=np.asarray(stable, dtype=bool),
+        growth_rate=np.where(stable, -1.0, 1.0),
+        growth_nodal_diameter=whole,
+        sticking=whole,
+        slipping=whole,
+        separating=whole,
+        dissipated_j=none,
+        iterations=whole,
+        kept_harmonics=whole + 3,
+        arc=none,
+        energy_error=none,
+        output=np.zeros((size, 4), dtype=complex),
+        relative_displacement=np.zeros((size, 4, 1, 3), dtype=complex),
+        contact_force=np.zeros((size, 4, 1, 3), dtype=complex),
+        peak=Peak(float(frequency[top]), float(amplitude[top]), top) if size else None,
+        peaks=(),
+        bifurcations=(),
+        seconds=0.0,
+        harmonics=3,
+        truncation_error=0.01,
+        detached=tuple(detached),
+    )
+
+
+def ring_to(amplitude, **changes):
+    """Time integration that always leads to this motion, and the list of its starting points."""
+    starts = []
+    motion = RingMotion(
+        stays=False,
+        growth_rate=1.0,
+        amplitude_m=amplitude,
+        lowest_m=0.8 * amplitude,
+        periodic=False,
+        repeats_after=0,
+        started_m=amplitude,
+        settled=True,
+        n_blades=4,
+        nodal_diameter=18,
+        periods=300,
+        envelope_m=np.full((300, 4), amplitude),
+        final=None,
+    )
+
+    def integrate(place, blade_periods, floor):
+        starts.append(place)
+        return replace(motion, **changes)
+
+    return integrate, starts
+
+
+def never(place, blade_periods, floor):
+    raise AssertionError("time integration without need")
+
+
+SEVEN = [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]
+HILL = [1.0, 2.0, 3.0, 9.0, 4.0, 2.0, 1.0]
+
+
+def test_where_all_is_stable_it_is_the_peak():
+    worst = worst_of(curve_of(SEVEN, HILL, [True] * 7), OPTIONS, 72, never)
+    assert (worst.amplitude_m, worst.frequency_hz, worst.branch, worst.index) == (9.0, 5.0, 0, 3)
+    assert (worst.motion, worst.scatter, worst.unresolved) == ("periodic", 0.0, "")
+    for said in ("no detached branch found", "nodal diameters 0 to 36", "harmonics 0 to 3", "not searched: mistuned"):
+        assert said in worst.searched
+
+
+def test_a_stable_detached_branch_above_the_main_one():
+    low = curve_of([4.0, 5.0], [11.0, 12.0], [True, True])
+    high = curve_of([6.0, 7.0], [60.0, 50.0], [True, True])
+    worst = worst_of(curve_of(SEVEN, HILL, [True] * 7, low, high), OPTIONS, 72, never)
+    assert (worst.amplitude_m, worst.frequency_hz, worst.branch, worst.index) == (60.0, 6.0, 2, 0)
+
+
+@pytest.mark.parametrize("height", [12.0, 6.0, 3.0])
+def test_an_unstable_top_is_integrated_in_time(height):
+    """A quasi-periodic motion counts where it is higher than what is stable: 4 here."""
+    integrate, starts = ring_to(height)
+    curve = curve_of(SEVEN, HILL, [True, True, True, False, True, True, True])
+    worst = worst_of(curve, OPTIONS, 72, integrate)
+    assert starts == [(0, 3)]
+    assert "time integration from 1 unstable solution (ring of 4 blades)" in worst.searched
+    if height > 4.0:
+        assert (worst.amplitude_m, worst.frequency_hz, worst.branch, worst.index) == (height, 5.0, 0, 3)
+        assert (worst.motion, worst.nodal_diameter, worst.ring_blades) == ("quasi-periodic", 18, 4)
+        assert worst.scatter == pytest.approx(0.2)
+    else:
+        assert (worst.amplitude_m, worst.index, worst.motion) == (4.0, 4, "periodic")
+
+
+def test_an_unstable_solution_below_a_stable_one_is_left_alone():
+    """The overhanging part of a fold: at 5 and 6 Hz stable solutions stand above the unstable ones."""
+    frequency, amplitude = [4.0, 5.0, 6.0, 6.5, 6.0, 5.0, 4.5, 5.0], [4.0, 6.0, 8.0, 8.5, 6.0, 4.0, 2.0, 1.0]
+    stable = [True, True, True, True, False, False, True, True]
+    curve = curve_of(frequency, amplitude, stable)
+    assert unstable_stretches(branches_of(curve)) == []
+    assert worst_of(curve, OPTIONS, 72, never).amplitude_m == 8.5
+    assert sorted(stable_amplitudes(branches_of(curve), 5.5)) == pytest.approx([7.0])
+
+
+def test_a_ring_that_goes_to_a_known_stable_solution_adds_nothing():
+    main = curve_of(SEVEN, HILL, [True] * 7, curve_of([5.0, 5.05], [20.0, 20.0], [False, False]))
+    integrate, starts = ring_to(8.8, periodic=True, lowest_m=8.8)  # stable are 9 and 8.75
+    worst = worst_of(main, OPTIONS, 72, integrate)
+    assert starts[0] == (1, 0)
+    assert (worst.amplitude_m, worst.branch) == (9.0, 0)
+
+
+def test_a_periodic_motion_on_no_branch_is_a_finding():
+    main = curve_of(SEVEN, HILL, [True] * 7, curve_of([4.5, 5.5], [20.0, 20.0], [False, False]))
+    integrate, _ = ring_to(15.0, periodic=True, lowest_m=15.0)
+    worst = worst_of(main, OPTIONS, 72, integrate)
+    assert (worst.amplitude_m, worst.branch, worst.motion, worst.scatter) == (15.0, -1, "periodic", 0.0)
+
+
+def test_the_highest_motion_of_a_stretch_is_refined():
+    """The motion is highest at 6.6 Hz, the unstable solution at 5 Hz."""
+    frequency = np.linspace(4.0, 8.0, 81)
+    amplitude = 10.0 - (frequency - 5.0) ** 2
+    curve = curve_of(frequency, amplitude, [False] * 81)
+    starts = []
+
+    def integrate(place, blade_periods, floor):
+        starts.append(place)
+        height = 30.0 - (frequency[place[1]] - 6.6) ** 2
+        return ring_to(height)[0](place, blade_periods, floor)
+
+    worst = worst_of(curve, OPTIONS, 72, integrate)
+    assert len(starts) == len(set(starts)) <= 1 + MOST_FURTHER
+    assert starts[0] == (0, 20)
+    assert worst.amplitude_m > 29.9
+    assert worst.frequency_hz == frequency[worst.index]
+
+
+def test_what_is_left_open_is_said():
+    tops = [20.0 + n for n in range(MOST_STRETCHES + 2)]
+    places = [1.0 + 0.1 * n for n in range(len(tops))]
+    unstable = [curve_of([f, f + 0.05], [top, top], [False] * 2) for f, top in zip(places, tops, strict=True)]
+    main = curve_of(SEVEN, HILL, [True] * 7, *unstable, complete=False)
+    integrate, _ = ring_to(15.0, settled=False)
+    worst = worst_of(main, OPTIONS, 72, integrate)
+    for said in ("incomplete", "2 unstable parts", "up to 21 m", "not settled within 300 periods at 1.7 Hz"):
+        assert said in worst.unresolved
+    without = worst_of(main, replace(OPTIONS, time_integration=False), 72, None, "switched off")
+    assert without.amplitude_m == 9.0
+    assert f"{len(tops)} unstable parts" in without.unresolved
+    assert "switched off" in without.unresolved
+
+
+def test_low_unstable_stretches_are_left_out():
+    """Motions up to three times an unstable solution were seen; far below the highest one it does not matter."""
+    curve = curve_of(SEVEN, HILL, [True, True, True, True, True, True, False])
+    assert worst_of(curve, OPTIONS, 72, never).amplitude_m == 9.0
+
+
+def test_no_stable_solution_and_no_time_integration():
+    worst = worst_of(curve_of(SEVEN, HILL, [False] * 7), OPTIONS, 72, None, "switched off")
+    assert math.isnan(worst.amplitude_m)
+    assert worst.branch == -1
+    assert "up to 9 m" in worst.unresolved
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"stability": "wave"}, "symmetry of the wave only; .*not searched: other nodal diameters"),
+        ({"stability": "folds"}, "stability from folds only"),
+        ({"detached": False}, "not searched: detached branches"),
+    ],
+)
+def test_what_was_not_searched_is_said(changes, said):
+    worst = worst_of(curve_of(SEVEN, HILL, [True] * 7), replace(OPTIONS, **changes), 72, never)
+    assert pytest.approx(9.0) == worst.amplitude_m
+    assert re.search(said, worst.searched)
