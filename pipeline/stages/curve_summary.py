@@ -52,6 +52,7 @@ def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
         "termination": str(response.termination.kind),
         "termination_hz": float(response.termination.frequency_hz),
         "origin": str(response.origin),
+        "branches_left_out": int(response.branches_left_out),
         "peaks": json.dumps([asdict(item) for item in response.peaks]),
         "energy_error": float(np.nanmax(errors)) if np.any(np.isfinite(errors)) else math.nan,
         "harmonics": int(response.harmonics),
