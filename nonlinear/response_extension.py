@@ -15,7 +15,7 @@ from nonlinear.branches.known_branches import KnownBranch
 from nonlinear.branches.parameter_continuation import Carried, carry_solution
 from nonlinear.contact.fourier import to_real
 from nonlinear.contact.parameters import ContactParameters
-from nonlinear.continuation.arclength_continuation import Continuation, Progress
+from nonlinear.continuation.arclength_continuation import Progress
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_balance.truncated_balances import pad_or_truncate
 from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
@@ -126,20 +126,27 @@ def carry_branches(
     ]
     if not added:
         return Extension(curve, lost)
-    extended = replace(curve, detached=by_height((*curve.detached, *added)))
+    left_out = curve.branches_left_out + collection.left_out
+    extended = replace(curve, detached=by_height((*curve.detached, *added)), branches_left_out=left_out)
     return Extension(replace(extended, worst=find_worst_motion(problem, extended)), lost)
 
 
 def _offer(
     collection: BranchCollection, lifting: Lifting, starts: Sequence[BranchStart], problem: Problem
 ) -> tuple[LostStart, ...]:
-    """Carry all starts and add the branches that they reach; the starts that are lost."""
-    lost = []
+    """Carry all starts and add the branches that they reach; the starts that are lost.
+
+    The curve over s at fixed frequency, which costs most, is followed until one start of a branch is lost.
+    """
+    lost: list[LostStart] = []
+    ended: set[tuple[str, int]] = set()
     few = lifting.balances.balance(min(FEW_HARMONICS[-1], lifting.numbers[-1]))
     low, high = problem[3].omega_range
     for start in starts:
-        carried = _carry(collection.continuation, few, start, problem)
+        branch = start.label, start.branch
+        carried = _carry(few, start, problem, branch not in ended)
         if not carried.points:
+            ended.add(branch)
             lost.append(LostStart(start, carried.lost_at))
         for point in carried.points:
             if not low <= point.omega <= high:
@@ -153,13 +160,14 @@ def _offer(
     return tuple(lost)
 
 
-def _carry(continuation: Continuation, balance: HarmonicBalance, start: BranchStart, problem: Problem) -> Carried:
+def _carry(balance: HarmonicBalance, start: BranchStart, problem: Problem, fixed_frequency: bool) -> Carried:
     """Carry one start to the problem."""
     _, contact, excitation, options = problem
     homotopy = Homotopy(balance, (start.contact, contact), (start.force, excitation.force), options)
     omega = 2.0 * np.pi * start.frequency_hz
     unknown = pad_or_truncate(balance.unknown(start.displacement), balance)
-    return carry_solution(homotopy.from_solution(unknown, omega), unknown, omega)
+    first = homotopy.from_solution(unknown, omega)
+    return carry_solution(first, unknown, omega, fixed_frequency=fixed_frequency)
 
 
 def _known(balance: HarmonicBalance, branch: ResponseCurve) -> KnownBranch:

@@ -28,6 +28,8 @@ class BranchStart:
         Excitation amplitude of that problem, N.
     label : str
         Name of that problem, such as "contact.interference = -60 um".
+    branch : int
+        Number of the branch that it is taken from.
     """
 
     frequency_hz: float
@@ -35,6 +37,7 @@ class BranchStart:
     contact: ContactParameters
     force: float
     label: str
+    branch: int = 0
 
 
 class SolvedBranch(Protocol):
@@ -92,9 +95,11 @@ def branch_starts(
         The starts, branch by branch, the top of a branch first.
     """
     starts = []
-    for branch in (*curve.detached, curve):
+    for number, branch in enumerate((*curve.detached, curve)):
         frequency = np.asarray(branch.frequency_hz)
         for index in representative_indices(branch.amplitude_m, frequency, branch.arc):
             displacement = to_real(branch.relative_displacement[index])
-            starts.append(BranchStart(float(frequency[index]), displacement, contact, excitation.force, label))
+            starts.append(
+                BranchStart(float(frequency[index]), displacement, contact, excitation.force, label, number)
+            )
     return starts

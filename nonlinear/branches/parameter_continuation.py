@@ -39,7 +39,9 @@ class Carried:
     lost_at: float
 
 
-def carry_solution(homotopy: Homotopy, unknown: Array, omega: float, thorough: bool = True) -> Carried:
+def carry_solution(
+    homotopy: Homotopy, unknown: Array, omega: float, thorough: bool = True, fixed_frequency: bool = True
+) -> Carried:
     """Carry a solution of the first problem to the last one.
 
     First with free frequency: each step of s solves for the nearest solution in the plane normal to the curve over
@@ -56,6 +58,8 @@ def carry_solution(homotopy: Homotopy, unknown: Array, omega: float, thorough: b
         Frequency, rad/s.
     thorough : bool
         Whether the top is followed.
+    fixed_frequency : bool
+        Whether the curve over s at fixed frequency is followed, which costs most.
     """
     continuation = _continuation(homotopy, 0.0)
     start = continuation.solver.point(unknown, omega, (0.0 * unknown, 1.0), 0, 0.0, homotopy.options.step)
@@ -64,6 +68,8 @@ def carry_solution(homotopy: Homotopy, unknown: Array, omega: float, thorough: b
         point, reached = _with_free_frequency(homotopy, point, reached, follow_top=True)
     if reached >= 1.0:
         return Carried((point,), 1.0)
+    if not fixed_frequency:
+        return Carried((), reached)
     for before, after in pairwise(continue_in_parameter(homotopy, omega, unknown, 0.0, 1.0, MAX_POINTS)):
         reached = max(reached, min(after.omega - 1.0, 1.0))
         found = solution_between(homotopy, omega, before, after, 1.0)

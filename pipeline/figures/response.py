@@ -40,7 +40,7 @@ def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], tit
     _explain_dashes(axes, curves)
     _draw_residual_bands(axes, curves, colours, factor)
     _mark_bifurcations(axes, curves, colours, factor)
-    _mark_worst(axes, curves, colours, factor)
+    mark_worst(axes, curves, colours, factor)
     _draw_limits(axes, limits, colours, factor)
     _set_range(axes, curves, limits, factor)
     write_heading(axes, title)
@@ -97,7 +97,7 @@ def _mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequ
                 label = None
 
 
-def _mark_worst(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
+def mark_worst(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
     """Stars at the worst motions that are not the peaks of their main branches, with one entry in the legend."""
     label: str | None = "worst motion"
     for curve, colour in zip(curves, colours, strict=True):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from pipeline.figures.data import PlottedCurve
 from pipeline.report.report_source import ReportSource
-from pipeline.results.residual_notes import change, has_bounds
+from pipeline.results.residual_notes import change, has_bounds, is_estimate
 from pipeline.results.tables import TOLERATED, TOLERATED_SAMPLING, sampling_errors, share
 
 SMALL, FAIR, LARGE, UNKNOWN = "small", "noticeable", "large", "not known"
@@ -42,7 +42,8 @@ def error_rows(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[Erro
 
 def _truncation(source: ReportSource) -> ErrorRow:
     meaning = (
-        "Estimated error of the peak from the neglected harmonics: the peak is solved again with more of them. "
+        "Estimated error of the peak from the neglected harmonics: the peak is solved again with more of them, and "
+        "so is the way to it: with more harmonics a peak may lie on a detached branch. "
         'Where it is large, raise response.harmonics or set it to "auto".'
     )
     errors = {i: c.facts.truncation_error for i, c in enumerate(source.curves) if c.facts is not None}
@@ -99,6 +100,8 @@ def _residual(source: ReportSource) -> list[ErrorRow]:
         meaning += (
             "The bounds are the lowest and the highest peak found over all tractions within the friction limits."
         )
+        if any(is_estimate(source.curves[number]) for number in known):
+            meaning += " With the friction cone they are estimates: some tractions may lead a little beyond them."
         worst = max(known, key=lambda n: (known[n][1] - known[n][0]) / max(facts[n].peak_amplitude_m, 1e-300))
         low, high, peak = *known[worst], facts[worst].peak_amplitude_m
         where = f", curve {worst}" if len(source.curves) > 1 else ""

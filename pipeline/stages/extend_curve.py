@@ -110,7 +110,7 @@ def extend_curve(
     progress : callable
         Called with the frequency reached, Hz, and the number of points so far.
     """
-    from nonlinear import carry_branches, find_worst_motion
+    from nonlinear import carry_branches
     from rom import one_blas_thread, read_reduced_model
 
     start = time.perf_counter()
@@ -120,8 +120,6 @@ def extend_curve(
         offers = [offer for source in sources for offer in _offers(source)]
         found = carry_branches(problem, before, [item for offer in offers for item in offer.starts], progress)
         after, added = found.curve, len(found.curve.detached) - len(before.detached)
-        if added:
-            after = replace(after, worst=find_worst_motion(problem, after))
     if added:
         seconds = before.seconds + seconds_since(start)
         write_extended(folder / CURVE, base, before, replace(after, seconds=seconds))
@@ -152,8 +150,11 @@ def _offers(source: Source) -> Iterator[_Offer]:
     contact = contact_parameters(section, model.n_contacts, model.contact_area)
     force = Excitation(engine_order=wave.engine_order, force=wave.force)
     curve = read_added(source.file)
-    for branch in (*curve.detached, replace(curve, detached=())):
-        starts = branch_starts(branch, contact, force, source.label)
+    branches = (*curve.detached, curve)
+    of_branch: list[list[BranchStart]] = [[] for _ in branches]
+    for start in branch_starts(curve, contact, force, source.label):
+        of_branch[start.branch].append(start)
+    for branch, starts in zip(branches, of_branch, strict=True):
         yield _Offer(source.label, branch_mark(branch.frequency_hz), starts)
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 ADDED = "added"  # attribute of a branch: whether it is new in this file, and not in the one that the file extends
 # What further branches change in the summary of a curve; everything else speaks of the main branch.
-_CHANGED = ("detached", "worst_", "seconds")
+_CHANGED = ("detached", "branches_left_out", "worst_", "seconds")
 
 
 def read_curve(path: Path) -> ResponseCurve:
@@ -130,6 +130,8 @@ def _read(group: h5py.Group) -> ResponseCurve:
     values["harmonic_m"] = np.column_stack(columns) if columns else np.empty((values["frequency_hz"].size, 0))
     for name in ("seconds", "truncation_error", "sampling_error", "sampling_frequency_error"):
         values[name] = float(attributes[name])
+    for name in ("truncation_frequency_hz", "motion_truncation_error"):
+        values[name] = float(attributes.get(name, float("nan")))
     return ResponseCurve(
         **values,
         termination=TerminationReason(
@@ -143,7 +145,9 @@ def _read(group: h5py.Group) -> ResponseCurve:
         ),
         harmonics=n_harmonics,
         origin=str(attributes["origin"]),
+        branches_left_out=int(attributes["branches_left_out"]),
         free_nodes=int(attributes["free_nodes"]),
+        truncation_branch=str(attributes.get("truncation_branch", "")),
     )
 
 
