@@ -85,7 +85,9 @@ def _copy(source: h5py.File, group: h5py.Group, curve: CurveResult) -> None:
         source.copy(name, group)
     for key, value in source.attrs.items():
         group.attrs[key] = value
-    for number, branch in enumerate(curve.facts.detached if curve.facts else (), start=1):
+    detached = curve.facts.detached if curve.facts else ()
+    group.attrs["detached"] = json.dumps(list(detached))
+    for number, branch in enumerate(detached, start=1):
         group[f"{BRANCHES}/{number}"].attrs["born_between"] = json.dumps(branch["born_between"])
     # a cached curve may belong to another scene, which swept other keys
     for key, value in curve.member.parameters.items():
