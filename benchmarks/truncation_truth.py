@@ -1,7 +1,8 @@
-"""The truth of a truncated peak: the highest peak with 31 harmonics.
+"""The truth of a truncated peak: the highest peak with up to 31 harmonics.
 
 A whole curve is solved with more harmonics than the case has. Its highest peaks, and the peak of the case itself, are
-continued to 31 harmonics in steps and located again each time; the higher of the two results is the truth.
+continued to 31 harmonics, or until they have converged, in steps and located again each time. The highest peak of the
+curve is the truth of the branch, the higher of the two results that of the motion.
 """
 
 from __future__ import annotations
@@ -22,14 +23,16 @@ if TYPE_CHECKING:
     from nonlinear.continuation.arclength_continuation import Continuation
     from nonlinear.continuation.solution_point import SolutionPoint
     from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
+    from nonlinear.harmonic_selection.truncation_error import TruncationEstimate
 
 STEPS_UP = (3, 5, 7, 9, 11, 15, 21, 31)
-REFERENCES = {1: (7, 11), 3: (7, 11), 5: (9, 13), 7: (11, 15)}  # harmonics of the case -> those of the whole curve
+REFERENCES = {1: (7, 5), 3: (7, 5), 5: (9, 7), 7: (11, 9)}  # harmonics of the case -> those of the whole curve
 NEAR_THE_TOP = 0.75  # peaks of that curve this high, relative to the highest, are continued too
 MOST_PEAKS = 3
 STRICT_ABOVE = 15  # with more harmonics than these a peak whose height jumps is another one
 JUMP = 0.1  # relative change of the height that is a jump
 FEW, JUMP_OF_FEW = 7, 0.3  # with at most so many harmonics a larger change is allowed
+CONVERGED, LEAST_CONVERGED = 1e-4, 11  # a last change below this, with this many harmonics, is the limit
 MOST_STEPS = 40
 FIRST_STEP = 0.05
 AROUND = 4  # points on each side of a peak from which it is sought with more harmonics
@@ -112,8 +115,8 @@ class Truth:
     reference: int = 0
 
 
-def estimate_of(problem: Problem, branch: Branch) -> float:
-    """The truncation error of the highest peak of a branch as the program estimates it."""
+def estimate_of(problem: Problem, branch: Branch) -> TruncationEstimate:
+    """The truncation error of the highest peak of a main branch as the program estimates it."""
     from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
 
     estimator = TruncationErrorEstimator(problem.continuation, problem.balances)
@@ -131,7 +134,7 @@ def truth_of(problem: Problem, branch: Branch, seconds: float) -> Truth:
     own = max(branch.peak_indices, key=lambda place: problem.height(branch.points[place]))
     reference, of_curve = _top_of_whole_curve(problem, seconds)
     of_branch = continued(problem, branch.points, own, gradually=True)
-    as_far = max(of_branch) >= max(STRICT_ABOVE, max(of_curve))
+    as_far = max(of_branch) >= min(STRICT_ABOVE, max(of_curve))
     best = of_branch if as_far and _last(of_branch) > _last(of_curve) else of_curve
     solved = sorted(best)
     return Truth(best[solved[-1]], solved[-1], best[solved[max(len(solved) - 2, 0)]], _last(of_curve), reference)
@@ -194,6 +197,8 @@ def continued(
             break
         starts = found
         heights[n_harmonics] = problem.height(found[0])
+        if n_harmonics >= LEAST_CONVERGED and _alike(heights[n_harmonics], heights[reached], CONVERGED):
+            break
     return heights
 
 

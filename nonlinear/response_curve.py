@@ -88,6 +88,8 @@ class ResponseCurve:
         event-driven integration, NaN without an estimate, inf where the peak is lost without samples.
     detached : tuple of ResponseCurve
         Isolated branches, and the far part of an incomplete curve.
+    branches_left_out : int
+        Solutions found on further detached branches that were not followed, as there were too many branches.
     origin : str
         How a detached branch was found; empty for the main branch.
     free_nodes : int
@@ -138,6 +140,7 @@ class ResponseCurve:
     sampling_frequency_error: float = float("nan")
     detached: tuple["ResponseCurve", ...] = ()
     origin: str = ""
+    branches_left_out: int = 0
     free_nodes: int = -1
     residual_bounds: ResidualBounds | None = None
     worst: WorstMotion | None = None

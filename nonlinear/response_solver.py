@@ -135,8 +135,9 @@ def _solve(
     others = [(branch, "") for branch in branches[1:]]
     if options.detached:
         lifting = lifting_to(options, balances, curve.harmonics)
-        found = detached_branches(continuation, lifting, branches, static, progress)
-        others += [(each.branch, each.origin) for each in found]
+        search = detached_branches(continuation, lifting, branches, static, progress)
+        others += [(each.branch, each.origin) for each in search.branches]
+        curve = replace(curve, branches_left_out=search.left_out)
     detached = [
         with_peak_errors(assemble_curve(balance, branch, options.output, origin), branch, contact, estimator)
         for branch, origin in others

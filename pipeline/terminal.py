@@ -78,6 +78,7 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
     from pipeline.results.frequency_range import range_warning
     from pipeline.results.residual_notes import residual_notes
     from pipeline.results.tables import (
+        branch_warning,
         coriolis_notes,
         curve_table,
         harmonics_warning,
@@ -98,6 +99,8 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         print_notes([warning], "warning")
     if warning := harmonics_warning(outcome):
         print_error(warning)
+    if warning := branch_warning(outcome):
+        print_notes([warning], "warning")
     if warning := sampling_warning(outcome):
         print_error(warning)
     if warning := range_warning(outcome, request.scene.first):

@@ -14,6 +14,7 @@ from nonlinear.continuation.solution_point import SolutionPoint
 MOST_BRANCHES = 12  # detached branches of a curve; what is found beyond them is said, not traced
 MOST_POINTS = 250  # of a detached branch in each direction, or as many as the known branches have
 SAMPLED_POINTS = 5  # of a new branch, evenly along it, that are looked for on the known ones
+COMMON_POINTS = 2  # of these; one may be a branch point, at which two branches cross
 END_TOLERANCE = 1e-9  # relative distance of a frequency from a limit of the range that counts as reached
 
 
@@ -50,7 +51,9 @@ class BranchCollection:
         The new ones.
     progress : callable or None
         Called with the frequency (Hz) and the number of points at each new point.
-    refused : int
+    final : bool
+        Whether peaks, folds and stability of new branches are asked for; not where they only lead to others.
+    left_out : int
         Number of solutions on no known branch that were not followed, as there were too many branches.
     """
 
@@ -58,8 +61,8 @@ class BranchCollection:
     known: list[KnownBranch]
     found: list[FoundBranch] = field(default_factory=list)
     progress: Progress | None = None
-    refused: int = 0
     final: bool = True
+    left_out: int = 0
 
     def is_known(self, point: SolutionPoint, tolerance: float = 0.0) -> bool:
         """Whether a solution lies on one of the branches.
@@ -92,11 +95,16 @@ class BranchCollection:
         if self.is_known(point):
             return False
         if len(self.found) >= MOST_BRANCHES:
-            self.refused += 1
+            self.left_out += 1
             return False
         points, closed = _both_ways(self._tracing, point, self.progress)
-        if self._is_listed(points):
+        overlap = self._overlapping(points)
+        output = self.continuation.options.output
+        height = max(output_amplitude(item, output) for item in points)
+        if any(place < 0 or self.found[place].height >= height for place in overlap):
             return False
+        for place in sorted(overlap, reverse=True):  # lower parts of the same branch, which was not traced to its end
+            del self.found[place], self.known[self._given + place]
         self.known.append(KnownBranch.of(points))
         termination = _termination(self.continuation, points, closed)
         branch = Branch(points, [], [], termination)
@@ -104,9 +112,14 @@ class BranchCollection:
             branch = with_special_points(replace(self.continuation, stability=None), points, termination)
             if self.continuation.stability is not None:
                 branch = with_stability(self.continuation, branch)
-        output = self.continuation.options.output
-        self.found.append(FoundBranch(branch, origin, max(output_amplitude(item, output) for item in branch.points)))
+        height = max(output_amplitude(item, output) for item in branch.points)
+        self.found.append(FoundBranch(branch, origin, height))
         return True
+
+    @property
+    def _given(self) -> int:
+        """Number of branches that were known from the start."""
+        return len(self.known) - len(self.found)
 
     @property
     def _tracing(self) -> Continuation:
@@ -116,11 +129,18 @@ class BranchCollection:
         options = replace(self.continuation.options, max_points=limit)
         return replace(self.continuation, options=options, stability=None, adapt=None)
 
-    def _is_listed(self, points: list[SolutionPoint]) -> bool:
-        """Whether most of some points of a branch lie on one of the known branches: it is the same curve."""
+    def _overlapping(self, points: list[SolutionPoint]) -> list[int]:
+        """Places among `found` of the branches on which several points of a branch lie: they are the same curve.
+
+        A branch known from the start has a negative place.
+        """
         places = np.unique(np.linspace(0, len(points) - 1, SAMPLED_POINTS + 2)[1:-1].astype(int))
-        known = sum(self.is_known(points[place]) for place in places)
-        return 2 * known > places.size
+        current, overlap = self.continuation.with_balance(points[0].balance), []
+        for number, branch in enumerate(self.known):
+            common = sum(lies_on(current, branch, points[place]) for place in places)
+            if common >= min(COMMON_POINTS, places.size):
+                overlap.append(number - self._given)
+        return overlap
 
 
 def _both_ways(

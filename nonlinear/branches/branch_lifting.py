@@ -16,7 +16,7 @@ from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances, pad_or_truncate
 
 EVENLY = 8  # points of a branch evenly along it, beside its top, ends and folds
-EVENLY_FROM_ONE = 20  # the same where there is one harmonic only, far from more: few of its points lead anywhere
+EVENLY_FROM_ONE = 16  # the same where there is one harmonic only, far from more: few of its points lead anywhere
 CLOSE = 0.01  # distance from a known branch, relative to the vibration, within which a point is not lifted
 MAX_ITERATIONS = 15
 

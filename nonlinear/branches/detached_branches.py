@@ -7,6 +7,7 @@ leave the frequency range, and be connected with the main branch outside of it.
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 from nonlinear.branches.branch import Branch
 from nonlinear.branches.branch_collection import BranchCollection, FoundBranch
@@ -24,14 +25,29 @@ FEW_HARMONICS = (1, 3)  # numbers of harmonics with which all branches are trace
 MOST_POINTS = 1500  # of a main branch with few harmonics
 
 
+class BranchSearch(NamedTuple):
+    """What a search found.
+
+    Attributes
+    ----------
+    branches : list of FoundBranch
+        Detached branches by falling highest amplitude.
+    left_out : int
+        Solutions on further branches that were not followed, as there were too many branches.
+    """
+
+    branches: list[FoundBranch]
+    left_out: int
+
+
 def detached_branches(
     continuation: Continuation,
     lifting: Lifting,
     known: list[Branch],
     static: Array,
     progress: Progress | None = None,
-) -> list[FoundBranch]:
-    """Isolated and detached branches, by falling highest amplitude.
+) -> BranchSearch:
+    """Isolated and detached branches.
 
     All branches are traced with 1 and with 3 harmonics first, and lifted from several points of each to the next
     number of harmonics, at last to all of them: what then lies on no known branch is a new one. It is continued in
@@ -57,7 +73,7 @@ def detached_branches(
     """
     traced = [branch for branch in known if branch.points]
     if not traced:
-        return []
+        return BranchSearch([], 0)
     most = lifting.numbers[-1]
     full = BranchCollection(
         continuation.with_balance(lifting.balances.balance(most)),
@@ -73,7 +89,7 @@ def detached_branches(
             full.offer(point, origin)
     for points, origin in coarser:
         lift_branch(full, lifting, points, origin)
-    return sorted(full.found, key=lambda found: -found.height)
+    return BranchSearch(sorted(full.found, key=lambda found: -found.height), full.left_out)
 
 
 def _with_few_harmonics(

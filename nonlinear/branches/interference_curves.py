@@ -22,11 +22,11 @@ from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
 from nonlinear.options import SolverOptions
 
-SPREAD = 5  # frequencies evenly over the range at which there is a curve
+SPREAD = 3  # frequencies evenly over the range at which there is a curve
 AMONG_FOLDS = 4  # the same between the lowest and the highest fold of the branches with fewer harmonics
-MAX_POINTS = 120  # of a curve, in each direction
+MAX_POINTS = 60  # of a curve, in each direction
 RANGE = 2.0  # of the interference on both sides, in largest normal displacements of the main branch
-PARAMETERS = ContinuationParameters(frequency_scale=0.25, target_deviation=0.2)
+PARAMETERS = ContinuationParameters(frequency_scale=0.25, target_deviation=0.3)
 MAX_STEP = 0.5  # arc length
 TOLERANCE, ROUND_OFF = 1e-8, 1e-9  # relative residuals
 MAX_ITERATIONS = 15

@@ -16,6 +16,9 @@ from nonlinear.stability.floquet import instability_of
 from nonlinear.stability.ring_stability import PatternExponent
 
 STRIDE = 4  # points from one at which all nodal diameters are looked at to the next
+AMPLIFIED = (
+    0.98  # part of the decay of the least damped mode without contact below which contact forces feed a motion
+)
 SIMILAR_DECAY = 0.2  # relative difference of two rates of decay between which one is interpolated
 SIMILAR_GROWTH = 0.05  # the same of an interpolated rate of growth
 SIMILAR_FREQUENCY = 0.05  # difference of Im lambda, in units of omega, of two exponents of one family
@@ -68,8 +71,8 @@ def _fill(
         if followed is not None and followed.grows(points[middle].omega) == growing:
             found[middle] = followed
             if _same_rate(followed.exponent.real, guess.exponent.real, SIMILAR_GROWTH if growing else SIMILAR_DECAY):
-                _interpolate(points, found, first, middle)
-                _interpolate(points, found, middle, last)
+                for ends in ((first, middle), (middle, last)):
+                    _fill_alike(stability, points, found, *ends, growing)
                 return
     if found[middle] is None:
         found[middle] = stability.worst_pattern(points[middle])
@@ -77,22 +80,38 @@ def _fill(
     _fill(stability, points, found, middle, last)
 
 
-def _interpolate(
-    points: list[SolutionPoint], found: dict[int, PatternExponent | None], first: int, last: int
+def _fill_alike(
+    stability: PointStability,
+    points: list[SolutionPoint],
+    found: dict[int, PatternExponent | None],
+    first: int,
+    last: int,
+    growing: bool,
 ) -> None:
-    """Exponents between two points with exponents of one family, linear in the arc length."""
+    """Exponents between two points whose exponents are alike: a decay linear in the arc length, a growth followed."""
     one, other = found[first], found[last]
     assert one is not None
     assert other is not None
     for index in range(first + 1, last):
-        found[index] = _between(points, (first, index, last), one, other)
+        point, between = points[index], _between(points, (first, index, last), one, other)
+        followed = stability.follow_pattern(point, between) if growing else between
+        if growing and (followed is None or not followed.grows(point.omega)):
+            followed = stability.worst_pattern(point)
+        found[index] = followed
 
 
 def _alike(before: SolutionPoint, after: SolutionPoint, one: PatternExponent, other: PatternExponent) -> bool:
-    """Whether the leading exponents of two points both grow, or decay at nearly the same rate."""
+    """Whether the leading exponents of two points both grow, or decay at nearly the same rate.
+
+    What decays slower than every mode without contact is fed by the contact forces, and may grow at another nodal
+    diameter in the next point.
+    """
     growing = one.grows(before.omega), other.grows(after.omega)
     if any(growing):
         return all(growing)
+    free_decay = float(before.balance.receptance.modal.damping.min()) / 2.0
+    if max(one.exponent.real, other.exponent.real) > -AMPLIFIED * free_decay:
+        return False
     return _same_rate(one.exponent.real, other.exponent.real, SIMILAR_DECAY)
 
 

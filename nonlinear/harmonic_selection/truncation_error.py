@@ -28,7 +28,7 @@ SAMPLED_POINTS = 6  # along a curve, beside its peaks, where `along_curve` estim
 LINEAR_CHANGE = 1e-12  # relative change of a response that is linear
 SMOOTH_ERROR = 0.05  # error up to which a peak without folds beside it cannot detach
 SAME_HEIGHT = 0.97  # ratio of two amplitudes that count as equal: a retrace does not locate its peaks
-FOLLOWING, RETRACING = (0.5, 40), (2.0, 100)  # points that may be solved for: share of those of the curve, and least
+FOLLOWING, RETRACING = (0.5, 100), (2.0, 100)  # points that may be solved for: share of those of the curve, and least
 
 
 @dataclass(frozen=True)
@@ -109,13 +109,13 @@ class TruncationErrorEstimator:
         is_peak = index in peak_indices or not is_limit(point.omega, self.continuation.options.omega_range)
         followed = list(self._follower(points, point, FOLLOWING).follow(point, is_peak))
         motion = _error_of_sequence([amplitude, *(found.amplitude for found in followed)])
-        if not followed:
-            return TruncationEstimate(float("inf"), "lost", motion_error=float("inf"))
-        last = followed[-1]
-        kept = TruncationEstimate(motion, "kept" if last.refitted else "lost", last.point.omega, motion)
+        estimate = TruncationEstimate(motion, "lost", motion_error=motion)
+        if followed:
+            branch: TruncationBranch = "kept" if followed[-1].refitted else "lost"
+            estimate = replace(estimate, branch=branch, omega=followed[-1].point.omega)
         if not main or index not in peak_indices or motion <= LINEAR_CHANGE:
-            return kept
-        return self._with_way(kept, points, peak_indices, followed)
+            return estimate
+        return self._with_way(estimate, points, peak_indices, followed)
 
     def _with_way(
         self,
@@ -127,7 +127,7 @@ class TruncationErrorEstimator:
         """The estimate after the way to the highest peak was retraced with more harmonics."""
         index = max(peak_indices, key=lambda place: self._amplitude(points[place]))
         way = way_to_peak(self.continuation, points, index)
-        if not way.has_folds and estimate.error <= SMOOTH_ERROR:
+        if estimate.branch == "kept" and not way.has_folds and estimate.error <= SMOOTH_ERROR:
             return estimate
         n_harmonics = points[index].balance.n_harmonics + 2
         same = [found for found in followed if found.point.balance.n_harmonics == n_harmonics]
@@ -140,11 +140,13 @@ class TruncationErrorEstimator:
         tops = [(found.amplitude, found.omega), *((self._amplitude(point), point.omega) for point in elsewhere)]
         height, omega = max(tops)
         of_branch = _error_of_sequence([self._amplitude(points[index]), height])
+        if not followed:
+            return TruncationEstimate(of_branch, "kept", omega, of_branch)
         if not found.reached and height < SAME_HEIGHT * max((each.amplitude for each in same), default=0.0):
-            return TruncationEstimate(max(estimate.error, of_branch), "detached", omega, estimate.motion_error)
+            return replace(estimate, error=max(estimate.error, of_branch), branch="detached", omega=omega)
         if not found.reached or height * SAME_HEIGHT > followed[-1].amplitude:  # the branch has another highest point
-            return replace(estimate, error=max(estimate.error, of_branch), omega=omega)
-        return estimate
+            return replace(estimate, error=max(estimate.error, of_branch), branch="kept", omega=omega)
+        return replace(estimate, branch="kept")
 
     def along_curve(self, points: Sequence[SolutionPoint], peak_indices: Sequence[int]) -> float:
         """Largest change of the amplitude with more harmonics, relative to the highest amplitude.

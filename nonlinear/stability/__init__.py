@@ -10,6 +10,8 @@ All formulas stand on one page, docs/stability_algebra.md, in the notation of th
     cone_slider_memory    the same for one slider under the friction cone
     block_matrices        block diagonal matrices of the above
     floquet               Floquet exponents in one strip, and what crosses the imaginary axis
+    ring_stability        the least stable exponent over all nodal diameters of the ring
+    linear_poles          poles of the ring while no contact changes its state
 
 References
 ----------

@@ -52,7 +52,9 @@ def searched(
 def _branches(curve: ResponseCurve, options: SolverOptions) -> str:
     count = len(curve.detached)
     if count:
-        return f"main branch and {count} detached branch{'es' if count > 1 else ''}"
+        text = f"main branch and {count} detached branch{'es' if count > 1 else ''}"
+        left_out = curve.branches_left_out
+        return f"{text} ({left_out} solutions on further branches not followed)" if left_out else text
     return "main branch, no detached branch found" if options.detached else "main branch"
 
 

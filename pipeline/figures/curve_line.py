@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 
@@ -12,6 +12,9 @@ if TYPE_CHECKING:
 
     from nonlinear import Peak
 
+StabilityKind = Literal["stable", "unstable", "unstable, other nodal diameter"]
+KINDS: tuple[StabilityKind, ...] = ("stable", "unstable", "unstable, other nodal diameter")
+DASHES: dict[StabilityKind, Any] = {KINDS[0]: "-", KINDS[1]: (0, (3, 1.5)), KINDS[2]: (0, (8, 1.5))}
 UNITS = {"m": 1.0, "mm": 1e3, "µm": 1e6, "um": 1e6, "nm": 1e9}
 
 
@@ -25,11 +28,15 @@ class _Curve(Protocol):
     @property
     def stable(self) -> np.ndarray: ...
     @property
+    def growth_nodal_diameter(self) -> np.ndarray: ...
+    @property
     def peak(self) -> Peak | None: ...
 
 
 def plot_curve(axes: Axes, curve: _Curve, *, label: str | None = None, unit: str = "µm", **look: Any) -> None:
     """Draw a response curve: amplitude over frequency (Hz), dashed where unstable, a dot on the peak.
+
+    Long dashes: the perturbation that grows has another nodal diameter than the wave.
 
     Parameters
     ----------
@@ -51,7 +58,15 @@ def plot_curve(axes: Axes, curve: _Curve, *, label: str | None = None, unit: str
     """
     if unit not in UNITS:
         raise ValueError(f"unit = {unit!r}: must be one of {', '.join(UNITS)}")
-    line = draw_line(axes, curve.frequency_hz, curve.amplitude_m * UNITS[unit], curve.stable, label, **look)
+    line = draw_line(
+        axes,
+        curve.frequency_hz,
+        curve.amplitude_m * UNITS[unit],
+        curve.stable,
+        label,
+        curve.growth_nodal_diameter,
+        **look,
+    )
     if curve.peak is not None:
         colour = look.get("color") or (line.get_color() if line else None)
         height = curve.peak.amplitude_m * UNITS[unit]
@@ -59,27 +74,39 @@ def plot_curve(axes: Axes, curve: _Curve, *, label: str | None = None, unit: str
 
 
 def draw_line(
-    axes: Axes, frequency_hz: np.ndarray, height: np.ndarray, stable: np.ndarray, label: str | None, **look: Any
+    axes: Axes,
+    frequency_hz: np.ndarray,
+    height: np.ndarray,
+    stable: np.ndarray,
+    label: str | None,
+    nodal_diameter: np.ndarray | None = None,
+    **look: Any,
 ) -> Any:
-    """Draw a line (P,), dashed where it is not `stable` (P,); returns its first segment, None without points."""
+    """Draw a line (P,), dashed where it is not `stable` (P,); returns its first segment, None without points.
+
+    Long dashes where the perturbation that grows has another `nodal_diameter` (P,) than the wave, k > 0.
+    """
     first = None
-    for start, stop, is_stable in stability_segments(stable):
+    for start, stop, kind in stability_segments(stable, nodal_diameter):
         part = slice(start, stop)
-        style = "-" if is_stable else (0, (3, 1.5))
-        (line,) = axes.plot(frequency_hz[part], height[part], linestyle=style, label=label, **look)
+        (line,) = axes.plot(frequency_hz[part], height[part], linestyle=DASHES[kind], label=label, **look)
         first, label = first or line, None
         look = {"color": first.get_color()} | look
     return first
 
 
-def stability_segments(stable: np.ndarray) -> list[tuple[int, int, bool]]:
-    """Segments (start, stop, stable) of equal stability; unstable ones include the adjacent stable points."""
+def stability_segments(
+    stable: np.ndarray, nodal_diameter: np.ndarray | None = None
+) -> list[tuple[int, int, StabilityKind]]:
+    """Segments (start, stop, kind) of equal stability; unstable ones include the adjacent points of other kinds."""
     if len(stable) == 0:
         return []
-    changes = np.flatnonzero(np.diff(stable.astype(int))) + 1
-    edges = [0, *changes.tolist(), len(stable)]
+    kind = np.where(stable, 0, 1)
+    if nodal_diameter is not None:
+        kind[~stable & (nodal_diameter > 0)] = 2
+    edges = [0, *(np.flatnonzero(np.diff(kind)) + 1).tolist(), len(stable)]
     overlap = [0 if stable[start] else 1 for start in edges[:-1]]
     return [
-        (max(start - more, 0), min(stop + more, len(stable)), bool(stable[start]))
+        (max(start - more, 0), min(stop + more, len(stable)), KINDS[kind[start]])
         for (start, stop), more in zip(pairwise(edges), overlap, strict=True)
     ]

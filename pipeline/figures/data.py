@@ -30,6 +30,7 @@ class PlottedBranch:
     frequency_hz: Array
     amplitude_m: Array
     stable: NDArray[np.bool_]
+    nodal_diameter: NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -65,8 +66,9 @@ class PlottedCurve:
         Swept keys and values.
     rom : Path
         File of its reduced model.
-    frequency_hz, amplitude_m, stable, dissipated_j : (P,) arrays
-        Frequency, amplitude, stability, and friction work per cycle of each point.
+    frequency_hz, amplitude_m, stable, nodal_diameter, dissipated_j : (P,) arrays
+        Frequency, amplitude, stability, nodal diameter of the least stable perturbation beside that of the wave, and
+        friction work per cycle of each point.
     peak_index : int
         Row of the highest point, -1 without points.
     peak_displacement : (H+1, n_c, 3) complex or None
@@ -93,6 +95,7 @@ class PlottedCurve:
     frequency_hz: Array
     amplitude_m: Array
     stable: NDArray[np.bool_]
+    nodal_diameter: NDArray[np.int64]
     dissipated_j: Array
     peak_index: int
     peak_displacement: NDArray[np.complex128] | None
@@ -136,6 +139,7 @@ def _read(index: int, curve: CurveResult, file: Path, rom: Path) -> PlottedCurve
             frequency_hz=source["frequency_hz"][()],
             amplitude_m=source["amplitude_m"][()],
             stable=source["stable"][()].astype(bool),
+            nodal_diameter=source["growth_nodal_diameter"][()],
             dissipated_j=source["dissipated_j"][()],
             peak_index=peak,
             peak_displacement=source["relative_displacement"][peak] if peak >= 0 else None,
@@ -174,4 +178,9 @@ def _contact_area(rom: Path) -> Array | None:
 
 
 def _branch(group: Any) -> PlottedBranch:
-    return PlottedBranch(group["frequency_hz"][()], group["amplitude_m"][()], group["stable"][()].astype(bool))
+    return PlottedBranch(
+        group["frequency_hz"][()],
+        group["amplitude_m"][()],
+        group["stable"][()].astype(bool),
+        group["growth_nodal_diameter"][()],
+    )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.figures.curve_line import draw_line
+from pipeline.figures.curve_line import DASHES, KINDS, draw_line
 from pipeline.figures.data import Array, PlottedCurve
 from pipeline.figures.linear_limits import Limit
 from pipeline.figures.style import LIMIT_COLOUR, LOG_FROM, ordered_colours, plain_log_labels, scale, write_heading
@@ -24,6 +24,8 @@ _DEPTH = 0.15  # lower end of a logarithmic axis over the lowest peak
 def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str) -> Figure:
     """Amplitude over frequency: a line for each curve, dashed where unstable, with a circle on its peak.
 
+    Long dashes: unstable against another nodal diameter.
+
     A pale band shows the amplitudes that residual tractions allow, where asked for. A star marks the worst motion of
     a curve where that is not its peak. Detached branches are thin lines of the same colour; bifurcations other than
     folds have marks (`MARKS`).
@@ -35,9 +37,10 @@ def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], tit
     colours = ordered_colours(len(curves))
     for curve, colour in zip(curves, colours, strict=True):
         _draw_curve(axes, curve, colour, factor)
+    _explain_dashes(axes, curves)
     _draw_residual_bands(axes, curves, colours, factor)
     _mark_bifurcations(axes, curves, colours, factor)
-    _mark_worst(axes, curves, colours, factor)
+    mark_worst(axes, curves, colours, factor)
     _draw_limits(axes, limits, colours, factor)
     _set_range(axes, curves, limits, factor)
     write_heading(axes, title)
@@ -49,12 +52,23 @@ def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], tit
 
 
 def _draw_curve(axes: Axes, curve: PlottedCurve, colour: Any, factor: float) -> None:
-    draw_line(axes, curve.frequency_hz, curve.amplitude_m * factor, curve.stable, curve.label, color=colour)
+    height, pattern = curve.amplitude_m * factor, curve.nodal_diameter
+    draw_line(axes, curve.frequency_hz, height, curve.stable, curve.label, pattern, color=colour)
     for branch in curve.branches:
         heights = branch.amplitude_m * factor
-        draw_line(axes, branch.frequency_hz, heights, branch.stable, None, color=colour, linewidth=0.8)
-    frequency, height = curve.peak
-    axes.plot(frequency, height * factor, "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
+        look = {"color": colour, "linewidth": 0.8}
+        draw_line(axes, branch.frequency_hz, heights, branch.stable, None, branch.nodal_diameter, **look)
+    frequency, top = curve.peak
+    axes.plot(frequency, top * factor, "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
+
+
+def _explain_dashes(axes: Axes, curves: Sequence[PlottedCurve]) -> None:
+    """Entries in the legend for both kinds of dashes, where perturbations of other nodal diameters grow."""
+    lines = [(curve.stable, curve.nodal_diameter) for curve in curves]
+    lines += [(branch.stable, branch.nodal_diameter) for curve in curves for branch in curve.branches]
+    if any((~stable & (nodal_diameter > 0)).any() for stable, nodal_diameter in lines):
+        for kind in KINDS[1:]:
+            axes.plot([], [], color="0.4", linestyle=DASHES[kind], label=kind)
 
 
 def _draw_residual_bands(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
@@ -83,7 +97,7 @@ def _mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequ
                 label = None
 
 
-def _mark_worst(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
+def mark_worst(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
     """Stars at the worst motions that are not the peaks of their main branches, with one entry in the legend."""
     label: str | None = "worst motion"
     for curve, colour in zip(curves, colours, strict=True):

@@ -42,7 +42,8 @@ def error_rows(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[Erro
 
 def _truncation(source: ReportSource) -> ErrorRow:
     meaning = (
-        "Estimated error of the peak from the neglected harmonics: the peak is solved again with more of them. "
+        "Estimated error of the peak from the neglected harmonics: the peak is solved again with more of them, and "
+        "so is the way to it: with more harmonics a peak may lie on a detached branch. "
         'Where it is large, raise response.harmonics or set it to "auto".'
     )
     errors = {i: c.facts.truncation_error for i, c in enumerate(source.curves) if c.facts is not None}

@@ -39,7 +39,8 @@ MOST_CONTACTS, MOST_OPERATING, MOST_STILLS = 10, 10, 9
 STILL_BLADES = 3
 _CAPTIONS = {
     "response": (
-        "Largest displacement over a period against frequency. Dashed: unstable. Circles: peaks of the main "
+        "Largest displacement over a period against frequency. Dashed: unstable; long dashes: against another nodal "
+        "diameter than that of the wave. Circles: peaks of the main "
         "branches. Stars: worst motions that are not these peaks. Thin lines: detached branches. Squares mark "
         "Neimark-Sacker bifurcations, where the motion becomes or stops being quasi-periodic; triangles mark "
         "period doublings, diamonds branch points."

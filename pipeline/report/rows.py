@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.report.report_source import ReportSource
 from pipeline.results.branch_ends import branch_remarks
-from pipeline.results.tables import amplitude_scale, bare_value, is_sampled, share
+from pipeline.results.tables import amplitude_scale, bare_value, is_sampled, share, truncation_cell
 from pipeline.results.worst import worst_cells
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
@@ -98,7 +98,9 @@ def curve_table(source: ReportSource, stable_at_peak: dict[int, bool]) -> CurveT
                 Cell(worst[1], _plain(facts.worst_amplitude_m)),
                 worst[2],
                 Cell(str(facts.harmonics), str(facts.harmonics)),
-                Cell(share(facts.truncation_error), _plain(facts.truncation_error)),
+                Cell(
+                    truncation_cell(facts.truncation_error, facts.truncation_branch), _plain(facts.truncation_error)
+                ),
                 Cell(share(sampling) if is_sampled(curve) else "none", _plain(sampling)),
                 _number(facts.energy_error, "{:.0e}"),
                 Cell(str(facts.points), str(facts.points)),
@@ -120,6 +122,11 @@ def _notes(curve: Any, stable: bool) -> Iterable[str]:
         yield "unstable peak"
     if facts.worst_unresolved:
         yield f"the worst motion may be higher: {facts.worst_unresolved}"
+    if facts.truncation_branch == "detached":
+        where = f"{facts.truncation_frequency_hz:.6g} Hz"
+        yield f"with more harmonics the peak lies on a detached branch, that of the main branch at {where}"
+    if facts.truncation_branch == "lost":
+        yield "the peak could not be followed to more harmonics on its branch"
     for count, branch in enumerate(facts.detached, start=1):
         factor, unit = prefixed(branch["peak_amplitude_m"], "m")
         yield (

@@ -126,14 +126,17 @@ def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
     facts = curve.facts
     numbers: dict[str, Any] = dict.fromkeys(("peak_frequency_hz", "peak_amplitude_m", "energy_error"))
     numbers |= dict.fromkeys(("truncation_error", "sampling_error", "sampling_frequency_error"))
+    numbers |= dict.fromkeys(("truncation_branch", "truncation_frequency_hz", "motion_truncation_error"))
     numbers |= {"points": 0, "iterations": 0, "seconds": 0.0}
     numbers["harmonics"] = curve.member.scene.response.harmonics
     numbers |= {"bifurcations": [], "detached": []}
     numbers |= worst_summary(facts) | residual_summary(facts)
     if facts is not None:
-        names = ("peak_frequency_hz", "peak_amplitude_m", "energy_error", "truncation_error")
-        for name in (*names, "sampling_error", "sampling_frequency_error"):
+        names = ["peak_frequency_hz", "peak_amplitude_m", "energy_error", "truncation_error"]
+        names += ["truncation_frequency_hz", "motion_truncation_error", "sampling_error", "sampling_frequency_error"]
+        for name in names:
             numbers[name] = number_or_null(getattr(facts, name))
+        numbers["truncation_branch"] = facts.truncation_branch or None
         numbers["points"], numbers["iterations"] = facts.points, facts.total_iterations
         numbers["seconds"], numbers["harmonics"] = facts.seconds, facts.harmonics
         numbers["bifurcations"], numbers["detached"] = list(facts.bifurcations), list(facts.detached)

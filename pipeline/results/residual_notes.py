@@ -15,6 +15,9 @@ def residual_notes(curves: Sequence[CurveResult]) -> list[str]:
     facts = {number: curve.facts for number, curve in enumerate(curves) if curve.facts is not None}
     notes = [f"curve {number}: {bounds_text(item)}" for number, item in facts.items() if has_bounds(item)]
     open_ = [number for number, item in facts.items() if item.free_nodes > 0 and not has_bounds(item)]
+    failed = [number for number in open_ if curves[number].member.scene.response.residual_tractions == "bounds"]
+    notes += [f"curve {number}: residual tractions: no bounds found" for number in failed]
+    open_ = [number for number in open_ if number not in failed]
     if not open_:
         return notes
     numbers = f"curve{'s' if len(open_) > 1 else ''} {_listed(open_)}: " if len(curves) > 1 else ""

@@ -37,12 +37,18 @@ class DetachedBranch:
         As in `Curve`.
     datasets : mapping of str to array
         Every dataset of the branch by its name in `response.h5`.
+    truncation_error : float
+        Estimated relative error of its highest amplitude from the neglected harmonics; NaN: not known.
+    truncation_branch : str
+        As in `Curve`.
     """
 
     frequency_hz: Array
     amplitude_m: Array
     stable: Array
     datasets: Mapping[str, Array]
+    truncation_error: float = float("nan")
+    truncation_branch: str = ""
 
 
 @dataclass(frozen=True)
@@ -71,6 +77,15 @@ class Curve:
         Relative mismatch of work input and dissipation per cycle, the largest over the points; NaN: not known.
     truncation_error : float
         Estimated relative error of the peak from the neglected harmonics; NaN: not known.
+    truncation_branch : str
+        Where the peak lies with more harmonics: "kept" (on the main branch), "detached" (on a detached branch; the
+        error compares with what the main branch reaches), "lost" (not known: the error may be larger than estimated);
+        "" without an estimate.
+    truncation_frequency_hz : float
+        Frequency of the highest amplitude of the main branch with more harmonics, Hz; NaN: not known.
+    motion_truncation_error : float
+        Estimated relative error of the motion at the peak, on whatever branch it lies with more harmonics; NaN: not
+        known.
     sampling_error, sampling_frequency_error : float
         Estimated relative errors of the peak's amplitude and frequency from time sampling, 0 with
         `contact.integration = "exact"`; NaN: not known.
@@ -96,6 +111,9 @@ class Curve:
     reason: str
     energy_error: float
     truncation_error: float
+    truncation_branch: str
+    truncation_frequency_hz: float
+    motion_truncation_error: float
     sampling_error: float
     sampling_frequency_error: float
     residual_lowest_m: float
@@ -197,6 +215,9 @@ def _curve(folder: Path, entry: dict[str, Any], group: h5py.Group | None) -> Cur
         reason=entry["reason"],
         energy_error=_number(entry["energy_error"]),
         truncation_error=_number(entry["truncation_error"]),
+        truncation_branch=entry.get("truncation_branch") or "",
+        truncation_frequency_hz=_number(entry.get("truncation_frequency_hz")),
+        motion_truncation_error=_number(entry.get("motion_truncation_error")),
         sampling_error=_number(entry["sampling_error"]),
         sampling_frequency_error=_number(entry["sampling_frequency_error"]),
         residual_lowest_m=_number(entry.get("residual_lowest_m")),
@@ -229,10 +250,18 @@ def _detached(group: h5py.Group | None) -> tuple[DetachedBranch, ...]:
     """The detached branches in the order of their numbers."""
     if group is None or BRANCHES not in group:
         return ()
-    found = [_datasets(group[BRANCHES][number]) for number in sorted(group[BRANCHES], key=int)]
+    groups = [group[BRANCHES][number] for number in sorted(group[BRANCHES], key=int)]
+    found = [(_datasets(each), each.attrs) for each in groups]
     return tuple(
-        DetachedBranch(values["frequency_hz"], values["amplitude_m"], values["stable"].astype(bool), values)
-        for values in found
+        DetachedBranch(
+            values["frequency_hz"],
+            values["amplitude_m"],
+            values["stable"].astype(bool),
+            values,
+            float(attributes.get("truncation_error", float("nan"))),
+            str(attributes.get("truncation_branch", "")),
+        )
+        for values, attributes in found
     )
 
 

@@ -86,7 +86,7 @@ def _numbers(curve: CurveResult, factor: float, sampled: bool) -> list[str]:
         frequency,
         amplitude,
         str(facts.harmonics),
-        share(facts.truncation_error),
+        truncation_cell(facts.truncation_error, facts.truncation_branch),
         *([_sampling(curve)] * sampled),
         energy,
         f"{facts.points}{mark}",
@@ -107,6 +107,25 @@ def share(error: float) -> str:
     if error > 0.5:
         return "over 50 %" if math.isfinite(error) else "unknown"
     return "< 0.01 %" if error < 1e-4 else f"{100.0 * error:.2g} %"
+
+
+def truncation_cell(error: float, branch: str) -> str:
+    """A truncation error in percent, with a word where the peak detaches or is lost with more harmonics."""
+    return share(error) if branch in ("", "kept") else f"{share(error)} ({branch})"
+
+
+def branch_warning(outcome: RunOutcome) -> str:
+    """A line on the curves whose peak is not known to stay on its branch with more harmonics; "" without any."""
+    branches = [c.facts.truncation_branch for c in outcome.curves if c.facts is not None]
+    detached, lost = branches.count("detached"), branches.count("lost")
+    parts = [
+        f"{detached} of {len(outcome.curves)} curves: with more harmonics the peak lies on a detached branch, and "
+        "the truncation error compares with what the main branch reaches (detached)",
+        f"{lost} of {len(outcome.curves)} curves: the peak could not be followed to more harmonics on its branch, "
+        "and the truncation error may be larger than estimated (lost)",
+    ]
+    said = "; ".join(part for part, count in zip(parts, (detached, lost), strict=True) if count)
+    return f"{said}; raise response.harmonics" if said else ""
 
 
 def harmonics_warning(outcome: RunOutcome) -> str:

@@ -52,6 +52,7 @@ def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
         "termination": str(response.termination.kind),
         "termination_hz": float(response.termination.frequency_hz),
         "origin": str(response.origin),
+        "branches_left_out": int(response.branches_left_out),
         "peaks": json.dumps([asdict(item) for item in response.peaks]),
         "energy_error": float(np.nanmax(errors)) if np.any(np.isfinite(errors)) else math.nan,
         "harmonics": int(response.harmonics),
@@ -142,6 +143,9 @@ class CurveSummary:
     energy_error: float
     harmonics: int
     truncation_error: float
+    truncation_branch: str
+    truncation_frequency_hz: float
+    motion_truncation_error: float
     sampling_error: float
     sampling_frequency_error: float
     termination: str
@@ -189,6 +193,9 @@ def read_summary(group: h5py.Group) -> CurveSummary:
         energy_error=float(attributes["energy_error"]),
         harmonics=int(attributes["harmonics"]),
         truncation_error=float(attributes["truncation_error"]),
+        truncation_branch=str(attributes.get("truncation_branch", "")),
+        truncation_frequency_hz=float(attributes.get("truncation_frequency_hz", math.nan)),
+        motion_truncation_error=float(attributes.get("motion_truncation_error", math.nan)),
         sampling_error=float(attributes["sampling_error"]),
         sampling_frequency_error=float(attributes["sampling_frequency_error"]),
         termination=str(attributes.get("termination", "")),

@@ -29,7 +29,7 @@ NUMBERS = (
 )
 ADDED = "added"  # attribute of a branch: whether it is new in this file, and not in the one that the file extends
 # What further branches change in the summary of a curve; everything else speaks of the main branch.
-_CHANGED = ("detached", "worst_", "seconds")
+_CHANGED = ("detached", "branches_left_out", "worst_", "seconds")
 
 
 def read_curve(path: Path) -> ResponseCurve:
@@ -152,6 +152,7 @@ def _read(group: h5py.Group) -> ResponseCurve:
         harmonics=n_harmonics,
         origin=str(attributes["origin"]),
         truncation_branch=str(attributes["truncation_branch"]),
+        branches_left_out=int(attributes["branches_left_out"]),
         free_nodes=int(attributes["free_nodes"]),
     )
 

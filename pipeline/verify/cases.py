@@ -40,6 +40,7 @@ _COMPARISON = "pipeline.verify.advised_mesh"  # it imports the module that measu
 _WITHOUT_EFFECT = (
     *(f"contact.{key}" for key in ("friction", "interference", "preload", "law", "integration", "samples")),
     *(f"response.{key}" for key in ("harmonics", "tolerance", "method", "stability", "detached", "truncation")),
+    "response.residual_tractions",
     "excitation.force",
 )
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from ring_integration import RingState, integrate_period, ring_of, state_of_wave, travelling_wave
 
-from nonlinear import ContactParameters, HarmonicBalance
-from nonlinear.contact.fourier import to_complex
+from nonlinear import ContactParameters, Excitation, HarmonicBalance, Ring, RingIntegrator, RingState
+from nonlinear.time_integration.residual_flexibility import RetainedModes
 
 
 @dataclass(frozen=True)
@@ -23,46 +22,48 @@ class RingMap:
     n_blades: int
     steps: int = 1000
 
-    @property
-    def modal(self):
-        """The modes of a blade."""
-        return self.balance.receptance.modal
-
-    @property
-    def phase(self):
-        """Inter-blade phase angle."""
-        return self.balance.receptance.phase
-
     @cached_property
-    def _ring(self):
-        return ring_of(self.modal, self.contact, self.omega, self.steps)
-
-    @cached_property
-    def _external(self):
-        return travelling_wave(self.modal, self.phase, self.balance.receptance.force, self.n_blades, self.steps)
+    def integrator(self) -> RingIntegrator:
+        """Time integration of the ring with all its modes."""
+        receptance = self.balance.receptance
+        modal = receptance.modal
+        engine_order = round(receptance.phase * (modal.n_blades or 1) / (2.0 * np.pi))
+        ring = Ring(modal, self.contact, Excitation(engine_order, receptance.force))
+        modes = RetainedModes(ring, np.ones(modal.angular_frequency.size, dtype=bool))
+        return RingIntegrator(ring, self.omega, self.n_blades, self.steps, modes)
 
     @property
     def positions(self) -> int:
         """Number of modal coordinates of the ring."""
-        return self.n_blades * self.modal.angular_frequency.size
+        return self.n_blades * self.balance.receptance.modal.angular_frequency.size
 
     def __call__(self, state):
         """The state one period later."""
         n = self.positions
-        eta, rate = (part.reshape(self.n_blades, -1).copy() for part in (state[:n], state[n : 2 * n]))
-        slider = state[2 * n :].reshape(self.n_blades, -1, 2).copy()
-        after = RingState(eta, rate, slider)
-        integrate_period(self._ring, self._external, after, self.modal.outputs["tip"], np.empty(self.steps))
-        return np.concatenate([part.ravel() for part in after])
+        eta, rate = (part.reshape(self.n_blades, -1) for part in (state[:n], state[n : 2 * n]))
+        slider = state[2 * n :].reshape(self.n_blades, -1, 2)
+        after = self.integrator.march(RingState(eta, rate, slider, self._force(eta, slider)), 1).final
+        return np.concatenate([part.ravel() for part in (after.coordinates, after.rates, after.slider)])
+
+    def _force(self, eta, slider):
+        """Contact forces (blades, n_c, 3) that belong to modal coordinates and slider positions."""
+        modal, contact = self.balance.receptance.modal, self.contact
+        motion = eta @ modal.right.T - np.roll(eta, -1, axis=0) @ modal.left.T
+        motion = motion.reshape(self.n_blades, -1, 3)
+        load = contact.normal_load(motion[:, :, 2])
+        traction = contact.tangential_stiffness[:, None] * (motion[:, :, :2] - slider)
+        limit = (contact.friction * load)[:, :, None]
+        if contact.law == "cone":
+            size = np.linalg.norm(traction, axis=2, keepdims=True)
+            traction = traction * np.minimum(1.0, limit / np.maximum(size, 1e-300))
+        else:
+            traction = np.clip(traction, -limit, limit)
+        return -np.concatenate([traction, (load - contact.preload)[:, :, None]], axis=2)
 
     def start(self, unknown):
         """The state of the wave that solves the balance."""
-        real = self.balance.forces(unknown).force
-        force = to_complex(real.reshape(real.shape[0], -1))
-        coordinates, _ = self.balance.receptance.modal_response(self.omega, force)
-        wave = coordinates, to_complex(self.balance.displacement(unknown))
-        state = state_of_wave(self.modal, self.contact, self.phase, self.omega, wave, self.n_blades)
-        return np.concatenate([part.ravel() for part in state])
+        state = self.integrator.on_wave(self.balance.displacement(unknown))
+        return np.concatenate([part.ravel() for part in (state.coordinates, state.rates, state.slider)])
 
     def derivative(self, state):
         """Jacobian of the map by central differences."""

@@ -50,9 +50,7 @@ def test_starts_are_solutions_on_every_branch(home, starts):
         assert highest in [start.frequency_hz for start in starts]
 
 
-@pytest.mark.parametrize(
-    ("interference", "force", "friction"), [(-1.8, 1.0, 0.05), (-2.2, 1.0, 0.05), (-2.0, 1.1, 0.05), (-2.0, 1.0, 0.1)]
-)
+@pytest.mark.parametrize(("interference", "force", "friction"), [(-2.2, 1.0, 0.05), (-1.8, 1.05, 0.1)])
 def test_a_branch_of_a_neighbour_is_found(starts, interference, force, friction):
     """The branch carried is the one that the search finds there itself."""
     modal, contact, excitation, options = at(interference)
@@ -74,10 +72,13 @@ def test_another_structure_is_no_obstacle(starts):
     model = lumped_blade(2)
     stiffer = modal_model(replace(model, stiffness=1.02 * model.stiffness), damping_ratio=0.005)
     given = stiffer, contact, excitation, options
-    searched = forced_response(*given)
-    extended = extend_response(given, main_only(given), starts)
-    assert len(searched.detached) == len(extended.detached) == 1
-    assert extended.detached[0].amplitude_m.max() == pytest.approx(searched.detached[0].amplitude_m.max(), rel=1e-8)
+    (branch,) = extend_response(given, main_only(given), starts).detached
+    balance = build_continuation(*given)[0].balance
+    for index in range(0, branch.points, 10):
+        unknown = balance.unknown(to_real(branch.relative_displacement[index])).reshape(-1)
+        evaluated = balance.evaluate(unknown, 2.0 * np.pi * branch.frequency_hz[index])
+        assert balance.relative_error(evaluated.residual, unknown) < 1e-10
+    assert branch.frequency_hz[0] == pytest.approx(branch.frequency_hz[-1], rel=1e-12)  # closed
 
 
 def test_nothing_new_is_the_same_object(home, starts):
@@ -97,7 +98,7 @@ def test_a_branch_that_dies_on_the_way_says_where(home):
     for interference, exists in ((born + 0.1, True), (born - 0.1, False)):
         given = at(interference)
         assert bool(extend_response(given, main_only(given), [top]).detached) == exists
-        assert bool(forced_response(*given).detached) == exists
+    assert forced_response(*given).detached == ()
 
 
 def test_curves_at_fixed_frequency_pass_folds(home):

@@ -3,9 +3,17 @@
 import numpy as np
 import pytest
 from lumped import lumped_blade
-from ring_integration import integrate_ring
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
+from nonlinear import (
+    ContactParameters,
+    Excitation,
+    Ring,
+    RingIntegrator,
+    SolverOptions,
+    build_harmonic_balance,
+    forced_response,
+)
+from nonlinear.contact.fourier import to_real
 from rom import modal_model
 
 LOW, HIGH = 0.08, 1.0
@@ -80,18 +88,11 @@ def test_a_stable_point_of_the_isola_holds_in_time():
     middle = 0.5 * (isola.frequency_hz.min() + isola.frequency_hz.max())
     top = int(np.argmin(np.where(isola.stable, np.abs(isola.frequency_hz - middle), np.inf)))
     omega = 2.0 * np.pi * isola.frequency_hz[top]
-    displacement, force = isola.relative_displacement[top], isola.contact_force[top]
-    balance = build_harmonic_balance(
-        modal, contact, Excitation(1, 1.0), SolverOptions((LOW, HIGH), harmonics=harmonics)
-    )
-    coordinates, _ = balance.receptance.modal_response(omega, force.reshape(harmonics + 1, -1))
-    balanced = coordinates @ modal.outputs["tip"]
-    steps = 2000
-    theta = 2.0 * np.pi * np.arange(steps) / steps
-    wave = (np.exp(1j * np.outer(theta, np.arange(harmonics + 1))) @ balanced).real
-    point = omega, coordinates, displacement
-    integrated = integrate_ring(modal, contact, point, engine_order=1, force=1.0, periods=200, steps_per_period=steps)
-    assert np.max(np.abs(np.roll(integrated, 1) - wave)) < 3e-3 * np.max(np.abs(wave))
+    displacement = to_real(isola.relative_displacement[top])
+    integrator = RingIntegrator.of(Ring(modal, contact, Excitation(1, 1.0)), omega)
+    wave = integrator.wave_output(displacement)
+    integrated = integrator.march(integrator.on_wave(displacement), 200).output_m[-1]
+    assert np.max(np.abs(integrated - wave)) < 3e-3 * np.max(np.abs(wave))
 
 
 def rows(displacement):

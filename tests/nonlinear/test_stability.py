@@ -234,7 +234,15 @@ def friction_case(n_blades, interference, harmonics, method):
     contact = ContactParameters.shared(
         1, normal_stiffness=6.0, tangential_stiffness=4.0, friction=0.4, interference=interference
     )
-    options = SolverOptions((0.1, 0.8), harmonics=harmonics, method=method)
+    options = SolverOptions(
+        (0.1, 0.8),
+        harmonics=harmonics,
+        method=method,
+        stability="folds",
+        detached=False,
+        truncation=False,
+        time_integration=False,
+    )
     curve = forced_response(modal, contact, Excitation(1, 1.0), options)
     return contact, build_harmonic_balance(modal, contact, Excitation(1, 1.0), options), curve
 

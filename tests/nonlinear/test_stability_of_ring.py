@@ -28,7 +28,9 @@ def response(n_blades, interference, friction, law="two_sliders"):
         interference=interference,
         law=law,
     )
-    curve = forced_response(modal, contact, Excitation(1, 1.0), SolverOptions(RANGE, harmonics=COARSE))
+    curve = forced_response(
+        modal, contact, Excitation(1, 1.0), SolverOptions(RANGE, harmonics=COARSE, stability="folds")
+    )
     assert curve.termination.complete
     return modal, contact, curve
 
@@ -77,7 +79,6 @@ CASES = [
     (2, -4.0, 0.4, 1.17, 1, Instability.REAL, None),  # between the folds
     (2, -4.0, 0.4, 1.17, 2, None, None),  # lower branch: open
     (3, -4.0, 0.4, 1.2, 1, Instability.REAL, None),
-    (3, -4.0, 0.4, 1.2, 2, None, None),
     (3, 0.3, 0.4, 3.6, 1, Instability.REAL, Instability.COMPLEX),  # slip, and lift-off in part of the cycle
     (2, -0.5, 0.0, 1.54, 0, Instability.COMPLEX, None),  # no fold anywhere near
     (2, -0.5, 0.4, 1.5, 0, Instability.COMPLEX, None),  # the same with friction
@@ -91,7 +92,7 @@ def test_exponents_are_those_of_the_ring(n_blades, interference, friction, omega
     balance, found = solutions(n_blades, interference, friction, omega, 25)
     unknown = found[branch]
     hill = exponents(balance, contact, unknown, omega, n_blades)
-    ring = RingMap(balance, contact, omega, n_blades, steps=2000 if n_blades == 2 else 1000)
+    ring = RingMap(balance, contact, omega, n_blades, steps=800 if n_blades == 2 else 600)
     start = ring.start(unknown)
     state, jacobian = ring.fixed_point(start)
     assert np.abs(state - start)[: ring.positions].max() < 0.02 * np.abs(start).max()
@@ -111,7 +112,7 @@ def test_exponents_are_those_of_the_ring(n_blades, interference, friction, omega
     assert (sign < 0) == (own is Instability.REAL)
 
 
-@pytest.mark.parametrize(("case", "periods"), [(0, 10), (1, 24), (2, 200), (7, 16)])
+@pytest.mark.parametrize(("case", "periods"), [(0, 10), (2, 200)])
 def test_a_small_disturbance_grows_or_decays_as_foretold(case, periods):
     """Marched in time from the periodic motion and a little beside it: no derivative of the map."""
     n_blades, interference, friction, omega, branch, own, other = CASES[case]

@@ -3,14 +3,21 @@
 import numpy as np
 import pytest
 from lumped import lumped_blade
-from ring_integration import integrate_ring
 
-from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
+from nonlinear import (
+    ContactParameters,
+    Excitation,
+    Ring,
+    RingIntegrator,
+    SolverOptions,
+    build_harmonic_balance,
+    forced_response,
+)
 from nonlinear.contact.fourier import to_complex
 from nonlinear.harmonic_balance.initial_solution import periodic_start, solve_at
 from rom import modal_model
 
-HARMONICS, PERIODS, STEPS = 21, 40, 2000
+HARMONICS, PERIODS = 21, 40
 
 
 def contact(interference, law="two_sliders"):
@@ -74,24 +81,11 @@ def against_the_ring(modal, parameters, excitation, coarse, start):
     result = solve_at(balance, omega, guess.reshape(-1), options)
     assert result.converged
     solved = result.solution
-    force = to_complex(balance.forces(solved).force.reshape(2 * HARMONICS + 1, -1))
-    coordinates, _ = balance.receptance.modal_response(omega, force)
-    displacement = to_complex(balance.displacement(solved))
-
-    theta = 2.0 * np.pi * np.arange(STEPS) / STEPS
-    harmonics = coordinates @ modal.outputs["tip"]
-    balanced = (np.exp(1j * np.outer(theta, np.arange(HARMONICS + 1))) @ harmonics).real
-    integrated = integrate_ring(
-        modal,
-        parameters,
-        (omega, coordinates, displacement),
-        engine_order=excitation.engine_order,
-        force=excitation.force,
-        periods=PERIODS,
-        steps_per_period=STEPS,
-    )
-    # the last sample is theta = 2 pi: it belongs at theta = 0
-    difference = np.max(np.abs(np.roll(integrated, 1) - balanced)) / np.max(np.abs(balanced))
+    integrator = RingIntegrator.of(Ring(modal, parameters, excitation), omega, retention=200.0)
+    displacement = balance.displacement(solved)
+    integrated = integrator.march(integrator.on_wave(displacement), PERIODS).output_m[-1]
+    balanced = integrator.wave_output(displacement)
+    difference = np.max(np.abs(integrated - balanced)) / np.max(np.abs(balanced))
     return balance.forces(solved).state, difference
 
 

@@ -16,7 +16,7 @@ from nonlinear.harmonic_balance.initial_solution import static_displacement
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
 from nonlinear.harmonic_selection.peak_following import reference_harmonics
 from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
-from rom import modal_model
+from rom import ReducedModel, modal_model
 
 DAMPING = 0.02
 
@@ -104,6 +104,7 @@ def test_bounds_the_error_against_an_exact_solution(stiffness):
         error = abs(curve.peak.amplitude_m / exact - 1.0)
         assert error <= 3.0 * curve.truncation_error
         assert curve.truncation_error <= 10.0 * error
+        assert curve.truncation_branch == "kept"
 
 
 def test_a_range_that_ends_before_the_peak():
@@ -179,3 +180,66 @@ def test_nothing_to_look_at():
     still, main = main_branch((modal, contact, Excitation(4, 0.0)), (0.1, 0.2), 1)
     assert still.of_branch(main.points, main.peak_indices).error == 0.0
     assert still.along_curve(main.points, main.peak_indices) == 0.0
+
+
+def two_modes(omega2):
+    """Two modes that meet a stop beyond a gap; harmonic 5 drives the second mode at a fifth of its frequency."""
+    right = np.zeros((3, 2))
+    right[2] = 1.0
+    model = ReducedModel(
+        mass=np.eye(2),
+        stiffness=np.diag([1.0, omega2**2]),
+        contact_right=right,
+        contact_position=np.zeros((1, 3)),
+        force_excitation=np.array([1.0, 0.0]),
+        outputs={"tip": np.array([1.0, 0.0])},
+        n_blades=None,
+        producer="test",
+    )
+    one = np.ones(1)
+    contact = ContactParameters(5.0 * one, one, 0.0 * one, -10.0 * one, 0.0 * one)
+    return modal_model(model, damping_ratio=0.01), contact, Excitation(0, 1.0)
+
+
+@pytest.mark.parametrize("omega2", [5.6, 6.0])
+def test_a_peak_that_detaches_with_more_harmonics(omega2):
+    """With 3 harmonics the curve climbs past the superharmonic resonance of order 5, with more it turns there."""
+    truncation, main = main_branch(two_modes(omega2), (0.12, 0.3), 3)
+    estimate = truncation.of_branch(main.points, main.peak_indices)
+    peak = max(main.points, key=lambda point: height(truncation, point))
+    wider, reference = main_branch(two_modes(omega2), (0.12, 0.3), 9)
+    top = max(reference.points, key=lambda point: height(wider, point))
+    error = abs(height(truncation, peak) / height(wider, top) - 1.0)
+    assert estimate.branch == "detached"
+    assert error <= 3.0 * estimate.error <= 30.0 * error
+    assert estimate.omega == pytest.approx(top.omega, rel=0.01)
+    # the motion itself is still there, on an isolated branch, nearly as high
+    moved = [truncation.continuation.with_balance(truncation.balances.balance(n)).solver.refit(peak) for n in (5, 9)]
+    assert (
+        max(abs(height(truncation, peak) / height(truncation, p) - 1.0) for p in moved) <= 3.0 * estimate.motion_error
+    )
+    assert 3.0 * estimate.motion_error < error
+
+
+def test_a_way_that_is_too_long_leaves_the_peak_lost(monkeypatch):
+    monkeypatch.setattr("nonlinear.harmonic_selection.truncation_error.RETRACING", (0.0, 5))
+    truncation, main = main_branch(two_modes(5.6), (0.12, 0.3), 3)
+    assert truncation.of_branch(main.points, main.peak_indices).branch == "lost"
+
+
+def test_a_detached_branch_has_errors_of_its_own():
+    """The isolated branch that the curve with 3 harmonics still reaches; against 9 harmonics."""
+    modal, contact, excitation = two_modes(5.6)
+    options = SolverOptions((0.12, 0.3), harmonics=5, stability="folds", time_integration=False)
+    curve, reference = (
+        forced_response(modal, contact, excitation, replace(options, harmonics=n, truncation=n == 5)) for n in (5, 9)
+    )
+    assert curve.truncation_branch == "kept"
+    isola, true = curve.detached[0], reference.detached[0]
+    assert isola.peak.amplitude_m > 2.0 * curve.peak.amplitude_m
+    assert isola.truncation_branch == "kept"
+    error = abs(isola.peak.amplitude_m / true.peak.amplitude_m - 1.0)
+    assert error <= 3.0 * isola.truncation_error + 1e-6
+    assert isola.truncation_error < 0.5
+    assert isola.sampling_error == 0.0
+    assert np.isnan(true.truncation_error)

@@ -44,6 +44,9 @@ CURVE_KEYS = {
     "energy_error",
     "harmonics",
     "truncation_error",
+    "truncation_branch",
+    "truncation_frequency_hz",
+    "motion_truncation_error",
     "sampling_error",
     "sampling_frequency_error",
     "bifurcations",
@@ -58,6 +61,13 @@ CURVE_KEYS = {
     "worst_ring_blades",
     "worst_searched",
     "worst_unresolved",
+    "free_nodes",
+    "residual_lowest_m",
+    "residual_lowest_hz",
+    "residual_lowest_static_m",
+    "residual_highest_m",
+    "residual_highest_hz",
+    "residual_highest_static_m",
 }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
-from pipeline.figures.curve_line import stability_segments
+from pipeline.figures.curve_line import KINDS, stability_segments
 from pipeline.figures.style import save, styled
 from pipeline.render.mode_shapes import at_largest
 from pipeline.render.ring import turned
@@ -64,9 +64,13 @@ def test_the_response_figure_says_what_it_shows(finished: Path) -> None:
 def test_segments_share_their_ends_and_cover_everything() -> None:
     stable = np.array([True, True, False, False, True, False, True])
     found = stability_segments(stable)
-    assert found == [(0, 2, True), (1, 5, False), (4, 5, True), (4, 7, False), (6, 7, True)]
-    assert stability_segments(np.array([True] * 4)) == [(0, 4, True)]
-    assert stability_segments(np.array([False])) == [(0, 1, False)]
+    yes, no, other = KINDS
+    assert found == [(0, 2, yes), (1, 5, no), (4, 5, yes), (4, 7, no), (6, 7, yes)]
+    assert stability_segments(np.array([True] * 4)) == [(0, 4, yes)]
+    assert stability_segments(np.array([False])) == [(0, 1, no)]
+    # the nodal diameter counts where the motion is unstable
+    found = stability_segments(stable, np.array([3, 0, 0, 2, 2, 5, 0]))
+    assert found == [(0, 2, yes), (1, 4, no), (2, 5, other), (4, 5, yes), (4, 7, other), (6, 7, yes)]
 
 
 @pytest.mark.parametrize(

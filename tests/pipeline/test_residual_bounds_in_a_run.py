@@ -71,11 +71,17 @@ def test_a_run_without_bounds_says_what_friction_leaves_open(tmp_path: Path) -> 
     with h5py.File(tmp_path / "out" / "response.h5") as file:
         assert "residual" not in file["curve/0"]
         facts = read_summary(file["curve/0"])
-    open_, unique = (SimpleNamespace(facts=replace(facts, free_nodes=n)) for n in (3, 0))
-    (note,) = residual_notes([open_, unique, open_])  # type: ignore[list-item]
+
+    def result(free_nodes: int, asked: str) -> Any:
+        scene = SimpleNamespace(response=SimpleNamespace(residual_tractions=asked))
+        return SimpleNamespace(facts=replace(facts, free_nodes=free_nodes), member=SimpleNamespace(scene=scene))
+
+    open_, unique, failed = result(3, "projected"), result(0, "projected"), result(3, "bounds")
+    (note,) = residual_notes([open_, unique, open_])
     assert note.startswith("curves 0, 2: ")
     assert 'response.residual_tractions = "bounds"' in note
-    assert residual_notes([unique]) == []  # type: ignore[list-item]
+    assert residual_notes([unique]) == []
+    assert residual_notes([unique, failed]) == ["curve 1: residual tractions: no bounds found"]
 
 
 def test_bounds_are_refused_with_a_static_analysis_first(tmp_path: Path) -> None:

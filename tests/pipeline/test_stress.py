@@ -95,7 +95,7 @@ def test_a_truncation_error_within_a_factor_of_three_is_bounded_and_unknown_is_n
     case = stress_cases.draw_cases(1, seed=1, hard=True)[0]
     truth = truncation.Truth(1.0, 31, 1.0, 1.0, 7)
     judged = [
-        truncation.Validation(case, "", 100.0, 1.1, estimate, truth, 2.0, 1.0)
+        truncation.Validation(case, "", 100.0, 1.1, estimate, estimate, "kept", truth, 2.0, 1.0)
         for estimate in (0.033, 0.034, 0.99, 1.01, float("inf"), float("nan"))
     ]
     assert [result.bounded for result in judged] == [False, True, True, True, False, False]

@@ -1,0 +1,102 @@
+"""What becomes of periodic motions in a ring of blades: as their Floquet exponents say, and as the equations say."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from lumped import lumped_blade
+
+from nonlinear import (
+    ContactParameters,
+    Excitation,
+    Ring,
+    RingIntegrator,
+    RingLimits,
+    SolverOptions,
+    build_harmonic_balance,
+    integrate_ring,
+)
+from nonlinear.harmonic_balance.initial_solution import periodic_start
+from nonlinear.stability.floquet import FloquetAnalysis
+from rom import modal_model
+
+LIMITS = RingLimits(most_periods=500, window=40, settling=60)
+
+
+@lru_cache
+def solution(n_blades, interference, omega, harmonics=15, law="two_sliders", contacts=1):
+    """Ring, displacement of the wave at omega, and nodal diameter -> largest growth rate."""
+    modal = modal_model(lumped_blade(n_blades, contacts), damping_ratio=0.01)
+    contact = ContactParameters.shared(
+        contacts, normal_stiffness=6.0, tangential_stiffness=4.2, friction=0.4, interference=interference, law=law
+    )
+    ring = Ring(modal, contact, Excitation(n_blades // 2, 1.0))
+    options = SolverOptions((0.1, 0.8), harmonics=harmonics)
+    balance = build_harmonic_balance(modal, contact, ring.excitation, options)
+    start = periodic_start(balance, omega, np.zeros((contacts, 3)), options, contact)
+    assert start.converged
+    displacement, jacobian = balance.displacement(start.solution), balance.forces(start.solution).jacobian
+    rates = {}
+    for k in range(n_blades // 2 + 1):
+        analysis = FloquetAnalysis.of(balance.receptance, contact, kappa=ring.shift(k))
+        rates[k] = analysis.exponents(displacement, jacobian, omega)[0].real
+    return ring, displacement, rates
+
+
+def test_a_motion_that_is_stable_stays():
+    ring, displacement, rates = solution(2, -0.5, 0.9)
+    assert max(rates.values()) < -0.005
+    motion = integrate_ring(ring, 0.9, displacement, nodal_diameter=1, limits=LIMITS)
+    assert motion.stays
+    assert motion.settled
+    assert motion.repeats_after == 1
+    assert motion.growth_rate == pytest.approx(max(rates.values()), rel=0.1)
+    assert motion.amplitude_m == pytest.approx(motion.started_m, rel=2e-3)
+    # from rest the ring comes to the same motion
+    risen = integrate_ring(ring, 0.9, None, limits=RingLimits(most_periods=300, window=40))
+    assert not risen.stays
+    assert np.isnan(risen.growth_rate)
+    assert risen.settled
+    assert risen.periodic
+    assert risen.amplitude_m == pytest.approx(motion.amplitude_m, rel=2e-3)
+
+
+def test_a_ring_leaves_for_another_pattern():
+    """Stable in the ring of two that carries the wave, left in the ring of four that carries one diameter more."""
+    ring, displacement, rates = solution(4, 0.0, 1.2)
+    assert rates[0] < -0.005
+    assert rates[1] > 0.03
+    assert (ring.blades(0), ring.blades(1)) == (2, 4)
+    own = integrate_ring(ring, 1.2, displacement, limits=LIMITS)
+    assert own.stays
+    other = integrate_ring(ring, 1.2, displacement, nodal_diameter=1, limits=LIMITS)
+    assert not other.stays
+    assert other.growth_rate == pytest.approx(rates[1], rel=0.05)
+    assert abs(other.amplitude_m / other.started_m - 1.0) > 0.1
+    assert other.envelope_m.shape == (other.periods, 4)
+    # where it has gone it can go on from
+    further = integrate_ring(ring, 1.2, other.final, nodal_diameter=1, limits=LIMITS)
+    assert further.amplitude_m == pytest.approx(other.amplitude_m, rel=0.05)
+
+
+def test_beyond_a_neimark_sacker_bifurcation_the_motion_is_not_periodic():
+    ring, displacement, rates = solution(2, -0.5, 1.5)
+    assert rates[0] > 0.05
+    motion = integrate_ring(ring, 1.5, displacement, limits=LIMITS)
+    assert not motion.stays
+    assert not motion.periodic
+    assert motion.lowest_m < 0.95 * motion.amplitude_m
+
+
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
+def test_the_wave_of_many_harmonics_is_that_of_the_ring_to_second_order(law):
+    """Slip and separation: the distance from the harmonic balance falls with the step, under both laws."""
+    ring, displacement, _ = solution(2, 0.3, 0.8, 31, law, 2)
+    distances = []
+    for finer in (1, 3):
+        integrator = RingIntegrator.of(ring, 0.8, finer=finer, retention=200.0)
+        record = integrator.march(integrator.on_wave(displacement), 4)
+        wave = integrator.wave_output(displacement)
+        distances.append(np.abs(record.output_m[-1] - wave).max() / np.abs(wave).max())
+    assert distances[0] < 1e-3
+    assert distances[1] < 0.25 * distances[0]

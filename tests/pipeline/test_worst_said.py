@@ -1,0 +1,140 @@
+"""The worst motion where a user reads it: table, warning, notes, summary, figures."""
+
+import math
+from dataclasses import fields, replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+from pipeline_support import small_scene, write_scene
+
+from pipeline.figures.response import mark_worst
+from pipeline.figures.style import styled
+from pipeline.results.outputs import curve_summary
+from pipeline.results.tables import curve_table
+from pipeline.results.worst import search_notes, worst_cells, worst_warning
+from pipeline.scene.reading import read_scene
+from pipeline.stages.curve_summary import NO_WORST, CurveSummary, stored_worst
+from pipeline.stages.respond import CurveResult
+
+PEAK = 5.73e-6
+SEARCHED = (
+    "searched: main branch and 1 detached branch; stability; harmonics 0 to 3; {}; not searched: mistuned blades"
+)
+
+
+def facts_with(**worst: Any) -> CurveSummary:
+    """The summary of a curve with a peak of 5.73 um and this worst motion."""
+    values: dict[str, Any] = {}
+    for field in fields(CurveSummary):
+        kind = str(field.type)
+        values[field.name] = {"float": math.nan, "int": 0, "bool": True, "str": ""}.get(kind, ())
+    values |= {"peak_amplitude_m": PEAK, "peak_frequency_hz": 445.6, **NO_WORST}
+    return CurveSummary(**values | {f"worst_{name}": value for name, value in worst.items()})
+
+
+def periodic(amplitude: float, branch: int = 0, said: str = "time integration not needed") -> CurveSummary:
+    return facts_with(
+        amplitude_m=amplitude,
+        frequency_hz=440.0,
+        branch=branch,
+        motion="periodic",
+        searched=SEARCHED.format(said),
+    )
+
+
+@pytest.fixture
+def curves(tmp_path: Path) -> list[CurveResult]:
+    """As high as the peak; a detached branch far above it; a quasi-periodic motion; one that may be higher; none."""
+    sweep = {"contact.interference": [1e-5, 2e-5, 3e-5, 4e-5, 5e-5]}
+    members = read_scene(write_scene(tmp_path / "s.toml", small_scene(sweep=sweep))).members
+    facts = [
+        periodic(PEAK),
+        periodic(104.3e-6, branch=1),
+        replace(periodic(8e-6, said="time integration from 1 unstable solution"), worst_motion="quasi-periodic"),
+        replace(periodic(2e-6), worst_unresolved="not settled within 1000 periods at 300 Hz"),
+        facts_with(searched=SEARCHED.format("no time integration"), unresolved="1 unstable part"),
+    ]
+    return [CurveResult(member, None, None, found, "") for member, found in zip(members, facts, strict=True)]
+
+
+def test_a_warning_where_a_motion_is_higher_than_the_main_branch(curves: list[CurveResult]) -> None:
+    assert worst_warning(curves[:1]) == ""
+    alone = worst_warning(curves[1:2])
+    for said in ("104.3 µm", "440 Hz", "detached branch 1", "5.73 µm", "18.2 times"):
+        assert said in alone
+    together = worst_warning(curves)
+    assert together.startswith("2 of 5 curves: ")
+    assert "on curve 1 104.3 µm" in together
+
+
+def test_cells_tell_branch_bound_and_kind(curves: list[CurveResult]) -> None:
+    cells = [worst_cells(curve.facts, 1e6) for curve in curves]
+    assert cells == [
+        ("440", "5.73", "main"),
+        ("440", "104.3", "detached 1"),
+        ("440", "8", "main*"),
+        ("440", ">= 2", "main"),
+        ("-", "unknown", "-"),
+    ]
+    assert worst_cells(None, 1.0) == ("-", "-", "-")
+
+
+def test_the_table_has_the_worst_motion_first_and_the_main_branch_beside(curves: list[CurveResult]) -> None:
+    outcome: Any = SimpleNamespace(curves=[*curves, replace(curves[0], facts=None)])
+    table = curve_table(outcome)
+    headings = [str(column.header).replace("\n", " ") for column in table.columns]
+    assert headings[2:7] == ["worst [Hz]", "worst [µm]", "on branch", "main peak [Hz]", "main peak [µm]"]
+    columns = {heading: list(column.cells) for heading, column in zip(headings, table.columns, strict=True)}
+    assert columns["worst [µm]"][1] == "104.3"
+    assert columns["main peak [µm]"][1] == "5.73"
+    assert len({len(cells) for cells in columns.values()}) == 1
+
+
+def test_notes_say_what_was_searched_and_what_was_left_open(curves: list[CurveResult]) -> None:
+    said = "\n".join(search_notes(curves))
+    for text in (
+        "time integration not needed or time integration from 1 unstable solution or no time integration",
+        "not searched: mistuning",
+        "* quasi-periodic",
+        "curve 3: the peak of the main branch is unstable and does not persist",
+        "curve 3: the worst motion may be higher: not settled within 1000 periods at 300 Hz",
+        "curve 4: the worst motion may be higher: 1 unstable part",
+    ):
+        assert text in said
+    assert said.count("searched: main branch and 1 detached branch") == 1
+
+
+def test_the_summary_has_the_numbers_or_null(curves: list[CurveResult], tmp_path: Path) -> None:
+    found = [curve_summary(curve, tmp_path) for curve in curves]
+    assert (found[1]["worst_amplitude_m"], found[1]["worst_branch"]) == (104.3e-6, 1)
+    assert found[2]["worst_motion"] == "quasi-periodic"
+    assert found[4]["worst_amplitude_m"] is None
+    assert found[4]["worst_motion"] is None
+    assert found[4]["worst_unresolved"] == "1 unstable part"
+    assert curve_summary(replace(curves[0], facts=None), tmp_path)["worst_searched"] is None
+
+
+def test_a_worst_motion_is_read_back_as_it_was_written(curves: list[CurveResult]) -> None:
+    facts = curves[1].facts
+    worst = stored_worst({name: getattr(facts, name) for name in NO_WORST})
+    assert worst is not None
+    assert (worst.amplitude_m, worst.branch, worst.motion) == (104.3e-6, 1, "periodic")
+    assert stored_worst({}) is None
+
+
+def test_the_response_figure_marks_worst_motions_that_are_no_peaks() -> None:
+    from matplotlib import pyplot as plt
+
+    shown = [
+        SimpleNamespace(peak=(445.6, PEAK), worst=worst) for worst in ((445.6, PEAK), (440.0, 1e-4), (9.0, 2e-6))
+    ]
+    with styled():
+        figure, axes = plt.subplots()
+        mark_worst(axes, cast(Any, shown), ["C0", "C1", "C2"], 1e6)
+        places = [(line.get_xdata()[0], line.get_ydata()[0]) for line in axes.get_lines()]
+        _, labels = axes.get_legend_handles_labels()
+        plt.close(figure)
+    assert places == [(440.0, pytest.approx(100.0)), (9.0, pytest.approx(2.0))]
+    assert labels == ["worst motion"]
