@@ -17,7 +17,7 @@ from pipeline_support import write_scene
 import nonlinear.response_solver
 import pipeline.stages.carry_branches
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
-from nonlinear.branches.detached_branches import detached_branches
+from nonlinear.branches.detached_branches import BranchSearch, detached_branches
 from nonlinear.contact.fourier import to_real
 from pipeline import Results, read_results, read_scene, run_scene
 from pipeline.results.branch_ends import branch_remarks
@@ -50,7 +50,7 @@ def found_at_one() -> Iterator[None]:
 
     def search(continuation: Any, *rest: Any) -> Any:
         here = float(continuation.contact.interference[0])
-        return detached_branches(continuation, *rest) if here == FOUND_AT else []
+        return detached_branches(continuation, *rest) if here == FOUND_AT else BranchSearch([], 0)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(nonlinear.response_solver, "detached_branches", search)
