@@ -45,6 +45,9 @@ if TYPE_CHECKING:
     from nonlinear.time_integration.ring import Ring, RingState
     from nonlinear.time_integration.ring_integrator import ContactIterationError, RingIntegrator, RingRecord
     from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
+    from nonlinear.worst_motion.ring_integration import RingIntegration
+    from nonlinear.worst_motion.ring_patterns import RingPatterns
+    from nonlinear.worst_motion.solutions_at import FoundSolution, SolutionSearch
     from nonlinear.worst_motion.worst_motion import find_worst_motion
 
 __all__ = [
@@ -63,6 +66,7 @@ __all__ = [
     "ContactParameters",
     "Excitation",
     "Extension",
+    "FoundSolution",
     "HarmonicBalance",
     "LinearisedResidual",
     "OptionsError",
@@ -71,11 +75,14 @@ __all__ = [
     "ResidualExtreme",
     "ResponseCurve",
     "Ring",
+    "RingIntegration",
     "RingIntegrator",
     "RingLimits",
     "RingMotion",
+    "RingPatterns",
     "RingRecord",
     "RingState",
+    "SolutionSearch",
     "SolverOptions",
     "StepError",
     "TerminationReason",
@@ -127,6 +134,10 @@ _PLACES = {
     "build_harmonic_balance": "nonlinear.response_solver",
     "least_samples": "nonlinear.options",
     "punch_stiffness": "nonlinear.contact.parameters",
+    "FoundSolution": "nonlinear.worst_motion.solutions_at",
+    "RingIntegration": "nonlinear.worst_motion.ring_integration",
+    "RingPatterns": "nonlinear.worst_motion.ring_patterns",
+    "SolutionSearch": "nonlinear.worst_motion.solutions_at",
     "find_worst_motion": "nonlinear.worst_motion.worst_motion",
     "ContactIterationError": "nonlinear.time_integration.ring_integrator",
     "Ring": "nonlinear.time_integration.ring",

@@ -167,6 +167,7 @@ def check(
     solution: Annotated[
         int, typer.Option(min=1, metavar="N", help="Which of the solutions at the frequency; 1, the highest.")
     ] = 1,
+    *,
     rom: Annotated[
         Path | None, typer.Option("--rom", metavar="FILE.h5", help="Reduced model, as in respond.", readable=False)
     ] = None,

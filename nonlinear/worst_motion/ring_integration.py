@@ -121,7 +121,13 @@ class RingIntegration:
         return integrate_ring(self.ring, solution.omega, start, nodal_diameter=pattern, limits=limits)
 
     def pattern(self, solution: Solution) -> int:
-        """Nodal diameter of the disturbance: the worst, or one of a smaller ring that grows at least half as fast."""
+        """Nodal diameter of the disturbance: the worst, or one of a smaller ring that grows at least half as fast.
+
+        Parameters
+        ----------
+        solution : Solution
+            Where the ring starts.
+        """
         worst = max(solution.nodal_diameter, 0)
         if self.ring.blades(worst) <= MOST_BLADES:
             return worst

@@ -11,7 +11,9 @@ from pipeline.results.outputs import number_or_null
 from pipeline.results.worst import with_unit
 
 if TYPE_CHECKING:
-    from nonlinear.worst_motion.solutions_at import FoundSolution
+    from nonlinear import FoundSolution
+
+SAME_AMPLITUDE = 0.05  # relative difference of a motion in time and a solution that count as one
 
 
 def answer_lines(check: Check) -> Iterator[str]:
@@ -50,8 +52,6 @@ def verdict(check: Check) -> str:
 
 def matching_solution(check: Check) -> int | None:
     """Number of the solution that the ring has reached; None where it is none of them."""
-    from nonlinear.worst_motion.time_integrated import SAME_AMPLITUDE
-
     motion = check.motion
     if motion.stays or not (motion.periodic and motion.settled):
         return None

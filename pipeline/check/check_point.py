@@ -13,8 +13,7 @@ from pipeline.stages.respond import CurveResult
 from pipeline.stages.scene_to_solver import contact_on_model, damped_modes, excitation, solver_options
 
 if TYPE_CHECKING:
-    from nonlinear import Ring, RingMotion, SolverOptions
-    from nonlinear.worst_motion.solutions_at import FoundSolution
+    from nonlinear import FoundSolution, Ring, RingMotion, SolverOptions
 
 MOST_PERIODS = 3000
 
@@ -110,9 +109,7 @@ def check_point(point: CheckedPoint, curve: CurveResult, label: str) -> Check:
     InputError
         There is no such curve, branch or solution; or the ring cannot be integrated.
     """
-    from nonlinear.worst_motion.ring_integration import RingIntegration
-    from nonlinear.worst_motion.ring_patterns import RingPatterns
-    from nonlinear.worst_motion.solutions_at import SolutionSearch
+    from nonlinear import RingIntegration, RingPatterns, SolutionSearch
     from rom import one_blas_thread
 
     if curve.file is None or curve.rom is None:

@@ -19,9 +19,7 @@ from pipeline.stages.curve_summary import NO_WORST, CurveSummary, stored_worst
 from pipeline.stages.respond import CurveResult
 
 PEAK = 5.73e-6
-SEARCHED = (
-    "searched: main branch and 1 detached branch; stability; harmonics 0 to 3; {}; not searched: mistuned blades"
-)
+SEARCHED = "searched: main branch and 1 detached branch; stability; harmonics 0 to 3; {}; not searched: mistuning"
 
 
 def facts_with(**worst: Any) -> CurveSummary:
