@@ -181,14 +181,7 @@ def integrate_ring(
     integrator = RingIntegrator.of(
         ring, omega, nodal_diameter=nodal_diameter, retention=limits.retention, finer=limits.finer
     )
-    wave = None
-    if isinstance(start, RingState):
-        state = start.repeated(integrator.n_blades)
-    elif start is None:
-        state = integrator.at_rest()
-    else:
-        wave = with_more_harmonics(ring, omega, start, limits.harmonics)
-        state = integrator.on_wave(wave)
+    state, wave = _start(integrator, start, limits)
     march, rate, stays, amplitude = _March(integrator, state), float("nan"), False, float("nan")
     if wave is not None:
         amplitude = float(np.abs(integrator.wave_output(wave)).max())
@@ -212,6 +205,18 @@ def integrate_ring(
         envelope_m=envelope,
         final=march.state,
     )
+
+
+def _start(
+    integrator: RingIntegrator, start: Array | RingState | None, limits: RingLimits
+) -> tuple[RingState, Array | None]:
+    """State to start from, and the periodic motion with more harmonics if there is one."""
+    if isinstance(start, RingState):
+        return start.repeated(integrator.n_blades), None
+    if start is None:
+        return integrator.at_rest(), None
+    wave = with_more_harmonics(integrator.ring, integrator.omega, start, limits.harmonics)
+    return integrator.on_wave(wave), wave
 
 
 def _stays(march: _March, displacement: Array, nodal_diameter: int, limits: RingLimits) -> tuple[bool, float]:
