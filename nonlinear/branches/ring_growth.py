@@ -16,9 +16,7 @@ from nonlinear.stability.floquet import instability_of
 from nonlinear.stability.ring_stability import PatternExponent
 
 STRIDE = 4  # points from one at which all nodal diameters are looked at to the next
-AMPLIFIED = (
-    0.98  # part of the decay of the least damped mode without contact below which contact forces feed a motion
-)
+AMPLIFIED = 0.98  # share of the least decay without contact; what decays slower is fed by contact forces
 SIMILAR_DECAY = 0.2  # relative difference of two rates of decay between which one is interpolated
 SIMILAR_GROWTH = 0.05  # the same of an interpolated rate of growth
 SIMILAR_FREQUENCY = 0.05  # difference of Im lambda, in units of omega, of two exponents of one family
@@ -69,8 +67,10 @@ def _fill(
         followed = stability.follow_pattern(points[middle], guess)
         growing = one.grows(points[first].omega)
         if followed is not None and followed.grows(points[middle].omega) == growing:
-            found[middle] = followed
-            if _same_rate(followed.exponent.real, guess.exponent.real, SIMILAR_GROWTH if growing else SIMILAR_DECAY):
+            tolerance = SIMILAR_GROWTH if growing else SIMILAR_DECAY
+            alike = _same_rate(followed.exponent.real, guess.exponent.real, tolerance)
+            found[middle] = followed if growing or alike else None
+            if alike:
                 for ends in ((first, middle), (middle, last)):
                     _fill_alike(stability, points, found, *ends, growing)
                 return
@@ -127,7 +127,7 @@ def _between(
     Where these are of two families with nearly the same rate, frequency and nodal diameter are those of the nearer.
     """
     before, point, after = (points[index] for index in indices)
-    share = (point.arc - before.arc) / (after.arc - before.arc)
+    share = (point.arc - before.arc) / (after.arc - before.arc) if after.arc > before.arc else 0.5
     exponent = (1.0 - share) * one.exponent + share * other.exponent
     if abs(one.exponent.imag - other.exponent.imag) > SIMILAR_FREQUENCY * point.omega:
         nearer = one if share < 0.5 else other

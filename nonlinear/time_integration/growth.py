@@ -18,6 +18,7 @@ SMALLEST_DIRECTION = 1e-3  # singular value, relative to the largest, of a direc
 MOST_DIRECTIONS = 8
 SHARE = 0.05  # of the departure that a multiplier must carry
 AGREEMENT = 0.1  # relative difference of two estimates, from the earlier and the later differences
+STRAIGHT = 0.02  # largest distance from a straight line, relative to its rise
 RESOLUTION = 1e-3  # difference of two exponents times the period that is none
 
 
@@ -34,7 +35,8 @@ def growth_rate(states: Array, period: float) -> float:
     Returns
     -------
     float
-        Growth rate, 1/s; NaN where the states are too few or two estimates disagree.
+        Growth rate, 1/s; NaN where the states are too few, or two estimates disagree and the departure does not grow
+        steadily either.
     """
     flat = states.reshape(len(states), -1)[-DIFFERENCES - 1 :]
     differences = np.diff(flat, axis=0)
@@ -43,9 +45,17 @@ def growth_rate(states: Array, period: float) -> float:
     third = DIFFERENCES // 3
     exponents = [_leading_exponent(part) for part in (differences[:-third], differences[third:])]
     change = abs(exponents[1] - exponents[0])
-    if not change <= max(AGREEMENT * abs(exponents[1]), RESOLUTION):
-        return float("nan")
-    return exponents[1] / period
+    if change <= max(AGREEMENT * abs(exponents[1]), RESOLUTION):
+        return exponents[1] / period
+    return _straight_growth(differences) / period
+
+
+def _straight_growth(differences: Array) -> float:
+    """Slope of the logarithm of the size of the differences, where it is a straight line; else NaN."""
+    time, size = np.arange(len(differences)), np.log(np.linalg.norm(differences, axis=1))
+    slope, start = np.polyfit(time, size, 1)
+    off = np.abs(size - start - slope * time).max()
+    return float(slope) if off < STRAIGHT * abs(slope) * len(time) else float("nan")
 
 
 def _leading_exponent(differences: Array) -> float:

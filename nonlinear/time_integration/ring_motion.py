@@ -1,5 +1,6 @@
 """What becomes of a periodic motion in a ring of blades: it stays, or where it goes and how high."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +17,8 @@ LEFT = 0.05  # distance from a motion, relative to its vibration, at which a rin
 OTHER = 0.25  # the same while the harmonics settle that a periodic motion with few neglects
 SAME_RATE = 0.1  # relative difference of two successive growth rates that agree
 BACK = 0.2  # of its largest distance, to which a ring that stays has come back
-VISIBLE = 0.02  # distance to which a departure that grows slowly is enlarged
+VISIBLE = 0.02  # distance to which a departure is enlarged that would need more than `PATIENCE` periods to it
+PATIENCE = 100
 FIRST_PERIODS = 2  # after the disturbance, in which what decays fast decays
 GROWS = 2e-3  # growth per period above which a departure grows
 CHUNK = 12  # periods between two judgements
@@ -179,14 +181,7 @@ def integrate_ring(
     integrator = RingIntegrator.of(
         ring, omega, nodal_diameter=nodal_diameter, retention=limits.retention, finer=limits.finer
     )
-    wave = None
-    if isinstance(start, RingState):
-        state = start.repeated(integrator.n_blades)
-    elif start is None:
-        state = integrator.at_rest()
-    else:
-        wave = with_more_harmonics(ring, omega, start, limits.harmonics)
-        state = integrator.on_wave(wave)
+    state, wave = _start(integrator, start, limits)
     march, rate, stays, amplitude = _March(integrator, state), float("nan"), False, float("nan")
     if wave is not None:
         amplitude = float(np.abs(integrator.wave_output(wave)).max())
@@ -210,6 +205,18 @@ def integrate_ring(
         envelope_m=envelope,
         final=march.state,
     )
+
+
+def _start(
+    integrator: RingIntegrator, start: Array | RingState | None, limits: RingLimits
+) -> tuple[RingState, Array | None]:
+    """State to start from, and the periodic motion with more harmonics if there is one."""
+    if isinstance(start, RingState):
+        return start.repeated(integrator.n_blades), None
+    if start is None:
+        return integrator.at_rest(), None
+    wave = with_more_harmonics(integrator.ring, integrator.omega, start, limits.harmonics)
+    return integrator.on_wave(wave), wave
 
 
 def _stays(march: _March, displacement: Array, nodal_diameter: int, limits: RingLimits) -> tuple[bool, float]:
@@ -273,11 +280,12 @@ def _depart(march: _March, home: RingState, reference: Array, limits: RingLimits
         changes = np.linalg.norm(np.diff(record.ends, axis=0), axis=(1, 2))
         largest, change = max(largest, float(distance[0])), max(change, float(changes[0]))
         found = growth_rate(march.last_ends(march.periods - first), march.integrator.period)
-        if np.isfinite(found) and not grows:
+        if np.isfinite(found) and not enlarged:  # the last one: with time the fastest of many patterns prevails
             rate, grows = found, found * march.integrator.period > GROWS
         if found < 0.0 and (distance[-1] < BACK * largest or changes[-1] < BACK**2 * change):
             return True, rate
-        if grows and not enlarged and distance[-1] < 0.5 * VISIBLE:
+        slow = rate * march.integrator.period * PATIENCE < math.log(VISIBLE / max(float(distance[-1]), 1e-300))
+        if grows and slow and not enlarged:
             march.state, enlarged = _enlarged(home, march.state, VISIBLE / float(distance[-1])), True
             first = march.periods
     return not grows, rate

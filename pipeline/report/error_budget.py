@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from pipeline.figures.data import PlottedCurve
 from pipeline.report.report_source import ReportSource
-from pipeline.results.residual_notes import change, has_bounds
+from pipeline.results.residual_notes import change, has_bounds, is_estimate
 from pipeline.results.tables import TOLERATED, TOLERATED_SAMPLING, sampling_errors, share
 
 SMALL, FAIR, LARGE, UNKNOWN = "small", "noticeable", "large", "not known"
@@ -100,6 +100,8 @@ def _residual(source: ReportSource) -> list[ErrorRow]:
         meaning += (
             "The bounds are the lowest and the highest peak found over all tractions within the friction limits."
         )
+        if any(is_estimate(source.curves[number]) for number in known):
+            meaning += " With the friction cone they are estimates: some tractions may lead a little beyond them."
         worst = max(known, key=lambda n: (known[n][1] - known[n][0]) / max(facts[n].peak_amplitude_m, 1e-300))
         low, high, peak = *known[worst], facts[worst].peak_amplitude_m
         where = f", curve {worst}" if len(source.curves) > 1 else ""

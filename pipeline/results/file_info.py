@@ -78,16 +78,15 @@ def _curves(group: h5py.Group) -> Iterator[dict[str, Any]]:
 
 def _curve_lines(curve: dict[str, Any]) -> Iterator[str]:
     end = "complete" if curve["complete"] else f"incomplete ({curve['reason']})"
-    height, frequency = (
-        math.nan if curve[name] is None else curve[name] for name in ("peak_amplitude_m", "peak_frequency_hz")
-    )
+    names = ("peak_amplitude_m", "peak_frequency_hz", "worst_amplitude_m", "worst_frequency_hz")
+    height, frequency, worst, worst_at = (math.nan if curve[name] is None else curve[name] for name in names)
     yield one_line(
         f"curve/{curve['curve']}: {end}, {curve['points']} points, {curve['harmonics']} harmonics, "
         f"peak {height:.6g} m at {frequency:.6g} Hz"
     )
-    if curve["worst_amplitude_m"] is not None:
+    if math.isfinite(worst):
         yield one_line(
-            f"  worst motion: {curve['worst_amplitude_m']:.6g} m at {curve['worst_frequency_hz']:.6g} Hz, "
+            f"  worst motion: {worst:.6g} m at {worst_at:.6g} Hz, "
             f"{curve['worst_motion']}, branch {curve['worst_branch']} (0: main)"
         )
     yield one_line("  " + ", ".join(f"{key} = {value}" for key, value in curve["parameters"].items()))

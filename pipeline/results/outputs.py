@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, cell_value
 from pipeline.stages.curve_summary import NO_RESIDUAL
 from pipeline.stages.respond import CurveResult
+from pipeline.stages.stored_curve import ADDED
 from pipeline.store.content_store import Store
 from pipeline.store.fingerprints import file_sha256
 from pipeline.store.output_folder import relative_path
@@ -85,8 +86,12 @@ def _copy(source: h5py.File, group: h5py.Group, curve: CurveResult) -> None:
         source.copy(name, group)
     for key, value in source.attrs.items():
         group.attrs[key] = value
-    for number, branch in enumerate(curve.facts.detached if curve.facts else (), start=1):
-        group[f"{BRANCHES}/{number}"].attrs["born_between"] = json.dumps(branch["born_between"])
+    detached = curve.facts.detached if curve.facts else ()
+    group.attrs["detached"] = json.dumps(list(detached))
+    for number, branch in enumerate(detached, start=1):
+        attributes = group[f"{BRANCHES}/{number}"].attrs
+        attributes["born_between"] = json.dumps(branch["born_between"])
+        attributes.pop(ADDED, None)  # of use in the store only
     # a cached curve may belong to another scene, which swept other keys
     for key, value in curve.member.parameters.items():
         if key not in group.attrs:

@@ -9,11 +9,17 @@ from pipeline.scene.labels import prefixed
 from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.respond import CurveResult
 
+ESTIMATED = "; an estimate with the friction cone: some tractions may lead a little beyond it"
+
 
 def residual_notes(curves: Sequence[CurveResult]) -> list[str]:
     """The bounds of the peaks over residual tractions; without them, one line on the peaks that are not unique."""
     facts = {number: curve.facts for number, curve in enumerate(curves) if curve.facts is not None}
-    notes = [f"curve {number}: {bounds_text(item)}" for number, item in facts.items() if has_bounds(item)]
+    notes = [
+        f"curve {number}: {bounds_text(item)}{ESTIMATED if is_estimate(curves[number]) else ''}"
+        for number, item in facts.items()
+        if has_bounds(item)
+    ]
     open_ = [number for number, item in facts.items() if item.free_nodes > 0 and not has_bounds(item)]
     failed = [number for number in open_ if curves[number].member.scene.response.residual_tractions == "bounds"]
     notes += [f"curve {number}: residual tractions: no bounds found" for number in failed]
@@ -31,6 +37,11 @@ def residual_notes(curves: Sequence[CurveResult]) -> list[str]:
 def has_bounds(facts: CurveSummary) -> bool:
     """Whether the bounds over residual tractions are known."""
     return math.isfinite(facts.residual_lowest_m) and math.isfinite(facts.residual_highest_m)
+
+
+def is_estimate(curve: CurveResult) -> bool:
+    """Whether the bounds are estimates only: with the friction cone the search is not exact."""
+    return curve.member.scene.contact.law == "cone"
 
 
 def bounds_text(facts: CurveSummary) -> str:

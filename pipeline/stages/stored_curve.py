@@ -19,6 +19,14 @@ if TYPE_CHECKING:
 
     from nonlinear import Peak, ResponseCurve
 
+NUMBERS = (
+    "seconds",
+    "truncation_error",
+    "truncation_frequency_hz",
+    "motion_truncation_error",
+    "sampling_error",
+    "sampling_frequency_error",
+)
 ADDED = "added"  # attribute of a branch: whether it is new in this file, and not in the one that the file extends
 # What further branches change in the summary of a curve; everything else speaks of the main branch.
 _CHANGED = ("detached", "branches_left_out", "worst_", "seconds")
@@ -128,10 +136,8 @@ def _read(group: h5py.Group) -> ResponseCurve:
     n_harmonics = int(attributes["harmonics"])
     columns = [group[f"harmonic_{h + 1}_m"][()] for h in range(n_harmonics)]
     values["harmonic_m"] = np.column_stack(columns) if columns else np.empty((values["frequency_hz"].size, 0))
-    for name in ("seconds", "truncation_error", "sampling_error", "sampling_frequency_error"):
+    for name in NUMBERS:
         values[name] = float(attributes[name])
-    for name in ("truncation_frequency_hz", "motion_truncation_error"):
-        values[name] = float(attributes.get(name, float("nan")))
     return ResponseCurve(
         **values,
         termination=TerminationReason(
@@ -145,9 +151,9 @@ def _read(group: h5py.Group) -> ResponseCurve:
         ),
         harmonics=n_harmonics,
         origin=str(attributes["origin"]),
+        truncation_branch=str(attributes["truncation_branch"]),
         branches_left_out=int(attributes["branches_left_out"]),
         free_nodes=int(attributes["free_nodes"]),
-        truncation_branch=str(attributes.get("truncation_branch", "")),
     )
 
 

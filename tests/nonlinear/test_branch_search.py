@@ -138,3 +138,10 @@ def test_no_search_where_the_normal_load_is_constant():
     modal, contact, excitation, options = problem("light friction", 1)
     constant = replace(contact, normal_stiffness=np.zeros(2), preload=np.full(2, 3.0))
     assert forced_response(modal, constant, excitation, options).detached == ()
+
+
+def test_branches_beyond_the_limit_are_counted(monkeypatch):
+    monkeypatch.setattr("nonlinear.branches.branch_collection.MOST_BRANCHES", 0)
+    curve = forced_response(*problem("wide gap", 1))
+    assert curve.detached == ()
+    assert curve.branches_left_out > 0

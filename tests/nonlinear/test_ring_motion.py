@@ -24,11 +24,11 @@ LIMITS = RingLimits(most_periods=500, window=40, settling=60)
 
 
 @lru_cache
-def solution(n_blades, interference, omega, harmonics=15, law="two_sliders", contacts=1):
+def solution(n_blades, interference, omega, harmonics=15, contacts=1):
     """Ring, displacement of the wave at omega, and nodal diameter -> largest growth rate."""
     modal = modal_model(lumped_blade(n_blades, contacts), damping_ratio=0.01)
     contact = ContactParameters.shared(
-        contacts, normal_stiffness=6.0, tangential_stiffness=4.2, friction=0.4, interference=interference, law=law
+        contacts, normal_stiffness=6.0, tangential_stiffness=4.2, friction=0.4, interference=interference
     )
     ring = Ring(modal, contact, Excitation(n_blades // 2, 1.0))
     options = SolverOptions((0.1, 0.8), harmonics=harmonics)
@@ -75,8 +75,10 @@ def test_a_ring_leaves_for_another_pattern():
     assert abs(other.amplitude_m / other.started_m - 1.0) > 0.1
     assert other.envelope_m.shape == (other.periods, 4)
     # where it has gone it can go on from
-    further = integrate_ring(ring, 1.2, other.final, nodal_diameter=1, limits=LIMITS)
-    assert further.amplitude_m == pytest.approx(other.amplitude_m, rel=0.05)
+    further = integrate_ring(ring, 1.2, other.final, nodal_diameter=1, limits=RingLimits(most_periods=20, window=10))
+    integrator = RingIntegrator.of(ring, 1.2, nodal_diameter=1)
+    assert further.envelope_m[0] == pytest.approx(integrator.march(other.final, 1).envelope_m[0], rel=1e-12)
+    assert not further.stays
 
 
 def test_beyond_a_neimark_sacker_bifurcation_the_motion_is_not_periodic():
@@ -88,10 +90,9 @@ def test_beyond_a_neimark_sacker_bifurcation_the_motion_is_not_periodic():
     assert motion.lowest_m < 0.95 * motion.amplitude_m
 
 
-@pytest.mark.parametrize("law", ["two_sliders", "cone"])
-def test_the_wave_of_many_harmonics_is_that_of_the_ring_to_second_order(law):
-    """Slip and separation: the distance from the harmonic balance falls with the step, under both laws."""
-    ring, displacement, _ = solution(2, 0.3, 0.8, 31, law, 2)
+def test_the_wave_of_many_harmonics_is_that_of_the_ring_to_second_order():
+    """Slip and separation: the distance from the harmonic balance falls with the step."""
+    ring, displacement, _ = solution(2, 0.3, 0.8, 31, contacts=2)
     distances = []
     for finer in (1, 3):
         integrator = RingIntegrator.of(ring, 0.8, finer=finer, retention=200.0)
@@ -100,3 +101,20 @@ def test_the_wave_of_many_harmonics_is_that_of_the_ring_to_second_order(law):
         distances.append(np.abs(record.output_m[-1] - wave).max() / np.abs(wave).max())
     assert distances[0] < 1e-3
     assert distances[1] < 0.25 * distances[0]
+
+
+def test_slip_under_the_cone_is_followed_to_second_order():
+    """Contacts that slip in turning directions: halving the step quarters the change."""
+    modal = modal_model(lumped_blade(3, 2), damping_ratio=0.01)
+    contact = ContactParameters.shared(
+        2, normal_stiffness=6.0, tangential_stiffness=4.2, friction=0.02, interference=1.0, law="cone"
+    )
+    ring = Ring(modal, contact, Excitation(1, 1.0))
+    ends = []
+    for finer in (1, 2, 4):
+        integrator = RingIntegrator.of(ring, 0.9, finer=finer, retention=200.0)
+        final = integrator.march(integrator.at_rest(), 2).final
+        ends.append(final.coordinates)
+        assert np.abs(final.slider).max() > 0.0
+    first, second = (np.abs(ends[i] - ends[i + 1]).max() for i in range(2))
+    assert second < 0.35 * first

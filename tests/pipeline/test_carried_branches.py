@@ -17,7 +17,7 @@ from pipeline_support import write_scene
 import nonlinear.response_solver
 import pipeline.stages.carry_branches
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
-from nonlinear.branches.detached_branches import detached_branches
+from nonlinear.branches.detached_branches import BranchSearch, detached_branches
 from nonlinear.contact.fourier import to_real
 from pipeline import Results, read_results, read_scene, run_scene
 from pipeline.results.branch_ends import branch_remarks
@@ -35,7 +35,7 @@ SCENE: dict[str, Any] = {
     "name": "isola",
     "contact": {"normal_stiffness": 0.81, "tangential_stiffness": 0.6075, "friction": 0.05},
     "excitation": {"engine_order": 1, "force": 1.0},
-    "response": {"frequency": [0.08, 1.0], "damping_ratio": 0.005, "stability": "folds", "truncation": False},
+    "response": {"frequency": [0.08, 1.0], "damping_ratio": 0.005, "stability": "folds", "time_integration": False},
 }
 
 
@@ -49,8 +49,8 @@ def found_at_one() -> Iterator[None]:
     """The search for isolated branches of a single curve, in this process, finds the one of FOUND_AT only."""
 
     def search(continuation: Any, *rest: Any) -> Any:
-        here = float(continuation.contact.interference[0])
-        return detached_branches(continuation, *rest) if here == FOUND_AT else []
+        here = float(continuation.contact.interference[0]), continuation.balance.receptance.force
+        return detached_branches(continuation, *rest) if here == (FOUND_AT, 1.0) else BranchSearch([], 0)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(nonlinear.response_solver, "detached_branches", search)
@@ -223,6 +223,18 @@ def test_a_further_member_touches_its_neighbours_only(again: Path) -> None:
         found = branches(respond(again, sweep_of([*SWEPT, -1.0])))
     assert set(seen) == {-1.0, -1.5}
     assert {value: len(items) for value, items in found.items()} == {-3.0: 0, -2.5: 1, -2.0: 1, -1.5: 1, -1.0: 1}
+
+
+def test_branches_are_carried_across_two_parameters(again: Path) -> None:
+    """Force and interference scaled together scale the response: 0.8 N at -2 m is 0.8 times 1 N at -2.5 m."""
+    (expected,) = branches(read_results(again / "out"))[-2.5]
+    found = respond(again, sweep_of([-2.0, -1.5], **{"excitation.force": [1.0, 0.8]}))
+    by_place = {tuple(curve["parameters"].values()): curve["detached"] for curve in found.summary["curves"]}
+    assert [len(items) for items in by_place.values()] == [1, 1, 1, 1]
+    (scaled,) = by_place[-2.0, 0.8]
+    assert scaled["peak_amplitude_m"] == pytest.approx(0.8 * expected["peak_amplitude_m"], rel=1e-4)
+    for end in ("from_hz", "to_hz"):
+        assert scaled[end] == pytest.approx(expected[end], rel=1e-6)
 
 
 def test_a_curve_that_cannot_be_extended_stays_as_it_is(again: Path) -> None:

@@ -83,6 +83,14 @@ def test_a_run_without_bounds_says_what_friction_leaves_open(tmp_path: Path) -> 
     assert residual_notes([unique]) == []
     assert residual_notes([unique, failed]) == ["curve 1: residual tractions: no bounds found"]
 
+    bounded = replace(
+        facts, residual_lowest_m=0.9 * facts.peak_amplitude_m, residual_highest_m=facts.peak_amplitude_m
+    )
+    for law, estimated in (("two_sliders", False), ("cone", True)):
+        member = SimpleNamespace(scene=SimpleNamespace(contact=SimpleNamespace(law=law)))
+        (note,) = residual_notes([SimpleNamespace(facts=bounded, member=member)])
+        assert ("estimate" in note) == estimated
+
 
 def test_bounds_are_refused_with_a_static_analysis_first(tmp_path: Path) -> None:
     path = write_scene(tmp_path / "s.toml", scene(residual_tractions="bounds", method="static-first"))
