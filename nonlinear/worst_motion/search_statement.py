@@ -102,9 +102,11 @@ def unresolved(curve: ResponseCurve, departures: Sequence[Departure], left_out: 
             f"{count} unstable part{'s' if count > 1 else ''} of the branches, up to {max(left_out):.3g} m, without "
             f"time integration ({reason})"
         )
-    failed = [each.frequency_hz for each in departures if each.motion is None]
-    if failed:
-        found.append(f"time integration failed at {_list(failed)}")
+    failed: dict[str, list[float]] = {}
+    for each in departures:
+        if each.motion is None:
+            failed.setdefault(each.failure, []).append(each.frequency_hz)
+    found += [f"time integration at {_list(places)} {failure}" for failure, places in failed.items()]
     unsettled = [each for each in departures if each.motion and not (each.motion.settled or each.falls)]
     restless = {each.frequency_hz: each.motion.periods for each in unsettled if each.motion}
     if restless:
