@@ -255,7 +255,7 @@ def _settle_wave(march: _March, displacement: Array, limits: RingLimits) -> tupl
             rate = found
         before = found
         left = bool(np.abs(output - wave).max() > far * vibration)
-        change = float(np.linalg.norm(ends[-1] - ends[-2]) / max(np.linalg.norm(ends[-1]), 1e-300))
+        change = float(np.linalg.norm(ends[-1] - ends[-2]) / max(float(np.linalg.norm(ends[-1])), 1e-300))
         if change < CALM * limits.disturbance:
             break
     times = whole.n_blades // blades
