@@ -44,6 +44,8 @@ def searched(
     omitted = [NEVER]
     if not options.detached:
         omitted.insert(0, "detached branches")
+    if curve.free_nodes > 0:
+        omitted.insert(0, "other residual tractions")
     if options.stability != "ring" and n_blades is not None:
         omitted.insert(0, "other nodal diameters")
     return f"searched: {'; '.join(parts)}; not searched: {', '.join(omitted)}"

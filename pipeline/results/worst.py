@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 
 from pipeline.scene.labels import prefixed
 from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.respond import CurveResult
 
+_NUMBER = re.compile(r"\d+")
 NOTICEABLE = 1.03  # ratio of the worst motion to the peak of the main branch above which a run warns
 
 
@@ -96,9 +98,17 @@ def with_unit(amplitude_m: float) -> str:
 
 
 def _merged(texts: Sequence[str]) -> str:
-    """Sentences of the same form as one: a part that differs from curve to curve lists what is said of it."""
-    columns: dict[int, dict[str, None]] = {}
+    """Sentences of the same form as one: where only numbers differ from curve to curve their range is given."""
+    columns: dict[int, dict[str, list[list[int]]]] = {}
     for text in texts:
         for place, part in enumerate(text.split("; ")):
-            columns.setdefault(place, {})[part] = None
-    return "; ".join(" or ".join(parts) for parts in columns.values())
+            numbers = [int(number) for number in _NUMBER.findall(part)]
+            columns.setdefault(place, {}).setdefault(_NUMBER.sub("#", part), []).append(numbers)
+    return "; ".join(" or ".join(_filled(*item) for item in variants.items()) for variants in columns.values())
+
+
+def _filled(form: str, rows: list[list[int]]) -> str:
+    """A form with # for each number, filled in with the numbers, or their ranges, of all rows."""
+    ranges = [(min(column), max(column)) for column in zip(*rows, strict=True)]
+    texts = iter(str(low) if low == high else f"{low}...{high}" for low, high in ranges)
+    return "".join(next(texts) if character == "#" else character for character in form)

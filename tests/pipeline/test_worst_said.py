@@ -136,3 +136,11 @@ def test_the_response_figure_marks_worst_motions_that_are_no_peaks() -> None:
         plt.close(figure)
     assert places == [(440.0, pytest.approx(100.0)), (9.0, pytest.approx(2.0))]
     assert labels == ["worst motion"]
+
+
+def test_sentences_that_differ_in_numbers_only_give_their_range(curves: list[CurveResult]) -> None:
+    def searched(text: str) -> CurveResult:
+        return replace(curves[0], facts=replace(curves[0].facts, worst_searched=text))
+
+    said = search_notes([searched(f"searched: main branch; harmonics 0 to {most}") for most in (1, 9, 7)])
+    assert said[0].endswith("searched: main branch; harmonics 0 to 1...9")
