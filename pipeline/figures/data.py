@@ -85,6 +85,8 @@ class PlottedCurve:
         Kind, frequency and amplitude of each bifurcation.
     worst : (float, float)
         Frequency, Hz, and amplitude, m, of the worst motion; nan where it is not known.
+    worst_open : bool
+        Whether the worst motion may be higher than that, because the search left something open.
     """
 
     index: int
@@ -105,6 +107,7 @@ class PlottedCurve:
     branches: tuple[PlottedBranch, ...]
     bifurcations: tuple[dict[str, Any], ...]
     worst: tuple[float, float]
+    worst_open: bool
 
     def contact_parameters(self, n_contacts: int) -> ContactParameters:
         """Contact parameters of each of the contact nodes."""
@@ -146,6 +149,7 @@ def _read(index: int, curve: CurveResult, file: Path, rom: Path) -> PlottedCurve
             branches=tuple(_branch(source[BRANCHES][name]) for name in sorted(source.get(BRANCHES, ()), key=int)),
             bifurcations=facts.bifurcations,
             worst=(facts.worst_frequency_hz, facts.worst_amplitude_m),
+            worst_open=bool(facts.worst_unresolved),
             residual=_residual_band(source, facts),
             contact=section_from_attributes(Contact, source.attrs),
             contact_area=_contact_area(rom),

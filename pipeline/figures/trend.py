@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-WORST, MAIN = "worst motion", "peak of the main branch"
+WORST, MAIN, AT_LEAST = "worst motion", "peak of the main branch", "worst motion, at least"
 MAIN_LOOK = {"linewidth": 0.8, "linestyle": (0, (4, 2)), "markerfacecolor": "white", "markeredgewidth": 0.8}
 _SYMLOG_FROM = 8.0  # ratio of the largest to the median value above which the axis is symmetric-logarithmic
 
@@ -37,6 +38,7 @@ def trend_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title:
         worst["label"] = ", ".join(filter(None, (label, WORST)))
         upper.plot(x, [curve.worst[1] * factor for curve in members], **worst)
         lower.plot(x, [curve.worst[0] for curve in members], **worst)
+        _mark_open(upper, x, members, factor, colour)
         peaks: dict[str, Any] = {"marker": "o", "markersize": 3, "color": colour, **MAIN_LOOK}
         peaks["label"] = MAIN if number == 0 else None
         upper.plot(x, [curve.peak[1] * factor for curve in members], **peaks)
@@ -49,6 +51,20 @@ def trend_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title:
     if upper.get_legend_handles_labels()[0]:
         upper.legend(fontsize=9)
     return figure
+
+
+def _mark_open(axes: Axes, x: Sequence[float], curves: Sequence[PlottedCurve], factor: float, colour: str) -> None:
+    """White arrow heads over worst motions that may be higher, dotted up to the peak of the main branch above them."""
+    label = None if AT_LEAST in axes.get_legend_handles_labels()[1] else AT_LEAST
+    for place, curve in zip(x, curves, strict=True):
+        height = curve.worst[1] * factor
+        if not curve.worst_open or not math.isfinite(height):
+            continue
+        look: dict[str, Any] = {"color": colour, "markerfacecolor": "white", "markersize": 8, "zorder": 4}
+        axes.plot(place, height, "^", label=label, **look)
+        if curve.peak[1] > curve.worst[1]:
+            axes.plot([place, place], [height, curve.peak[1] * factor], ":", color=colour, linewidth=1.0)
+        label = None
 
 
 def _main_parameter(curves: Sequence[PlottedCurve]) -> str:
