@@ -54,7 +54,7 @@ def trend_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title:
 
 
 def _mark_open(axes: Axes, x: Sequence[float], curves: Sequence[PlottedCurve], factor: float, colour: str) -> None:
-    """White arrow heads over worst motions that may be higher, dotted up to the peak of the main branch above them."""
+    """White arrow heads over worst motions that may be higher, dotted up to a higher peak of the main branch."""
     label = None if AT_LEAST in axes.get_legend_handles_labels()[1] else AT_LEAST
     for place, curve in zip(x, curves, strict=True):
         height = curve.worst[1] * factor
