@@ -11,7 +11,7 @@ STABILITY = {
     "wave": "stability against perturbations with the symmetry of the wave only",
     "folds": "stability from folds only",
 }
-NEVER = "mistuned blades, motions that other initial conditions reach"
+NEVER = "mistuned blades, other residual tractions, motions that other initial conditions reach"
 
 
 def searched(
@@ -37,15 +37,14 @@ def searched(
         Whether there are others that could matter.
     """
     parts = [_branches(curve, options), _stability(options, n_blades), f"harmonics 0 to {curve.harmonics}"]
-    if departures:
-        parts.append(_integrated([each.motion for each in departures if each.motion is not None]))
+    motions = [each.motion for each in departures if each.motion is not None]
+    if motions:
+        parts.append(_integrated(motions))
     else:
-        parts.append("no time integration" if lacking else "time integration not needed")
+        parts.append("no time integration" if lacking or departures else "time integration not needed")
     omitted = [NEVER]
     if not options.detached:
         omitted.insert(0, "detached branches")
-    if curve.free_nodes > 0:
-        omitted.insert(0, "other residual tractions")
     if options.stability != "ring" and n_blades is not None:
         omitted.insert(0, "other nodal diameters")
     return f"searched: {'; '.join(parts)}; not searched: {', '.join(omitted)}"

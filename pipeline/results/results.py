@@ -123,6 +123,11 @@ class Curve:
     detached: tuple[DetachedBranch, ...]
     rom: Path | None
 
+    @property
+    def growth_nodal_diameter(self) -> Array:
+        """Nodal diameter of the perturbation that grows most, beside that of the wave, (P,); -1: not known."""
+        return self.datasets.get("growth_nodal_diameter", np.full(self.frequency_hz.size, -1))
+
 
 @dataclass(frozen=True)
 class Results:

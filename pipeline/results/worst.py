@@ -10,6 +10,7 @@ from pipeline.scene.labels import prefixed
 from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.respond import CurveResult
 
+SEARCHED = "searched: "  # beginning of each sentence
 _NUMBER = re.compile(r"\d+")
 NOTICEABLE = 1.03  # ratio of the worst motion to the peak of the main branch above which a run warns
 
@@ -101,10 +102,12 @@ def _merged(texts: Sequence[str]) -> str:
     """Sentences of the same form as one: where only numbers differ from curve to curve their range is given."""
     columns: dict[int, dict[str, list[list[int]]]] = {}
     for text in texts:
-        for place, part in enumerate(text.split("; ")):
+        for place, part in enumerate(text.removeprefix(SEARCHED).split("; ")):
             numbers = [int(number) for number in _NUMBER.findall(part)]
             columns.setdefault(place, {}).setdefault(_NUMBER.sub("#", part), []).append(numbers)
-    return "; ".join(" or ".join(_filled(*item) for item in variants.items()) for variants in columns.values())
+    return SEARCHED + "; ".join(
+        " or ".join(_filled(*item) for item in variants.items()) for variants in columns.values()
+    )
 
 
 def _filled(form: str, rows: list[list[int]]) -> str:

@@ -27,7 +27,14 @@ def solve(angle, twist, engine_order, interference=2e-6, force=1.0):
     )
     modal = modes(angle, twist)
     free = modal.angular_frequency[0] / (2.0 * np.pi)
-    options = SolverOptions((0.8 * free, 2.2 * free), harmonics=3)
+    options = SolverOptions(
+        (0.8 * free, 2.2 * free),
+        harmonics=3,
+        detached=False,
+        stability="wave",
+        truncation=False,
+        time_integration=False,
+    )
     return forced_response(modal, contact, Excitation(engine_order, force), options)
 
 

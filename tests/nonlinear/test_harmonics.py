@@ -17,7 +17,12 @@ def solve(interference, engine_order, harmonics, tolerance=1e-3):
         2, normal_stiffness=4.0, tangential_stiffness=3.0, friction=0.4, interference=interference
     )
     options = SolverOptions(
-        (0.1, 0.7), harmonics=harmonics, harmonic_tolerance=tolerance, detached=False, stability="folds"
+        (0.1, 0.7),
+        harmonics=harmonics,
+        harmonic_tolerance=tolerance,
+        detached=False,
+        stability="folds",
+        time_integration=False,
     )
     return forced_response(modal, contact, Excitation(engine_order, 1.0), options)
 

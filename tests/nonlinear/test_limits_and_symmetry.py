@@ -29,7 +29,15 @@ def solve(interference, *, engine_order=4, force=1.0, harmonics=1, modal=None, *
         modal,
         contact(interference, **keys),
         Excitation(engine_order, force),
-        SolverOptions(RANGE, harmonics=harmonics, **options),
+        SolverOptions(
+            RANGE,
+            harmonics=harmonics,
+            detached=False,
+            stability="folds",
+            truncation=False,
+            time_integration=False,
+            **options,
+        ),
     )
 
 

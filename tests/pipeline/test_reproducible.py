@@ -26,7 +26,7 @@ def contents(path: Path) -> dict[str, object]:
             found[name] = item[()].tobytes()
         for key, value in item.attrs.items():
             if key not in NOT_NUMBERS_OF_THE_SOLUTION:
-                found[f"{name}@{key}"] = np.asarray(value).tolist()
+                found[f"{name}@{key}"] = repr(np.asarray(value).tolist())  # nan is nan here
 
     with h5py.File(path, "r") as file:
         file.visititems(visit)
