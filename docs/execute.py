@@ -150,11 +150,12 @@ def check(page: Path, pieces: list[Piece], numbers: bool = True) -> None:
 def agrees(shown: str, printed: str, numbers: bool = True) -> bool:
     """Whether a printed text is the one shown, word by word, numbers by value, boxes aside, "..." for any words.
 
-    numbers: whether their values count, or only that there is a number.
+    numbers: whether their values count, or only that there is a number ("at least" 5 is one too).
     """
-    found = _words(printed)
+    ignored = () if numbers else (">=",)
+    found = [word for word in _words(printed) if word not in ignored]
     reached = {0}  # how many of the printed words the page's words so far may have used up
-    for wanted in _words(shown):
+    for wanted in (word for word in _words(shown) if word not in ignored):
         if wanted == "...":
             reached = set(range(min(reached), len(found) + 1))
         else:
