@@ -125,7 +125,7 @@ def _cards(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[tuple[st
     worst = [curve for curve in shown if math.isfinite(curve.worst[1])]
     peaks = [curve for curve in shown if curve.peak_index >= 0]
     cards = [
-        *_extremes(worst, [curve.worst for curve in worst], "worst motion"),
+        *_worst_cards(worst),
         *_extremes(peaks, [curve.peak for curve in peaks], "peak of the main branch"),
     ]
     if source.model_rows:
@@ -133,6 +133,21 @@ def _cards(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[tuple[st
         cards.append(("first natural frequency", f"{row['free_hz'][0]:.5g} Hz", "shrouds free"))
         order, values = next(iter(row["stuck_hz"].items()))
         cards.append(("first natural frequency", f"{values[0]:.5g} Hz", f"shrouds stuck, engine order {order}"))
+    return cards
+
+
+def _worst_cards(curves: Sequence[PlottedCurve]) -> list[tuple[str, str, str]]:
+    """Highest and lowest worst motion; of the lowest only where nothing was left open that may be higher."""
+    closed = [curve for curve in curves if not curve.worst_open]
+    cards = _extremes(curves, [curve.worst for curve in curves], "worst motion")
+    if len(closed) == len(curves):
+        return cards
+    title, value, of = cards[0]
+    cards = [(title, f">= {value}", of)]
+    if closed and len(curves) > 1:
+        title, value, of = _extremes(closed, [curve.worst for curve in closed], "worst motion")[:2][-1]
+        known = f"{len(closed)} of {len(curves)} curves, the others >="
+        cards.append(("lowest worst motion", value, f"{of}; {known}"))
     return cards
 
 

@@ -11,6 +11,7 @@ from pipeline_support import small_scene, write_scene
 
 from pipeline.figures.response import mark_worst
 from pipeline.figures.style import styled
+from pipeline.report.page import _worst_cards
 from pipeline.results.outputs import curve_summary
 from pipeline.results.tables import curve_table
 from pipeline.results.worst import search_notes, worst_cells, worst_warning
@@ -144,3 +145,25 @@ def test_sentences_that_differ_in_numbers_only_give_their_range(curves: list[Cur
 
     said = search_notes([searched(f"searched: main branch; harmonics 0 to {most}") for most in (1, 9, 7)])
     assert said[0].endswith("searched: main branch; harmonics 0 to 1...9")
+
+
+def test_tiles_of_the_report_do_not_praise_a_curve_whose_search_is_open() -> None:
+    """The lowest worst motion is one that nothing may exceed; the highest one is a lower bound where any is open."""
+
+    def plotted(height_m: float, is_open: bool) -> Any:
+        label = f"curve of {1e6 * height_m:g} um"
+        return SimpleNamespace(worst=(100.0, height_m), worst_open=is_open, label=label, parameters={"a": 1})
+
+    known, other, unsure = plotted(5e-6, False), plotted(9e-6, False), plotted(1e-6, True)
+    tiles = _worst_cards([known, other])
+    assert [title for title, _, _ in tiles] == [
+        "highest worst motion",
+        "lowest worst motion",
+        "highest over lowest worst motion",
+    ]
+    highest, lowest = _worst_cards([known, other, unsure])
+    assert highest[1].startswith(">= 9")
+    assert lowest[1].startswith("5")
+    assert "2 of 3 curves" in lowest[2]
+    ((title, value, _),) = _worst_cards([unsure])
+    assert (title, value[:2]) == ("worst motion", ">=")
