@@ -110,7 +110,7 @@ class Workspace(NamedTuple):
         df/dx in rows: force coefficient, node, force component; columns: displacement component, coefficient.
     coupling : (n, n) float
         G df/dx; columns in the order node, component, coefficient.
-    dR_domega : (n,) float
+    dR_domega, tangent : (n,) float
         Scaled.
     columns, active, passive : (n,) int
         Columns of `coupling` and unknowns that are active, and unknowns that are passive.
@@ -131,6 +131,7 @@ class Workspace(NamedTuple):
     by_row: Array
     coupling: Array
     dR_domega: Array
+    tangent: Array
     columns: Integers
     active: Integers
     passive: Integers

@@ -130,6 +130,7 @@ class CompiledCorrector:
             by_row=np.empty((2 * n_h - 1, self.balance.n_contacts, 3, 3 * (2 * n_h - 1))),
             coupling=np.empty((size, size)),
             dR_domega=np.empty(size),
+            tangent=np.empty(size),
             columns=np.empty(size, np.int64),
             active=np.empty(size, np.int64),
             passive=np.empty(size, np.int64),

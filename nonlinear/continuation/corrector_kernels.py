@@ -12,10 +12,13 @@ from nonlinear.contact.event_driven import NodeLaws, Scratch, evaluate_nodes
 from nonlinear.contact.numba_cache import compiled, inner, inner_counted
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.bordered_kernels import Iterate, Plane, Structure, Workspace, factorise, solve, subtract
-from nonlinear.continuation.corrector import MAX_CORRECTIONS, SAME_SYSTEM
+from nonlinear.continuation.corrector import CHORD_STEPS, MAX_CORRECTIONS, SAME_SYSTEM
 from nonlinear.harmonic_balance.residual import SMALLEST_VIBRATION
 
 FAILED = -1
+LARGEST_CONTRACTION = 0.25  # of the error of the tangent by a refinement with old factors
+TANGENT_ERROR = 1e-5  # relative change of the tangent by the last refinement
+MAX_REFINEMENTS = 5
 
 
 @compiled
@@ -45,15 +48,13 @@ def correct_in_plane(
             error <= 1e3 * plane.round_off and stagnations >= 3
         )
         if error <= plane.tolerance or stagnates:
-            if refactorise or not factorised or first > SAME_SYSTEM:
+            if refactorise or not factorised or not _write_tangent(structure, plane, at, work, first > SAME_SYSTEM):
                 factorise(structure, plane, at, work)
-            for i in range(at.residual.shape[0]):
-                at.residual[i] = 0.0
-            solve(plane, at, work, 1.0)
+                _write_tangent(structure, plane, at, work, False)
             return iteration
         if iteration == MAX_CORRECTIONS or not np.isfinite(error):
             return FAILED
-        if not factorised or error * (2.0 * contraction) ** 2 > plane.tolerance:
+        if not factorised or error * (2.0 * contraction) ** CHORD_STEPS > plane.tolerance:
             factorise(structure, plane, at, work)
             first, factorised = np.inf, True
         solve(plane, at, work, 0.0)
@@ -118,3 +119,74 @@ def _write_residual(structure: Structure, laws: NodeLaws, at: Iterate, work: Wor
             coordinates[m] = (coordinates[m] + structure.modal_force[h, m]) / value[m]
         np.dot(structure.relative[h], coordinates, work.response[h])
     subtract(at.unknown, work.response, at.residual)
+
+
+@inner_counted
+def _write_tangent(structure: Structure, plane: Plane, at: Iterate, work: Workspace, refine: bool) -> bool:
+    """Write the tangent from the last factors; whether its refinement with the Jacobian at the iterate converges.
+
+    Iterative refinement, z - B_0^-1 (B z - e): factors B_0 that solve nearly for B need few products with B.
+    """
+    for i in range(at.residual.shape[0]):
+        at.residual[i] = 0.0
+    solve(plane, at, work, 1.0)
+    if not refine:
+        return True
+    previous = np.inf
+    for _ in range(MAX_REFINEMENTS):
+        tangent, omega = work.tangent, at.omega[1]
+        total = omega * omega
+        for i in range(tangent.shape[0]):
+            tangent[i] = at.tangent[i]
+            total += tangent[i] * tangent[i]
+        solve(plane, at, work, _write_defect(structure, plane, at, work))
+        change = at.omega[1] * at.omega[1]
+        at.omega[1] += omega
+        for i in range(tangent.shape[0]):
+            change += at.tangent[i] * at.tangent[i]
+            at.tangent[i] += tangent[i]
+        relative = math.sqrt(change / total)
+        if not relative <= LARGEST_CONTRACTION * min(previous, 1.0):
+            return False
+        if relative <= TANGENT_ERROR:
+            return True
+        previous = relative
+    return False
+
+
+@inner_counted
+def _write_defect(structure: Structure, plane: Plane, at: Iterate, work: Workspace) -> float:
+    """Write what the tangent leaves of the equations into the residual; returns what it leaves of the constraint."""
+    size, n_contacts = at.motion.shape[0], at.motion.shape[1]
+    for k in range(n_contacts):
+        for a in range(3):
+            for i in range(size):
+                value = _times_motion(at.jacobian[k, a, :, i], work.tangent, k)
+                if i == 0 or i % 2 == 1:
+                    work.contact_force[(i + 1) // 2, 3 * k + a] = value
+                else:
+                    work.contact_force[i // 2, 3 * k + a] += 1j * value
+    rate = at.omega[1] * plane.omega_scale / plane.length
+    for h in range(work.contact_force.shape[0]):
+        coordinates = work.weighted_force[h]
+        np.dot(structure.adjoint[h], work.contact_force[h], coordinates)
+        for m in range(coordinates.shape[0]):
+            moved = coordinates[m] - rate * work.rates[h, m] * work.coordinates[h, m]
+            coordinates[m] = moved / work.denominators[h, m]
+        np.dot(structure.relative[h], coordinates, work.response[h])
+    subtract(work.tangent, work.response, at.residual)
+    last = 1.0 - at.omega[1] * plane.direction_omega / plane.omega_scale
+    for i in range(at.residual.shape[0]):
+        at.residual[i] *= plane.length
+        last -= work.tangent[i] * plane.direction[i] / plane.length
+    return last
+
+
+@inner
+def _times_motion(derivative: Array, tangent: Array, node: int) -> float:
+    """Product of the derivative (3, 2H+1) of one force with the tangent, (n,), at a node."""
+    total, row = 0.0, tangent.shape[0] // derivative.shape[1]
+    for b in range(3):
+        for j in range(derivative.shape[1]):
+            total += derivative[b, j] * tangent[j * row + 3 * node + b]
+    return total

@@ -93,3 +93,14 @@ def test_a_solution_too_far_from_the_prediction_is_refused():
     away = NormalPlane(3.0 * plane.unknown, plane.omega, plane.direction, plane.metric, 1e-3)
     assert compiled.correct(away, None, False) is None
     assert correct(balance, options, away) is None
+
+
+def test_tangent_from_old_factors_is_that_of_the_solution():
+    """Without a factorisation at the solution the tangent is refined: the same to the size of its last change."""
+    balance, options, points = curve("slip", 4)
+    compiled = compiled_corrector(balance, options)
+    for plane in planes(points):
+        refined, exact = (compiled.correct(plane, None, again).tangent for again in (False, True))
+        difference = refined[0][0] - exact[0][0], refined[0][1] - exact[0][1]
+        assert plane.metric.norm(*difference) < 3e-3
+        assert refined[1:] == exact[1:]
