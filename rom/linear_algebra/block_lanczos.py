@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 from rom.linear_algebra.orthonormalisation import svqb
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ class _Basis:
 
 
 def lowest_eigenpairs(
-    solve: Callable[[Block], Block], mass: csr_matrix, start: Block, count: int, tolerance: float
+    solve: Callable[[Block], Block], mass: csr_matrix | IsotropicMatrix, start: Block, count: int, tolerance: float
 ) -> tuple[NDArray[np.float64], Block]:
     """The `count` eigenvalues w^2 (m,) of smallest modulus, ascending, and their M-orthonormal shapes (m, n).
 
@@ -77,7 +78,7 @@ def lowest_eigenpairs(
     ----------
     solve : callable
         K^-1 for rows (p, n).
-    mass : (n, n) CSR matrix
+    mass : (n, n) matrix
         M.
     start : (p, n) array
         Start block of random numbers: it must hold a part of every mode.
@@ -119,13 +120,13 @@ def _ritz(basis: _Basis, off_diagonal: Block, count: int) -> tuple[NDArray[np.fl
     return values, vectors, np.linalg.norm(off_diagonal @ vectors[basis.count - off_diagonal.shape[1] :], axis=0)
 
 
-def _times(mass: csr_matrix, rows: Block) -> Block:
+def _times(mass: csr_matrix | IsotropicMatrix, rows: Block) -> Block:
     """The rows times M."""
     return (mass @ np.ascontiguousarray(rows.T)).T
 
 
 def _orthonormal(
-    mass: csr_matrix, block: Block, basis: _Basis, neighbours: Block
+    mass: csr_matrix | IsotropicMatrix, block: Block, basis: _Basis, neighbours: Block
 ) -> tuple[Block, Block, tuple[Block, Block]]:
     """Orthonormalise a block (p, n) in M against the basis and in itself.
 
