@@ -11,17 +11,58 @@ multi-harmonic vibrations of bladed disks, Journal of Turbomachinery 125 (2003) 
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from nonlinear.contact.event_driven_cycle import SLIPS, STICKS, list_intervals
 from nonlinear.contact.fourier_moments import integrate_basis, subtract_products
 from nonlinear.contact.numba_cache import inner, lean
-from nonlinear.contact.parameters import SLIP, STICK, Array, ContactForces, ContactParameters
+from nonlinear.contact.parameters import SLIP, Array, ContactForces, ContactParameters
 from nonlinear.contact.return_map import Integers
 from nonlinear.contact.trigonometric_roots import NOWHERE, PERIOD, cell_table
 
 WHOLE_PERIOD = PERIOD - 1e-12  # intervals longer than this are the whole cycle
+
+
+class NodeLaws(NamedTuple):
+    """The parameters of all nodes as the kernels take them.
+
+    Attributes
+    ----------
+    scale, offset : (n_c, 3) float
+        u1 and u2 measured from where the sliders start and the unclipped load: offset + scale times (u1, u2, d_n).
+    normal_stiffness, tangential_stiffness, friction, mu_kt, preload : (n_c,) float
+        kn, kt, mu, mu / kt (0 where there is no tangential force) and N0.
+    table : (2H+1, 3 cells) float
+        See `cell_table`.
+    """
+
+    scale: Array
+    offset: Array
+    normal_stiffness: Array
+    tangential_stiffness: Array
+    friction: Array
+    mu_kt: Array
+    preload: Array
+    table: Array
+
+
+class Scratch(NamedTuple):
+    """Memory of `evaluate_nodes`.
+
+    `moments` is (5, 4H+1), `by_node` (n_c, 3, 3 cells) another view of `cells`, the others are those of
+    `list_intervals`.
+    """
+
+    coefficients: Array
+    by_node: Array
+    cells: Array
+    curves: Array
+    bounds: Array
+    intervals: Array
+    spans: Integers
+    moments: Array
 
 
 @dataclass(frozen=True)
@@ -38,46 +79,88 @@ class EventDrivenJenkins:
     n_harmonics: int
 
     @cached_property
-    def _table(self) -> Array:
-        return cell_table(self.n_harmonics)
-
-    @cached_property
-    def _mu_kt(self) -> Array:
-        """mu / kt of every node, (n_c,), 0 where there is no tangential force."""
+    def laws(self) -> NodeLaws:
+        """The parameters as the kernels take them."""
         p = self.parameters
-        kt = p.tangential_stiffness
-        return np.divide(p.friction, kt, out=np.zeros(p.n_contacts), where=kt > 0.0)
+        kn, kt = p.normal_stiffness, p.tangential_stiffness
+        at_rest = np.zeros((1, p.n_contacts, 3))
+        offset = p.from_slider_origin(at_rest)[0].copy()
+        offset[:, 2] = p.load_coefficients(at_rest)[0]
+        mu_kt = np.divide(p.friction, kt, out=np.zeros(p.n_contacts), where=kt > 0.0)
+        scale = np.column_stack([np.ones((p.n_contacts, 2)), kn])
+        kn, kt, mu, preload = (
+            np.ascontiguousarray(values, dtype=float) for values in (kn, kt, p.friction, p.preload)
+        )
+        return NodeLaws(scale, offset, kn, kt, mu, mu_kt, preload, cell_table(self.n_harmonics))
 
-    @cached_property
-    def _frictionless(self) -> Integers:
-        """Nodes with sliders that meet no resistance: they have no events, and slip whenever they move."""
-        return np.flatnonzero((self.parameters.tangential_stiffness > 0.0) & (self.parameters.friction == 0.0))
+    def scratch(self) -> Scratch:
+        """Memory for `evaluate_nodes`."""
+        size, n_contacts = 2 * self.n_harmonics + 1, self.parameters.n_contacts
+        cells = 8 * self.n_harmonics
+        values = np.empty((n_contacts, 3, 3, cells))
+        return Scratch(
+            coefficients=np.empty((n_contacts, 3, size)),
+            by_node=values.reshape(n_contacts, 3, -1),
+            cells=values,
+            curves=np.empty((4, size)),
+            bounds=np.empty((5, cells)),
+            intervals=np.empty((n_contacts * 32 * (size + 1), 4)),
+            spans=np.empty((n_contacts, 4, 2), np.int64),
+            moments=np.zeros((5, 2 * size - 1)),
+        )
 
     def evaluate(self, displacement: Array) -> ContactForces:
         """Forces and Jacobian for real coefficients `displacement` (2H+1, n_c, 3), metres."""
-        p = self.parameters
-        displacement = p.from_slider_origin(displacement)
         size, n_contacts, _ = displacement.shape
-        coefficients = displacement.transpose(1, 2, 0).copy()  # of u1, u2 and the unclipped load
-        coefficients[:, 2] = p.load_coefficients(displacement).T
-        cells = (coefficients.reshape(-1, size) @ self._table).reshape(n_contacts, 3, 3, -1)
-        spans = np.zeros((n_contacts, 4, 2), np.int64)
-        intervals = np.empty((n_contacts * 32 * (size + 1), 4))
-        curves, bounds = np.empty((4, size)), np.empty((5, cells.shape[3]))
-        list_intervals(coefficients, cells, self._mu_kt, curves, bounds, intervals, spans)
-        force = np.zeros((size, n_contacts, 3))
-        force[0, :, 2] = p.preload
-        jacobian = np.zeros((n_contacts, 3, 3, size, size))
-        law = (p.normal_stiffness, p.tangential_stiffness, p.friction)
-        _integrate(coefficients, law, intervals, spans, np.zeros((5, 2 * size - 1)), force, jacobian)
-        state = spans[:, 3, 0].copy()
-        if self._frictionless.size > 0:
-            moving = np.any(displacement[1:, self._frictionless, :2] != 0.0, axis=(0, 2))
-            state[self._frictionless] = np.maximum(state[self._frictionless], np.where(moving, SLIP, STICK))
+        force, state = np.empty((size, n_contacts, 3)), np.empty(n_contacts, np.int64)
+        jacobian = np.empty((n_contacts, 3, 3, size, size))
+        motion = np.ascontiguousarray(displacement, dtype=float)
+        evaluate_nodes(motion, self.laws, self.scratch(), force, jacobian, state)
         return ContactForces(force, jacobian, state)
 
 
 @lean
+def evaluate_nodes(
+    displacement: Array, laws: NodeLaws, scratch: Scratch, force: Array, jacobian: Array, state: Integers
+) -> None:
+    """Write forces (2H+1, n_c, 3), Jacobian (n_c, 3, 3, 2H+1, 2H+1) and worst states of the nodes."""
+    size, spans = displacement.shape[0], scratch.spans
+    _write_coefficients(displacement, laws, scratch.coefficients, scratch.by_node)
+    force[:], jacobian[:], spans[:] = 0.0, 0.0, 0
+    intervals = scratch.intervals
+    list_intervals(scratch.coefficients, scratch.cells, laws.mu_kt, scratch.curves, scratch.bounds, intervals, spans)
+    law = (laws.normal_stiffness, laws.tangential_stiffness, laws.friction)
+    for node in range(state.shape[0]):
+        force[0, node, 2] = laws.preload[node]
+    _integrate(scratch.coefficients, law, intervals, spans, scratch.moments, force, jacobian)
+    for node in range(state.shape[0]):
+        state[node] = spans[node, 3, 0]
+        if laws.tangential_stiffness[node] > 0.0 and laws.friction[node] == 0.0 and state[node] < SLIP:
+            # a slider that meets no resistance has no events, and slips whenever it moves
+            for i in range(1, size):
+                if displacement[i, node, 0] != 0.0 or displacement[i, node, 1] != 0.0:
+                    state[node] = SLIP
+
+
+@inner
+def _write_coefficients(displacement: Array, laws: NodeLaws, coefficients: Array, cells: Array) -> None:
+    """Write the coefficients of u1, u2 and the unclipped load, and their values in the cells, (n_c, 3, 3 cells)."""
+    table = laws.table
+    for node in range(coefficients.shape[0]):
+        for direction in range(3):
+            row, values = coefficients[node, direction], cells[node, direction]
+            for i in range(row.shape[0]):
+                row[i] = laws.scale[node, direction] * displacement[i, node, direction]
+            row[0] += laws.offset[node, direction]
+            for k in range(values.shape[0]):
+                values[k] = 0.0
+            for i in range(row.shape[0]):
+                factor, shape = row[i], table[i]
+                for k in range(values.shape[0]):
+                    values[k] += factor * shape[k]
+
+
+@inner
 def _integrate(
     coefficients: Array,
     law: tuple[Array, Array, Array],
@@ -90,7 +173,7 @@ def _integrate(
     """Add the Fourier coefficients of the reactions -(T1, T2, N) and their derivatives.
 
     `coefficients`, `intervals`, `spans`: see `list_intervals`; `law`: kn, kt and mu, (n_c,) each; `work` (5, 4H+1):
-    scratch, zeros. Written: `force` (2H+1, n_c, 3), `jacobian` (n_c, 3, 3, 2H+1, 2H+1), worst states in `spans`.
+    scratch. Written: `force` (2H+1, n_c, 3), `jacobian` (n_c, 3, 3, 2H+1, 2H+1), worst states in `spans`.
     """
     normal_stiffness, tangential_stiffness, friction = law
     for node in range(spans.shape[0]):

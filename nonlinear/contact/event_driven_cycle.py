@@ -2,7 +2,7 @@
 
 import math
 
-from nonlinear.contact.numba_cache import inner, lean
+from nonlinear.contact.numba_cache import inner
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.contact.return_map import Integers
 from nonlinear.contact.trigonometric_roots import NOWHERE, PERIOD, bound_cells, find_roots, next_rise, taylor
@@ -13,7 +13,7 @@ SAME = 1e-7  # two maxima nearer than this (rad) set the slider at the same plac
 Start = tuple[float, float, int, float]
 
 
-@lean
+@inner
 def list_intervals(
     coefficients: Array, cells: Array, mu_kt: Array, curves: Array, bounds: Array, intervals: Array, spans: Integers
 ) -> None:

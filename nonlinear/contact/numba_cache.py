@@ -40,6 +40,23 @@ def inner(function: Function) -> Function:
     return _compile(function, _nrt=False, no_cpython_wrapper=True)
 
 
+def inner_counted(function: Function) -> Function:
+    """The same with reference counts, as numpy's products of arrays need them."""
+    return _compile(function, no_cpython_wrapper=True)
+
+
+def lapack_lu() -> Any:
+    """LAPACK's dgetrf for kernels: (ord("d"), m, n, a.ctypes, lda, pivots.ctypes), pivots int32; zero: it succeeded.
+
+    numba has it for its own `numpy.linalg.solve`, which allocates and forgets the factors (its version is pinned).
+    """
+    from numba import types
+    from numba.np import linalg
+
+    library: Any = linalg
+    return library._LAPACK().numba_xxgetrf(types.float64)
+
+
 def _compile(function: Function, **options: bool) -> Any:
     import numba
     from numba.core import config

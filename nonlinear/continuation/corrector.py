@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonlinear.contact.parameters import Array
+from nonlinear.contact.parameters import Array, ContactForces
 from nonlinear.continuation.bordered_system import BorderedSystem
 from nonlinear.continuation.metric import Metric, Tangent
 from nonlinear.harmonic_balance.newton import ConvergenceMonitor
-from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
+from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import SolverOptions
 
 MAX_CORRECTIONS = 12
@@ -25,18 +25,18 @@ class Corrected:
         x, m.
     omega : float
         Frequency, rad/s.
-    linearised : LinearisedResidual
-        Residual and derivatives at the solution.
-    system : BorderedSystem or None
-        System of the last step, if it is as good as the one at the solution.
+    contact : ContactForces
+        Contact forces at the solution.
+    tangent : tuple of Tangent, int and int
+        See `BorderedSystem.tangent`.
     iterations : int
         Newton iterations.
     """
 
     unknown: Array
     omega: float
-    linearised: LinearisedResidual
-    system: BorderedSystem | None
+    contact: ContactForces
+    tangent: tuple[Tangent, int, int]
     iterations: int
 
 
@@ -70,13 +70,18 @@ class NormalPlane:
 
 
 def correct(
-    balance: HarmonicBalance, options: SolverOptions, plane: NormalPlane, offset: Tangent | None = None
+    balance: HarmonicBalance,
+    options: SolverOptions,
+    plane: NormalPlane,
+    offset: Tangent | None = None,
+    refactorise: bool = False,
 ) -> Corrected | None:
     """Solve R(x, omega) = 0 in the plane; None if the iteration fails.
 
     The iteration starts at the predicted point, or at `offset` beside it in the plane. The factors of a Jacobian
     serve up to three steps, as long as the errors predict that these suffice: with an error e and a contraction c of
-    the last step, the next step with the same factors leaves 2 c e or less.
+    the last step, the next step with the same factors leaves 2 c e or less. The last factors also give the tangent,
+    unless their steps contract the error too little or the caller wants to `refactorise` at the very solution.
     """
     x, omega = plane.unknown, plane.omega
     if offset is not None:
@@ -90,8 +95,9 @@ def correct(
         if first_contraction == np.inf:  # of this system; the later ones may be round-off
             first_contraction = contraction
         if monitor.converged(error):
-            reusable = system if first_contraction <= SAME_SYSTEM else None
-            return Corrected(x, omega, linearised, reusable, iteration)
+            if system is None or refactorise or first_contraction > SAME_SYSTEM:
+                system = BorderedSystem.factorise(linearised, plane.direction, plane.metric)
+            return Corrected(x, omega, linearised.contact, system.tangent(), iteration)
         if iteration == MAX_CORRECTIONS or not np.isfinite(error):
             return None
         if system is None or error * (2.0 * contraction) ** 2 > options.tolerance:

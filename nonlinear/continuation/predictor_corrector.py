@@ -1,12 +1,14 @@
 """Prediction and correction of single points of a curve."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.bordered_system import BorderedSystem
+from nonlinear.continuation.compiled_corrector import CompiledCorrector, compiled_corrector
 from nonlinear.continuation.corrector import MAX_CORRECTIONS, Corrected, NormalPlane, correct
 from nonlinear.continuation.metric import Metric, Tangent
 from nonlinear.continuation.parameters import ContinuationParameters
@@ -54,7 +56,9 @@ class PredictorCorrector:
     ) -> SolutionPoint:
         """The solution (x, omega) as a point with its tangent on the side of `towards`."""
         linearised = self.balance.evaluate(unknown, omega)
-        solved = Corrected(unknown, omega, linearised, None, iterations)
+        metric = self.metric(unknown)
+        tangent = BorderedSystem.factorise(linearised, metric.unit(towards), metric).tangent()
+        solved = Corrected(unknown, omega, linearised.contact, tangent, iterations)
         return self._with_tangent(solved, towards, 0, arc, step)
 
     def _with_tangent(
@@ -66,8 +70,7 @@ class PredictorCorrector:
         It is 0 where it is not known.
         """
         metric = self.metric(solved.unknown)
-        system = solved.system or BorderedSystem.factorise(solved.linearised, metric.unit(towards), metric)
-        tangent, sign, jacobian_sign = system.tangent()
+        tangent, sign, jacobian_sign = solved.tangent
         tangent = metric.unit(tangent)
         if (
             bordered_sign not in (0, sign)
@@ -80,7 +83,7 @@ class PredictorCorrector:
             omega=solved.omega,
             tangent=tangent,
             metric=metric,
-            contact=solved.linearised.contact,
+            contact=solved.contact,
             jacobian_sign=jacobian_sign,
             bordered_sign=sign,
             iterations=solved.iterations,
@@ -121,13 +124,24 @@ class PredictorCorrector:
             offset = cubic_offset(previous, point, step, metric)
             if offset is not None and metric.norm(*offset) > 0.5 * max_distance:
                 offset = None
-        solved = correct(self.balance, self.options, plane, offset)
+        solved = self._correct(plane, offset, refactorise)
         if solved is None:
             return None
         deviation = plane.distance(solved.unknown, solved.omega)
         following = next_step(step, deviation, solved.iterations, self.options, self.parameters)
-        solved = replace(solved, system=None) if refactorise else solved
         return self._with_tangent(solved, normal, point.bordered_sign, point.arc + step, following)
+
+    def _correct(
+        self, plane: NormalPlane, offset: Tangent | None = None, refactorise: bool = False
+    ) -> Corrected | None:
+        """The solution in the plane: by the compiled corrector, if the problem is small."""
+        if self._compiled is not None:
+            return self._compiled.correct(plane, offset, refactorise)
+        return correct(self.balance, self.options, plane, offset, refactorise)
+
+    @cached_property
+    def _compiled(self) -> CompiledCorrector | None:
+        return compiled_corrector(self.balance, self.options)
 
     def _largest_relative_deviation(self, step: float) -> float:
         crosses_kink = step <= self.parameters.kink_step
@@ -142,7 +156,7 @@ class PredictorCorrector:
         metric = self.metric(start.unknown)
         normal = metric.unit(start.tangent)
         plane = NormalPlane(start.unknown, start.omega, normal, metric, self.parameters.max_restart_distance)
-        solved = correct(self.balance, self.options, plane)
+        solved = self._correct(plane)
         if solved is None:
             return None
         return self._with_tangent(solved, normal, 0, point.arc, point.step)

@@ -1,5 +1,6 @@
 """Quantities of a solved point: amplitude of the output, its derivative along the curve, work per cycle."""
 
+import cmath
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,9 +10,6 @@ from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import Array, ContactForces
 from nonlinear.continuation.solution_point import SolutionPoint
 from rom import RelativeReceptance
-
-SAMPLES_PER_HARMONIC = 32
-NEWTON_STEPS = 6
 
 
 @dataclass(frozen=True)
@@ -39,28 +37,13 @@ def largest_amplitude(harmonics: ComplexArray) -> Amplitude:
     Closed form for one harmonic; else the largest of 32 H samples, improved by Newton's method on x' = 0.
     """
     static, first = harmonics[0].real, harmonics[1]
-    if np.all(harmonics[2:] == 0.0):
-        sign = -1.0 if static < 0.0 else 1.0
-        angle = -np.angle(first) if sign > 0.0 else np.pi - np.angle(first)
-        return Amplitude(float(abs(static) + abs(first)), float(angle), sign)
-    order = np.arange(harmonics.size)
-    n_samples = SAMPLES_PER_HARMONIC * (order.size - 1)
-    theta = 2.0 * np.pi * np.arange(n_samples) / n_samples
-    samples = (np.exp(1j * np.outer(theta, order)) @ harmonics).real
-    largest = int(np.argmax(np.abs(samples)))
-    angle, sign = float(theta[largest]), float(np.sign(samples[largest]) or 1.0)
-    value = abs(float(samples[largest]))
-    for _ in range(NEWTON_STEPS):
-        terms = harmonics * np.exp(1j * order * angle)
-        derivative, curvature = (1j * order * terms).sum().real, (-(order**2) * terms).sum().real
-        if curvature * sign >= 0.0:
-            break
-        next_angle = angle - derivative / curvature
-        next_value = sign * float((harmonics * np.exp(1j * order * next_angle)).sum().real)
-        if next_value < value:
-            break
-        angle, value = next_angle, next_value
-    return Amplitude(value, float(angle), sign)
+    if harmonics.size > 2 and harmonics[2:].any():
+        from nonlinear.continuation.amplitude_kernel import largest_displacement
+
+        return Amplitude(*largest_displacement(np.ascontiguousarray(harmonics, dtype=complex)))
+    sign = -1.0 if static < 0.0 else 1.0
+    angle = -cmath.phase(sign * first)
+    return Amplitude(float(abs(static) + abs(first)), angle, sign)
 
 
 def output_harmonics(point: SolutionPoint, output: str) -> ComplexArray:

@@ -220,13 +220,13 @@ class HarmonicBalance:
         unknown : (n,) float
             x, m.
         """
-        total = math.sqrt(unknown @ unknown) + self.tiny + self._static_resolution
+        total = math.sqrt(unknown @ unknown) + self.tiny + self.static_resolution
         vibration = max(self.vibration(unknown), SMALLEST_VIBRATION * total)
         dynamic = self.vibration(residual) / vibration
         return max(dynamic, math.sqrt(residual @ residual) / total)
 
     @cached_property
-    def _static_resolution(self) -> float:
+    def static_resolution(self) -> float:
         """Static relative displacement (m) below which the difference of both sides is round-off.
 
         A static force that moves both sides alike causes a relative displacement of pure round-off.

@@ -1,0 +1,120 @@
+"""The corrector of small problems, compiled whole: residual, contact forces, Newton's method in the normal plane.
+
+The equations and the decisions are those of `HarmonicBalance` and of `correct` in `corrector`, which solve the
+problems that are not small. There a step spends its time in LAPACK; here it would in Python.
+"""
+
+import math
+
+import numpy as np
+
+from nonlinear.contact.event_driven import NodeLaws, Scratch, evaluate_nodes
+from nonlinear.contact.numba_cache import compiled, inner, inner_counted
+from nonlinear.contact.parameters import Array
+from nonlinear.continuation.bordered_kernels import Iterate, Plane, Structure, Workspace, factorise, solve, subtract
+from nonlinear.continuation.corrector import MAX_CORRECTIONS, SAME_SYSTEM
+from nonlinear.harmonic_balance.residual import SMALLEST_VIBRATION
+
+FAILED = -1
+
+
+@compiled
+def correct_in_plane(
+    structure: Structure,
+    laws: NodeLaws,
+    plane: Plane,
+    at: Iterate,
+    work: Workspace,
+    scratch: Scratch,
+    refactorise: bool,
+) -> int:
+    """Solve R(x, omega) = 0 in the plane from the iterate on; returns the iterations, or FAILED.
+
+    Afterwards the iterate holds the solution and the tangent: the last solution of the bordered system, whose right
+    side is 1 in the constraint only.
+    """
+    previous, first, stagnations, factorised = np.inf, np.inf, 0, False
+    for iteration in range(MAX_CORRECTIONS + 1):
+        _write_residual(structure, laws, at, work, scratch)
+        error = _relative_error(at.residual, at.unknown, structure.floor, at.motion.shape[1])
+        contraction = error / previous
+        if first == np.inf:
+            first = contraction
+        stagnations = stagnations + 1 if error >= 0.3 * previous else 0
+        stagnates = (error <= plane.round_off and stagnations >= 1) or (
+            error <= 1e3 * plane.round_off and stagnations >= 3
+        )
+        if error <= plane.tolerance or stagnates:
+            if refactorise or not factorised or first > SAME_SYSTEM:
+                factorise(structure, plane, at, work)
+            for i in range(at.residual.shape[0]):
+                at.residual[i] = 0.0
+            solve(plane, at, work, 1.0)
+            return iteration
+        if iteration == MAX_CORRECTIONS or not np.isfinite(error):
+            return FAILED
+        if not factorised or error * (2.0 * contraction) ** 2 > plane.tolerance:
+            factorise(structure, plane, at, work)
+            first, factorised = np.inf, True
+        solve(plane, at, work, 0.0)
+        previous = error
+        if not _take_step(plane, at):
+            return FAILED
+    return FAILED
+
+
+@inner
+def _take_step(plane: Plane, at: Iterate) -> bool:
+    """Add the solution of the bordered system to the iterate; whether that is near enough to the predicted point."""
+    square = 0.0
+    for i in range(at.unknown.shape[0]):
+        at.unknown[i] += plane.length * at.tangent[i]
+        change = at.unknown[i] - plane.unknown[i]
+        square += change * change
+    at.omega[0] += plane.omega_scale * at.omega[1]
+    shift = (at.omega[0] - plane.omega) / plane.omega_scale
+    distance = math.sqrt(square / (plane.length * plane.length) + shift * shift)
+    return at.omega[0] > 0.0 and distance <= plane.max_distance  # a NaN fails this comparison too
+
+
+@inner
+def _relative_error(residual: Array, unknown: Array, floor: float, n_contacts: int) -> float:
+    """`HarmonicBalance.relative_error`."""
+    static_residual, static, dynamic_residual, dynamic = 0.0, 0.0, 0.0, 0.0
+    for i in range(3 * n_contacts):
+        static_residual += residual[i] * residual[i]
+        static += unknown[i] * unknown[i]
+    for i in range(3 * n_contacts, unknown.shape[0]):
+        dynamic_residual += residual[i] * residual[i]
+        dynamic += unknown[i] * unknown[i]
+    total = math.sqrt(static + dynamic) + floor
+    vibration = max(math.sqrt(dynamic), SMALLEST_VIBRATION * total)
+    return max(math.sqrt(dynamic_residual) / vibration, math.sqrt(static_residual + dynamic_residual) / total)
+
+
+@inner_counted
+def _write_residual(structure: Structure, laws: NodeLaws, at: Iterate, work: Workspace, scratch: Scratch) -> None:
+    """Contact forces, R and the modal coordinates of the iterate."""
+    evaluate_nodes(at.motion, laws, scratch, at.force, at.jacobian, at.state)
+    size, n_contacts, omega = at.motion.shape[0], at.motion.shape[1], at.omega[0]
+    if structure.odd:
+        for i in range(3, size):
+            if i % 4 == 3 or i % 4 == 0:  # round-off, which stiff contacts would amplify
+                for k in range(n_contacts):
+                    at.force[i, k, 0], at.force[i, k, 1], at.force[i, k, 2] = 0.0, 0.0, 0.0
+    for k in range(n_contacts):
+        for a in range(3):
+            work.contact_force[0, 3 * k + a] = at.force[0, k, a]
+            for h in range(1, work.contact_force.shape[0]):
+                work.contact_force[h, 3 * k + a] = complex(at.force[2 * h - 1, k, a], at.force[2 * h, k, a])
+    for h in range(work.contact_force.shape[0]):
+        value, rate, coordinates = work.denominators[h], work.rates[h], work.coordinates[h]
+        for m in range(value.shape[0]):
+            damping = structure.damping[m]
+            value[m] = complex(structure.stiffness[m] - (h * omega) ** 2, damping * h * omega)
+            rate[m] = complex(-2.0 * omega * h * h, damping * h)
+        np.dot(structure.adjoint[h], work.contact_force[h], coordinates)
+        for m in range(value.shape[0]):
+            coordinates[m] = (coordinates[m] + structure.modal_force[h, m]) / value[m]
+        np.dot(structure.relative[h], coordinates, work.response[h])
+    subtract(at.unknown, work.response, at.residual)
