@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.finite_elements.full_model import FullModel, node_dofs
+from rom.finite_elements.full_model import FullModel
 from rom.finite_elements.rotation import coriolis_acceleration
 from rom.linear_algebra.factorisation import Factor, analyse
 from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
@@ -98,10 +98,9 @@ def partition_at_boundary(
     centrifugal, element, speed_rpm = boundary.transform_force(full.centrifugal), full.element, full.speed_rpm
     k_ii, k_ib, k_bb = _stiffness_blocks(full.stiffness, interior, boundary)
     analysis = analyse(k_ii, backend)
-    del k_ii  # before the factor is computed: on a large mesh there is little memory beside it
-    factor = analysis.factor()
     m_ii, m_ib, m_bb = _mass_blocks(full.mass, interior, boundary)
-    del full
+    del k_ii, full  # before the factor is computed: on a large mesh there is little memory beside it
+    factor = analysis.factor()
     constraint = -factor.solve(k_ib.toarray())
     coupling = m_ib.toarray() + m_ii @ constraint
     return Substructure(
