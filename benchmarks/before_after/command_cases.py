@@ -13,7 +13,7 @@ from typing import Any
 from before_after.state import PACKAGES, CaseError, State
 
 REPEATS = 5
-SWEEP = (-20e-6, -10e-6, -5e-6, 5e-6, 10e-6, 20e-6, 40e-6, 60e-6)  # m
+SWEEP = (-20e-6, 5e-6, 10e-6, 20e-6, 40e-6, 60e-6, 100e-6, 400e-6)  # m
 ANSWERS = ("response.csv", "response.h5")
 
 

@@ -83,10 +83,11 @@ def _extras(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
         for label, cases in (("before", old), ("after", new)):
             seconds = cases.get(case, {}).get("seconds")
             if seconds:
-                values = [seconds[name] for name in (ALONE, *SHOWN_EXTRAS)]
-                shares = [(more - less) / values[0] for less, more in pairwise(values)]
-                total = f"{values[-1] / values[0]:.3g}"
-                yield case.split()[1], label, f"{values[0]:.3g}", *(f"{share:.2f}" for share in shares), total
+                values = list(seconds.values())
+                shares = [f"{(more - less) / values[0]:.2f}" for less, more in pairwise(values)]
+                added = dict(zip(list(seconds)[1:], shares, strict=True))
+                columns = [added.get(name, "in the next") for name in SHOWN_EXTRAS]
+                yield case.split()[1], label, f"{values[0]:.3g}", *columns, f"{values[-1] / values[0]:.3g}"
 
 
 def _peers(old: Cases, new: Cases, after: Stored) -> Iterator[Sequence[str]]:
