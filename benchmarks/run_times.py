@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         measure(State(options.project.resolve()), settings, names, state, target)
     if options.store is None:
         before = read(options.before)
-        write_results(options.out, "run_times", table(before["cases"], state["cases"]), report(before, state))
+        write_results(options.out, "run_times", table(before, state), report(before, state))
     return 1 if state["failures"] else 0
 
 
@@ -105,7 +105,7 @@ def measure(state: State, settings: Settings, names: Sequence[str], found: Store
             found["cases"][name] = (CASES | DEAR)[name](state, settings)
             found["failures"].pop(name, None)
             if name == "peers" and state.root == ROOT:
-                found["pyharm"] = pyharm_points(found["cases"][name]["cases"], settings.models)
+                found["cases"]["pyharm"] = pyharm_points(found["cases"][name]["cases"], settings.models)
         except Exception as error:  # a case that breaks is a finding, not the end of the run
             found["cases"].pop(name, None)
             found["failures"][name] = f"{type(error).__name__}: {error}"

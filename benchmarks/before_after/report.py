@@ -19,23 +19,21 @@ SAME = 1e-6  # relative differences of answers below it are those of round-off
 
 def report(before: Stored, after: Stored) -> str:
     """All tables, and what the two states are."""
-    old, new = before["cases"], after["cases"]
-    head = ("what", "unit", "before", "after", "times less", "target", "reached")
+    old, new = cases_of(before, after)
+    head = ("what", "unit", "before", "after", "times better", "target", "reached")
     parts = [
         "# Run times, before and after",
         "Seconds on the clock, those of all processors in brackets; of single curves processor time on one thread. "
         "Every case in a process of its own, kernels compiled before, medians where it is short. `>=`: ended at its "
         "limit.",
-        markdown_table(head, ([row[name] for name in head] for row in table(old, new))),
+        markdown_table(head, ([row[name] for name in head] for row in table(before, after))),
         "## What each extra costs, over the curves alone",
         "Seconds of all curves of the scene alone, and what each extra adds to them, divided by these seconds.",
         markdown_table(("scene", "state", f"{ALONE}, s", *SHOWN_EXTRAS, "all"), _extras(old, new)),
         "## Beside pyHarm",
         "Milliseconds of processor time a point; times as fast as pyHarm, which solved the same problems in the run "
         "of the state after.",
-        markdown_table(
-            ("case", "pyHarm", "before", "after", "times, before", "times, after"), _peers(old, new, after)
-        ),
+        markdown_table(("case", "pyHarm", "before", "after", "times, before", "times, after"), _peers(old, new)),
         "## Exponents of growth",
         markdown_table(("what", "before", "after"), _exponents(old, new)),
         "## Answers",
@@ -51,18 +49,23 @@ def report(before: Stored, after: Stored) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def table(old: Cases, new: Cases) -> list[dict[str, Any]]:
+def cases_of(before: Stored, after: Stored) -> tuple[Cases, Cases]:
+    """The answers of both; pyHarm was measured with the state after, for both."""
+    new = after["cases"]
+    return before["cases"] | ({"pyharm": new["pyharm"]} if new.get("pyharm") else {}), new
+
+
+def table(before: Stored, after: Stored) -> list[dict[str, Any]]:
     """The rows: texts, and "-" for what was not measured."""
+    old, new = cases_of(before, after)
     rows = []
     for row in ROWS:
         first, second = row.figure(old), row.figure(new)
-        gain = (
-            NOTHING if first is None or second is None or second.value <= 0 else f"{first.value / second.value:.3g}"
-        )
+        gain = f"{row.gain(first, second):.3g}" if first and second and first.value * second.value > 0.0 else NOTHING
         limit = row.target if row.target is not None else first.value if first else None
         reached = NOTHING
         if second is not None and limit is not None:
-            reached = "yes" if second.value <= limit and not second.at_least else "no"
+            reached = "yes" if row.reached(second, limit) else "no"
         said = NOTHING if limit is None else f"{row.target:g}" if row.target is not None else "no more"
         rows.append(
             {
@@ -70,7 +73,7 @@ def table(old: Cases, new: Cases) -> list[dict[str, Any]]:
                 "unit": row.unit,
                 "before": first.text() if first else NOTHING,
                 "after": second.text() if second else NOTHING,
-                "times less": gain,
+                "times better": gain,
                 "target": said,
                 "reached": reached,
             }
@@ -90,8 +93,8 @@ def _extras(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
                 yield case.split()[1], label, f"{values[0]:.3g}", *columns, f"{values[-1] / values[0]:.3g}"
 
 
-def _peers(old: Cases, new: Cases, after: Stored) -> Iterator[Sequence[str]]:
-    theirs = after.get("pyharm", {})
+def _peers(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
+    theirs = new.get("pyharm", {})
     names = (new.get("peers") or old.get("peers") or {}).get("cases", {})
     for name in names:
         ms = theirs.get(name)
