@@ -13,6 +13,7 @@ from before_after.rows import ALONE, ROWS, Cases, exponents
 
 Stored = Mapping[str, Any]  # a state as its JSON file holds it
 NOTHING = "-"
+STAGES = ("mesh", "assemble", "reduce", "respond", "render", "figures")
 SHOWN_EXTRAS = ("truncation", "detached", "ring stability", "time integration")
 SAME = 1e-6  # relative differences of answers below it are those of round-off
 
@@ -27,9 +28,14 @@ def report(before: Stored, after: Stored) -> str:
         "Every case in a process of its own, kernels compiled before, medians where it is short. `>=`: ended at its "
         "limit.",
         markdown_table(head, ([row[name] for name in head] for row in table(before, after))),
+        "## Stages of a run",
+        "Seconds on the clock.",
+        markdown_table(("scene", "state", *STAGES), _stages(old, new)),
         "## What each extra costs, over the curves alone",
         "Seconds of all curves of the scene alone, and what each extra adds to them, divided by these seconds.",
         markdown_table(("scene", "state", f"{ALONE}, s", *SHOWN_EXTRAS, "all"), _extras(old, new)),
+        '## "auto" beside the cheapest fixed number of harmonics as accurate',
+        markdown_table(("curve", "state", "H", "error", "s", "fixed H", "s", "times"), _automatic(old, new)),
         "## Beside pyHarm",
         "Milliseconds of processor time a point; times as fast as pyHarm, which solved the same problems in the run "
         "of the state after.",
@@ -61,7 +67,7 @@ def table(before: Stored, after: Stored) -> list[dict[str, Any]]:
     rows = []
     for row in ROWS:
         first, second = row.figure(old), row.figure(new)
-        gain = f"{row.gain(first, second):.3g}" if first and second and first.value * second.value > 0.0 else NOTHING
+        gain = row.gain(first, second) if first and second else NOTHING
         limit = row.target if row.target is not None else first.value if first else None
         reached = NOTHING
         if second is not None and limit is not None:
@@ -81,8 +87,26 @@ def table(before: Stored, after: Stored) -> list[dict[str, Any]]:
     return rows
 
 
+def _stages(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
+    for scene in ("default", "figure5"):
+        for label, cases in (("before", old), ("after", new)):
+            stages = cases.get(scene, {}).get("stages", {})
+            if stages:
+                yield scene, label, *(f"{stages.get(name, 0.0):.2f}" for name in STAGES)
+
+
+def _automatic(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
+    for case in dict.fromkeys(name for name in [*new, *old] if name.startswith("auto ")):
+        for label, cases in (("before", old), ("after", new)):
+            for curve, row in cases.get(case, {}).get("curves", {}).items():
+                found = (str(row["harmonics"]), f"{row['error']:.1e}", f"{row['auto']:.3g}")
+                fixed = row["fixed"] or {"harmonics": NOTHING, "seconds": math.nan}
+                times = f"{fixed['seconds']:.3g}", f"{row['auto'] / fixed['seconds']:.3g}"
+                yield f"{case.split()[1]}, {curve}", label, *found, str(fixed["harmonics"]), *times
+
+
 def _extras(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
-    for case in (name for name in new | old if name.startswith("extras ")):  # type: ignore[operator]
+    for case in dict.fromkeys(name for name in [*new, *old] if name.startswith("extras ")):
         for label, cases in (("before", old), ("after", new)):
             seconds = cases.get(case, {}).get("seconds")
             if seconds:
@@ -105,7 +129,7 @@ def _peers(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
 
 def _exponents(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
     first, second = dict(exponents(old)), dict(exponents(new))
-    for name in second | first:
+    for name in first | second:
         yield name, *(f"{found[name]:.2f}" if name in found else NOTHING for found in (first, second))
 
 

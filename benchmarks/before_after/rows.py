@@ -45,9 +45,14 @@ class Row:
             return found.value >= limit
         return found.value <= limit and not found.at_least
 
-    def gain(self, before: Figure, after: Figure) -> float:
-        """How many times better it is after."""
-        return after.value / before.value if self.larger else before.value / after.value
+    def gain(self, before: Figure, after: Figure) -> str:
+        """How many times better it is after; by the seconds of the processors in brackets."""
+        if before.value <= 0.0 or after.value <= 0.0:
+            return "-"
+        times = after.value / before.value if self.larger else before.value / after.value
+        if before.processors is None or after.processors is None:
+            return f"{times:.3g}"
+        return f"{times:.3g} ({before.processors / after.processors:.3g})"
 
     def figure(self, cases: Cases) -> Figure | None:
         """The number, None where its case was not measured."""

@@ -42,11 +42,12 @@ def curves(factor: float, peak: float, detached: int = 0) -> dict[str, Any]:
     growth = [
         {"nodes": n, "harmonics": h, "unknowns": 3 * n * (2 * h + 1), "ms": factor * n**2 * h} for n, h in sizes
     ]
+    auto = {"auto": 3.0, "harmonics": 5, "error": 1e-4}
     return {
-        "default": {"whole": used, "unchanged": used, "validate": used},
+        "default": {"whole": used, "unchanged": used, "validate": used, "stages": {"mesh": factor}},
         "extras dummy": {"seconds": dict(zip(names, (1.0, 1.2, 1.5, 3.5, 4.0), strict=True)), "found": found},
         "auto dummy": {
-            "curves": {"0 m": {"auto": 3.0, "fixed": {"seconds": 2.0}}, "1 m": {"auto": 1, "fixed": None}}
+            "curves": {"0 m": {**auto, "fixed": {"harmonics": 3, "seconds": 2.0}}, "1 m": {**auto, "fixed": None}}
         },
         "peers": {"cases": {name: {"ms": factor * i} for i, name in enumerate(("A1", "V1", "A5", "V5"), 1)}},
         "growth": {"rows": growth},
@@ -59,7 +60,7 @@ def test_rows_read_the_answers_and_compare_both_states(run_times: Any) -> None:
     before, after = {"cases": curves(4.0, 1e-3)}, {"cases": curves(0.5, 1e-3) | {"pyharm": {"A1": 40.0, "V1": 120.0}}}
     rows = {row["what"]: row for row in run_times.table(before, after)}
     default = rows["default scene from nothing"]
-    assert (default["before"], default["after"], default["times better"]) == ("4 (8)", "0.5 (1)", "8")
+    assert (default["before"], default["after"], default["times better"]) == ("4 (8)", "0.5 (1)", "8 (8)")
     assert default["reached"] == "yes"
     assert rows["all extras over curves alone, dummy"]["after"] == "4"
     assert rows["all extras over curves alone, dummy"]["reached"] == "no"
@@ -84,6 +85,8 @@ def test_the_report_says_exponents_peers_and_changed_answers(run_times: Any) -> 
     after = {"cases": solved, "failures": {"stiff": "over 9 s"}, "commit": "new"}
     text = run_times.report(before, after)
     assert "| A1 | 100 | 4 | 1 | 25 | 100 |" in text
+    assert "| default | before | 4.00 | 0.00 |" in text
+    assert "| dummy, 0 m | after | 5 | 1.0e-04 | 3 | 3 | 2 | 1.5 |" in text
     assert "| ms a point over contact nodes, H = 1 | 2.00 | 2.00 |" in text
     assert "| ms a point over harmonics, 9 nodes | 1.00 | 1.00 |" in text
     assert "| extras dummy | 1 | 1.0e-03 | 1.0e-03 | 1 |" in text
