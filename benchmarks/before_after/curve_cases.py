@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import statistics
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -76,10 +77,15 @@ def one_thread(function: Callable[..., dict[str, Any]]) -> Callable[..., dict[st
 
 
 def warm_up(models: str) -> None:
-    """Load or compile the kernels that curves need."""
+    """Load or compile the kernels of curves, of their extras and of the time integration."""
+    from nonlinear import Ring, RingLimits, integrate_ring
+
     curve = next(posed(models, "figure5"))
-    curve.solve(harmonics=1)
     curve.solve(harmonics=1, stability="ring", truncation=True)
+    problem = curve.problem
+    ring = Ring(problem.modal, problem.contact, problem.excitation, problem.options.output)
+    with suppress(ArithmeticError):
+        integrate_ring(ring, 1e4, None, limits=RingLimits(most_periods=2, window=1, settling=1))
 
 
 @one_thread
