@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import signal
 import sys
 import time
 from collections.abc import Sequence
@@ -25,7 +26,7 @@ from typing import Any
 from before_after.plan import CASES, DEAR, GRIDS, SCENES, Settings
 from before_after.pyharm import pyharm_points
 from before_after.report import report, table
-from before_after.state import CaseError, State
+from before_after.state import State
 from tables import OUT, ROOT, load, machine_facts, write_results
 
 BEFORE = Path(__file__).parent / "before_after" / "before.json"
@@ -35,16 +36,19 @@ Stored = dict[str, Any]
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure a state, add it to its file and write the table; the exit status."""
     options = _parser().parse_args(arguments)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # by an exception, which ends the process of a case too
     options.out.mkdir(parents=True, exist_ok=True)
     target = options.store or options.out / "run_times.json"
     state = read(target)
     if not options.report:
         names = chosen(options.only, options.dear)
-        settings = Settings(options.out / "models", options.curve_limit, options.limit, tuple(options.hard_cases))
+        settings = Settings(
+            options.out / "models", options.curve_limit, options.dear_limit, options.limit, tuple(options.hard_cases)
+        )
         measure(State(options.project.resolve()), settings, names, state, target)
     if options.store is None:
         before = read(options.before)
-        write_results(options.out, "run_times", table(before["cases"], state["cases"]), report(before, state))
+        write_results(options.out, "run_times", table(before, state), report(before, state))
     return 1 if state["failures"] else 0
 
 
@@ -59,7 +63,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--before", type=Path, default=BEFORE, help="JSON file of the state before")
     parser.add_argument("--report", action="store_true", help="only the table")
     parser.add_argument("--hard-cases", type=int, nargs="+", default=list(Settings.hard_cases), metavar="INDEX")
-    parser.add_argument("--curve-limit", type=float, default=60.0, help="seconds of a curve of the hard corner (60)")
+    parser.add_argument("--curve-limit", type=float, default=30.0, help="seconds of a curve of the hard corner (30)")
+    parser.add_argument("--dear-limit", type=float, default=120.0, help="seconds of a curve of the dear cases (120)")
     parser.add_argument("--limit", type=float, default=1200.0, help="seconds of a case (1200)")
     parser.add_argument("--out", type=Path, default=OUT / "run_times", help="output folder")
     return parser
@@ -100,10 +105,10 @@ def measure(state: State, settings: Settings, names: Sequence[str], found: Store
             found["cases"][name] = (CASES | DEAR)[name](state, settings)
             found["failures"].pop(name, None)
             if name == "peers" and state.root == ROOT:
-                found["pyharm"] = pyharm_points(found["cases"][name]["cases"], settings.models)
-        except CaseError as error:
+                found["cases"]["pyharm"] = pyharm_points(found["cases"][name]["cases"], settings.models)
+        except Exception as error:  # a case that breaks is a finding, not the end of the run
             found["cases"].pop(name, None)
-            found["failures"][name] = str(error)
+            found["failures"][name] = f"{type(error).__name__}: {error}"
         found["load"] = f"{before:.1f}"
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(json.dumps(found, indent=1), encoding="utf-8")

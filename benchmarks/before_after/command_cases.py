@@ -13,8 +13,8 @@ from typing import Any
 from before_after.state import PACKAGES, CaseError, State
 
 REPEATS = 5
-SWEEP = (-20e-6, -10e-6, -5e-6, 5e-6, 10e-6, 20e-6, 40e-6, 60e-6)  # m
-ANSWERS = ("response.csv", "response.h5")
+SWEEP = (-20e-6, 5e-6, 10e-6, 20e-6, 40e-6, 60e-6, 100e-6, 400e-6)  # m
+TIMES = {"seconds"}  # attributes of response.h5 that are no results
 
 
 def from_nothing(state: State, scene: str, limit: float) -> dict[str, Any]:
@@ -62,9 +62,31 @@ def one_and_two_workers(state: State, limit: float, values: tuple[float, ...] = 
             answer[jobs] = _run(state, command, limit)
             summary = json.loads((Path(name) / jobs / "summary.json").read_text(encoding="utf-8"))
             answer[jobs]["respond"] = summary["stages"]["respond"]["seconds"]
-        first, second = ([(Path(name) / jobs / file).read_bytes() for file in ANSWERS] for jobs in ("1", "2"))
+        first, second = (results(Path(name) / jobs) for jobs in ("1", "2"))
     loss = 1.0 - answer["1"]["respond"] / (2.0 * answer["2"]["respond"])
     return {"one": answer["1"], "two": answer["2"], "loss": loss, "identical": first == second}
+
+
+def results(out: Path) -> dict[str, bytes]:
+    """All numbers of response.csv and response.h5 as they are stored, but the times."""
+    import h5py
+    import numpy as np
+
+    def stored(value: Any) -> bytes:
+        array = np.asarray(value)
+        return repr(array.tolist()).encode() if array.dtype.hasobject else array.tobytes()
+
+    found = {"csv": (out / "response.csv").read_bytes()}
+
+    def visit(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset):
+            found[name] = stored(item[()])
+        found.update({f"{name}@{key}": stored(item.attrs[key]) for key in item.attrs if key not in TIMES})
+
+    with h5py.File(out / "response.h5", "r") as file:
+        visit("", file)
+        file.visititems(visit)
+    return found
 
 
 def _run(state: State, arguments: list[str], limit: float, root: Path | None = None) -> dict[str, float]:

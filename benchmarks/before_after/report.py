@@ -13,29 +13,33 @@ from before_after.rows import ALONE, ROWS, Cases, exponents
 
 Stored = Mapping[str, Any]  # a state as its JSON file holds it
 NOTHING = "-"
+STAGES = ("mesh", "assemble", "reduce", "respond", "render", "figures")
 SHOWN_EXTRAS = ("truncation", "detached", "ring stability", "time integration")
 SAME = 1e-6  # relative differences of answers below it are those of round-off
 
 
 def report(before: Stored, after: Stored) -> str:
     """All tables, and what the two states are."""
-    old, new = before["cases"], after["cases"]
-    head = ("what", "unit", "before", "after", "times less", "target", "reached")
+    old, new = cases_of(before, after)
+    head = ("what", "unit", "before", "after", "times better", "target", "reached")
     parts = [
         "# Run times, before and after",
         "Seconds on the clock, those of all processors in brackets; of single curves processor time on one thread. "
         "Every case in a process of its own, kernels compiled before, medians where it is short. `>=`: ended at its "
         "limit.",
-        markdown_table(head, ([row[name] for name in head] for row in table(old, new))),
+        markdown_table(head, ([row[name] for name in head] for row in table(before, after))),
+        "## Stages of a run",
+        "Seconds on the clock.",
+        markdown_table(("scene", "state", *STAGES), _stages(old, new)),
         "## What each extra costs, over the curves alone",
         "Seconds of all curves of the scene alone, and what each extra adds to them, divided by these seconds.",
         markdown_table(("scene", "state", f"{ALONE}, s", *SHOWN_EXTRAS, "all"), _extras(old, new)),
+        '## "auto" beside the cheapest fixed number of harmonics as accurate',
+        markdown_table(("curve", "state", "H", "error", "s", "fixed H", "s", "times"), _automatic(old, new)),
         "## Beside pyHarm",
         "Milliseconds of processor time a point; times as fast as pyHarm, which solved the same problems in the run "
         "of the state after.",
-        markdown_table(
-            ("case", "pyHarm", "before", "after", "times, before", "times, after"), _peers(old, new, after)
-        ),
+        markdown_table(("case", "pyHarm", "before", "after", "times, before", "times, after"), _peers(old, new)),
         "## Exponents of growth",
         markdown_table(("what", "before", "after"), _exponents(old, new)),
         "## Answers",
@@ -51,18 +55,23 @@ def report(before: Stored, after: Stored) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def table(old: Cases, new: Cases) -> list[dict[str, Any]]:
+def cases_of(before: Stored, after: Stored) -> tuple[Cases, Cases]:
+    """The answers of both; pyHarm was measured with the state after, for both."""
+    new = after["cases"]
+    return before["cases"] | ({"pyharm": new["pyharm"]} if new.get("pyharm") else {}), new
+
+
+def table(before: Stored, after: Stored) -> list[dict[str, Any]]:
     """The rows: texts, and "-" for what was not measured."""
+    old, new = cases_of(before, after)
     rows = []
     for row in ROWS:
         first, second = row.figure(old), row.figure(new)
-        gain = (
-            NOTHING if first is None or second is None or second.value <= 0 else f"{first.value / second.value:.3g}"
-        )
+        gain = row.gain(first, second) if first and second else NOTHING
         limit = row.target if row.target is not None else first.value if first else None
         reached = NOTHING
         if second is not None and limit is not None:
-            reached = "yes" if second.value <= limit and not second.at_least else "no"
+            reached = "yes" if row.reached(second, limit) else "no"
         said = NOTHING if limit is None else f"{row.target:g}" if row.target is not None else "no more"
         rows.append(
             {
@@ -70,7 +79,7 @@ def table(old: Cases, new: Cases) -> list[dict[str, Any]]:
                 "unit": row.unit,
                 "before": first.text() if first else NOTHING,
                 "after": second.text() if second else NOTHING,
-                "times less": gain,
+                "times better": gain,
                 "target": said,
                 "reached": reached,
             }
@@ -78,19 +87,38 @@ def table(old: Cases, new: Cases) -> list[dict[str, Any]]:
     return rows
 
 
+def _stages(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
+    for scene in ("default", "figure5"):
+        for label, cases in (("before", old), ("after", new)):
+            stages = cases.get(scene, {}).get("stages", {})
+            if stages:
+                yield scene, label, *(f"{stages.get(name, 0.0):.2f}" for name in STAGES)
+
+
+def _automatic(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
+    for case in dict.fromkeys(name for name in [*new, *old] if name.startswith("auto ")):
+        for label, cases in (("before", old), ("after", new)):
+            for curve, row in cases.get(case, {}).get("curves", {}).items():
+                found = (str(row["harmonics"]), f"{row['error']:.1e}", f"{row['auto']:.3g}")
+                fixed = row["fixed"] or {"harmonics": NOTHING, "seconds": math.nan}
+                times = f"{fixed['seconds']:.3g}", f"{row['auto'] / fixed['seconds']:.3g}"
+                yield f"{case.split()[1]}, {curve}", label, *found, str(fixed["harmonics"]), *times
+
+
 def _extras(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
-    for case in (name for name in new | old if name.startswith("extras ")):  # type: ignore[operator]
+    for case in dict.fromkeys(name for name in [*new, *old] if name.startswith("extras ")):
         for label, cases in (("before", old), ("after", new)):
             seconds = cases.get(case, {}).get("seconds")
             if seconds:
-                values = [seconds[name] for name in (ALONE, *SHOWN_EXTRAS)]
-                shares = [(more - less) / values[0] for less, more in pairwise(values)]
-                total = f"{values[-1] / values[0]:.3g}"
-                yield case.split()[1], label, f"{values[0]:.3g}", *(f"{share:.2f}" for share in shares), total
+                values = list(seconds.values())
+                shares = [f"{(more - less) / values[0]:.2f}" for less, more in pairwise(values)]
+                added = dict(zip(list(seconds)[1:], shares, strict=True))
+                columns = [added.get(name, "in the next") for name in SHOWN_EXTRAS]
+                yield case.split()[1], label, f"{values[0]:.3g}", *columns, f"{values[-1] / values[0]:.3g}"
 
 
-def _peers(old: Cases, new: Cases, after: Stored) -> Iterator[Sequence[str]]:
-    theirs = after.get("pyharm", {})
+def _peers(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
+    theirs = new.get("pyharm", {})
     names = (new.get("peers") or old.get("peers") or {}).get("cases", {})
     for name in names:
         ms = theirs.get(name)
@@ -101,7 +129,7 @@ def _peers(old: Cases, new: Cases, after: Stored) -> Iterator[Sequence[str]]:
 
 def _exponents(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
     first, second = dict(exponents(old)), dict(exponents(new))
-    for name in second | first:
+    for name in first | second:
         yield name, *(f"{found[name]:.2f}" if name in found else NOTHING for found in (first, second))
 
 

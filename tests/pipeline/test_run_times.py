@@ -42,11 +42,12 @@ def curves(factor: float, peak: float, detached: int = 0) -> dict[str, Any]:
     growth = [
         {"nodes": n, "harmonics": h, "unknowns": 3 * n * (2 * h + 1), "ms": factor * n**2 * h} for n, h in sizes
     ]
+    auto = {"auto": 3.0, "harmonics": 5, "error": 1e-4}
     return {
-        "default": {"whole": used, "unchanged": used, "validate": used},
+        "default": {"whole": used, "unchanged": used, "validate": used, "stages": {"mesh": factor}},
         "extras dummy": {"seconds": dict(zip(names, (1.0, 1.2, 1.5, 3.5, 4.0), strict=True)), "found": found},
         "auto dummy": {
-            "curves": {"0 m": {"auto": 3.0, "fixed": {"seconds": 2.0}}, "1 m": {"auto": 1, "fixed": None}}
+            "curves": {"0 m": {**auto, "fixed": {"harmonics": 3, "seconds": 2.0}}, "1 m": {**auto, "fixed": None}}
         },
         "peers": {"cases": {name: {"ms": factor * i} for i, name in enumerate(("A1", "V1", "A5", "V5"), 1)}},
         "growth": {"rows": growth},
@@ -56,14 +57,17 @@ def curves(factor: float, peak: float, detached: int = 0) -> dict[str, Any]:
 
 
 def test_rows_read_the_answers_and_compare_both_states(run_times: Any) -> None:
-    rows = {row["what"]: row for row in run_times.table(curves(4.0, 1e-3), curves(0.5, 1e-3))}
+    before, after = {"cases": curves(4.0, 1e-3)}, {"cases": curves(0.5, 1e-3) | {"pyharm": {"A1": 40.0, "V1": 120.0}}}
+    rows = {row["what"]: row for row in run_times.table(before, after)}
     default = rows["default scene from nothing"]
-    assert (default["before"], default["after"], default["times less"]) == ("4 (8)", "0.5 (1)", "8")
+    assert (default["before"], default["after"], default["times better"]) == ("4 (8)", "0.5 (1)", "8 (8)")
     assert default["reached"] == "yes"
     assert rows["all extras over curves alone, dummy"]["after"] == "4"
     assert rows["all extras over curves alone, dummy"]["reached"] == "no"
     assert rows['"auto" over the cheapest fixed H, largest']["after"] == "1.5"  # of the curve that has a fixed H
     assert rows["peers' problem, a point, H = 1"]["before"] == "8"  # the slower of both problems
+    beside = rows["the same beside pyHarm, the least of five problems"]
+    assert (beside["before"], beside["after"], beside["times better"], beside["reached"]) == ("10", "80", "8", "no")
     assert rows["a point with 9 nodes, H = 31"]["after"] == f"{0.5 * 81 * 31:.3g}"
     assert rows["the hard corner, a curve"]["before"] == ">= 32"
     assert rows["the hard corner, H = 7, median point"]["after"] == "4"
@@ -71,15 +75,18 @@ def test_rows_read_the_answers_and_compare_both_states(run_times: Any) -> None:
     assert rows["largest memory of a run, default scene"]["reached"] == "yes"  # no more than before
     assert rows["484 000 dofs to reduced model"] | {"what": "", "unit": "", "target": ""} == {
         **dict.fromkeys(("what", "unit", "target"), ""),
-        **dict.fromkeys(("before", "after", "times less", "reached"), "-"),
+        **dict.fromkeys(("before", "after", "times better", "reached"), "-"),
     }
 
 
 def test_the_report_says_exponents_peers_and_changed_answers(run_times: Any) -> None:
     before = {"cases": curves(4.0, 1.0e-3), "failures": {}, "commit": "old"}
-    after = {"cases": curves(1.0, 1.001e-3, detached=1), "failures": {"stiff": "over 9 s"}, "commit": "new"}
-    text = run_times.report(before, after | {"pyharm": {"A1": 100.0}})
+    solved = curves(1.0, 1.001e-3, detached=1) | {"pyharm": {"A1": 100.0}}
+    after = {"cases": solved, "failures": {"stiff": "over 9 s"}, "commit": "new"}
+    text = run_times.report(before, after)
     assert "| A1 | 100 | 4 | 1 | 25 | 100 |" in text
+    assert "| default | before | 4.00 | 0.00 |" in text
+    assert "| dummy, 0 m | after | 5 | 1.0e-04 | 3 | 3 | 2 | 1.5 |" in text
     assert "| ms a point over contact nodes, H = 1 | 2.00 | 2.00 |" in text
     assert "| ms a point over harmonics, 9 nodes | 1.00 | 1.00 |" in text
     assert "| extras dummy | 1 | 1.0e-03 | 1.0e-03 | 1 |" in text
@@ -136,6 +143,24 @@ def test_a_case_runs_on_the_state_that_is_named(run_times: Any, tmp_path: Path) 
     assert found == {"cases": {"A1": {"ms": pytest.approx(2.0), "points": 10}}}
     with pytest.raises(CaseError, match="no_such_case"):
         state.measured("no_such_case", tmp_path / "models", 60.0)
+
+
+def test_pyharm_takes_as_many_points_as_this_program(
+    run_times: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stand-in for its environment answers with the points that it is asked for."""
+    from before_after import pyharm
+
+    ours = {"A1": {"ms": 0.5, "points": 79}}
+    monkeypatch.setattr(pyharm, "ENVIRONMENT", tmp_path)
+    assert pyharm.pyharm_points(ours, tmp_path) == {}
+    python = tmp_path / "bin" / "python"
+    python.parent.mkdir()
+    asked = "import json, sys; asked = json.loads(sys.argv[2]); assert asked['variant'] == 'Jenkins x'"
+    said = "print(json.dumps({'timed': [[9.0, 7.9]], 'curve': {'points': asked['points']}}))"
+    python.write_text(f"#!{sys.executable}\n{asked}; {said}\n")
+    python.chmod(0o755)
+    assert pyharm.pyharm_points(ours, tmp_path) == {"A1": pytest.approx(100.0)}
 
 
 def test_cases_are_chosen_by_the_beginning_of_their_names(run_times: Any) -> None:
