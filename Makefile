@@ -1,7 +1,7 @@
 # make run    set up what is needed, then run a scene from geometry to figures
 # make report the same as make run, and one page about it: out/<scene>/report.html
 # make test   set up what is needed, then format, lint, types and tests
-# make bench  run time against error of every stage and of the whole, into out/bench; make bench-docs puts it into docs
+# make bench  run time against error of every stage, and run times before and after, into out/bench; make bench-docs puts it into docs
 # make bench-peers  beside pyHarm (installed into an environment of its own) and CalculiX (where ccx is)
 # make docs   the documentation site, into out/docs/index.html; make tutorials runs the tutorials and renews their output and pictures
 # make stress the stability matrix: hard cases solved, every one recorded, into out/stress
@@ -63,6 +63,7 @@ bench bench-peers bench-docs: export OPENBLAS_NUM_THREADS = 1
 bench: setup
 	@$(BIN)/python benchmarks/bench.py $(BENCH)
 ifeq ($(BENCH),)
+	@$(BIN)/python benchmarks/run_times.py
 	@$(BIN)/python benchmarks/family.py
 	@$(BIN)/python benchmarks/reduction.py
 	@$(BIN)/python benchmarks/parallel.py

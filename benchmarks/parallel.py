@@ -1,6 +1,6 @@
 """Curves of a sweep in worker processes: `python benchmarks/parallel.py` from the project folder.
 
-    python benchmarks/parallel.py                       # 8 and 32 curves of the default blade, 1 and 2 processes
+    python benchmarks/parallel.py                       # 8 and 16 curves of the default blade, 1 and 2 processes
     python benchmarks/parallel.py --curves 64 --jobs 1 2 4
 
 Each run starts from the reduced model and solves all its curves. Seconds are those of the stage respond, start of the
@@ -29,7 +29,7 @@ LOWEST, HIGHEST = -20e-6, 60e-6  # interferences, m: lift-off and slip
 def main(arguments: list[str] | None = None) -> int:
     """Measure and write the table; the exit status."""
     parser = options_of(__doc__, "parallel")
-    parser.add_argument("--curves", type=int, nargs="+", default=[8, 32])
+    parser.add_argument("--curves", type=int, nargs="+", default=[8, 16])
     parser.add_argument("--jobs", type=int, nargs="+", default=[1, 2])
     options = parser.parse_args(arguments)
     rows: list[dict[str, Any]] = []

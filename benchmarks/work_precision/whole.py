@@ -36,9 +36,7 @@ class WholeSettings:
     reference_harmonics: tuple[int, int] = (11, 15)
 
 
-DEFAULT = WholeSettings(
-    (("hex8", 4.0), ("hex20", 8.0), ("hex20", 6.0), ("hex20", 4.0), ("hex20", 2.8)), (5, 20), (1, 3, 5, 9)
-)
+DEFAULT = WholeSettings((("hex8", 4.0), ("hex20", 8.0), ("hex20", 4.0), ("hex20", 2.8)), (30,), (1, 3, 9))
 
 
 def whole_study(scene_file: Path, settings: WholeSettings, store: Path) -> Study:

@@ -8,29 +8,51 @@ so that the curve over the force tells nothing new.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
-from nonlinear.contact.fourier import to_complex, to_real
+from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation, ContinuationState
+from nonlinear.continuation.linear_segments import LinearSegments
 from nonlinear.continuation.parameters import ContinuationParameters
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
-from nonlinear.options import SolverOptions
+from rom import RelativeReceptance
 
 SPREAD = 3  # frequencies evenly over the range at which there is a curve
 AMONG_FOLDS = 4  # the same between the lowest and the highest fold of the branches with fewer harmonics
 MAX_POINTS = 60  # of a curve, in each direction
 RANGE = 2.0  # of the interference on both sides, in largest normal displacements of the main branch
-PARAMETERS = ContinuationParameters(frequency_scale=0.25, target_deviation=0.3)
+# the curve only has to lead to starting points, which are solved to the tolerance asked for
+PARAMETERS = ContinuationParameters(frequency_scale=0.25, target_deviation=0.3, largest_factor=4.0, kink_step=0.05)
 MAX_STEP = 0.5  # arc length
-TOLERANCE, ROUND_OFF = 1e-8, 1e-9  # relative residuals
+TOLERANCE, ROUND_OFF = 1e-5, 1e-9  # relative residuals
 MAX_ITERATIONS = 15
 MIDDLE, LOW, HIGH = 2.0, 1.0, 3.0  # the parameter at the interference asked for, and at the ends of the range
+
+
+@dataclass(frozen=True)
+class ReceptanceAtOneFrequency(RelativeReceptance):
+    """A receptance whose matrix is formed once."""
+
+    _matrices: dict[float, ComplexArray] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def matrix(self, omega: float) -> ComplexArray:
+        """Receptance G^(h), (n_h, 3 n_c, 3 n_c), m/N.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        """
+        if omega not in self._matrices:
+            self._matrices[omega] = super().matrix(omega)
+        return self._matrices[omega]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,8 +86,9 @@ class InterferenceBalance(HarmonicBalance):
         unit : float
             Interference per unit of the parameter, m.
         """
+        given = balance.receptance
         return cls(
-            receptance=balance.receptance,
+            receptance=ReceptanceAtOneFrequency(given.modal, given.phase, given.harmonics, given.force),
             element=balance.element,
             frozen_static=balance.frozen_static,
             tiny=balance.tiny,
@@ -73,6 +96,20 @@ class InterferenceBalance(HarmonicBalance):
             frequency=frequency,
             unit=unit,
         )
+
+    def closing(self, unknown: Array, parameter: float) -> Array:
+        """The displacement (2H+1, n_c, 3) that the contacts with the interference asked for see, m.
+
+        Parameters
+        ----------
+        unknown : (n,) float
+            x, m.
+        parameter : float
+            The parameter: 2 at the interference asked for.
+        """
+        displacement = self.displacement(unknown).copy()
+        displacement[0, :, 2] += (parameter - MIDDLE) * self.unit
+        return displacement
 
     def evaluate(self, unknown: Array, omega: float) -> LinearisedResidual:
         """Residual and derivatives; `dR_domega` is the derivative with respect to the parameter.
@@ -84,18 +121,25 @@ class InterferenceBalance(HarmonicBalance):
         omega : float
             The parameter: 2 at the interference asked for.
         """
-        displacement = self.displacement(unknown).copy()
-        displacement[0, :, 2] += (omega - MIDDLE) * self.unit
-        contact = self.element.evaluate(displacement)
+        contact = self.element.evaluate(self.closing(unknown, omega))
         derivative = self.unit * contact.jacobian[:, :, 2, :, 0].transpose(2, 0, 1)
         rows = derivative.shape[0]
-        response, _ = self.receptance.response(self.frequency, to_complex(contact.force.reshape(rows, -1)))
-        linear, _ = self.receptance.response(self.frequency, np.zeros_like(response))
-        shifted, _ = self.receptance.response(self.frequency, to_complex(derivative.reshape(rows, -1)))
-        first = self.first_row
-        residual = unknown - to_real(response)[first:].reshape(-1)
-        slope = to_real(linear - shifted)[first:].reshape(-1)
-        return LinearisedResidual(self, self.frequency, residual, slope, contact)
+        forces = np.stack([contact.force.reshape(rows, -1), derivative.reshape(rows, -1)], axis=-1)
+        motion = to_real(self._matrix @ to_complex(forces))[self.first_row :]
+        residual = unknown - self._linear - motion[..., 0].reshape(-1)
+        return LinearisedResidual(self, self.frequency, residual, -motion[..., 1].reshape(-1), contact)
+
+    @cached_property
+    def _matrix(self) -> ComplexArray:
+        """The receptance, (H+1, 3 n_c, 3 n_c), m/N."""
+        return self.receptance.matrix(self.frequency)
+
+    @cached_property
+    def _linear(self) -> Array:
+        """Response without contact forces, (n,), m."""
+        shape = len(self.receptance.harmonics), 3 * self.n_contacts
+        response, _ = self.receptance.response(self.frequency, np.zeros(shape, dtype=complex))
+        return to_real(response)[self.first_row :].reshape(-1)
 
 
 def solutions_over_interference(
@@ -125,7 +169,7 @@ def solutions_over_interference(
         balance = InterferenceBalance.of(continuation.balance, start.omega, unit)
         origin = f"the curve over the interference at {start.omega / (2.0 * np.pi):.4g} Hz"
         for direction in (1.0, -1.0):
-            for before, after in pairwise(_curve(balance, continuation.options, start.unknown, direction)):
+            for before, after in pairwise(_curve(balance, continuation, start.unknown, direction)):
                 found = _solution_between(continuation, start.omega, before, after)
                 if found is not None:
                     yield found, origin
@@ -138,17 +182,23 @@ def _normal_motion(point: SolutionPoint) -> float:
 
 
 def _curve(
-    balance: InterferenceBalance, options: SolverOptions, unknown: Array, direction: float
+    balance: InterferenceBalance, problem: Continuation, unknown: Array, direction: float
 ) -> Iterator[SolutionPoint]:
     """Points of the curve over the interference from the one asked for, to an end of the range."""
     limits = LOW / (2.0 * math.pi), HIGH / (2.0 * math.pi)
-    coarse = replace(options, frequency_hz=limits, tolerance=TOLERANCE, round_off=ROUND_OFF, max_step=MAX_STEP)
-    continuation = Continuation(balance, coarse, parameters=PARAMETERS)
+    options = replace(
+        problem.options, frequency_hz=limits, tolerance=TOLERANCE, round_off=ROUND_OFF, max_step=MAX_STEP
+    )
+    continuation = Continuation(balance, options, parameters=PARAMETERS)
     state = ContinuationState(
         continuation.solver.point(unknown, MIDDLE, (0.0 * unknown, direction), 0, 0.0, options.step)
     )
     yield state.point
     for _ in range(MAX_POINTS):
+        end = None if problem.linear is None else _linear_end(balance, problem.linear.segments, state.point)
+        if end is not None:
+            yield end
+            return
         step = continuation.next_point(state)
         if step is None:
             return
@@ -157,6 +207,22 @@ def _curve(
             return
         crossed = () if step.branch_point is None else (step.branch_point,)
         state = ContinuationState(step.point, state.point, state.branch_points + crossed)
+
+
+def _linear_end(balance: InterferenceBalance, segments: LinearSegments, point: SolutionPoint) -> SolutionPoint | None:
+    """The end of the range, where no contact changes its state on the way; else None.
+
+    The motions of one linear state are a convex set: if both ends of a straight line belong to it, the line does.
+    """
+    state = segments.state(balance.closing(point.unknown, point.omega))
+    if state is None or point.tangent[1] == 0.0:
+        return None
+    limit = HIGH if point.tangent[1] > 0.0 else LOW
+    unknown = point.unknown + (limit - point.omega) / point.tangent[1] * point.tangent[0]
+    last = segments.state(balance.closing(unknown, limit))
+    if last is None or not np.array_equal(last.pressed, state.pressed):
+        return None
+    return replace(point, unknown=unknown, omega=limit)
 
 
 def _solution_between(

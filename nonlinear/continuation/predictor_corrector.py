@@ -4,8 +4,6 @@ import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import numpy as np
-
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.bordered_system import BorderedSystem
 from nonlinear.continuation.compiled_corrector import CompiledCorrector, compiled_corrector
@@ -48,7 +46,7 @@ class PredictorCorrector:
     def starting_point(self, unknown: Array, omega: float, direction: float, iterations: int) -> SolutionPoint:
         """The solution (x, omega) as the start of a branch going up (`direction` +1) or down (-1) in frequency."""
         linearised = self.balance.evaluate(unknown, omega)
-        dx_domega = np.asarray(np.linalg.solve(linearised.jacobian, -linearised.dR_domega), dtype=np.float64)
+        dx_domega = linearised.solve(-linearised.dR_domega)
         return self.point(unknown, omega, (direction * dx_domega, direction), iterations, 0.0, self.options.step)
 
     def point(

@@ -13,16 +13,15 @@ SMALLEST_DAMPING = 1.0 / 256.0
 
 
 class Linearised(Protocol):
-    """R(x) and, when asked for, dR/dx."""
+    """R(x) and, when asked for, a solution with dR/dx."""
 
     @property
     def residual(self) -> Array:
         """R, (n,)."""
         ...
 
-    @property
-    def jacobian(self) -> Array:
-        """dR/dx, (n, n)."""
+    def solve(self, right: Array) -> Array:
+        """(dR/dx)^-1 b for a right-hand side b, (n,); NaN or infinity if dR/dx is singular."""
         ...
 
 
@@ -89,7 +88,7 @@ def newton(
     Parameters
     ----------
     linearise : callable
-        Returns R and dR/dx at x.
+        Returns R and its linearisation at x.
     guess : (n,) float
         First iterate.
     error : callable
@@ -107,9 +106,8 @@ def newton(
         converged = monitor.converged(relative)
         if converged or not np.isfinite(relative):
             return NewtonResult(x, converged, iteration, relative)
-        try:
-            step = np.linalg.solve(linearised.jacobian, -linearised.residual)
-        except np.linalg.LinAlgError:
+        step = linearised.solve(-linearised.residual)
+        if not np.isfinite(step).all():
             return NewtonResult(x, False, iteration, relative)
         norm = np.linalg.norm(linearised.residual)
         damping = 1.0

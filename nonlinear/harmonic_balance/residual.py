@@ -15,16 +15,32 @@ element.
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactElement, ContactForces
+from nonlinear.harmonic_balance.condensed_factors import SMALLEST_PROBLEM, CondensedFactors, ContactStiffness
+from nonlinear.harmonic_balance.dense_factors import DenseFactors
 from rom import RelativeReceptance
 
 SMALLEST_VIBRATION = 1e-6  # relative to the whole displacement; a smaller one is lost in round-off of the forces
 STATIC_RESOLUTION = 1e-3  # a tolerance of 1e-13 of it is the round-off of the motion of one side
+
+
+class BorderedFactors(Protocol):
+    """Solver of a bordered system [J, c; t, e] with J = dR/dx."""
+
+    @property
+    def sign(self) -> int:
+        """Sign of the determinant."""
+        ...
+
+    def solve(self, right: Array, last: float) -> tuple[Array, float]:
+        """Solution (x (n,), z) for the right-hand side (b (n,), b_e)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -85,6 +101,36 @@ class LinearisedResidual:
         jacobian = np.eye(self.residual.size)
         jacobian[:, active] -= product
         return jacobian
+
+    def factorise(self, column: Array, row: Array, corner: float) -> BorderedFactors:
+        """Factors of the bordered Jacobian [dR/dx, c; t, e].
+
+        Parameters
+        ----------
+        column, row : (n,) float
+            c and t.
+        corner : float
+            e.
+        """
+        if self.residual.size >= SMALLEST_PROBLEM:
+            balance = self.balance
+            stiffness = ContactStiffness.of(self.contact.jacobian, balance.first_row, balance.odd)
+            border = column, row, corner
+            found = CondensedFactors.of(balance.receptance, self.omega, stiffness, border, balance.first_row)
+            if found is not None:
+                return found
+        return DenseFactors.of(self.coupling, column, row, corner)
+
+    def solve(self, right: Array) -> Array:
+        """Solution of dR/dx x = b, (n,); NaN or infinity if dR/dx is singular.
+
+        Parameters
+        ----------
+        right : (n,) float
+            b.
+        """
+        border = np.zeros_like(right)
+        return self.factorise(border, border, 1.0).solve(right, 0.0)[0]
 
 
 @dataclass(frozen=True)

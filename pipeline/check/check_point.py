@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.check.stored_branches import StoredBranch, stored_branches
 from pipeline.errors import input_error, reason_of
 from pipeline.stages.request import Request
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.scene_to_solver import contact_on_model, damped_modes, excitation, solver_options
+from pipeline.stages.stored_curve import read_curve
 
 if TYPE_CHECKING:
-    from nonlinear import FoundSolution, Ring, RingMotion, SolverOptions
+    from nonlinear import FoundSolution, ResponseCurve, Ring, RingMotion, SolverOptions
 
 MOST_PERIODS = 3000
 
@@ -114,7 +114,8 @@ def check_point(point: CheckedPoint, curve: CurveResult, label: str) -> Check:
 
     if curve.file is None or curve.rom is None:
         raise input_error("shroud check", "--curve", str(point.curve), f"a curve that was solved ({curve.reason})")
-    branches = stored_branches(curve.file)
+    solved = read_curve(curve.file)
+    branches = [solved, *solved.detached]
     _refuse_branch(point, branches)
     ring, options = _problem(curve, curve.rom)
     with one_blas_thread():
@@ -132,14 +133,15 @@ def check_point(point: CheckedPoint, curve: CurveResult, label: str) -> Check:
         return Check(point, label, found, motion, patterns.growth_rate(motion.nodal_diameter))
 
 
-def _refuse_branch(point: CheckedPoint, branches: list[StoredBranch]) -> None:
+def _refuse_branch(point: CheckedPoint, branches: list[ResponseCurve]) -> None:
     if point.branch is None:
         return
     last = len(branches) - 1
     if point.branch > last:
         allowed = f"0, the main branch, to {last}" if last else "0, the main branch: there is no detached one"
         raise input_error("shroud check", "--branch", str(point.branch), allowed)
-    low, high = branches[point.branch].range_hz
+    frequency_hz = branches[point.branch].frequency_hz
+    low, high = frequency_hz.min(), frequency_hz.max()
     if not low <= point.frequency_hz <= high:
         allowed = f"{low:.6g} to {high:.6g} Hz, the range of branch {point.branch}"
         raise input_error("shroud check", "--frequency", f"{point.frequency_hz:g}", allowed)

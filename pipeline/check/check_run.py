@@ -68,6 +68,11 @@ def _written(run: Run, check: Check) -> list[Path]:
     targets = [out / FOLDER / f"{name}.{suffix}" for suffix in ("png", "svg", "json")]
     with run.store.replacing(*targets) as paths:
         with styled():
-            save(envelope_figure(check, f"{heading}, {point.frequency_hz:.6g} Hz"), paths[0].parent, name)
+            save(
+                envelope_figure(check, f"{heading}, {point.frequency_hz:.6g} Hz"),
+                paths[0].parent,
+                name,
+                ("png", "svg"),
+            )
         paths[2].write_text(as_json(plain(check)) + "\n", encoding="utf-8")
     return targets

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.check.answer import verdict
 from pipeline.check.check_point import Check
-from pipeline.figures.style import ordered_colours, scale, write_heading
+from pipeline.figures.style import ordered_colours, scale, subplots, write_heading
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,10 +20,8 @@ MOST_NAMED = 8  # blades with a name in the legend
 
 def envelope_figure(check: Check, title: str) -> Figure:
     """Largest displacement of each period and blade, and the amplitude of the solution that the ring started from."""
-    from matplotlib import pyplot as plt
-
     motion, stored = check.motion, check.checked.amplitude_m
-    figure, axes = plt.subplots(figsize=(8.4, 4.2), layout="constrained")
+    figure, axes = subplots(size=(8.4, 4.2))
     factor, unit = scale(np.append(motion.envelope_m.max(axis=1), stored), "m")
     periods = np.arange(1, len(motion.envelope_m) + 1)
     for blade, colour in enumerate(ordered_colours(motion.n_blades)):

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.figures.data import Array, PlottedCurve
 from pipeline.figures.spectra import LOOKS, spectrum
-from pipeline.figures.style import write_heading
+from pipeline.figures.style import subplots, write_heading
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,15 +25,13 @@ def campbell_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None
 
     Where other keys are swept too, the blade, contact and engine order are those of the first curve.
     """
-    from matplotlib import pyplot as plt
-
     chosen = _by_speed(curves)
     if len(chosen) < FEWEST:
         return None
     speeds = np.array(sorted(chosen))
     order = curves[0].scene.excitation.engine_order
     found = [_spectrum(chosen[speed], order) for speed in speeds]
-    figure, axes = plt.subplots(figsize=(7.2, 4.8), layout="constrained")
+    figure, axes = subplots(size=(7.2, 4.8))
     for name, look in LOOKS.items():
         lines = np.array([item[name] for item in found])
         for mode in range(lines.shape[1]):

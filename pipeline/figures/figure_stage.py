@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.stage_names import Stage
 from pipeline.store.fingerprints import fingerprint
 
 if TYPE_CHECKING:
@@ -23,16 +24,19 @@ NAMES = ("response", "peaks", "hysteresis", "hysteresis_sweep", "nodal_diameters
 
 def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
     """The figures of the run; those that are missing are drawn."""
-    title = _title(run)
+    title, formats = _title(run), _formats(run)
     content = {
         "title": title,
+        "formats": formats,
         "curves": [[c.file.parent.name if c.file else None, c.reason, dict(c.member.parameters)] for c in curves],
         "code": code_fingerprint(__name__),
     }
     folder = run.request.out / "figures"
     key, patterns = fingerprint(content), [f"{name}.*" for name in NAMES]
     try:
-        files = published(run, "figures", key, "drawing figures", lambda into: draw(into, curves, title), folder)
+        files = published(
+            run, "figures", key, "drawing figures", lambda into: draw(into, curves, title, formats), folder
+        )
     except PicturesMissing as missing:
         remove_outdated(folder, patterns, missing.files)
         raise
@@ -40,7 +44,7 @@ def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
     return files
 
 
-def draw(folder: Path, curves: Sequence[CurveResult], title: str) -> list[str]:
+def draw(folder: Path, curves: Sequence[CurveResult], title: str, formats: Sequence[str]) -> list[str]:
     """Draw every figure that the curves allow; returns one line for each that could not be drawn."""
     from pipeline.figures.campbell import campbell_figure
     from pipeline.figures.data import plotted_curves
@@ -69,12 +73,18 @@ def draw(folder: Path, curves: Sequence[CurveResult], title: str) -> list[str]:
     def draw_one(name: str) -> None:
         figure = figures[name]()
         if figure is not None:
-            save(figure, folder, name)
+            save(figure, folder, name, formats)
 
     with styled():
         for name in figures:
             attempts.result(name, partial(draw_one, name))
     return attempts.problems
+
+
+def _formats(run: Run) -> list[str]:
+    """Formats of the figures: those of the scene, and SVG for the report."""
+    asked = set(run.request.scene.first.figures.formats)
+    return sorted(asked | {"svg"} if Stage.REPORT in run.request.wanted else asked)
 
 
 def _title(run: Run) -> str:

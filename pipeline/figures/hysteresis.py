@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.figures.data import Array, PlottedCurve
-from pipeline.figures.style import DISTINCT, ordered_colours, scale, write_heading
+from pipeline.figures.style import DISTINCT, ordered_colours, scale, subplots, write_heading
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,13 +28,11 @@ PANELS = (
 
 def node_figure(curve: PlottedCurve, title: str) -> Figure | None:
     """Loops of a few nodes of one curve at its peak: T1 and T2 against the relative displacement, N against v."""
-    from matplotlib import pyplot as plt
-
     if curve.peak_displacement is None:
         return None
     cycle, pressed = _cycle(curve)
     nodes = _shown_nodes(cycle)
-    figure, panels = plt.subplots(1, 3, figsize=(10.5, 3.9), layout="constrained")
+    figure, panels = subplots(1, 3, size=(10.5, 3.9))
     lines = [(f"node {node + 1}", cycle, pressed, node) for node in nodes]
     _draw(panels, lines, DISTINCT)
     for (_, heading, *_rest), axes in zip(PANELS, panels, strict=True):
@@ -46,8 +44,6 @@ def node_figure(curve: PlottedCurve, title: str) -> Figure | None:
 
 def sweep_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
     """A column for each of a few curves of a sweep at its own peak: T1, T2 and N of the node that dissipates most."""
-    from matplotlib import pyplot as plt
-
     chosen = [curve for curve in curves if curve.peak_displacement is not None]
     if len(chosen) > _MOST_CURVES:
         places = np.unique(np.linspace(0, len(chosen) - 1, _MOST_CURVES).round().astype(int))
@@ -58,7 +54,7 @@ def sweep_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
     node = _shown_nodes(_cycle(most_damped(chosen) or chosen[0])[0])[0]
     shown = [panel for panel in PANELS if panel[0] == 2 or any(_slides(cycle, node, panel[0]) for cycle, _ in cycles)]
     size = (1.2 + 2.1 * len(chosen), 0.6 + 2.1 * len(shown))
-    figure, rows = plt.subplots(len(shown), len(chosen), figsize=size, layout="constrained", squeeze=False)
+    figure, rows = subplots(len(shown), len(chosen), size=size, squeeze=False)
     colours = ordered_colours(len(chosen))
     for curve, (cycle, v0), colour, column in zip(chosen, cycles, colours, rows.T, strict=True):
         _draw(column, [(curve.label, cycle, v0, node)], [colour], shown)

@@ -8,7 +8,7 @@ import numpy as np
 
 from pipeline.figures.data import PlottedCurve
 from pipeline.figures.spectra import LOOKS, aliased, spectrum
-from pipeline.figures.style import write_heading
+from pipeline.figures.style import subplots, write_heading
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,8 +19,6 @@ def nodal_diameter_figure(curve: PlottedCurve, title: str) -> Figure | None:
 
     None for a single blade against ground. The steady speed and the contact stiffness are those of `curve`.
     """
-    from matplotlib import pyplot as plt
-
     from rom import read_reduced_model
 
     model = read_reduced_model(curve.rom, with_basis=False)
@@ -28,7 +26,7 @@ def nodal_diameter_figure(curve: PlottedCurve, title: str) -> Figure | None:
         return None
     diameters = np.arange(model.n_blades // 2 + 1)
     found = [spectrum(model, curve, int(diameter)) for diameter in diameters]
-    figure, axes = plt.subplots(figsize=(7.2, 4.8), layout="constrained")
+    figure, axes = subplots(size=(7.2, 4.8))
     for name, look in LOOKS.items():
         lines = np.array([item[name] for item in found])
         for mode in range(lines.shape[1]):

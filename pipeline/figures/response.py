@@ -10,7 +10,15 @@ import numpy as np
 from pipeline.figures.curve_line import DASHES, KINDS, draw_line
 from pipeline.figures.data import Array, PlottedCurve
 from pipeline.figures.linear_limits import Limit
-from pipeline.figures.style import LIMIT_COLOUR, LOG_FROM, ordered_colours, plain_log_labels, scale, write_heading
+from pipeline.figures.style import (
+    LIMIT_COLOUR,
+    LOG_FROM,
+    ordered_colours,
+    plain_log_labels,
+    scale,
+    subplots,
+    write_heading,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,9 +38,7 @@ def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], tit
     a curve where that is not its peak. Detached branches are thin lines of the same colour; bifurcations other than
     folds have marks (`MARKS`).
     """
-    from matplotlib import pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(8.4, 4.8), layout="constrained")
+    figure, axes = subplots(size=(8.4, 4.8))
     factor, unit = scale(np.concatenate([curve.amplitude_m for curve in curves]), "m")
     colours = ordered_colours(len(curves))
     for curve, colour in zip(curves, colours, strict=True):

@@ -31,6 +31,7 @@ _SETTINGS: dict[str, Any] = {
     "axes.spines.right": False,
     "legend.frameon": False,
     "lines.linewidth": 1.5,
+    "figure.dpi": 160,
     "savefig.dpi": 160,
     "svg.hashsalt": "shroud",
     "svg.fonttype": "none",
@@ -94,10 +95,35 @@ def write_heading(place: Axes | Figure, text: str) -> None:
         place.set_title(text, parse_math=False)
 
 
-def save(figure: Figure, folder: Path, name: str) -> None:
-    """Write the figure as PNG and SVG, the same bytes for the same content."""
-    from matplotlib import pyplot as plt
+def subplots(
+    rows: int = 1, columns: int = 1, *, size: tuple[float, float], sharex: bool = False, squeeze: bool = True
+) -> tuple[Figure, Any]:
+    """A figure of `size` (width, height in inches) with its axes, as those of pyplot, which takes long to import."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
 
-    figure.savefig(folder / f"{name}.png", metadata={"Software": None})
-    figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
-    plt.close(figure)
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, sharex=sharex, squeeze=squeeze)
+
+
+def save(figure: Figure, folder: Path, name: str, formats: Sequence[str] = ("png",)) -> None:
+    """Write the figure as `<name>.<format>`, in the formats "png" and "svg"."""
+    for form in formats:
+        (folder / f"{name}.{form}").write_bytes(drawn(figure, form))
+
+
+def drawn(figure: Figure, form: str) -> bytes:
+    """The figure as "png" or "svg", the same bytes for the same content.
+
+    The layout is computed once: in `savefig` it costs as much as the drawing, for each format anew.
+    """
+    import io
+
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")
+    stream = io.BytesIO()
+    figure.savefig(stream, format=form, metadata={"Date": None} if form == "svg" else {"Software": None})
+    return stream.getvalue()

@@ -10,7 +10,7 @@ import numpy as np
 
 from pipeline.figures.data import PlottedCurve
 from pipeline.figures.linear_limits import Limit
-from pipeline.figures.style import DISTINCT, LIMIT_COLOUR, LOG_FROM, plain_log_labels, scale, write_heading
+from pipeline.figures.style import DISTINCT, LIMIT_COLOUR, LOG_FROM, plain_log_labels, scale, subplots, write_heading
 from pipeline.scene.labels import quantity, value_label
 
 if TYPE_CHECKING:
@@ -25,9 +25,7 @@ _SYMLOG_FROM = 8.0  # ratio of the largest to the median value above which the a
 def trend_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str) -> Figure:
     """Worst motions, and the peaks of the main branches as thin lines: amplitude above, frequency below, against the
     parameter with the most values; one line for each combination of the other swept parameters."""
-    from matplotlib import pyplot as plt
-
-    figure, (upper, lower) = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True, layout="constrained")
+    figure, (upper, lower) = subplots(2, 1, size=(6.4, 6.0), sharex=True)
     key = _main_parameter(curves)
     factor, unit = scale([height for curve in curves for height in (curve.peak[1], curve.worst[1])], "m")
     names = _categories(curves, key)

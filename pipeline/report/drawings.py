@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 
 from pipeline.figures.data import PlottedCurve
 from pipeline.figures.hysteresis import node_figure
-from pipeline.figures.style import styled
+from pipeline.figures.style import drawn, styled, subplots
 from pipeline.render.ring import LEFT_COLOUR, RIGHT_COLOUR, VIEW, blades_of, turned
 from pipeline.report.surface import Surface, outer_surface
 from pipeline.stages.build_mesh import SECTOR
@@ -25,20 +24,15 @@ BLADE, NEIGHBOUR = np.array([0.45, 0.60, 0.74]), np.array([0.82, 0.85, 0.88])
 
 def loops_drawing(curve: PlottedCurve, title: str) -> bytes | None:
     """Hysteresis loops of a few nodes at the peak of a curve, SVG."""
-    from matplotlib import pyplot as plt
-
     with styled():
         figure = node_figure(curve, title)
         if figure is None:
             return None
-        drawn = _saved(figure, "svg")
-        plt.close(figure)
-    return drawn
+        return drawn(figure, "svg")
 
 
 def ring_drawing(model: BuiltModel, blades: int) -> bytes:
     """The undeformed blade between its neighbours with its contact nodes, PNG; needs no GL library."""
-    from matplotlib import pyplot as plt
     from matplotlib.collections import PolyCollection
 
     from rom import load_sector, read_reduced_model
@@ -49,7 +43,7 @@ def ring_drawing(model: BuiltModel, blades: int) -> bytes:
     nodes = read_reduced_model(model.rom, with_basis=False).contact_position
     flat, colours, contacts = _projected(sector, surface, blades, nodes)
     with styled():
-        figure, axes = plt.subplots(figsize=(7.6, 5.6), layout="constrained")
+        figure, axes = subplots(size=(7.6, 5.6))
         axes.add_collection(PolyCollection(list(flat), facecolors=colours, edgecolors=colours, linewidths=0.3))
         for places, colour, name in contacts:
             axes.plot(*places.T, "o", color=colour, markersize=4, markeredgecolor="white", label=f"{name} nodes")
@@ -57,9 +51,7 @@ def ring_drawing(model: BuiltModel, blades: int) -> bytes:
         axes.autoscale_view()
         axes.set_axis_off()
         axes.legend(loc="lower left", fontsize=10)
-        drawn = _saved(figure, "png")
-        plt.close(figure)
-    return drawn
+        return drawn(figure, "png")
 
 
 def _projected(sector: SectorMesh, surface: Surface, blades: int, nodes: Array) -> tuple[Array, Array, list[Any]]:
@@ -94,10 +86,3 @@ def _projected(sector: SectorMesh, surface: Surface, blades: int, nodes: Array) 
         if outward * float(face.frame[:, 2].mean(axis=0) @ view) > 0.0
     ]
     return (corners @ screen.T)[order], colours[order], contacts
-
-
-def _saved(figure: Any, kind: str) -> bytes:
-    stream = io.BytesIO()
-    metadata = {"Date": None} if kind == "svg" else {"Software": None}
-    figure.savefig(stream, format=kind, metadata=metadata)
-    return stream.getvalue()

@@ -175,7 +175,7 @@ def _figures(source: ReportSource, attempts: Attempts) -> dict[str, Picture]:
     found = {}
     for name, caption in _CAPTIONS.items():
         svg, png = (source.pictures.get(f"figures/{name}.{suffix}") for suffix in ("svg", "png"))
-        uri = attempts.result(name, partial(inline_figure, svg, png)) if svg is not None and png is not None else None
+        uri = attempts.result(name, partial(inline_figure, svg, png)) if svg is not None else None
         if uri is not None:
             found[name] = Picture(uri, caption)
     return found

@@ -10,9 +10,9 @@ WIDTH = 1200  # pixels of a render
 QUALITY = 86
 
 
-def inline_figure(svg: bytes, png: bytes) -> str:
-    """A figure as a data URI: its SVG, or its PNG where that is much smaller."""
-    return inline_vector(svg) if len(svg) <= LARGEST_VECTOR else _uri("image/png", png)
+def inline_figure(svg: bytes, png: bytes | None) -> str:
+    """A figure as a data URI: its SVG, or its PNG where that is much smaller and there is one."""
+    return inline_vector(svg) if png is None or len(svg) <= LARGEST_VECTOR else _uri("image/png", png)
 
 
 def inline_vector(svg: bytes) -> str:

@@ -6,10 +6,9 @@ from typing import Any
 
 from pipeline.scene.deprecated_values import DEPRECATED_VALUES
 from pipeline.scene.presets import PRESETS, SIZE
-from pipeline.scene.schema import SECTIONS, Scene
+from pipeline.scene.schema import NOT_SWEPT, SECTIONS, Scene
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-NOT_SWEPT = ("render",)
 BY_PRESET = {SIZE, *(key for preset in PRESETS.values() for key in preset.values)}
 
 

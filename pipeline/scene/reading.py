@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from pipeline.errors import input_error, reason_of, shown, system_reason
 from pipeline.scene.deprecated_values import with_current_values
 from pipeline.scene.presets import Accuracy, with_preset
-from pipeline.scene.schema import SECTIONS, Scene
+from pipeline.scene.schema import NOT_SWEPT, SECTIONS, Scene
 from pipeline.scene.toml_errors import parsed
 from pipeline.scene.validation_errors import scene_error, shown_key, unknown_key
 
@@ -147,7 +147,7 @@ def _sweep_lists(path: Path, sweep: Any) -> dict[str, list[Any]]:
     """The swept keys with their lists; only keys of sections can be swept, pictures cannot."""
     if not isinstance(sweep, Mapping):
         raise input_error(path, "sweep", shown(sweep), "a table [sweep] of dotted keys with lists")
-    known = [f"{s}.{k}" for s, model in SECTIONS.items() if s != "render" for k in model.model_fields]
+    known = [f"{s}.{k}" for s, model in SECTIONS.items() if s not in NOT_SWEPT for k in model.model_fields]
     lists: dict[str, list[Any]] = {}
     for key, values in _flattened(sweep):
         if key in lists:

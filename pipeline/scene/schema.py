@@ -306,6 +306,14 @@ class Render(Section):
     blades: Whole = _key("neighbours drawn side by side", "a whole number, 1 to 9", 3, ge=1, le=9)
 
 
+class Figures(Section):
+    """[figures]: files that the figures are written to."""
+
+    formats: Annotated[tuple[Literal["png", "svg"], ...], Field(min_length=1)] = _key(
+        "formats of every figure", 'a list of "png", "svg" or both', ("png",)
+    )
+
+
 class Scene(Section):
     """A whole scene with one value for every key (one member of a sweep)."""
 
@@ -336,8 +344,10 @@ class Scene(Section):
     excitation: Excitation = _key("", "a table")
     response: Response = _key("", "a table")
     render: Render | None = _key("", "a table", None)
+    figures: Figures = _key("", "a table", Figures())
 
 
+NOT_SWEPT = ("render", "figures")  # pictures
 SECTIONS: dict[str, type[Section]] = {
     "blade": Blade,
     "shroud": Shroud,
@@ -349,4 +359,5 @@ SECTIONS: dict[str, type[Section]] = {
     "excitation": Excitation,
     "response": Response,
     "render": Render,
+    "figures": Figures,
 }

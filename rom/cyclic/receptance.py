@@ -12,8 +12,11 @@ from numpy.typing import ArrayLike
 
 from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness
 from rom.cyclic.cyclic_symmetry import relative_contact_motion
+from rom.cyclic.interface_modes import band_weights, interface_modes
 from rom.cyclic.modal_model import ModalModel
 from rom.cyclic.reduced_model import Array, ComplexArray
+
+BANDS = 4.0  # frequency bands of the interface modes in an octave
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,10 @@ class RelativeReceptance:
     harmonics: tuple[int, ...]
     force: float
     _last: dict[float, tuple[ComplexArray, ComplexArray]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+    _last_matrix: dict[float, ComplexArray] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _modes: dict[float, tuple[ComplexArray, Array]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
@@ -103,8 +110,41 @@ class RelativeReceptance:
         omega : float
             Excitation frequency, rad/s.
         """
-        value, _ = self.denominators(omega)
-        return (self.relative * (1.0 / value)[:, None, :]) @ self.adjoint
+        found = self._last_matrix.get(omega)
+        if found is None:
+            value, _ = self.denominators(omega)
+            found = (self.relative * (1.0 / value)[:, None, :]) @ self.adjoint
+            self._last_matrix.clear()
+            self._last_matrix[omega] = found
+        return found
+
+    def interface_modes(self, omega: float) -> tuple[ComplexArray, Array]:
+        """Interface modes of each harmonic for a band of frequencies that holds `omega`.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+
+        Returns
+        -------
+        modes : (n_h, 3 n_c, r) complex array
+            Orthonormal relative motions in which the receptances are largest; those of harmonic 0 are real.
+        values : (n_h, r) array
+            Bounds of the receptances in these, m/N, descending.
+        """
+        band = float(np.floor(BANDS * np.log2(omega))) if omega > 0.0 else 0.0
+        if band not in self._modes:
+            limits = 2.0 ** (band / BANDS), 2.0 ** ((band + 1.0) / BANDS)
+            modal, found = self.modal, []
+            for h, relative in zip(self.harmonics, self.relative, strict=True):
+                weights = band_weights(modal.angular_frequency, modal.damping, h, limits)
+                found.append(interface_modes(relative.real if h == 0 else relative, weights))
+            self._modes[band] = (
+                np.array([basis for basis, _ in found], complex),
+                np.array([size for _, size in found]),
+            )
+        return self._modes[band]
 
     def response(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Relative displacement d_lin + G f under the external and the contact forces.

@@ -6,6 +6,7 @@ products take four times as long.
 
 from __future__ import annotations
 
+import mmap
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -60,3 +61,12 @@ def processor() -> dict[str, str]:
 def _features() -> frozenset[str]:
     """Instruction sets of the processor by their Linux names; empty where they cannot be read."""
     return frozenset(processor().get("flags", "").split())
+
+
+def holds_locks(file: Path) -> bool:
+    """Whether an OpenBLAS library locks a mutex, by the names that it takes from the system."""
+    try:
+        with file.open("rb") as library, mmap.mmap(library.fileno(), 0, access=mmap.ACCESS_READ) as content:
+            return content.find(b"pthread_mutex_lock") >= 0
+    except (OSError, ValueError):
+        return False

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 from rom.linear_algebra.orthonormalisation import svqb
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ Block = NDArray[np.float64]
 
 _DEPENDENT = 1e-11  # part of a direction outside the basis below which it is dropped
 _CLEAN = 1e-12  # part inside the basis below which a block's product with M is not formed again
+_LITTLE = 1e-6  # part inside the basis that is taken out in one pass to round-off
+_WELL = 1e-2  # smallest eigenvalue of a block's scaled Gram matrix with which one pass loses two digits at most
 _CHECK_AFTER = 1.05  # growth of the basis between two checks of convergence
 
 
@@ -69,7 +72,7 @@ class _Basis:
 
 
 def lowest_eigenpairs(
-    solve: Callable[[Block], Block], mass: csr_matrix, start: Block, count: int, tolerance: float
+    solve: Callable[[Block], Block], mass: csr_matrix | IsotropicMatrix, start: Block, count: int, tolerance: float
 ) -> tuple[NDArray[np.float64], Block]:
     """The `count` eigenvalues w^2 (m,) of smallest modulus, ascending, and their M-orthonormal shapes (m, n).
 
@@ -77,7 +80,7 @@ def lowest_eigenpairs(
     ----------
     solve : callable
         K^-1 for rows (p, n).
-    mass : (n, n) CSR matrix
+    mass : (n, n) matrix
         M.
     start : (p, n) array
         Start block of random numbers: it must hold a part of every mode.
@@ -119,20 +122,21 @@ def _ritz(basis: _Basis, off_diagonal: Block, count: int) -> tuple[NDArray[np.fl
     return values, vectors, np.linalg.norm(off_diagonal @ vectors[basis.count - off_diagonal.shape[1] :], axis=0)
 
 
-def _times(mass: csr_matrix, rows: Block) -> Block:
+def _times(mass: csr_matrix | IsotropicMatrix, rows: Block) -> Block:
     """The rows times M."""
     return (mass @ np.ascontiguousarray(rows.T)).T
 
 
 def _orthonormal(
-    mass: csr_matrix, block: Block, basis: _Basis, neighbours: Block
+    mass: csr_matrix | IsotropicMatrix, block: Block, basis: _Basis, neighbours: Block
 ) -> tuple[Block, Block, tuple[Block, Block]]:
     """Orthonormalise a block (p, n) in M against the basis and in itself.
 
     Returns the new block (q, n), its product with M, and the coefficients of the given block in the basis, (k, p),
     and in the new block, (q, p). Directions that lie in the basis are dropped. `neighbours` are the products with M
     of the last rows of the basis; in exact arithmetic an image has no part in the rows before them. Two passes are
-    enough: the second removes the round-off of the first.
+    enough: the second removes the round-off of the first. One is where it takes next to nothing out of a block whose
+    rows are well independent: little round-off is magnified.
     """
     coefficients = np.zeros((basis.count, len(block)))
     first = basis.count - len(neighbours)
@@ -146,8 +150,11 @@ def _orthonormal(
         lengths = np.sqrt(np.maximum(np.diag(gram) + taken, np.finfo(float).tiny))
         columns, scale = svqb(gram - drift.T @ drift, lengths, _DEPENDENT**2, basis.room)
         transform = columns.T
+        part = np.max(np.abs(drift) / lengths, initial=0.0)
+        well = len(scale) == len(block) and np.min(np.linalg.norm(scale / lengths, axis=1), initial=1.0) ** 2 > _WELL
         block = transform @ (block - drift.T @ basis.rows)
         coefficients += drift @ off_diagonal
         taken, off_diagonal = np.zeros(len(block)), scale @ off_diagonal
-    clean = np.max(np.abs(drift), initial=0.0) < _CLEAN
-    return block, transform @ weighted if clean else _times(mass, block), (coefficients, off_diagonal)
+        if well and part < _LITTLE:
+            break
+    return block, transform @ weighted if part < _CLEAN else _times(mass, block), (coefficients, off_diagonal)

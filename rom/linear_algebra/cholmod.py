@@ -17,12 +17,13 @@ import functools
 import importlib
 import weakref
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.linear_algebra.blas_kernels import best_kernels
+from rom.linear_algebra.blas_kernels import best_kernels, holds_locks
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -30,7 +31,8 @@ if TYPE_CHECKING:
 COLUMNS = 16  # right-hand sides at once: more are no faster and take memory
 _SLAB = 200_000  # entries of a matrix
 _VERSION = 3  # version of CHOLMOD whose structures are described here
-_LONG, _REAL, _DOUBLE, _UPPER, _NATURAL, _SOLVE_A, _ALWAYS = 2, 1, 0, 1, 0, 0, 2
+_LONG, _REAL, _DOUBLE, _UPPER, _NATURAL, _ALWAYS = 2, 1, 0, 1, 0, 2
+_SOLVE_A, _SOLVE_L, _SOLVE_LT = 0, 4, 5  # A x = b; L x = b and L^T x = b in the order of elimination
 _FUNCTIONS = ("start", "finish", "analyze_p", "ptranspose", "factorize", "solve2")
 _RELEASES = ("free_sparse", "free_factor", "free_dense")
 
@@ -48,6 +50,10 @@ class _Common(ctypes.Structure):
         ("nrelax", ctypes.c_size_t * 3),
         ("prefer", ctypes.c_int * 4),
         ("print", ctypes.c_int),
+        ("precise", ctypes.c_int),
+        ("try_catch", ctypes.c_int),
+        ("error_handler", ctypes.c_void_p),
+        ("nmethods", ctypes.c_int),
         ("rest", ctypes.c_char * (1 << 16)),  # CHOLMOD uses some 3000 bytes
     )
 
@@ -86,7 +92,7 @@ class _Factor(ctypes.Structure):
     )
 
 
-_COMMON_DEFAULTS = {"supernodal_switch": 40.0, "supernodal": 1, "print": 3}
+_COMMON_DEFAULTS = {"supernodal_switch": 40.0, "supernodal": 1, "print": 3, "nmethods": 0}
 _FACTOR_OF_TWO = {"n": 2, "minor": 2, "nsuper": 1, "xsize": 4, "is_ll": 1, "is_super": 1, "itype": _LONG, "xtype": 0}
 
 
@@ -95,15 +101,21 @@ class CholmodFactor:
 
     The constructor analyses the matrix and copies a triangle of it; `factorise` computes the factor. CHOLMOD tries
     the elimination `order` (n,) and minimum degree, and takes the better one.
+
+    With a `part` (n,), some unknowns of the matrix, ascending, the factor is that of their rows and columns, in the
+    order given but for unknowns that do not depend on each other.
     """
 
-    def __init__(self, matrix: csr_matrix, order: NDArray[np.int64] | None = None) -> None:
+    def __init__(
+        self, matrix: csr_matrix, order: NDArray[np.int64] | None = None, part: NDArray[np.int64] | None = None
+    ) -> None:
         found = library()
         if found is None:
             raise ValueError("this cvxopt has no CHOLMOD that is known here")
-        self._library, self._common = found, _started(found)
-        triangle, _arrays = _upper_triangle(matrix)
+        self._library, self._common, self._part = found, _started(found), part
+        triangle, _arrays = _upper_triangle(matrix, part)
         self._entries = triangle.nzmax
+        self._common.nmethods = int(part is not None)  # the first of the methods is the given order
         common = ctypes.byref(self._common)
         given = None if order is None else np.ascontiguousarray(order, dtype=np.int64)
         place = None if given is None else given.ctypes.data
@@ -121,7 +133,7 @@ class CholmodFactor:
 
         Raises ValueError for another number of entries.
         """
-        triangle, _arrays = _upper_triangle(matrix)
+        triangle, _arrays = _upper_triangle(matrix, self._part)
         if triangle.nzmax != self._entries:
             raise ValueError(f"{triangle.nzmax} entries in a triangle, {self._entries} were analysed")
         self._order(triangle)
@@ -147,27 +159,62 @@ class CholmodFactor:
             raise MemoryError(f"CHOLMOD has no memory for the factor of {self._factor.n} unknowns")
         return bool(self._factor.minor == self._factor.n)
 
+    @property
+    def order(self) -> NDArray[np.int64]:
+        """Order of elimination (n,) of the unknowns."""
+        return _view(self._factor.perm, self._factor.n, ctypes.c_int64).copy()
+
+    def last_block(self, count: int) -> NDArray[np.float64]:
+        """Lower triangle (count, count) of the factor for the unknowns eliminated last."""
+        factor, first = self._factor, self._factor.n - count
+        columns, rows, values = (
+            _view(place, factor.nsuper + 1, ctypes.c_int64) for place in (factor.super, factor.pi, factor.px)
+        )
+        block = np.zeros((count, count))
+        for k in range(int(np.searchsorted(columns, first, side="right")) - 1, factor.nsuper):
+            row = _view(factor.s, factor.ssize, ctypes.c_int64)[rows[k] : rows[k + 1]]
+            panel = _view(factor.x, factor.xsize, ctypes.c_double)[values[k] : values[k + 1]]
+            dropped = max(first - columns[k], 0)  # a supernode may begin before
+            found = panel.reshape(-1, len(row))[dropped:, dropped:].T
+            block[np.ix_(row[dropped:] - first, np.arange(columns[k] + dropped, columns[k + 1]) - first)] = found
+        return np.tril(block)
+
     def solve(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """Solutions (k, n) of A x = b for k right-hand sides, stored as rows."""
+        return self._solved(rows, _SOLVE_A)
+
+    def solve_lower(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Solutions (k, n) of L x = b, unknowns in the order of elimination."""
+        return self._solved(rows, _SOLVE_L)
+
+    def solve_upper(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Solutions (k, n) of L^T x = b, unknowns in the order of elimination."""
+        return self._solved(rows, _SOLVE_LT)
+
+    def _solved(self, rows: NDArray[np.float64], system: int) -> NDArray[np.float64]:
         rows = np.ascontiguousarray(rows, dtype=float)
         solution = np.empty(rows.shape)
         for first in range(0, len(rows), COLUMNS):
             part = slice(first, first + COLUMNS)
-            self._solve_at_once(rows[part], solution[part])
+            self._solve_at_once(rows[part], solution[part], system)
         return solution
 
-    def _solve_at_once(self, rows: NDArray[np.float64], solution: NDArray[np.float64]) -> None:
+    def _solve_at_once(self, rows: NDArray[np.float64], solution: NDArray[np.float64], system: int) -> None:
         k, n = rows.shape
         block = _Dense(n, k, rows.size, n, rows.ctypes.data, None, _REAL, _DOUBLE)
         x, y, e = (ctypes.byref(room) for room in self._room)
         done = self._library.cholmod_l_solve2(
-            _SOLVE_A, self._address, ctypes.byref(block), None, x, None, y, e, ctypes.byref(self._common)
+            system, self._address, ctypes.byref(block), None, x, None, y, e, ctypes.byref(self._common)
         )
         if not done:
             raise MemoryError(f"CHOLMOD has no memory for {k} solutions of {n} unknowns")
         found = ctypes.cast(self._room[0], ctypes.POINTER(_Dense)).contents
-        values = ctypes.cast(found.x, ctypes.POINTER(ctypes.c_double))
-        solution[:] = np.ctypeslib.as_array(values, shape=(k, n))
+        solution[:] = _view(found.x, k * n, ctypes.c_double).reshape(k, n)
+
+
+def _view(address: int, count: int, kind: Any) -> NDArray[Any]:
+    """The array of CHOLMOD at an address, not copied."""
+    return np.ctypeslib.as_array(ctypes.cast(address, ctypes.POINTER(kind)), shape=(count,))
 
 
 @functools.cache
@@ -179,6 +226,19 @@ def library() -> Any:
         return _opened(str(module.__file__))
     except ImportError:
         return None
+
+
+@functools.cache
+def bears_threads() -> bool:
+    """Whether two factors may be worked on in two threads at once.
+
+    An OpenBLAS built for one thread gives every caller the same workspace, unless it was built with locks.
+    """
+    if library() is None:
+        return False
+    folder = Path(str(importlib.import_module("cvxopt").__file__)).parent.with_name("cvxopt.libs")
+    files = list(folder.glob("libopenblas*"))
+    return len(files) == 1 and holds_locks(files[0])
 
 
 def _opened(module_file: str) -> Any:
@@ -237,22 +297,30 @@ def _started(found: Any) -> _Common:
     return common
 
 
-def _upper_triangle(matrix: csr_matrix) -> tuple[_Sparse, tuple[NDArray[Any], ...]]:
-    """The upper triangle by columns (equal to the lower one by rows), and the arrays that hold it."""
+def _upper_triangle(
+    matrix: csr_matrix, part: NDArray[np.int64] | None = None
+) -> tuple[_Sparse, tuple[NDArray[Any], ...]]:
+    """The upper triangle by columns (equal to the lower one by rows) of a part, and the arrays that hold it."""
     if not matrix.has_canonical_format:
         matrix = matrix.copy()
         matrix.sum_duplicates()
-    n = matrix.shape[0]
-    starts, indices, values = np.zeros(n + 1, np.int64), np.empty(matrix.nnz, np.int64), np.empty(matrix.nnz)
-    count = 0
-    for rows in _slabs(matrix.indptr):  # in slabs: large temporary arrays cost more than the work
-        place = slice(matrix.indptr[rows[0]], matrix.indptr[rows[-1] + 1])
-        columns, row = matrix.indices[place], np.repeat(rows, np.diff(matrix.indptr[rows[0] : rows[-1] + 2]))
-        lower = columns <= row
-        found = int(np.count_nonzero(lower))
-        indices[count : count + found], values[count : count + found] = columns[lower], matrix.data[place][lower]
+    lengths = np.diff(matrix.indptr) if part is None else np.diff(matrix.indptr)[part]
+    ends, n = np.concatenate([[0], np.cumsum(lengths)]), len(lengths)
+    number = None if part is None else np.full(matrix.shape[0], -1)
+    if number is not None:
+        number[part] = np.arange(n)
+    # memory that is never written takes no room: half of the arrays
+    starts, indices, values, count = np.zeros(n + 1, np.int64), np.empty(ends[-1], np.int64), np.empty(ends[-1]), 0
+    for rows in _slabs(ends):  # in slabs: large temporary arrays cost more than the work
+        slab = matrix[rows[0] : rows[-1] + 1] if part is None else matrix[part[rows]]
+        columns, row = slab.indices, np.repeat(rows, lengths[rows])
+        if number is not None:
+            columns = number[columns]
+        lower = (columns <= row) if number is None else (columns <= row) & (columns >= 0)
+        place = slice(count, count + int(np.count_nonzero(lower)))
+        indices[place], values[place] = columns[lower], slab.data[lower]
         starts[rows + 1] = np.bincount(row[lower] - rows[0], minlength=len(rows))
-        count += found
+        count = place.stop
     arrays = np.cumsum(starts), indices, values
     return _sparse(n, *arrays), arrays
 

@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.errors import FactorisationError
-from rom.linear_algebra.cholmod import CholmodFactor, library
-from rom.linear_algebra.ordering import nested_dissection
+from rom.linear_algebra.cholmod import CholmodFactor, bears_threads, library
+from rom.linear_algebra.ordering import bisection, nested_dissection
+from rom.linear_algebra.two_halves import TwoHalves
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix, csr_matrix
@@ -105,10 +106,10 @@ def analyse(matrix: csr_matrix, backend: str = "auto") -> Analysis:
 
 
 class _CholmodAnalysis:
-    """Ordered by nested dissection or minimum degree, whichever gives the smaller factor."""
+    """Cut in two halves where that pays, otherwise by nested dissection or minimum degree, whichever is better."""
 
     def __init__(self, matrix: csr_matrix) -> None:
-        self._analysed = CholmodFactor(matrix, nested_dissection(matrix))
+        self._analysed = _cut_in_two(matrix) or CholmodFactor(matrix, nested_dissection(matrix))
 
     def factor(self) -> Factor:
         """See Analysis."""
@@ -121,13 +122,24 @@ class _CholmodAnalysis:
         self._analysed.load(matrix)
 
 
+def _cut_in_two(matrix: csr_matrix) -> TwoHalves | None:
+    """The matrix analysed in two halves; None where that does not pay or is not possible."""
+    cut = bisection(matrix) if bears_threads() else None
+    if cut is None:
+        return None
+    try:
+        return TwoHalves(matrix, cut)
+    except ValueError:
+        return None
+
+
 class _Cholmod:
     """Supernodal Cholesky factor."""
 
     backend = "cholmod"
     block = 8
 
-    def __init__(self, factor: CholmodFactor) -> None:
+    def __init__(self, factor: CholmodFactor | TwoHalves) -> None:
         self._factor = factor
 
     def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:

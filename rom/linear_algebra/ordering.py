@@ -9,6 +9,7 @@ SIAM J. Sci. Comput. 20 (1998) 359-392.
 from __future__ import annotations
 
 import importlib.util
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +20,25 @@ if TYPE_CHECKING:
 
 # Below this size minimum degree is as good and METIS takes longer than it saves (docs/dependencies.md).
 DISSECT_FROM = 60_000
+# Below this size a factorisation is too short for two threads.
+BISECT_FROM = 60_000
 _PER_NODE = 3  # unknowns, ordered node by node
+
+
+@dataclass(frozen=True)
+class Bisection:
+    """A separator that cuts the unknowns of a symmetric matrix into two halves without couplings.
+
+    Attributes
+    ----------
+    halves : ((a,), (b,)) arrays
+        Unknowns of each half, in an order of elimination by nested dissection.
+    separator : (s,) array
+        The other unknowns, ascending.
+    """
+
+    halves: tuple[NDArray[np.int64], NDArray[np.int64]]
+    separator: NDArray[np.int64]
 
 
 def nested_dissection(matrix: csr_matrix) -> NDArray[np.int64] | None:
@@ -28,14 +47,64 @@ def nested_dissection(matrix: csr_matrix) -> NDArray[np.int64] | None:
     There are three unknowns for each node; the nodes are ordered, and their unknowns with them. None for a small
     matrix, for a number of unknowns that is not a multiple of three, and where the package pymetis is missing.
     """
-    size = matrix.shape[0]
-    if size < DISSECT_FROM or size % _PER_NODE or importlib.util.find_spec("pymetis") is None:
+    if matrix.shape[0] < DISSECT_FROM or not _can_dissect(matrix):
+        return None
+    return _unknowns(_dissected(*_node_graph(matrix)))
+
+
+def bisection(matrix: csr_matrix) -> Bisection | None:
+    """A cut of the unknowns of a symmetric matrix into halves of like size; None as in `nested_dissection`.
+
+    METIS cuts the graph of the nodes with few edges between both parts. The separator are the nodes of one part that
+    have neighbours in the other, of the part that has fewer of them. None too where a half is empty.
+    """
+    if matrix.shape[0] < BISECT_FROM or not _can_dissect(matrix):
         return None
     import pymetis
 
     starts, neighbours = _node_graph(matrix)
+    _, part = pymetis.part_graph(2, pymetis.CSRAdjacency(starts, neighbours))
+    side = np.asarray(part)
+    node = np.repeat(np.arange(len(side)), np.diff(starts))
+    crossing = node[side[node] != side[neighbours]]
+    edges = [np.unique(crossing[side[crossing] == k]) for k in (0, 1)]
+    separator = min(edges, key=len)
+    side[separator] = 2
+    halves = [np.flatnonzero(side == k) for k in (0, 1)]
+    if not all(map(len, (separator, *halves))):
+        return None
+    first, second = (_unknowns(half[_dissected(*_part_of_graph(starts, neighbours, half))]) for half in halves)
+    return Bisection((first, second), _unknowns(separator))
+
+
+def _can_dissect(matrix: csr_matrix) -> bool:
+    """Whether there are three unknowns for each node, and the package that dissects."""
+    return matrix.shape[0] % _PER_NODE == 0 and importlib.util.find_spec("pymetis") is not None
+
+
+def _unknowns(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Unknowns of nodes, in their order."""
+    return (_PER_NODE * nodes[:, None] + np.arange(_PER_NODE)).ravel()
+
+
+def _dissected(starts: NDArray[np.int32], neighbours: NDArray[np.int32]) -> NDArray[np.int64]:
+    """Order of the nodes of a graph in compressed form by nested dissection."""
+    import pymetis
+
     order, _ = pymetis.nested_dissection(pymetis.CSRAdjacency(starts, neighbours))
-    return (_PER_NODE * np.asarray(order)[:, None] + np.arange(_PER_NODE)).ravel()
+    return np.asarray(order, dtype=np.int64)
+
+
+def _part_of_graph(
+    starts: NDArray[np.int32], neighbours: NDArray[np.int32], nodes: NDArray[np.int64]
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """The graph of some nodes (k,) alone, numbered in their order."""
+    from scipy.sparse import csr_matrix
+
+    count = len(starts) - 1
+    graph = csr_matrix((np.ones(len(neighbours), np.int8), neighbours, starts), shape=(count, count))
+    part = graph[nodes][:, nodes]
+    return part.indptr.astype(np.int32), part.indices.astype(np.int32)
 
 
 def _node_graph(matrix: csr_matrix) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

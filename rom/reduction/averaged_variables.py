@@ -24,14 +24,14 @@ _DEPENDENT = 1e-6
 def averaged_variables(
     averages: csr_matrix, reserved: NDArray[np.int64], kind: str
 ) -> tuple[NDArray[np.int64], csr_matrix]:
-    """Nodes (k,) in whose places the averages W u stand, and T (3n, 3n) with displacements u = T z.
+    """Nodes (k,) in whose places the averages W u stand, and T (n, n) with displacements u = T z, for x, y, z alike.
 
-    z holds at those nodes the averages (x, y, z), elsewhere the displacement. W has the shape (k, n); the
+    z holds at those nodes the averages, elsewhere the displacement. W has the shape (k, n); the
     displacement of the `reserved` nodes stays a variable. Raises RomParameterError, about contact dofs of a `kind`,
     where the averages are linearly dependent on this mesh.
     """
     from scipy.linalg import qr
-    from scipy.sparse import coo_matrix, identity, kron
+    from scipy.sparse import coo_matrix
 
     count, n = averages.shape
     candidates = np.setdiff1d(np.unique(averages.indices), reserved)
@@ -49,4 +49,4 @@ def averaged_variables(
     columns = np.concatenate([plain, np.tile(used, count)])
     change = coo_matrix((np.concatenate([np.ones(len(plain)), block.ravel()]), (rows, columns)), shape=(n, n)).tocsr()
     change.eliminate_zeros()  # averages of one face do not depend on the other face
-    return nodes, kron(change, identity(3), format="csr")
+    return nodes, change

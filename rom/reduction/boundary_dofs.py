@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rom.errors import RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
+from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 from rom.reduction.averaged_variables import averaged_variables
 from rom.reduction.contact_dofs import CONTACT_DOFS, ContactDofs, averaged_dofs, nodal_dofs
 
@@ -91,9 +92,9 @@ class BoundaryDofs:
         Positions of the tip and of the loaded node in `nodes`.
     direction : (3,) array
         Direction of the excitation, of length 1.
-    variables : (N, N) matrix or None
-        T of the mesh displacements u = T z, where z holds the averaged contact dofs in the places of as many nodes;
-        None: z = u, the contact dofs are nodal.
+    variables : (n, n) matrix or None
+        T of the mesh displacements u = T z of n nodes, the same for x, y and z; z holds the averaged contact dofs in
+        the places of as many nodes, the first boundary nodes. None: z = u, the contact dofs are nodal.
     """
 
     nodes: NDArray[np.int64]
@@ -141,17 +142,13 @@ class BoundaryDofs:
         others = csr_matrix((np.ones(len(held)), (np.arange(len(held)), held)), shape=(len(held), 3 * n_nodes))
         return vstack([self.contact.motion, others], format="csr")
 
-    def transform_matrix(self, matrix: csr_matrix) -> csr_matrix:
-        """Congruence transform T^T A T (N, N) of a matrix of the mesh to the variables z."""
-        return matrix if self.variables is None else (self.variables.T @ matrix @ self.variables).tocsr()
-
     def transform_force(self, force: NDArray[np.float64]) -> NDArray[np.float64]:
         """Forces T^T f (N,) on the variables z of nodal forces (N,)."""
-        return force if self.variables is None else self.variables.T @ force
+        return force if self.variables is None else (self.variables.T @ force.reshape(-1, 3)).ravel()
 
     def mesh_displacements(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Mesh displacements T z (N, k) of values (N, k) of the variables z."""
-        return values if self.variables is None else self.variables @ values
+        return values if self.variables is None else IsotropicMatrix(self.variables) @ values
 
 
 def choose_boundary_dofs(full: FullModel, sector: SectorMesh, choice: BoundaryChoice) -> BoundaryDofs:

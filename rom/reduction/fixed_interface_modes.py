@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rom.errors import FactorisationError, RomParameterError
 from rom.linear_algebra.block_lanczos import lowest_eigenpairs
 from rom.linear_algebra.factorisation import Factor
+from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -49,7 +50,7 @@ class ModalBasis:
         return ModalBasis(self.omega[:count], self.shapes[:, :count])
 
 
-def lowest_modes(mass: csr_matrix, factor: Factor, count: int) -> ModalBasis:
+def lowest_modes(mass: csr_matrix | IsotropicMatrix, factor: Factor, count: int) -> ModalBasis:
     """The `count` lowest modes of K phi = w^2 M phi, by block Lanczos with a factor of K.
 
     The start block is fixed, and so are the signs (positive projection on its first vector): the same matrices give
@@ -69,7 +70,7 @@ def lowest_modes(mass: csr_matrix, factor: Factor, count: int) -> ModalBasis:
     return ModalBasis(np.sqrt(squared), (rows * np.where(rows @ start[0] < 0.0, -1.0, 1.0)[:, None]).T)
 
 
-def modes_up_to(mass: csr_matrix, factor: Factor, frequency_limit: float) -> ModalBasis:
+def modes_up_to(mass: csr_matrix | IsotropicMatrix, factor: Factor, frequency_limit: float) -> ModalBasis:
     """All modes up to `frequency_limit` in Hz; twice as many are computed until one lies beyond.
 
     Raises RomParameterError where there are too many, and what `lowest_modes` raises.

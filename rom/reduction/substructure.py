@@ -17,10 +17,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.finite_elements.full_model import FullModel, node_dofs
+from rom.finite_elements.full_model import FullModel
 from rom.finite_elements.rotation import coriolis_acceleration
 from rom.linear_algebra.factorisation import Factor, analyse
+from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 from rom.reduction.boundary_dofs import BoundaryChoice, BoundaryDofs, choose_boundary_dofs
+from rom.reduction.partition import partitioned
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -40,7 +42,7 @@ class Substructure:
         Boundary dofs and their frames.
     interior : (i,) array
         Nodes that are neither boundary nodes nor clamped; with averaged contact dofs, the variables in their places.
-    interior_mass : (3i, 3i) CSR matrix
+    interior_mass : (3i, 3i) matrix
         M_ii.
     factor : Factor
         Factor of K_ii. K_ii itself is not stored: it takes as much memory as that of the full model.
@@ -63,7 +65,7 @@ class Substructure:
     sector: SectorMesh
     boundary: BoundaryDofs
     interior: NDArray[np.int64]
-    interior_mass: csr_matrix
+    interior_mass: IsotropicMatrix
     factor: Factor
     constraint: NDArray[np.float64]
     coupling: NDArray[np.float64]
@@ -94,12 +96,11 @@ def partition_at_boundary(
     boundary = choose_boundary_dofs(full, sector, choice)
     interior = _interior_nodes(full, boundary)
     centrifugal, element, speed_rpm = boundary.transform_force(full.centrifugal), full.element, full.speed_rpm
-    k_ii, k_ib, k_bb = _partition(boundary.transform_matrix(full.stiffness), interior, boundary)
+    k_ii, k_ib, k_bb = _stiffness_blocks(full.stiffness, interior, boundary)
     analysis = analyse(k_ii, backend)
-    del k_ii  # before the factor is computed: on a large mesh there is little memory beside it
+    m_ii, m_ib, m_bb = _mass_blocks(full.mass, interior, boundary)
+    del k_ii, full  # before the factor is computed: on a large mesh there is little memory beside it
     factor = analysis.factor()
-    m_ii, m_ib, m_bb = _partition(boundary.transform_matrix(full.mass), interior, boundary)
-    del full
     constraint = -factor.solve(k_ib.toarray())
     coupling = m_ib.toarray() + m_ii @ constraint
     return Substructure(
@@ -146,13 +147,28 @@ def _interior_nodes(full: FullModel, boundary: BoundaryDofs) -> NDArray[np.int64
     return np.flatnonzero(inside)
 
 
-def _partition(
+def _stiffness_blocks(
     matrix: csr_matrix, interior: NDArray[np.int64], boundary: BoundaryDofs
 ) -> tuple[csr_matrix, csr_matrix, NDArray[np.float64]]:
     """Blocks ii and ib sparse, bb dense; boundary dofs in their frames."""
+    ii, ib, bb = partitioned(matrix, interior, boundary, 3)
+    rotation = boundary.rotation
+    return ii, (ib @ _sparse(rotation.T)).tocsr(), rotation @ bb.toarray() @ rotation.T
+
+
+def _mass_blocks(
+    matrix: csr_matrix, interior: NDArray[np.int64], boundary: BoundaryDofs
+) -> tuple[IsotropicMatrix, csr_matrix, NDArray[np.float64]]:
+    """The same for the mass, whose blocks of a pair of nodes are multiples of the identity."""
+    from scipy.sparse import identity, kron
+
+    ii, ib, bb = partitioned(IsotropicMatrix.of(matrix).pairs, interior, boundary, 1)
+    rotation = boundary.rotation
+    corner = rotation @ np.kron(bb.toarray(), np.eye(3)) @ rotation.T
+    return IsotropicMatrix(ii), (kron(ib, identity(3), format="csr") @ _sparse(rotation.T)).tocsr(), corner
+
+
+def _sparse(matrix: NDArray[np.float64]) -> csr_matrix:
     from scipy.sparse import csr_matrix
 
-    inside, dofs, rotation = node_dofs(interior).ravel(), boundary.dofs, csr_matrix(boundary.rotation)
-    rows = matrix[inside]
-    corner = rotation @ matrix[dofs][:, dofs] @ rotation.T
-    return rows[:, inside], rows[:, dofs] @ rotation.T, corner.toarray()
+    return csr_matrix(matrix)

@@ -362,4 +362,4 @@ def test_a_picture_that_fails_takes_no_other_one_with_it(copied: Path, monkeypat
     assert [values["data-curve"] for tag, values in page.tags if "data-curve" in values] == ["0", "1"]
 
     assert shroud("run", scene, "--out", copied, "--quiet") == (0, "", "")  # what failed is tried again
-    assert (copied / "figures" / "peaks.svg").is_file()
+    assert (copied / "figures" / "peaks.png").is_file()

@@ -26,7 +26,7 @@ def bounded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """Output folder of a run with bounds, and what it printed."""
     folder = tmp_path_factory.mktemp("bounds")
     path, rom = (
-        write_scene(folder / "s.toml", scene(residual_tractions="bounds")),
+        write_scene(folder / "s.toml", scene(residual_tractions="bounds") | {"figures": {"formats": ["svg"]}}),
         write_ground_model(folder / "g.h5"),
     )
     status, printed, _ = shroud("respond", path, "--rom", rom, "--out", folder / "out")

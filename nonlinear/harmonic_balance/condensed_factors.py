@@ -1,0 +1,322 @@
+"""The bordered Jacobian solved in few interface modes, without an LU factorisation of its full size.
+
+In the interface modes Q of each harmonic the receptance is G^ = Q^H G Q; outside them it is small. With K = df/dx,
+
+    B = [ I - G K   c ]      P = [ I - Q G^ Q^H K   c ]
+        [ t         e ],         [ t                e ],      B = P - E,  E = (G - Q G^ Q^H) K in the first rows.
+
+A solution with P costs one of the size of Q: with y = Q^H K x,
+
+    [ I - (Q^H K Q) G^    Q^H K c ] [ y ]   [ Q^H K b  ]
+    [ t Q G^              e - t c ] [ z ] = [ b_e - t b ],      x = b + Q G^ y - c z,
+
+and its determinant is that of P. B x = b is solved by the iteration x += P^-1 (b - B x), to round-off.
+
+The norm of M = P^-1 E is bounded by n random vectors g: norm(M) <= a sqrt(2 / pi) max norm(M g) fails with
+probability a^-n (N. Halko, P. G. Martinsson, J. A. Tropp, SIAM Review 53, 2011, lemma 4.1). Where this is below 1,
+the iteration converges and det B = det P det(I - M) has the sign of det P.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dgetrf, dgetrs
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array
+from rom import RelativeReceptance
+
+SMALLEST_PROBLEM = 300  # unknowns, below which dense factors cost less
+NEGLECTED = (3e-3, 3e-4)  # G K outside the interface modes: two attempts
+LARGEST_SHARE = 0.4  # interface modes over relative displacements, above which dense factors cost less
+PROBES, BOUND = 8, 20.0  # the bound fails with probability 4e-11
+ROUND_OFF = 1e-15
+MOST_CORRECTIONS = 60
+
+
+@dataclass(frozen=True)
+class InterfaceBasis:
+    """The interface modes of a receptance at one frequency, as real matrices.
+
+    A coefficient vector has the rows (0, Re 1, Im 1, ...). The rows of harmonics 1 .. H are taken in pairs.
+
+    Attributes
+    ----------
+    static : (3 n_c, r) float
+        Modes Q of harmonic 0.
+    dynamic : (H, 2, 3 n_c, 2, r) float
+        Q of harmonics 1 .. H: [h, part of the displacement, dof, part of the coordinate, mode].
+    static_receptance : (r, r) float
+        G^ of harmonic 0.
+    dynamic_receptance : (H, 2 r, 2 r) float
+        G^ of harmonics 1 .. H.
+    """
+
+    static: Array
+    dynamic: Array
+    static_receptance: Array
+    dynamic_receptance: Array
+
+    @classmethod
+    def of(cls, modes: ComplexArray, matrix: ComplexArray) -> "InterfaceBasis":
+        """From the interface modes Q (H+1, 3 n_c, r) and the receptance G (H+1, 3 n_c, 3 n_c)."""
+        reduced = modes.conj().transpose(0, 2, 1) @ (matrix @ modes)
+        n_h, _, r = modes.shape
+        dynamic = _real_form(modes[1:])
+        receptance = _real_form(reduced[1:]).reshape(n_h - 1, 2 * r, 2 * r)
+        return cls(modes[0].real.copy(), dynamic, reduced[0].real.copy(), receptance)
+
+    def to_modes(self, force: Array) -> Array:
+        """Q^H f: (2H+1, 3 n_c, q) to (2H+1, r, q)."""
+        n_h, _, dofs, _, r = self.dynamic.shape
+        columns = force.shape[-1]
+        result = np.empty((2 * n_h + 1, r, columns))
+        result[0] = self.static.T @ force[0]
+        matrix = self.dynamic.reshape(n_h, 2 * dofs, 2 * r).transpose(0, 2, 1)
+        result[1:] = (matrix @ force[1:].reshape(n_h, 2 * dofs, columns)).reshape(2 * n_h, r, columns)
+        return result
+
+    def to_motion(self, coordinates: Array) -> Array:
+        """Q G^ y: (2H+1, r, q) to (2H+1, 3 n_c, q)."""
+        n_h, _, dofs, _, r = self.dynamic.shape
+        columns = coordinates.shape[-1]
+        result = np.empty((2 * n_h + 1, dofs, columns))
+        result[0] = self.static @ (self.static_receptance @ coordinates[0])
+        weighted = self.dynamic_receptance @ coordinates[1:].reshape(n_h, 2 * r, columns)
+        result[1:] = (self.dynamic.reshape(n_h, 2 * dofs, 2 * r) @ weighted).reshape(2 * n_h, dofs, columns)
+        return result
+
+    def transposed(self, row: Array) -> Array:
+        """(t Q G^) of a row t, (2H+1, 3 n_c), as (2H+1, r)."""
+        coordinates = self.to_modes(row[..., None])[..., 0]
+        n_h, r = self.dynamic.shape[0], self.static.shape[1]
+        paired = coordinates[1:].reshape(n_h, 1, 2 * r) @ self.dynamic_receptance
+        return np.concatenate([(coordinates[0] @ self.static_receptance)[None], paired.reshape(2 * n_h, r)])
+
+
+def _real_form(matrices: ComplexArray) -> Array:
+    """Complex matrices (H, p, q) acting on pairs of real and imaginary parts: (H, 2, p, 2, q)."""
+    result = np.empty((matrices.shape[0], 2, matrices.shape[1], 2, matrices.shape[2]))
+    result[:, 0, :, 0] = result[:, 1, :, 1] = matrices.real
+    result[:, 1, :, 0] = matrices.imag
+    result[:, 0, :, 1] = -matrices.imag
+    return result
+
+
+@dataclass(frozen=True)
+class ContactStiffness:
+    """The force Jacobian K = df/dx, one matrix for each node.
+
+    Attributes
+    ----------
+    matrix : (n_c, 3 (2H+1), 3 (2H+1)) float
+        Rows and columns in the order component, coefficient; zero for the coefficients that are not unknown.
+    """
+
+    matrix: Array
+
+    @classmethod
+    def of(cls, jacobian: Array, first: int, odd: bool) -> "ContactStiffness":
+        """From df/dd, (n_c, 3, 3, 2H+1, 2H+1): without harmonic 0 if `first` is 1, without even ones if `odd`."""
+        n_contacts, _, _, rows, _ = jacobian.shape
+        blocks = np.ascontiguousarray(jacobian.transpose(0, 1, 3, 2, 4))
+        unused = np.zeros(rows, dtype=bool)
+        unused[:first] = True
+        if odd:
+            unused[3::4] = unused[4::4] = True
+        if unused.any():
+            blocks[:, :, unused] = 0.0
+            blocks[..., unused] = 0.0
+        return cls(blocks.reshape(n_contacts, 3 * rows, 3 * rows))
+
+    def times(self, motion: Array) -> Array:
+        """K x: (2H+1, 3 n_c, q) to the same shape."""
+        rows, dofs, columns = motion.shape
+        by_node = (
+            motion.reshape(rows, dofs // 3, 3, columns).transpose(1, 2, 0, 3).reshape(dofs // 3, 3 * rows, columns)
+        )
+        product = (self.matrix @ by_node).reshape(dofs // 3, 3, rows, columns)
+        return product.transpose(2, 0, 1, 3).reshape(rows, dofs, columns)
+
+    def in_modes(self, basis: InterfaceBasis) -> Array:
+        """Q^H K Q, (R, R) with R = (2H+1) r."""
+        n_contacts, r = self.matrix.shape[0], basis.static.shape[1]
+        n_h = basis.dynamic.shape[0]
+        rows = 2 * n_h + 1
+        columns = self.matrix.reshape(n_contacts, 3 * rows, 3, rows)
+        product = np.empty((n_contacts, 3 * rows, rows * r))
+        product[..., :r] = columns[..., 0] @ basis.static.reshape(n_contacts, 3, r)
+        pairs = columns[..., 1:].reshape(n_contacts, 3 * rows, 3, n_h, 2).transpose(0, 3, 1, 2, 4)
+        modes = basis.dynamic.reshape(n_h, 2, n_contacts, 3, 2 * r).transpose(2, 0, 3, 1, 4)
+        right = pairs.reshape(n_contacts, n_h, 3 * rows, 6) @ modes.reshape(n_contacts, n_h, 6, 2 * r)
+        product[..., r:] = right.transpose(0, 2, 1, 3).reshape(n_contacts, 3 * rows, 2 * r * n_h)
+        by_row = (
+            product.reshape(n_contacts, 3, rows, rows * r)
+            .transpose(2, 0, 1, 3)
+            .reshape(rows, 3 * n_contacts, rows * r)
+        )
+        return basis.to_modes(by_row).reshape(rows * r, rows * r)
+
+
+def _mode_counts(neglected: Array, dofs: int) -> list[int]:
+    """Numbers of interface modes to try; `neglected`: bounds of G K in each mode, descending."""
+    counts = sorted({max(int(np.count_nonzero(neglected > limit)), 1) for limit in NEGLECTED})
+    return [count for count in counts if count < min(LARGEST_SHARE * dofs, neglected.size)]
+
+
+@dataclass(frozen=True)
+class CondensedFactors:
+    """Solver of the bordered system B, see the head of the file.
+
+    Attributes
+    ----------
+    matrix : (H+1, 3 n_c, 3 n_c) complex
+        G.
+    stiffness : ContactStiffness
+        K.
+    basis : InterfaceBasis
+        Q and G^.
+    column, row, corner : (n,) float, (n,) float, float
+        c, t and e.
+    first : int
+        First unknown row of coefficients, 0 or 1.
+    factors, pivots : (R + 1, R + 1) float, (R + 1,) int
+        LU factors of the condensed matrix.
+    sign : int
+        Sign of det B.
+    """
+
+    matrix: ComplexArray
+    stiffness: ContactStiffness
+    basis: InterfaceBasis
+    column: Array
+    row: Array
+    corner: float
+    first: int
+    factors: Array
+    pivots: NDArray[np.int32]
+    sign: int
+
+    @classmethod
+    def of(
+        cls,
+        receptance: RelativeReceptance,
+        omega: float,
+        stiffness: ContactStiffness,
+        border: tuple[Array, Array, float],
+        first: int,
+    ) -> "CondensedFactors | None":
+        """The factors for c, t and e; None where dense factors are as fast or the bound of M is not below 1.
+
+        Parameters
+        ----------
+        receptance : RelativeReceptance
+            The structure.
+        omega : float
+            Excitation frequency, rad/s.
+        stiffness : ContactStiffness
+            K.
+        border : tuple of (n,) float, (n,) float and float
+            c, t and e.
+        first : int
+            First unknown row of coefficients, 0 or 1.
+        """
+        modes, values = receptance.interface_modes(omega)
+        matrix = receptance.matrix(omega)
+        for count in _mode_counts(values.max(axis=0) * float(np.abs(stiffness.matrix).max()), matrix.shape[1]):
+            found = cls._factorised(matrix, stiffness, InterfaceBasis.of(modes[..., :count], matrix), border, first)
+            if found._norm_bound() < 1.0:
+                return found
+        return None
+
+    @classmethod
+    def _factorised(
+        cls,
+        matrix: ComplexArray,
+        stiffness: ContactStiffness,
+        basis: InterfaceBasis,
+        border: tuple[Array, Array, float],
+        first: int,
+    ) -> "CondensedFactors":
+        column, row, corner = border
+        rows, dofs = 2 * matrix.shape[0] - 1, matrix.shape[1]
+        shaped = np.zeros((2, rows, dofs))
+        shaped[:, first:] = np.stack([column, row]).reshape(2, rows - first, dofs)
+        r = basis.static.shape[1]
+        reduced = stiffness.in_modes(basis)
+        size = rows * r
+        condensed = np.empty((size + 1, size + 1))
+        condensed[:-1, :r] = -reduced[:, :r] @ basis.static_receptance
+        paired = reduced[:, r:].reshape(size, rows // 2, 2 * r).transpose(1, 0, 2) @ basis.dynamic_receptance
+        condensed[:-1, r:-1] = -paired.transpose(1, 0, 2).reshape(size, size - r)
+        condensed.flat[: size * (size + 2) : size + 2] += 1.0
+        condensed[:-1, -1] = basis.to_modes(stiffness.times(shaped[0][..., None])).reshape(-1)
+        condensed[-1, :-1] = basis.transposed(shaped[1]).reshape(-1)
+        condensed[-1, -1] = corner - row @ column
+        factors, pivots, _ = dgetrf(condensed)
+        swaps = int(np.count_nonzero(pivots != np.arange(size + 1)))
+        sign = int(np.prod(np.sign(factors.diagonal()))) * (-1) ** swaps
+        return cls(matrix, stiffness, basis, column, row, corner, first, factors, pivots, sign)
+
+    def _norm_bound(self) -> float:
+        """Bound of the norm of M = P^-1 E, see the head of the file."""
+        probes = np.random.default_rng(0).standard_normal((self.column.size, PROBES))
+        neglected = self._neglected(self.stiffness.times(self._rows(probes)))
+        image, last = self._condensed_solution(neglected, np.zeros(PROBES))
+        largest = float(np.sqrt((image**2).sum(axis=0) + last**2).max())
+        return BOUND * math.sqrt(2.0 / math.pi) * largest if math.isfinite(largest) else math.inf
+
+    def solve(self, right: Array, last: float) -> tuple[Array, float]:
+        """Solution (x, z) of B (x, z) = (b, b_e); NaN for a singular system."""
+        residual, lasts = right[:, None], np.array([last])
+        goal = ROUND_OFF * math.hypot(math.sqrt(right @ right), last)
+        solution, z = np.zeros_like(right), 0.0
+        smallest = math.inf
+        for _ in range(MOST_CORRECTIONS):
+            change, change_z = self._condensed_solution(residual, lasts)
+            solution, z = solution + change[:, 0], z + float(change_z[0])
+            residual, lasts = self._neglected(self.stiffness.times(self._rows(change))), np.zeros(1)
+            size = math.sqrt(residual[:, 0] @ residual[:, 0])
+            if not goal < size < smallest:
+                break
+            smallest = size
+        return solution, z
+
+    def _rows(self, unknowns: Array) -> Array:
+        """Unknowns (n, q) as coefficient rows (2H+1, 3 n_c, q), zero for a given harmonic 0."""
+        n_h, dofs, _ = self.matrix.shape
+        columns = unknowns.shape[1]
+        if self.first == 0:
+            return unknowns.reshape(2 * n_h - 1, dofs, columns)
+        rows = np.zeros((2 * n_h - 1, dofs, columns))
+        rows[1:] = unknowns.reshape(2 * n_h - 2, dofs, columns)
+        return rows
+
+    def _unknowns(self, rows: Array) -> Array:
+        """The inverse of `_rows`."""
+        return rows[self.first :].reshape(-1, rows.shape[-1])
+
+    def _neglected(self, force: Array) -> Array:
+        """(G - Q G^ Q^H) f of forces (2H+1, 3 n_c, q), (n, q)."""
+        motion = np.empty_like(force)
+        motion[0] = self.matrix[0].real @ force[0]
+        n_h, dofs, _ = self.matrix.shape
+        pairs = force[1:].reshape(n_h - 1, 2, dofs, force.shape[-1])
+        moved = self.matrix[1:] @ (pairs[:, 0] + 1j * pairs[:, 1])
+        motion[1::2], motion[2::2] = moved.real, moved.imag
+        motion -= self.basis.to_motion(self.basis.to_modes(force))
+        return self._unknowns(motion)
+
+    def _condensed_solution(self, right: Array, last: Array) -> tuple[Array, Array]:
+        """P^-1 (b, b_e) for right-hand sides (n, q) and (q,)."""
+        columns = right.shape[1]
+        reduced = np.empty((self.factors.shape[0], columns))
+        reduced[:-1] = self.basis.to_modes(self.stiffness.times(self._rows(right))).reshape(-1, columns)
+        reduced[-1] = last - self.row @ right
+        with np.errstate(all="ignore"):
+            solution, _ = dgetrs(self.factors, self.pivots, reduced)
+        coordinates = solution[:-1].reshape(-1, self.basis.static.shape[1], columns)
+        motion = right + self._unknowns(self.basis.to_motion(coordinates)) - np.outer(self.column, solution[-1])
+        return motion, solution[-1]
