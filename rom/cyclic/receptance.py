@@ -10,7 +10,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness
+from rom.cyclic.contact_springs import (
+    SpringSupportedMotion,
+    contact_springs,
+    spring_stiffness,
+    supported_frequencies,
+)
 from rom.cyclic.cyclic_symmetry import relative_contact_motion
 from rom.cyclic.interface_modes import band_weights, interface_modes
 from rom.cyclic.modal_model import ModalModel
@@ -273,7 +278,12 @@ class RelativeReceptance:
 
 
 def coupled_frequencies(
-    modal: ModalModel, phase: float, *, normal: ArrayLike = 0.0, tangential: ArrayLike = 0.0
+    modal: ModalModel,
+    phase: float,
+    *,
+    normal: ArrayLike = 0.0,
+    tangential: ArrayLike = 0.0,
+    highest: float = np.inf,
 ) -> Array:
     """Undamped natural frequencies with linear contact springs, from the modes with free contacts.
 
@@ -285,14 +295,23 @@ def coupled_frequencies(
         Inter-blade phase angle, rad.
     normal, tangential : float or (n_c,) array
         Contact springs kn, kt of the nodes, N/m.
+    highest : float
+        Frequency (rad/s) above which none is needed; of large models they are left out.
 
     Returns
     -------
     (m,) array
-        Natural frequencies in rad/s, ascending.
+        Natural frequencies in rad/s, ascending; with `highest` perhaps none above it.
     """
-    relative = RelativeReceptance(modal, phase, (1,), 0.0).relative[0]
     springs = contact_springs(modal.n_contacts, normal, tangential)
+    if not springs.any():
+        return modal.angular_frequency
+    relative = RelativeReceptance(modal, phase, (1,), 0.0).relative[0]
+    few = 8 * np.count_nonzero(modal.angular_frequency <= highest) < modal.angular_frequency.size
+    if few and 3 * modal.n_contacts >= SMALLEST_FACE:
+        found = supported_frequencies(modal.angular_frequency, relative, springs, highest)
+        if found is not None:
+            return found
     return np.sqrt(np.linalg.eigvalsh(np.diag(modal.angular_frequency**2) + spring_stiffness(relative, springs)))
 
 

@@ -2,7 +2,7 @@
 
 With x = h w a mode far above x contributes
 
-    1 / (w_m^2 + i c_m x - x^2) = a_0 + a_1 x + a_2 x^2 + ...,   w_m^2 a_k = a_(k-2) - i c_m a_(k-1),   a_0 = 1 / w_m^2,
+    1 / (w_m^2 + i c_m x - x^2) = a_0 + a_1 x + a_2 x^2 + ...,  w_m^2 a_k = a_(k-2) - i c_m a_(k-1),  a_0 = 1 / w_m^2,
 
 so that the sum over such modes is S_0 + S_1 x + S_2 x^2 + ... with matrices that do not depend on the frequency.
 """

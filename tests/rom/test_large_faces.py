@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rom import ModalModel, RelativeReceptance
+from rom import ModalModel, RelativeReceptance, coupled_frequencies
 from rom.cyclic.receptance_series import SMALLEST_FACE
 
 N_CONTACTS, N_MODES = 55, 240
@@ -54,3 +54,16 @@ def test_matrix_and_response_are_those_of_all_modes(modal: ModalModel, omega: fl
     step = 1e-6 * max(omega, 1.0)
     ahead, behind = (receptance.response(omega + shift, force)[0] for shift in (step, -step))
     assert derivative == pytest.approx((ahead - behind) / (2.0 * step), rel=1e-5, abs=1e-4 * np.abs(derivative).max())
+
+
+@pytest.mark.parametrize(("normal", "tangential"), [(0.02, 0.0), (0.02, 0.03), (50.0, 30.0)])
+@pytest.mark.parametrize("highest", [3.0, 11.0, 70.0])
+def test_frequencies_with_springs_are_the_lowest_of_all(
+    modal: ModalModel, normal: float, tangential: float, highest: float
+) -> None:
+    springs = {"normal": normal, "tangential": tangential}
+    every = coupled_frequencies(modal, 0.7, **springs)
+    found = coupled_frequencies(modal, 0.7, **springs, highest=highest)
+    assert every.size == N_MODES
+    # to round-off of the highest of all
+    assert found[found <= highest] == pytest.approx(every[every <= highest], rel=1e-7)
