@@ -19,6 +19,7 @@ the iteration converges and det B = det P det(I - M) has the sign of det P.
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -284,6 +285,11 @@ class CondensedFactors:
             smallest = size
         return solution, z
 
+    @cached_property
+    def static(self) -> Array:
+        """G of harmonic 0, (3 n_c, 3 n_c)."""
+        return np.ascontiguousarray(self.matrix[0].real)
+
     def _rows(self, unknowns: Array) -> Array:
         """Unknowns (n, q) as coefficient rows (2H+1, 3 n_c, q), zero for a given harmonic 0."""
         n_h, dofs, _ = self.matrix.shape
@@ -301,7 +307,7 @@ class CondensedFactors:
     def _neglected(self, force: Array) -> Array:
         """(G - Q G^ Q^H) f of forces (2H+1, 3 n_c, q), (n, q)."""
         motion = np.empty_like(force)
-        motion[0] = self.matrix[0].real @ force[0]
+        motion[0] = self.static @ force[0]
         n_h, dofs, _ = self.matrix.shape
         pairs = force[1:].reshape(n_h - 1, 2, dofs, force.shape[-1])
         moved = self.matrix[1:] @ (pairs[:, 0] + 1j * pairs[:, 1])
