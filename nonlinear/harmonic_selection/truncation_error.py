@@ -28,7 +28,11 @@ SAMPLED_POINTS = 6  # along a curve, beside its peaks, where `along_curve` estim
 LINEAR_CHANGE = 1e-12  # relative change of a response that is linear
 SMOOTH_ERROR = 0.05  # error up to which a peak without folds beside it cannot detach
 SAME_HEIGHT = 0.97  # ratio of two amplitudes that count as equal: a retrace does not locate its peaks
-FOLLOWING, RETRACING = (0.5, 100), (2.0, 100)  # points that may be solved for: share of those of the curve, and least
+FOLLOWING, SAMPLING, RETRACING = (
+    (0.5, 100),
+    (1.0, 100),
+    (2.0, 100),
+)  # points that may be solved for: share of those of the curve, and least
 
 
 @dataclass(frozen=True)
@@ -131,9 +135,9 @@ class TruncationErrorEstimator:
             return estimate
         n_harmonics = points[index].balance.n_harmonics + 2
         same = [found for found in followed if found.point.balance.n_harmonics == n_harmonics]
-        target = next((found.point for found in same if found.refitted), None)
-        follower = self._follower(points, points[index], RETRACING)
-        found = retrace(follower.with_harmonics(n_harmonics), way, target, self._amplitude, follower.work)
+        follower = self._follower(points, points[index], SAMPLING)
+        work = self._follower(points, points[index], RETRACING).work
+        found = retrace(way, follower.with_harmonics(n_harmonics), follower, work)
         if found.reached is None:
             return replace(estimate, branch="lost")
         elsewhere = [points[place] for place in (0, len(points) - 1, *peak_indices) if place not in way.indices]
