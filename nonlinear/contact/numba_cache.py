@@ -40,6 +40,14 @@ def inner(function: Function) -> Function:
     return _compile(function, _nrt=False, no_cpython_wrapper=True)
 
 
+def inlined(function: Function) -> Function:
+    """Compile a function as `inner` does, and copy it into every kernel that calls it.
+
+    A call passes every array of a NamedTuple by its seven numbers, which takes longer than a short function.
+    """
+    return _compile(function, _nrt=False, no_cpython_wrapper=True, forceinline=True)
+
+
 def _compile(function: Function, **options: bool) -> Any:
     import numba
     from numba.core import config
