@@ -12,8 +12,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
+from nonlinear.contact.compile_lock import CompileLock
 from nonlinear.contact.kernel_folder import kernel_folder
 
+_LOCK = CompileLock()
 Function = TypeVar("Function", bound=Callable)
 
 
@@ -68,13 +70,13 @@ def _guard(kernel: Any, folder: Path) -> None:
     if not Path(cache.cache_path).is_relative_to(folder):  # numba chooses another where it cannot write this one
         kernel._cache = NullCache()
         return
-    save, load = cache.save_overload, cache.load_overload
+    save, load, compile_now = cache.save_overload, cache.load_overload, kernel.compile
 
     def saved(*arguments: Any) -> None:
         with suppress(OSError):
             save(*arguments)
 
-    def loaded(*arguments: Any) -> Any:
+    def loaded_or_none(*arguments: Any) -> Any:
         try:
             return load(*arguments)
         except Exception:  # whatever unpickling stumbles over in a damaged file
@@ -82,4 +84,16 @@ def _guard(kernel: Any, folder: Path) -> None:
                 cache.flush()
             return None
 
-    cache.save_overload, cache.load_overload = saved, loaded
+    def loaded(*arguments: Any) -> Any:
+        found = loaded_or_none(*arguments)
+        if found is None and _LOCK.take(
+            folder / f"{kernel.__name__}.lock"
+        ):  # another process may have compiled it meanwhile
+            found = loaded_or_none(*arguments)
+        return found
+
+    def compile_alone(signature: Any) -> Any:
+        with _LOCK.compilation():
+            return compile_now(signature)
+
+    cache.save_overload, cache.load_overload, kernel.compile = saved, loaded, compile_alone
