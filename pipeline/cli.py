@@ -280,6 +280,16 @@ def new(
     print(f"next: shroud run {scene}")
 
 
+@app.command("warm-up")
+def warm_up(quiet: QuietOption = False) -> None:
+    """Compile the kernels of all friction laws, so that no run has to."""
+    from pipeline.process.progress import Reporter
+    from pipeline.stages.warm_up import warm_up_all
+
+    with _stoppable() as interrupts:
+        warm_up_all(Reporter(quiet, interrupts=interrupts))
+
+
 @app.command()
 def schema() -> None:
     """Print the JSON schema of a scene, for editors."""

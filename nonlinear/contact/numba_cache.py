@@ -12,8 +12,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
+from nonlinear.contact.compile_lock import CompileLock
 from nonlinear.contact.kernel_folder import kernel_folder
 
+_LOCK = CompileLock()
 Function = TypeVar("Function", bound=Callable)
 
 
@@ -40,9 +42,83 @@ def inner(function: Function) -> Function:
     return _compile(function, _nrt=False, no_cpython_wrapper=True)
 
 
+def inner_counted(function: Function) -> Function:
+    """The same with reference counts, as numpy's products of arrays need them."""
+    return _compile(function, no_cpython_wrapper=True)
+
+
+def lapack_lu() -> Any:
+    """LAPACK's dgetrf for kernels: (ord("d"), m, n, a.ctypes, lda, pivots.ctypes), pivots int32; zero: it succeeded.
+
+    numba has it for its own `numpy.linalg.solve`, which allocates and forgets the factors (its version is pinned).
+    """
+    from numba import types
+    from numba.np import linalg
+
+    library: Any = linalg
+    return library._LAPACK().numba_xxgetrf(types.float64)
+
+
 def inlined(function: Function) -> Function:
     """Compile a function as `inner` does, and copy it into every kernel that calls it.
 
     A call passes every array of a NamedTuple by its seven numbers, which takes longer than a short function.
     """
     return _compile(function, _nrt=False, no_cpython_wrapper=True, forceinline=True)
+
+
+def _compile(function: Function, **options: bool) -> Any:
+    import numba
+    from numba.core import config
+
+    settings: Any = config
+    njit: Any = numba.njit
+    before = settings.CACHE_DIR
+    folder = kernel_folder(before)
+    settings.CACHE_DIR = str(folder or "")
+    try:
+        kernel = njit(cache=folder is not None, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
+    finally:
+        settings.CACHE_DIR = before
+    if folder is not None:
+        _guard(kernel, folder)
+    return kernel
+
+
+def _guard(kernel: Any, folder: Path) -> None:
+    """Hold a kernel to the folder, and compile it anew where its file cannot be read or written."""
+    from numba.core.caching import NullCache
+
+    cache = getattr(kernel, "_cache", None)  # none where the compiler is switched off
+    if cache is None:
+        return
+    if not Path(cache.cache_path).is_relative_to(folder):  # numba chooses another where it cannot write this one
+        kernel._cache = NullCache()
+        return
+    save, load, compile_now = cache.save_overload, cache.load_overload, kernel.compile
+
+    def saved(*arguments: Any) -> None:
+        with suppress(OSError):
+            save(*arguments)
+
+    def loaded_or_none(*arguments: Any) -> Any:
+        try:
+            return load(*arguments)
+        except Exception:  # whatever unpickling stumbles over in a damaged file
+            with suppress(OSError):
+                cache.flush()
+            return None
+
+    def loaded(*arguments: Any) -> Any:
+        found = loaded_or_none(*arguments)
+        if found is None and _LOCK.take(
+            folder / f"{kernel.__name__}.lock"
+        ):  # another process may have compiled it meanwhile
+            found = loaded_or_none(*arguments)
+        return found
+
+    def compile_alone(signature: Any) -> Any:
+        with _LOCK.compilation():
+            return compile_now(signature)
+
+    cache.save_overload, cache.load_overload, kernel.compile = saved, loaded, compile_alone
