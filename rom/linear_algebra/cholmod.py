@@ -312,13 +312,17 @@ def _upper_triangle(
     # memory that is never written takes no room: half of the arrays
     starts, indices, values, count = np.zeros(n + 1, np.int64), np.empty(ends[-1], np.int64), np.empty(ends[-1]), 0
     for rows in _slabs(ends):  # in slabs: large temporary arrays cost more than the work
-        slab = matrix[rows[0] : rows[-1] + 1] if part is None else matrix[part[rows]]
-        columns, row = slab.indices, np.repeat(rows, lengths[rows])
+        row = np.repeat(rows, lengths[rows])
+        if number is None:
+            columns, entries = (array[ends[rows[0]] : ends[rows[-1] + 1]] for array in (matrix.indices, matrix.data))
+        else:
+            slab = matrix[part[rows]]
+            columns, entries = number[slab.indices], slab.data
+        lower = columns <= row
         if number is not None:
-            columns = number[columns]
-        lower = (columns <= row) if number is None else (columns <= row) & (columns >= 0)
+            lower &= columns >= 0
         place = slice(count, count + int(np.count_nonzero(lower)))
-        indices[place], values[place] = columns[lower], slab.data[lower]
+        indices[place], values[place] = columns[lower], entries[lower]
         starts[rows + 1] = np.bincount(row[lower] - rows[0], minlength=len(rows))
         count = place.stop
     arrays = np.cumsum(starts), indices, values

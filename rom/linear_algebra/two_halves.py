@@ -15,22 +15,19 @@ J. S. Przemieniecki, Matrix structural analysis of substructures, AIAA Journal 1
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rom.linear_algebra.cholmod import COLUMNS, CholmodFactor
 from rom.linear_algebra.ordering import Bisection
+from rom.linear_algebra.threads import at_once
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 Array = NDArray[np.float64]
-P = TypeVar("P")
-T = TypeVar("T")
 
 
 class _Half:
@@ -80,7 +77,7 @@ class TwoHalves:
 
     def __init__(self, matrix: csr_matrix, cut: Bisection) -> None:
         self._separator = cut.separator
-        self._halves = _both(lambda own: _Half(matrix, own, cut.separator), cut.halves)
+        self._halves = at_once(lambda own: _Half(matrix, own, cut.separator), cut.halves)
         if not all(half.ends_in_separator for half in self._halves):
             raise ValueError("the separator is not eliminated last")
         self._corner = self._part(matrix)
@@ -93,14 +90,14 @@ class TwoHalves:
 
         Raises ValueError for another number of entries.
         """
-        _both(lambda half: half.load(matrix), self._halves)
+        at_once(lambda half: half.load(matrix), self._halves)
         self._corner = self._part(matrix)
 
     def factorise(self) -> bool:
         """Compute the factor; False where the matrix is not positive definite."""
         from scipy.linalg import LinAlgError, cho_factor
 
-        found = [part for part in _both(_Half.factorise, self._halves) if part is not None]
+        found = [part for part in at_once(_Half.factorise, self._halves) if part is not None]
         if len(found) < len(self._halves):
             return False
         try:
@@ -121,16 +118,10 @@ class TwoHalves:
     def _solve_at_once(self, rows: Array, solution: Array) -> None:
         from scipy.linalg import cho_solve
 
-        at_separator = rows[:, self._separator] + sum(_both(lambda half: half.down(rows), self._halves))
+        at_separator = rows[:, self._separator] + sum(at_once(lambda half: half.down(rows), self._halves))
         solution[:, self._separator] = at_separator = cho_solve(self._top, at_separator.T).T
 
         def up(half: _Half) -> None:
             solution[:, half.own] = half.up(at_separator)
 
-        _both(up, self._halves)
-
-
-def _both(work: Callable[[P], T], parts: Sequence[P]) -> list[T]:
-    """Results of the same work on both parts, each in its thread."""
-    with ThreadPoolExecutor(len(parts)) as pool:
-        return list(pool.map(work, parts))
+        at_once(up, self._halves)
