@@ -13,6 +13,7 @@ from nonlinear.continuation.corrector import Corrected, NormalPlane
 from nonlinear.continuation.metric import Tangent
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import SolverOptions
+from rom import RelativeReceptance
 
 if TYPE_CHECKING:
     from nonlinear.contact.event_driven import EventDrivenJenkins, Scratch
@@ -22,11 +23,13 @@ MOST_UNKNOWNS = 420  # above, LAPACK takes most of a step and the corrector in P
 
 
 def compiled_corrector(balance: HarmonicBalance, options: SolverOptions) -> CompiledCorrector | None:
-    """The compiled corrector of a balance; None for one that is not small, or of another contact element."""
+    """The compiled corrector of a balance; None for one that is not small, or of other equations or contacts."""
     from nonlinear.contact.event_driven import EventDrivenJenkins
 
     element = balance.element
-    if not isinstance(element, EventDrivenJenkins) or balance.frozen_static is not None:
+    if type(balance) is not HarmonicBalance or type(balance.receptance) is not RelativeReceptance:
+        return None  # a subclass has equations of its own
+    if type(element) is not EventDrivenJenkins or balance.frozen_static is not None:
         return None
     return CompiledCorrector(balance, element, options) if balance.size <= MOST_UNKNOWNS else None
 

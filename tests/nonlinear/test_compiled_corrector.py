@@ -1,11 +1,16 @@
 """The compiled corrector: its solutions against the equations, and its iterations against the corrector in Python."""
 
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from nonlinear.branches.homotopy import BalanceWithDefect
+from nonlinear.branches.interference_curves import InterferenceBalance
 from nonlinear.branches.range_continuation import continue_over_range
+from nonlinear.contact.element_choice import contact_element
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.compiled_corrector import compiled_corrector
 from nonlinear.continuation.corrector import NormalPlane, correct
@@ -104,3 +109,17 @@ def test_tangent_from_old_factors_is_that_of_the_solution():
         difference = refined[0][0] - exact[0][0], refined[0][1] - exact[0][1]
         assert plane.metric.norm(*difference) < 3e-3
         assert refined[1:] == exact[1:]
+
+
+def test_balances_with_other_equations_or_contacts_are_left_to_python():
+    balance, options, _ = curve("slip", 1)
+    assert compiled_corrector(balance, options) is not None
+    parts = {field.name: getattr(balance, field.name) for field in fields(balance)}
+    sampled = contact_element(balance.element.parameters, 1, replace(options, integration="sampled"))
+    others = [
+        InterferenceBalance.of(balance, 1.0, 1.0),
+        BalanceWithDefect(**parts, defect=np.ones(balance.size)),
+        replace(balance, element=sampled),
+        replace(balance, frozen_static=np.zeros((2, 3))),
+    ]
+    assert [compiled_corrector(other, options) for other in others] == [None] * 4
