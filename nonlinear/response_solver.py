@@ -193,11 +193,11 @@ def _with_adaptive_harmonics(
             too_large = [place for place, change in changes.items() if not change <= tolerance]
             if last or not _fewer_than(numbers[-1], main, too_large):  # else the peak need not be looked at
                 at_peak = estimator.of_branch(main.points, main.peak_indices)
-                peak = [] if at_peak.error <= tolerance else [estimator.highest(main.points, main.peak_indices)]
-                if last or not _fewer_than(numbers[-1], main, peak):
+                highest = [estimator.highest(main.points, main.peak_indices)] if main.points else []
+                if last or at_peak.error <= tolerance or not _fewer_than(numbers[-1], main, highest):
                     break
         selection.tolerance /= STRICTER
-    if too_large or peak:
+    if too_large or not at_peak.error <= tolerance:
         most = f"{numbers[-1]} harmonics, the most there are, do not reach {tolerance:g}"
         termination = replace(main.termination, message=f"{main.termination.message}; {most}")
         branches = [main._replace(termination=termination), *branches[1:]]
