@@ -106,7 +106,7 @@ class TruncationErrorEstimator:
         """
         if not points:
             return TruncationEstimate()
-        index = max((*peak_indices, 0, len(points) - 1), key=lambda place: self._amplitude(points[place]))
+        index = self.highest(points, peak_indices)
         point, amplitude = points[index], self._amplitude(points[index])
         if amplitude == 0.0:
             return TruncationEstimate(0.0, "kept", point.omega, 0.0)
@@ -152,20 +152,26 @@ class TruncationErrorEstimator:
             return replace(estimate, error=max(estimate.error, of_branch), branch="kept", omega=omega)
         return replace(estimate, branch="kept")
 
-    def along_curve(self, points: Sequence[SolutionPoint], peak_indices: Sequence[int]) -> float:
-        """Largest change of the amplitude with more harmonics, relative to the highest amplitude.
+    def along_curve(self, points: Sequence[SolutionPoint], peak_indices: Sequence[int]) -> dict[int, float]:
+        """Changes of the amplitude with more harmonics, relative to the highest amplitude, by indices of points.
 
-        It is evaluated at the peaks and at some other points; NaN without points, inf where one is lost.
+        They are evaluated at the peaks and at some other points; inf where one is lost.
         """
         if not points:
-            return float("nan")
+            return {}
         amplitudes = [self._amplitude(point) for point in points]
-        if max(amplitudes) == 0.0:
-            return 0.0
+        highest = max(amplitudes)
+        if highest == 0.0:
+            return dict.fromkeys(peak_indices, 0.0)
         spread = np.unique(np.linspace(0, len(points) - 1, SAMPLED_POINTS).astype(int)).tolist()
         sampled = sorted({*peak_indices, *spread, int(np.argmax(amplitudes))})
-        changes = [abs(self._reference_amplitude(points[index]) - amplitudes[index]) for index in sampled]
-        return max(changes) / max(amplitudes)
+        return {
+            place: abs(self._reference_amplitude(points[place]) - amplitudes[place]) / highest for place in sampled
+        }
+
+    def highest(self, points: Sequence[SolutionPoint], peak_indices: Sequence[int]) -> int:
+        """Index of the highest amplitude of a branch with points, among its peaks and its ends."""
+        return max((*peak_indices, 0, len(points) - 1), key=lambda place: self._amplitude(points[place]))
 
     def _amplitude(self, point: SolutionPoint) -> float:
         return output_amplitude(point, self.continuation.options.output)
