@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -234,7 +234,6 @@ def export(
 def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
     """Check a scene and run nothing."""
     from pipeline.errors import InputError
-    from pipeline.results.outputs import as_json as json_text
     from pipeline.scene.consistency import check_scene
     from pipeline.scene.plausibility import plausibility_warnings
     from pipeline.scene.reading import read_scene
@@ -244,7 +243,7 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
         check_scene(file)
     except InputError as error:
         if as_json:
-            print(json_text({"valid": False, "errors": [str(error)], "warnings": []}))
+            print(_json({"valid": False, "errors": [str(error)], "warnings": []}))
         raise
     remarks = plausibility_warnings(file)
     if as_json:
@@ -255,7 +254,7 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
             "swept": list(file.swept),
             "accuracy": accuracy,
         }
-        print(json_text({"valid": True, "errors": [], "warnings": [*file.notes, *remarks], **found}))
+        print(_json({"valid": True, "errors": [], "warnings": [*file.notes, *remarks], **found}))
         return
     print_notes(file.notes)
     print_notes(remarks, "warning")
@@ -298,6 +297,13 @@ def schema() -> None:
     from pipeline.scene.json_schema import scene_schema
 
     print(json.dumps(scene_schema(), indent=1))
+
+
+def _json(values: dict[str, Any]) -> str:
+    """JSON text of plain values; NumPy, which the writer of results imports, is not needed without `--json`."""
+    from pipeline.results.outputs import as_json
+
+    return as_json(values)
 
 
 def main() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -103,12 +103,13 @@ def solved_curves(request: Request, reporter: Reporter) -> Iterator[tuple[Run, R
 def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
     request, outcome = run.request, RunOutcome()
     models = models_of_blade(run, outcome) if given is None else models_from_file(run, given)
-    if Stage.RESPOND in request.wanted:
-        _respond(run, models, outcome)
-    outcome.models = model_summaries(run, models, outcome)
-    if Stage.RESPOND in request.wanted:
-        _publish(run, models, outcome)
-    _draw(run, models, outcome)
+    with _rendering(run, models):
+        if Stage.RESPOND in request.wanted:
+            _respond(run, models, outcome)
+        outcome.models = model_summaries(run, models, outcome)
+        if Stage.RESPOND in request.wanted:
+            _publish(run, models, outcome)
+        _draw(run, models, outcome)
     _report(run, models, outcome)
     outcome.seconds = seconds_since(start)
     outcome.summary = _summary(run, outcome)
@@ -177,7 +178,7 @@ def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:
 
 def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
     """Renders and figures, where they are asked for and there is something to show."""
-    drawable = {Stage.RENDER: any(models.values()), Stage.FIGURES: any(curve.file for curve in outcome.curves)}
+    drawable = {Stage.FIGURES: any(curve.file for curve in outcome.curves), Stage.RENDER: any(models.values())}
     for stage, possible in drawable.items():
         if stage not in run.request.wanted or not possible:
             continue
@@ -193,6 +194,15 @@ def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
             files = []
             outcome.problems.append(f"{stage}: {reason_of(error)}")
         outcome.pictures.extend(path.relative_to(run.request.out).as_posix() for path in files)
+
+
+def _rendering(run: Run, models: Models) -> AbstractContextManager[None]:
+    """Where renders are asked for, a block beside which they are drawn."""
+    if Stage.RENDER not in run.request.wanted:
+        return nullcontext()
+    from pipeline.render.render_stage import rendering_ahead
+
+    return rendering_ahead(run, models)
 
 
 def _renders(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:

@@ -224,6 +224,11 @@ def kept_workers() -> Iterator[Workers]:
         pool.end()
 
 
+def kept_count() -> int:
+    """Number of processes that `kept_workers` has started so far."""
+    return _kept[-1].started if _kept else 0
+
+
 @contextmanager
 def workers(count: int, check: Callable[[], None] = lambda: None) -> Iterator[Workers]:
     """Up to `count` worker processes with one BLAS thread each; `check`: see `Workers`.

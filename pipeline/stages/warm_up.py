@@ -107,5 +107,10 @@ def _contact(law: str) -> ContactParameters:
     from nonlinear import ContactParameters
 
     return ContactParameters.shared(
-        2, normal_stiffness=1.6, tangential_stiffness=0.8, friction=0.4, interference=0.1, law=law
+        2,
+        normal_stiffness=1.6,
+        tangential_stiffness=0.8,
+        friction=0.4,
+        interference=0.1,
+        law=law,  # type: ignore[arg-type]
     )
