@@ -181,23 +181,23 @@ class CholmodFactor:
 
     def solve(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """Solutions (k, n) of A x = b for k right-hand sides, stored as rows."""
-        return self._solved(rows, _SOLVE_A)
-
-    def solve_lower(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Solutions (k, n) of L x = b, unknowns in the order of elimination."""
-        return self._solved(rows, _SOLVE_L)
-
-    def solve_upper(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Solutions (k, n) of L^T x = b, unknowns in the order of elimination."""
-        return self._solved(rows, _SOLVE_LT)
-
-    def _solved(self, rows: NDArray[np.float64], system: int) -> NDArray[np.float64]:
         rows = np.ascontiguousarray(rows, dtype=float)
         solution = np.empty(rows.shape)
+        self._solve(rows, solution, _SOLVE_A)
+        return solution
+
+    def solve_lower(self, rows: NDArray[np.float64]) -> None:
+        """Replace contiguous rows b (k, n) by the solutions of L x = b, unknowns in the order of elimination."""
+        self._solve(rows, rows, _SOLVE_L)
+
+    def solve_upper(self, rows: NDArray[np.float64]) -> None:
+        """Replace contiguous rows b (k, n) by the solutions of L^T x = b, unknowns in the order of elimination."""
+        self._solve(rows, rows, _SOLVE_LT)
+
+    def _solve(self, rows: NDArray[np.float64], solution: NDArray[np.float64], system: int) -> None:
         for first in range(0, len(rows), COLUMNS):
             part = slice(first, first + COLUMNS)
             self._solve_at_once(rows[part], solution[part], system)
-        return solution
 
     def _solve_at_once(self, rows: NDArray[np.float64], solution: NDArray[np.float64], system: int) -> None:
         k, n = rows.shape
@@ -313,7 +313,7 @@ def _upper_triangle(
     starts, indices, values, count = np.zeros(n + 1, np.int64), np.empty(ends[-1], np.int64), np.empty(ends[-1]), 0
     for rows in _slabs(ends):  # in slabs: large temporary arrays cost more than the work
         row = np.repeat(rows, lengths[rows])
-        if number is None:
+        if part is None or number is None:
             columns, entries = (array[ends[rows[0]] : ends[rows[-1] + 1]] for array in (matrix.indices, matrix.data))
         else:
             slab = matrix[part[rows]]

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from rom.linear_algebra.cholmod import COLUMNS, CholmodFactor
 from rom.linear_algebra.ordering import Bisection
-from rom.linear_algebra.threads import at_once
+from rom.linear_algebra.threads import at_once, return_memory
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -50,22 +50,23 @@ class _Half:
         if not self._factor.factorise():
             return None
         self._corner = self._factor.last_block(self._count)
-        return np.asarray(self._corner @ self._corner.T)
+        return np.asarray((self._corner @ self._corner.T).T)  # by columns, as LAPACK has matrices
 
     def down(self, rows: Array) -> Array:
         """What right-hand sides (k, n) of this half add to those of the separator, (k, s)."""
         inner = len(self.own)
-        local = np.zeros((len(rows), inner + self._count))
-        local[:, :inner] = rows[:, self.own]
-        self._state = self._factor.solve_lower(local)
-        return self._state[:, inner:] @ self._corner.T
+        self._state = np.zeros((len(rows), inner + self._count))
+        self._state[:, :inner] = rows[:, self.own]
+        self._factor.solve_lower(self._state)
+        return np.asarray(self._state[:, inner:] @ self._corner.T)
 
     def up(self, at_separator: Array) -> Array:
         """Solutions (k, a) of this half from those of the separator (k, s)."""
         inner = len(self.own)
-        self._state[:, inner:] = at_separator @ self._corner
-        found = self._factor.solve_upper(self._state)
+        found = self._state
         del self._state
+        found[:, inner:] = at_separator @ self._corner
+        self._factor.solve_upper(found)
         return found[:, :inner]
 
 
@@ -81,6 +82,7 @@ class TwoHalves:
         if not all(half.ends_in_separator for half in self._halves):
             raise ValueError("the separator is not eliminated last")
         self._corner = self._part(matrix)
+        return_memory()
 
     def _part(self, matrix: csr_matrix) -> Array:
         return np.asarray(matrix[self._separator][:, self._separator].toarray())
@@ -100,8 +102,13 @@ class TwoHalves:
         found = [part for part in at_once(_Half.factorise, self._halves) if part is not None]
         if len(found) < len(self._halves):
             return False
+        schur = found.pop()
+        schur += found.pop()
+        schur -= self._corner
+        del self._corner
+        return_memory()
         try:
-            self._top = cho_factor(sum(found) - self._corner, lower=True, overwrite_a=True)
+            self._top = cho_factor(schur, lower=True, overwrite_a=True)
         except LinAlgError:
             return False
         return True
@@ -113,6 +120,7 @@ class TwoHalves:
         for first in range(0, len(rows), COLUMNS):
             part = slice(first, first + COLUMNS)
             self._solve_at_once(rows[part], solution[part])
+        return_memory()
         return solution
 
     def _solve_at_once(self, rows: Array, solution: Array) -> None:
