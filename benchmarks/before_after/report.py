@@ -33,7 +33,7 @@ def report(before: Stored, after: Stored) -> str:
         markdown_table(("scene", "state", *STAGES), _stages(old, new)),
         "## What each extra costs, over the curves alone",
         "Seconds of all curves of the scene alone, and what each extra adds to them, divided by these seconds.",
-        markdown_table(("scene", "state", f"{ALONE}, s", *SHOWN_EXTRAS, "all"), _extras(old, new)),
+        markdown_table(("scene", "state", f"{ALONE}, s", *SHOWN_EXTRAS, "all", "all, s"), _extras(old, new)),
         '## "auto" beside the cheapest fixed number of harmonics as accurate',
         markdown_table(("curve", "state", "H", "error", "s", "fixed H", "s", "times"), _automatic(old, new)),
         "## Beside pyHarm",
@@ -114,7 +114,8 @@ def _extras(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
                 shares = [f"{(more - less) / values[0]:.2f}" for less, more in pairwise(values)]
                 added = dict(zip(list(seconds)[1:], shares, strict=True))
                 columns = [added.get(name, "in the next") for name in SHOWN_EXTRAS]
-                yield case.split()[1], label, f"{values[0]:.3g}", *columns, f"{values[-1] / values[0]:.3g}"
+                totals = f"{values[-1] / values[0]:.3g}", f"{values[-1]:.3g}"
+                yield case.split()[1], label, f"{values[0]:.3g}", *columns, *totals
 
 
 def _peers(old: Cases, new: Cases) -> Iterator[Sequence[str]]:

@@ -90,7 +90,7 @@ def test_the_report_says_exponents_peers_and_changed_answers(run_times: Any) -> 
     assert "| ms a point over contact nodes, H = 1 | 2.00 | 2.00 |" in text
     assert "| ms a point over harmonics, 9 nodes | 1.00 | 1.00 |" in text
     assert "| extras dummy | 1 | 1.0e-03 | 1.0e-03 | 1 |" in text
-    assert "| dummy | after | 1 | 0.20 | 0.30 | 2.00 | 0.50 | 4 |" in text
+    assert "| dummy | after | 1 | 0.20 | 0.30 | 2.00 | 0.50 | 4 | 4 |" in text
     assert "**Not measured after: stiff: over 9 s**" in text
 
 
