@@ -56,9 +56,15 @@ def report(before: Stored, after: Stored) -> str:
 
 
 def cases_of(before: Stored, after: Stored) -> tuple[Cases, Cases]:
-    """The answers of both; pyHarm was measured with the state after, for both."""
-    new = after["cases"]
-    return before["cases"] | ({"pyharm": new["pyharm"]} if new.get("pyharm") else {}), new
+    """The answers of both, of the hard corner those cases that both have; pyHarm's stand with the state after."""
+    old, new = dict(before["cases"]), dict(after["cases"])
+    if new.get("pyharm"):
+        old["pyharm"] = new["pyharm"]
+    if "hard" in old and "hard" in new:
+        both = {row["case"] for row in old["hard"]["rows"]} & {row["case"] for row in new["hard"]["rows"]}
+        for state in (old, new):
+            state["hard"] = {"rows": [row for row in state["hard"]["rows"] if row["case"] in both]}
+    return old, new
 
 
 def table(before: Stored, after: Stored) -> list[dict[str, Any]]:
@@ -175,7 +181,11 @@ def _largest(pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]], quant
 
 
 def _where(state: Stored) -> str:
-    return "; ".join(f"{name} {state[name]}" for name in ("commit", "date", "machine", "load") if name in state)
+    """Commits and dates of all cases, the machine, and the largest load of it before a case."""
+    measured = state.get("measured", {}).values()
+    parts = [f"{name} {', '.join(sorted({case[name] for case in measured}))}" for name in ("commit", "date")]
+    loads = [case["load"] for case in measured]
+    return "; ".join([*parts, state.get("machine", NOTHING), f"load at most {max(loads, default=0.0):.1f}"])
 
 
 def _failures(before: Stored, after: Stored) -> Iterator[str]:
