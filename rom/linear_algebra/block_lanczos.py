@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 from rom.linear_algebra.orthonormalisation import svqb
-from rom.linear_algebra.threads import at_once, shared
+from rom.linear_algebra.threads import at_once, return_memory, shared
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -107,6 +107,7 @@ def lowest_eigenpairs(
             values, vectors, residuals = _ritz(basis, off_diagonal, count)
             if exhausted or np.all(residuals <= tolerance * np.abs(values)):
                 order = np.argsort(1.0 / values)
+                return_memory()
                 return 1.0 / values[order], vectors[:, order].T @ basis.rows
             check = int(_CHECK_AFTER * basis.count)
         if not len(block):  # an invariant subspace: go on with another start block outside it

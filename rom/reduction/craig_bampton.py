@@ -167,9 +167,9 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
     stiffness[b:, b:] = np.diag(modes.omega**2)
     mass[:b, b:] = parts.coupling.T @ modes.shapes
     mass[b:, :b] = mass[:b, b:].T
-    shapes = np.hstack([parts.constraint, modes.shapes])
     force = parts.centrifugal
-    centrifugal = shapes.T @ force[node_dofs(parts.interior).ravel()]
+    inner = force[node_dofs(parts.interior).ravel()]
+    centrifugal = np.concatenate([parts.constraint.T @ inner, modes.shapes.T @ inner])
     centrifugal[:b] += boundary.rotation @ force[boundary.dofs]
     made_of = (
         f"{parts.element}, {parts.n_dofs} dofs, {len(modes)} modes, {boundary.contact.kind} contact dofs, "
@@ -182,7 +182,7 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
         contact_area=boundary.contact.area,
         force_centrifugal=centrifugal,
         coriolis=_coriolis(parts, modes),
-        basis=_basis(parts, shapes) if store_basis else None,
+        basis=_basis(parts, modes) if store_basis else None,
         n_blades=parts.sector.n_blades,
         speed_rpm=parts.speed_rpm,
         producer=f"shroud: {made_of}, {parts.factor.backend}",
@@ -200,10 +200,10 @@ def _coriolis(parts: Substructure, modes: ModalBasis) -> NDArray[np.float64] | N
     return np.block([[parts.coriolis, mixed], [-mixed.T, 0.5 * (inner - inner.T)]])
 
 
-def _basis(parts: Substructure, shapes: NDArray[np.float64]) -> NDArray[np.float64]:
+def _basis(parts: Substructure, modes: ModalBasis) -> NDArray[np.float64]:
     """Mesh displacements (N, n) of the reduced coordinates; zero on the clamped root."""
-    boundary = parts.boundary
-    basis = np.zeros((parts.n_dofs, shapes.shape[1]))
-    basis[node_dofs(parts.interior).ravel()] = shapes
+    boundary, inner = parts.boundary, node_dofs(parts.interior).ravel()
+    basis = np.zeros((parts.n_dofs, boundary.size + len(modes)))
+    basis[inner, : boundary.size], basis[inner, boundary.size :] = parts.constraint, modes.shapes
     basis[boundary.dofs, : boundary.size] = boundary.rotation.T
     return boundary.mesh_displacements(basis)
