@@ -100,7 +100,7 @@ class LinearSegmentSystem:
         if not self.springs.any():
             modal_derivative = -value_derivative * modal / value
             return LinearMotion(*self._rows(motion, relative @ modal_derivative), modal, modal_derivative)
-        system = SpringSupportedMotion((relative / value) @ self._sprung)
+        system = SpringSupportedMotion(self._first.matrix(omega)[0] * self.springs.reshape(-1))
         motion = system.solve(motion)
         modal = (force - self._sprung @ motion) / value
         modal_derivative = -value_derivative * modal / value
