@@ -68,14 +68,13 @@ def draw(
     from pipeline.figures.response import response_figure
     from pipeline.figures.style import save, styled
     from pipeline.figures.trend import trend_figure
+    from rom import one_blas_thread
 
     shown = plotted_curves(curves)
     if not shown:
         return []
     attempts = Attempts(folder)
     limits: list[Limit] = []
-    if {"response", "peaks"} & set(names):
-        limits = attempts.result("linear limits", lambda: linear_limits(shown)) or []
     damped = most_damped(shown)
     figures: dict[str, Callable[[], Figure | None]] = {
         "response": lambda: response_figure(shown, limits, title),
@@ -91,7 +90,9 @@ def draw(
         if figure is not None:
             save(figure, folder, name, formats)
 
-    with styled():
+    with one_blas_thread(), styled():  # the same bits in this process as in a worker
+        if {"response", "peaks"} & set(names):
+            limits = attempts.result("linear limits", lambda: linear_limits(shown)) or []
         for name in names:
             attempts.result(name, partial(draw_one, name))
     return attempts.problems
