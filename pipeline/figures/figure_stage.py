@@ -49,17 +49,25 @@ def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
 def _draw_all(run: Run, curves: Sequence[CurveResult], title: str, formats: Sequence[str], folder: Path) -> list[str]:
     """Draw all figures, in the processes that have solved the curves, where there are any."""
     if kept_count() < 2:
-        return draw(folder, curves, title, formats)
-    calls = {names: Call(draw, (folder, curves, title, formats, names)) for names in _SHARED}
+        return draw(folder, curves, title, formats, out=run.request.out)
+    calls = {names: Call(draw, (folder, curves, title, formats, names, run.request.out)) for names in _SHARED}
     with workers(len(calls), run.reporter.interrupts.check) as pool, run.reporter.interrupts.looking():
         drawn = {names: future.result() for names, future in pool.completed(calls)}
     return [problem for names in _SHARED for problem in drawn[names]]
 
 
 def draw(
-    folder: Path, curves: Sequence[CurveResult], title: str, formats: Sequence[str], names: Sequence[str] = NAMES
+    folder: Path,
+    curves: Sequence[CurveResult],
+    title: str,
+    formats: Sequence[str],
+    names: Sequence[str] = NAMES,
+    out: Path | None = None,
 ) -> list[str]:
-    """Draw every one of the figures `names` that the curves allow; returns one line for each that failed."""
+    """Draw every one of the figures `names` that the curves allow; returns one line for each that failed.
+
+    `out` is the folder that an error of the disk names.
+    """
     from pipeline.figures.campbell import campbell_figure
     from pipeline.figures.data import plotted_curves
     from pipeline.figures.hysteresis import most_damped, node_figure, sweep_figure
@@ -73,7 +81,7 @@ def draw(
     shown = plotted_curves(curves)
     if not shown:
         return []
-    attempts = Attempts(folder)
+    attempts = Attempts(folder, out)
     limits: list[Limit] = []
     damped = most_damped(shown)
     figures: dict[str, Callable[[], Figure | None]] = {
