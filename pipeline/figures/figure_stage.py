@@ -49,17 +49,25 @@ def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
 def _draw_all(run: Run, curves: Sequence[CurveResult], title: str, formats: Sequence[str], folder: Path) -> list[str]:
     """Draw all figures, in the processes that have solved the curves, where there are any."""
     if kept_count() < 2:
-        return draw(folder, curves, title, formats)
-    calls = {names: Call(draw, (folder, curves, title, formats, names)) for names in _SHARED}
+        return draw(folder, curves, title, formats, out=run.request.out)
+    calls = {names: Call(draw, (folder, curves, title, formats, names, run.request.out)) for names in _SHARED}
     with workers(len(calls), run.reporter.interrupts.check) as pool, run.reporter.interrupts.looking():
         drawn = {names: future.result() for names, future in pool.completed(calls)}
     return [problem for names in _SHARED for problem in drawn[names]]
 
 
 def draw(
-    folder: Path, curves: Sequence[CurveResult], title: str, formats: Sequence[str], names: Sequence[str] = NAMES
+    folder: Path,
+    curves: Sequence[CurveResult],
+    title: str,
+    formats: Sequence[str],
+    names: Sequence[str] = NAMES,
+    out: Path | None = None,
 ) -> list[str]:
-    """Draw every one of the figures `names` that the curves allow; returns one line for each that failed."""
+    """Draw every one of the figures `names` that the curves allow; returns one line for each that failed.
+
+    `out` is the folder that an error of the disk names.
+    """
     from pipeline.figures.campbell import campbell_figure
     from pipeline.figures.data import plotted_curves
     from pipeline.figures.hysteresis import most_damped, node_figure, sweep_figure
@@ -68,14 +76,13 @@ def draw(
     from pipeline.figures.response import response_figure
     from pipeline.figures.style import save, styled
     from pipeline.figures.trend import trend_figure
+    from rom import one_blas_thread
 
     shown = plotted_curves(curves)
     if not shown:
         return []
-    attempts = Attempts(folder)
+    attempts = Attempts(folder, out)
     limits: list[Limit] = []
-    if {"response", "peaks"} & set(names):
-        limits = attempts.result("linear limits", lambda: linear_limits(shown)) or []
     damped = most_damped(shown)
     figures: dict[str, Callable[[], Figure | None]] = {
         "response": lambda: response_figure(shown, limits, title),
@@ -91,7 +98,9 @@ def draw(
         if figure is not None:
             save(figure, folder, name, formats)
 
-    with styled():
+    with one_blas_thread(), styled():  # the same bits in this process as in a worker
+        if {"response", "peaks"} & set(names):
+            limits = attempts.result("linear limits", lambda: linear_limits(shown)) or []
         for name in names:
             attempts.result(name, partial(draw_one, name))
     return attempts.problems

@@ -70,9 +70,9 @@ def render_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> lis
     for model, scene, prefix in _models_to_draw(run, models):
         files += attempts.result(f"{prefix}mode shapes", partial(_render, run, model, scene, prefix)) or []
     for number in operating_curves(run.request.scene.first.render, curves):
-        model = models[curves[number].member.index]
-        if model is not None:
-            drawn = partial(_operate, run, model, curves[number], number)
+        built = models[curves[number].member.index]
+        if built is not None:
+            drawn = partial(_operate, run, built, curves[number], number)
             files += attempts.result(f"motion of curve {number}", drawn) or []
     remove_outdated(run.request.out / "renders", ["mode_*.png", "model_*_mode_*.png", "operating_*.*"], files)
     if attempts.problems:
@@ -84,9 +84,9 @@ def _models_to_draw(run: Run, models: Models) -> list[tuple[BuiltModel, Scene, s
     """Every model with the scene of its first member and the prefix of its pictures."""
     chosen: dict[str, tuple[BuiltModel, Scene]] = {}
     for member in run.request.scene.members:
-        model = models[member.index]
-        if model is not None:
-            chosen.setdefault(model.key, (model, member.scene))
+        built = models[member.index]
+        if built is not None:
+            chosen.setdefault(built.key, (built, member.scene))
     return [
         (model, scene, f"model_{number}_" if len(chosen) > 1 else "")
         for number, (model, scene) in enumerate(chosen.values(), start=1)

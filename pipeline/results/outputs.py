@@ -47,7 +47,11 @@ def write_results(
         _write_table(table, curves, swept)
         response = {path.name: file_sha256(path) for path in (binary, table)}
         _write_summary(text, summary | {"response": response})
-    store.get(_KIND, key, lambda folder: (folder / _HASHES).write_text(json.dumps(response), encoding="utf-8"))
+
+    def keep(folder: Path) -> None:
+        (folder / _HASHES).write_text(json.dumps(response), encoding="utf-8")
+
+    store.get(_KIND, key, keep)
     return response
 
 

@@ -44,11 +44,14 @@ class Attempts:
     ----------
     folder : Path
         Where they are written.
+    place : Path or None
+        The folder that an error of the disk names, where that is another one.
     problems : list of str
         One line for each that failed.
     """
 
     folder: Path
+    place: Path | None = None
     problems: list[str] = field(default_factory=list)
 
     def result(self, name: str, make: Callable[[], T]) -> T | None:
@@ -56,7 +59,7 @@ class Attempts:
         try:
             return make()
         except Exception as error:
-            if cause := storage_error(error, self.folder):
+            if cause := storage_error(error, self.place or self.folder):
                 raise cause from error
             for path in self.folder.glob(f"{name}.*"):  # half a pair of files
                 path.unlink()
