@@ -2,7 +2,7 @@
 
     python benchmarks/run_times.py                              # this state beside the stored one: some minutes
     python benchmarks/run_times.py --only default extras        # cases whose names begin so
-    python benchmarks/run_times.py --dear                       # also those that take minutes each
+    python benchmarks/run_times.py --dear --without fresh       # also those that take minutes each, but not these
     python benchmarks/run_times.py --project ../older --store benchmarks/before_after/before.json
     python benchmarks/run_times.py --before out/older.json      # beside another state, measured before
     python benchmarks/run_times.py --report                     # measure nothing: the table of what was measured
@@ -41,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     target = options.store or options.out / "run_times.json"
     state = read(target)
     if not options.report:
-        names = chosen(options.only, options.dear)
+        names = chosen(options.only, options.dear, options.without)
         settings = Settings(
             options.out / "models", options.curve_limit, options.dear_limit, options.limit, tuple(options.hard_cases)
         )
@@ -57,6 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
     names = ", ".join([*CASES, *DEAR])
     parser.add_argument("--only", nargs="+", metavar="NAME", help=f"cases whose names begin so: {names}")
+    parser.add_argument("--without", nargs="+", default=[], metavar="NAME", help="not those whose names begin so")
     parser.add_argument("--dear", action="store_true", help=f"also {', '.join(DEAR)}")
     parser.add_argument("--project", type=Path, default=ROOT, help="root of the state to measure (this one)")
     parser.add_argument("--store", type=Path, help="JSON file of the state; no table is written then")
@@ -70,19 +71,19 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def chosen(only: Sequence[str] | None, dear: bool) -> list[str]:
-    """Names of the cases: all but the dear ones, or those that begin with one of `only`.
+def chosen(only: Sequence[str] | None, dear: bool, without: Sequence[str] = ()) -> list[str]:
+    """Names of the cases: all but the dear ones, or those that begin with one of `only`; not those of `without`.
 
     Raises
     ------
     SystemExit
         Nothing begins so.
     """
-    if not only:
-        return [*CASES, *(DEAR if dear else ())]
-    names = [name for name in [*CASES, *DEAR] if name.startswith(tuple(only))]
+    names = [*CASES, *(DEAR if dear or only else ())]
+    names = [name for name in names if name.startswith(tuple(only or "")) or not only]
+    names = [name for name in names if not name.startswith(tuple(without))]
     if not names:
-        raise SystemExit(f"--only: no case begins with {' or '.join(only)}")
+        raise SystemExit(f"--only: no case begins with {' or '.join(only or ())}")
     return names
 
 
@@ -95,7 +96,7 @@ def read(file: Path) -> Stored:
 def measure(state: State, settings: Settings, names: Sequence[str], found: Stored, target: Path) -> None:
     """Run the cases one after another; the file holds each as soon as it is measured."""
     facts = machine_facts()
-    found |= {"commit": state.commit(), "date": facts["date"], "machine": f"{facts['machine']}, {facts['system']}"}
+    found |= {"commit": state.commit(), "machine": f"{facts['machine']}, {facts['system']}"}
     grids = list(GRIDS) if any(name == "growth" for name in names) else []
     peers = "peers" in names
     state.measured("prepare", settings.models, 3600.0, scenes=list(SCENES), grids=grids, peers=peers)
@@ -109,11 +110,18 @@ def measure(state: State, settings: Settings, names: Sequence[str], found: Store
         except Exception as error:  # a case that breaks is a finding, not the end of the run
             found["cases"].pop(name, None)
             found["failures"][name] = f"{type(error).__name__}: {error}"
-        found["load"] = f"{before:.1f}"
+        seconds = time.perf_counter() - start
+        when = {
+            "commit": found["commit"],
+            "date": facts["date"],
+            "load": round(before, 1),
+            "seconds": round(seconds, 1),
+        }
+        found.setdefault("measured", {})[name] = when
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(json.dumps(found, indent=1), encoding="utf-8")
         said = found["failures"].get(name, "measured")
-        print(f"{name}: {said}, {time.perf_counter() - start:.0f} s", file=sys.stderr, flush=True)
+        print(f"{name}: {said}, {seconds:.0f} s", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -176,26 +176,28 @@ def _with_adaptive_harmonics(
 
     The selection along the curve rests on a cheap estimate. Then the peaks and some points along the curve are solved
     with more harmonics. If these tell of a larger error, or if the curve is incomplete, which may be due to the
-    truncation, the curve is solved again with a stricter selection.
+    truncation, the curve is solved again with a stricter selection, unless these points have the most harmonics
+    that there are.
     """
     tolerance = continuation.options.harmonic_tolerance
     stability, continuation = continuation.stability, replace(continuation, stability=None)
     selection = HarmonicSelection(estimator.balances, tolerance / STRICTER)
     numbers = feasible_harmonic_numbers(estimator.balances.base.n_contacts)
     for n_harmonics in numbers:
-        selection.min_harmonics = n_harmonics
+        selection.min_harmonics, last = n_harmonics, n_harmonics == numbers[-1]
         start = continuation.with_balance(estimator.balances.balance(n_harmonics))
         branches = continue_over_range(replace(start, adapt=selection), static, progress)
         main = branches[0]
-        at_peak = estimator.of_branch(main.points, main.peak_indices)
-        if (
-            (main.termination.complete or n_harmonics == numbers[-1])
-            and at_peak.error <= tolerance
-            and estimator.along_curve(main.points, main.peak_indices) <= tolerance
-        ):
-            break
+        if main.termination.complete or last:
+            changes = estimator.along_curve(main.points, main.peak_indices)
+            too_large = [place for place, change in changes.items() if not change <= tolerance]
+            if last or not _fewer_than(numbers[-1], main, too_large):  # else the peak need not be looked at
+                at_peak = estimator.of_branch(main.points, main.peak_indices)
+                highest = [estimator.highest(main.points, main.peak_indices)] if main.points else []
+                if last or at_peak.error <= tolerance or not _fewer_than(numbers[-1], main, highest):
+                    break
         selection.tolerance /= STRICTER
-    else:
+    if too_large or not at_peak.error <= tolerance:
         most = f"{numbers[-1]} harmonics, the most there are, do not reach {tolerance:g}"
         termination = replace(main.termination, message=f"{main.termination.message}; {most}")
         branches = [main._replace(termination=termination), *branches[1:]]
@@ -203,6 +205,11 @@ def _with_adaptive_harmonics(
         with_exponents = replace(continuation, stability=stability)
         branches = [with_stability(with_exponents, branch) for branch in branches]
     return branches, at_peak
+
+
+def _fewer_than(most: int, branch: Branch, places: list[int]) -> bool:
+    """Whether there are such points, and all have fewer harmonics: with more of them the curve may get better."""
+    return bool(places) and all(branch.points[place].balance.n_harmonics < most for place in places)
 
 
 def build_harmonic_balance(

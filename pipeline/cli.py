@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -234,7 +234,6 @@ def export(
 def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
     """Check a scene and run nothing."""
     from pipeline.errors import InputError
-    from pipeline.results.outputs import as_json as json_text
     from pipeline.scene.consistency import check_scene
     from pipeline.scene.plausibility import plausibility_warnings
     from pipeline.scene.reading import read_scene
@@ -244,7 +243,7 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
         check_scene(file)
     except InputError as error:
         if as_json:
-            print(json_text({"valid": False, "errors": [str(error)], "warnings": []}))
+            print(_json({"valid": False, "errors": [str(error)], "warnings": []}))
         raise
     remarks = plausibility_warnings(file)
     if as_json:
@@ -255,7 +254,7 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
             "swept": list(file.swept),
             "accuracy": accuracy,
         }
-        print(json_text({"valid": True, "errors": [], "warnings": [*file.notes, *remarks], **found}))
+        print(_json({"valid": True, "errors": [], "warnings": [*file.notes, *remarks], **found}))
         return
     print_notes(file.notes)
     print_notes(remarks, "warning")
@@ -280,6 +279,16 @@ def new(
     print(f"next: shroud run {scene}")
 
 
+@app.command("warm-up")
+def warm_up(quiet: QuietOption = False) -> None:
+    """Compile the kernels of all friction laws, so that no run has to."""
+    from pipeline.process.progress import Reporter
+    from pipeline.stages.warm_up import warm_up_all
+
+    with _stoppable() as interrupts:
+        warm_up_all(Reporter(quiet, interrupts=interrupts))
+
+
 @app.command()
 def schema() -> None:
     """Print the JSON schema of a scene, for editors."""
@@ -288,6 +297,13 @@ def schema() -> None:
     from pipeline.scene.json_schema import scene_schema
 
     print(json.dumps(scene_schema(), indent=1))
+
+
+def _json(values: dict[str, Any]) -> str:
+    """JSON text of plain values; NumPy, which the writer of results imports, is not needed without `--json`."""
+    from pipeline.results.outputs import as_json
+
+    return as_json(values)
 
 
 def main() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from pipeline.errors import InputError, input_error, reason_of
 from pipeline.process.clock import seconds_since
 from pipeline.process.isolated_reading import read_given_model
 from pipeline.process.progress import Reporter
+from pipeline.process.workers import kept_workers
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
 from pipeline.results.outputs import curve_summary, write_results, write_summary
 from pipeline.results.publishing import PicturesMissing
@@ -27,6 +28,7 @@ from pipeline.stages.scene_to_solver import damped_modes
 from pipeline.stages.stage_log import StageLog
 from pipeline.stages.stage_names import Stage
 from pipeline.stages.sweep_models import Models, model_summaries, models_from_file, models_of_blade
+from pipeline.stages.worker_start import start_workers
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.output_folder import working_store
 
@@ -65,8 +67,10 @@ def execute(request: Request, reporter: Reporter) -> RunOutcome:
         reporter.line(f"note: {line}")
     for line in plausibility_warnings(request.scene):
         reporter.line(f"warning: {line}")
-    with working_store(request.out, request.force, reporter) as store:
-        return _execute(Run(request, store, StageLog(), reporter), given, start)
+    with working_store(request.out, request.force, reporter) as store, kept_workers() as pool:
+        run = Run(request, store, StageLog(), reporter)
+        start_workers(run, pool)
+        return _execute(run, given, start)
 
 
 @contextmanager
@@ -89,8 +93,9 @@ def solved_curves(request: Request, reporter: Reporter) -> Iterator[tuple[Run, R
     """
     remember_code()
     given = _check(request)
-    with working_store(request.out, request.force, reporter) as store:
+    with working_store(request.out, request.force, reporter) as store, kept_workers() as pool:
         run, outcome = Run(request, store, StageLog(), reporter), RunOutcome()
+        start_workers(run, pool)
         _respond(run, models_of_blade(run, outcome) if given is None else models_from_file(run, given), outcome)
         yield run, outcome
 
@@ -98,12 +103,13 @@ def solved_curves(request: Request, reporter: Reporter) -> Iterator[tuple[Run, R
 def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
     request, outcome = run.request, RunOutcome()
     models = models_of_blade(run, outcome) if given is None else models_from_file(run, given)
-    if Stage.RESPOND in request.wanted:
-        _respond(run, models, outcome)
-    outcome.models = model_summaries(run, models, outcome)
-    if Stage.RESPOND in request.wanted:
-        _publish(run, models, outcome)
-    _draw(run, models, outcome)
+    with _rendering(run, models):
+        if Stage.RESPOND in request.wanted:
+            _respond(run, models, outcome)
+        outcome.models = model_summaries(run, models, outcome)
+        if Stage.RESPOND in request.wanted:
+            _publish(run, models, outcome)
+        _draw(run, models, outcome)
     _report(run, models, outcome)
     outcome.seconds = seconds_since(start)
     outcome.summary = _summary(run, outcome)
@@ -172,7 +178,7 @@ def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:
 
 def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
     """Renders and figures, where they are asked for and there is something to show."""
-    drawable = {Stage.RENDER: any(models.values()), Stage.FIGURES: any(curve.file for curve in outcome.curves)}
+    drawable = {Stage.FIGURES: any(curve.file for curve in outcome.curves), Stage.RENDER: any(models.values())}
     for stage, possible in drawable.items():
         if stage not in run.request.wanted or not possible:
             continue
@@ -188,6 +194,15 @@ def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
             files = []
             outcome.problems.append(f"{stage}: {reason_of(error)}")
         outcome.pictures.extend(path.relative_to(run.request.out).as_posix() for path in files)
+
+
+def _rendering(run: Run, models: Models) -> AbstractContextManager[None]:
+    """Where renders are asked for, a block beside which they are drawn."""
+    if Stage.RENDER not in run.request.wanted:
+        return nullcontext()
+    from pipeline.render.render_stage import rendering_ahead
+
+    return rendering_ahead(run, models)
 
 
 def _renders(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:

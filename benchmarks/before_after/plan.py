@@ -27,7 +27,7 @@ class Settings:
     curve_limit: float = 30.0
     dear_limit: float = 120.0
     limit: float = 1200.0
-    hard_cases: tuple[int, ...] = (0, 5, 10, 20, 25, 30, 40, 55)
+    hard_cases: tuple[int, ...] = (0, 5, 20, 25, 30, 55)
 
 
 Case = Callable[[State, Settings], dict[str, Any]]

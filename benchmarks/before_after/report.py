@@ -33,7 +33,7 @@ def report(before: Stored, after: Stored) -> str:
         markdown_table(("scene", "state", *STAGES), _stages(old, new)),
         "## What each extra costs, over the curves alone",
         "Seconds of all curves of the scene alone, and what each extra adds to them, divided by these seconds.",
-        markdown_table(("scene", "state", f"{ALONE}, s", *SHOWN_EXTRAS, "all"), _extras(old, new)),
+        markdown_table(("scene", "state", f"{ALONE}, s", *SHOWN_EXTRAS, "all", "all, s"), _extras(old, new)),
         '## "auto" beside the cheapest fixed number of harmonics as accurate',
         markdown_table(("curve", "state", "H", "error", "s", "fixed H", "s", "times"), _automatic(old, new)),
         "## Beside pyHarm",
@@ -56,9 +56,15 @@ def report(before: Stored, after: Stored) -> str:
 
 
 def cases_of(before: Stored, after: Stored) -> tuple[Cases, Cases]:
-    """The answers of both; pyHarm was measured with the state after, for both."""
-    new = after["cases"]
-    return before["cases"] | ({"pyharm": new["pyharm"]} if new.get("pyharm") else {}), new
+    """The answers of both, of the hard corner those cases that both have; pyHarm's stand with the state after."""
+    old, new = dict(before["cases"]), dict(after["cases"])
+    if new.get("pyharm"):
+        old["pyharm"] = new["pyharm"]
+    if "hard" in old and "hard" in new:
+        both = {row["case"] for row in old["hard"]["rows"]} & {row["case"] for row in new["hard"]["rows"]}
+        for state in (old, new):
+            state["hard"] = {"rows": [row for row in state["hard"]["rows"] if row["case"] in both]}
+    return old, new
 
 
 def table(before: Stored, after: Stored) -> list[dict[str, Any]]:
@@ -114,7 +120,8 @@ def _extras(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
                 shares = [f"{(more - less) / values[0]:.2f}" for less, more in pairwise(values)]
                 added = dict(zip(list(seconds)[1:], shares, strict=True))
                 columns = [added.get(name, "in the next") for name in SHOWN_EXTRAS]
-                yield case.split()[1], label, f"{values[0]:.3g}", *columns, f"{values[-1] / values[0]:.3g}"
+                totals = f"{values[-1] / values[0]:.3g}", f"{values[-1]:.3g}"
+                yield case.split()[1], label, f"{values[0]:.3g}", *columns, *totals
 
 
 def _peers(old: Cases, new: Cases) -> Iterator[Sequence[str]]:
@@ -174,7 +181,11 @@ def _largest(pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]], quant
 
 
 def _where(state: Stored) -> str:
-    return "; ".join(f"{name} {state[name]}" for name in ("commit", "date", "machine", "load") if name in state)
+    """Commits and dates of all cases, the machine, and the largest load of it before a case."""
+    measured = state.get("measured", {}).values()
+    parts = [f"{name} {', '.join(sorted({case[name] for case in measured}))}" for name in ("commit", "date")]
+    loads = [case["load"] for case in measured]
+    return "; ".join([*parts, state.get("machine", NOTHING), f"load at most {max(loads, default=0.0):.1f}"])
 
 
 def _failures(before: Stored, after: Stored) -> Iterator[str]:

@@ -12,8 +12,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
+from nonlinear.contact.compile_lock import CompileLock
 from nonlinear.contact.kernel_folder import kernel_folder
 
+_LOCK = CompileLock()
 Function = TypeVar("Function", bound=Callable)
 
 
@@ -57,6 +59,14 @@ def lapack_lu() -> Any:
     return library._LAPACK().numba_xxgetrf(types.float64)
 
 
+def inlined(function: Function) -> Function:
+    """Compile a function as `inner` does, and copy it into every kernel that calls it.
+
+    A call passes every array of a NamedTuple by its seven numbers, which takes longer than a short function.
+    """
+    return _compile(function, _nrt=False, no_cpython_wrapper=True, forceinline=True)
+
+
 def _compile(function: Function, **options: bool) -> Any:
     import numba
     from numba.core import config
@@ -85,13 +95,13 @@ def _guard(kernel: Any, folder: Path) -> None:
     if not Path(cache.cache_path).is_relative_to(folder):  # numba chooses another where it cannot write this one
         kernel._cache = NullCache()
         return
-    save, load = cache.save_overload, cache.load_overload
+    save, load, compile_now = cache.save_overload, cache.load_overload, kernel.compile
 
     def saved(*arguments: Any) -> None:
         with suppress(OSError):
             save(*arguments)
 
-    def loaded(*arguments: Any) -> Any:
+    def loaded_or_none(*arguments: Any) -> Any:
         try:
             return load(*arguments)
         except Exception:  # whatever unpickling stumbles over in a damaged file
@@ -99,4 +109,16 @@ def _guard(kernel: Any, folder: Path) -> None:
                 cache.flush()
             return None
 
-    cache.save_overload, cache.load_overload = saved, loaded
+    def loaded(*arguments: Any) -> Any:
+        found = loaded_or_none(*arguments)
+        if found is None and _LOCK.take(
+            folder / f"{kernel.__name__}.lock"
+        ):  # another process may have compiled it meanwhile
+            found = loaded_or_none(*arguments)
+        return found
+
+    def compile_alone(signature: Any) -> Any:
+        with _LOCK.compilation():
+            return compile_now(signature)
+
+    cache.save_overload, cache.load_overload, kernel.compile = saved, loaded, compile_alone

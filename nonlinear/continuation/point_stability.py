@@ -146,12 +146,24 @@ class PointStability:
         yield point.balance, LinearisedContact(point.displacement, jacobian, point.omega)
         if self.balances is None:
             return
-        lowest = int(point.balance.receptance.modal.angular_frequency[0] / point.omega)
-        for n_harmonics in range(max(point.balance.n_harmonics + 1, lowest), MOST_HARMONICS + 1):
+        lowest, stiffest = (value / point.omega for value in self._first_natural_frequencies(point.balance))
+        highest = min(int(np.ceil(stiffest + 0.5)), MOST_HARMONICS)
+        for n_harmonics in range(max(point.balance.n_harmonics + 1, int(lowest)), highest + 1):
             wider = self.balances.balance(n_harmonics)
             displacement = point.with_balance(wider).displacement
             jacobian = wider.element.evaluate(displacement).jacobian
             yield wider, LinearisedContact(displacement, jacobian, point.omega)
+
+    def _first_natural_frequencies(self, balance: HarmonicBalance) -> tuple[float, float]:
+        """The first natural frequency with open contacts, and a bound of it with contacts, rad/s.
+
+        With contact springs k it is at most sqrt(omega_1^2 + phi_1^T k phi_1).
+        """
+        modal, p = balance.receptance.modal, self.contact
+        motion = np.abs(modal.right[:, 0]) + (0.0 if modal.left is None else np.abs(modal.left[:, 0]))
+        springs = np.stack([p.tangential_stiffness, p.tangential_stiffness, p.normal_stiffness], axis=1).ravel()
+        first = float(modal.angular_frequency[0])
+        return first, float(np.sqrt(first**2 + springs @ motion**2))
 
     def _linear_segments(self, balance: HarmonicBalance) -> LinearSegments:
         if balance.n_harmonics not in self._segments:

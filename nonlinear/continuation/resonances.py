@@ -32,10 +32,11 @@ def find_resonances(receptance: RelativeReceptance, contact: ContactParameters, 
     kn, kt = contact.normal_stiffness, contact.tangential_stiffness
     modal, phase = receptance.modal, receptance.phase
     free, sliding, stuck = (0.0, 0.0), (kn, 0.0), (kn, kt)
-    found = np.concatenate(
-        [coupled_frequencies(modal, phase, normal=n, tangential=t) for n, t in (free, sliding, stuck)]
-    )
     highest = HIGHEST_ORDER if isinstance(options.harmonics, str) else min(options.harmonics, HIGHEST_ORDER)
+    limit = highest * options.omega_range[1]
+    found = np.concatenate(
+        [coupled_frequencies(modal, phase, normal=n, tangential=t, highest=limit) for n, t in (free, sliding, stuck)]
+    )
     parts = np.concatenate([found / order for order in range(1, highest + 1)])
     return Resonances(_inside(found, options), _inside(parts, options))
 

@@ -19,6 +19,7 @@ the iteration converges and det B = det P det(I - M) has the sign of det P.
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from rom import RelativeReceptance
 
-SMALLEST_PROBLEM = 300  # unknowns, below which dense factors cost less
+SMALLEST_PROBLEM = 250  # unknowns, below which dense factors cost less
 NEGLECTED = (3e-3, 3e-4)  # G K outside the interface modes: two attempts
 LARGEST_SHARE = 0.4  # interface modes over relative displacements, above which dense factors cost less
 PROBES, BOUND = 8, 20.0  # the bound fails with probability 4e-11
@@ -204,9 +205,11 @@ class CondensedFactors:
         cls,
         receptance: RelativeReceptance,
         omega: float,
-        stiffness: ContactStiffness,
+        jacobian: Array,
         border: tuple[Array, Array, float],
+        *,
         first: int,
+        odd: bool,
     ) -> "CondensedFactors | None":
         """The factors for c, t and e; None where dense factors are as fast or the bound of M is not below 1.
 
@@ -216,16 +219,21 @@ class CondensedFactors:
             The structure.
         omega : float
             Excitation frequency, rad/s.
-        stiffness : ContactStiffness
-            K.
+        jacobian : (n_c, 3, 3, 2H+1, 2H+1) float
+            df/dd.
         border : tuple of (n,) float, (n,) float and float
             c, t and e.
         first : int
             First unknown row of coefficients, 0 or 1.
+        odd : bool
+            Whether the even harmonics are not unknown.
         """
         modes, values = receptance.interface_modes(omega)
-        matrix = receptance.matrix(omega)
-        for count in _mode_counts(values.max(axis=0) * float(np.abs(stiffness.matrix).max()), matrix.shape[1]):
+        counts = _mode_counts(values.max(axis=0) * float(np.abs(jacobian).max()), modes.shape[1])
+        if not counts:
+            return None
+        matrix, stiffness = receptance.matrix(omega), ContactStiffness.of(jacobian, first, odd)
+        for count in counts:
             found = cls._factorised(matrix, stiffness, InterfaceBasis.of(modes[..., :count], matrix), border, first)
             if found._norm_bound() < 1.0:
                 return found
@@ -284,6 +292,11 @@ class CondensedFactors:
             smallest = size
         return solution, z
 
+    @cached_property
+    def static(self) -> Array:
+        """G of harmonic 0, (3 n_c, 3 n_c)."""
+        return np.ascontiguousarray(self.matrix[0].real)
+
     def _rows(self, unknowns: Array) -> Array:
         """Unknowns (n, q) as coefficient rows (2H+1, 3 n_c, q), zero for a given harmonic 0."""
         n_h, dofs, _ = self.matrix.shape
@@ -301,7 +314,7 @@ class CondensedFactors:
     def _neglected(self, force: Array) -> Array:
         """(G - Q G^ Q^H) f of forces (2H+1, 3 n_c, q), (n, q)."""
         motion = np.empty_like(force)
-        motion[0] = self.matrix[0].real @ force[0]
+        motion[0] = self.static @ force[0]
         n_h, dofs, _ = self.matrix.shape
         pairs = force[1:].reshape(n_h - 1, 2, dofs, force.shape[-1])
         moved = self.matrix[1:] @ (pairs[:, 0] + 1j * pairs[:, 1])

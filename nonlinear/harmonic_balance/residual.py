@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactElement, ContactForces
-from nonlinear.harmonic_balance.condensed_factors import SMALLEST_PROBLEM, CondensedFactors, ContactStiffness
+from nonlinear.harmonic_balance.condensed_factors import SMALLEST_PROBLEM, CondensedFactors
 from nonlinear.harmonic_balance.dense_factors import DenseFactors
 from rom import RelativeReceptance
 
@@ -113,10 +113,15 @@ class LinearisedResidual:
             e.
         """
         if self.residual.size >= SMALLEST_PROBLEM:
-            balance = self.balance
-            stiffness = ContactStiffness.of(self.contact.jacobian, balance.first_row, balance.odd)
-            border = column, row, corner
-            found = CondensedFactors.of(balance.receptance, self.omega, stiffness, border, balance.first_row)
+            balance, border = self.balance, (column, row, corner)
+            found = CondensedFactors.of(
+                balance.receptance,
+                self.omega,
+                self.contact.jacobian,
+                border,
+                first=balance.first_row,
+                odd=balance.odd,
+            )
             if found is not None:
                 return found
         return DenseFactors.of(self.coupling, column, row, corner)

@@ -23,6 +23,8 @@ MAX_CONTRACTION = 0.5  # of the residual of the added harmonics by one sweep; ab
 NEGLIGIBLE = 0.02  # part of the tolerance below which the highest harmonics count as negligible
 CLEARLY_BELOW = 0.2  # part of the tolerance below which an estimate is used for the next few points too
 CONSECUTIVE_POINTS = 4  # so many with negligible harmonics before these are dropped; so many without a new estimate
+TRIAL_INTERVAL, LONGEST_TRIAL_INTERVAL = 4, 32  # points between two trials with fewer harmonics
+ENOUGH = 0.5  # part of the tolerance below which the error with fewer harmonics is small enough to drop the others
 
 
 def feasible_harmonic_numbers(n_contacts: int) -> tuple[int, ...]:
@@ -50,6 +52,10 @@ class HarmonicSelection:
         Number of successive points, up to now, whose highest harmonics are negligible.
     points_without_estimate : int
         Number of points that the last estimate still holds for.
+    points_to_trial : int
+        Number of points until the next trial with fewer harmonics.
+    trial_interval : int
+        Number of points between two trials. It doubles with each one that fails.
     """
 
     balances: TruncatedBalances
@@ -58,6 +64,8 @@ class HarmonicSelection:
     highest_amplitude: float = 0.0
     negligible_points: int = 0
     points_without_estimate: int = 0
+    points_to_trial: int = TRIAL_INTERVAL
+    trial_interval: int = TRIAL_INTERVAL
 
     def __call__(self, continuation: Continuation, point: SolutionPoint) -> SolutionPoint | None:
         """The point with as many harmonics as it needs; None if it is not found with them."""
@@ -70,6 +78,7 @@ class HarmonicSelection:
             return point
         while (error := self.estimate(continuation, point)) > self.tolerance:
             self.negligible_points = 0
+            self.points_to_trial = self.trial_interval
             feasible = feasible_harmonic_numbers(self.balances.base.n_contacts)
             higher = [n for n in feasible if n > point.balance.n_harmonics]
             if not higher:
@@ -79,7 +88,33 @@ class HarmonicSelection:
                 return None
             point = raised
         self.points_without_estimate = CONSECUTIVE_POINTS if error < CLEARLY_BELOW * self.tolerance else 0
-        return self._lower_harmonics(continuation, point)
+        return self._with_fewer(continuation, self._lower_harmonics(continuation, point), error)
+
+    def _with_fewer(self, continuation: Continuation, point: SolutionPoint, error: float) -> SolutionPoint:
+        """The point, with the next lower number of harmonics where a trial shows that these are enough.
+
+        Parameters
+        ----------
+        continuation : Continuation
+            The continuation of the branch.
+        point : SolutionPoint
+            The point with the present number of harmonics.
+        error : float
+            Its estimated truncation error.
+        """
+        lower = [n for n in HARMONIC_NUMBERS if self.min_harmonics <= n < point.balance.n_harmonics]
+        self.points_to_trial -= 1
+        if not lower or self.points_to_trial > 0:
+            return point
+        found = self._with_harmonics(continuation, point, lower[-1])
+        if (
+            found is not None
+            and self._relative_change(self._amplitude(found), point) + error < ENOUGH * self.tolerance
+        ):
+            self.points_to_trial = self.trial_interval = TRIAL_INTERVAL
+            return found
+        self.trial_interval = self.points_to_trial = min(2 * self.trial_interval, LONGEST_TRIAL_INTERVAL)
+        return point
 
     def estimate(self, continuation: Continuation, point: SolutionPoint) -> float:
         """Truncation error of the amplitude at a point, relative to the highest amplitude; inf if it is unknown.

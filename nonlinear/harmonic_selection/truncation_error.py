@@ -28,7 +28,11 @@ SAMPLED_POINTS = 6  # along a curve, beside its peaks, where `along_curve` estim
 LINEAR_CHANGE = 1e-12  # relative change of a response that is linear
 SMOOTH_ERROR = 0.05  # error up to which a peak without folds beside it cannot detach
 SAME_HEIGHT = 0.97  # ratio of two amplitudes that count as equal: a retrace does not locate its peaks
-FOLLOWING, RETRACING = (0.5, 100), (2.0, 100)  # points that may be solved for: share of those of the curve, and least
+FOLLOWING, SAMPLING, RETRACING = (
+    (0.5, 100),
+    (1.0, 100),
+    (2.0, 100),
+)  # points that may be solved for: share of those of the curve, and least
 
 
 @dataclass(frozen=True)
@@ -102,7 +106,7 @@ class TruncationErrorEstimator:
         """
         if not points:
             return TruncationEstimate()
-        index = max((*peak_indices, 0, len(points) - 1), key=lambda place: self._amplitude(points[place]))
+        index = self.highest(points, peak_indices)
         point, amplitude = points[index], self._amplitude(points[index])
         if amplitude == 0.0:
             return TruncationEstimate(0.0, "kept", point.omega, 0.0)
@@ -131,9 +135,9 @@ class TruncationErrorEstimator:
             return estimate
         n_harmonics = points[index].balance.n_harmonics + 2
         same = [found for found in followed if found.point.balance.n_harmonics == n_harmonics]
-        target = next((found.point for found in same if found.refitted), None)
-        follower = self._follower(points, points[index], RETRACING)
-        found = retrace(follower.with_harmonics(n_harmonics), way, target, self._amplitude, follower.work)
+        follower = self._follower(points, points[index], SAMPLING)
+        work = self._follower(points, points[index], RETRACING).work
+        found = retrace(way, follower.with_harmonics(n_harmonics), follower, work)
         if found.reached is None:
             return replace(estimate, branch="lost")
         elsewhere = [points[place] for place in (0, len(points) - 1, *peak_indices) if place not in way.indices]
@@ -148,20 +152,26 @@ class TruncationErrorEstimator:
             return replace(estimate, error=max(estimate.error, of_branch), branch="kept", omega=omega)
         return replace(estimate, branch="kept")
 
-    def along_curve(self, points: Sequence[SolutionPoint], peak_indices: Sequence[int]) -> float:
-        """Largest change of the amplitude with more harmonics, relative to the highest amplitude.
+    def along_curve(self, points: Sequence[SolutionPoint], peak_indices: Sequence[int]) -> dict[int, float]:
+        """Changes of the amplitude with more harmonics, relative to the highest amplitude, by indices of points.
 
-        It is evaluated at the peaks and at some other points; NaN without points, inf where one is lost.
+        They are evaluated at the peaks and at some other points; inf where one is lost.
         """
         if not points:
-            return float("nan")
+            return {}
         amplitudes = [self._amplitude(point) for point in points]
-        if max(amplitudes) == 0.0:
-            return 0.0
+        highest = max(amplitudes)
+        if highest == 0.0:
+            return dict.fromkeys(peak_indices, 0.0)
         spread = np.unique(np.linspace(0, len(points) - 1, SAMPLED_POINTS).astype(int)).tolist()
         sampled = sorted({*peak_indices, *spread, int(np.argmax(amplitudes))})
-        changes = [abs(self._reference_amplitude(points[index]) - amplitudes[index]) for index in sampled]
-        return max(changes) / max(amplitudes)
+        return {
+            place: abs(self._reference_amplitude(points[place]) - amplitudes[place]) / highest for place in sampled
+        }
+
+    def highest(self, points: Sequence[SolutionPoint], peak_indices: Sequence[int]) -> int:
+        """Index of the highest amplitude of a branch with points, among its peaks and its ends."""
+        return max((*peak_indices, 0, len(points) - 1), key=lambda place: self._amplitude(points[place]))
 
     def _amplitude(self, point: SolutionPoint) -> float:
         return output_amplitude(point, self.continuation.options.output)

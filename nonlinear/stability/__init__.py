@@ -11,6 +11,11 @@ All formulas stand on one page, docs/stability_algebra.md, in the notation of th
     block_matrices        block diagonal matrices of the above
     floquet               Floquet exponents in one strip, and what crosses the imaginary axis
     ring_stability        the least stable exponent over all nodal diameters of the ring
+    pattern_scan          approximate exponents of all nodal diameters, in few modes
+    reduced_modes         the lowest modes and residual modes
+    reduced_problem       the eigenvalue problem in few modes
+    reduced_refinement    one exponent in few modes, corrected for the others
+    full_scan             pattern_scan with all modes, for stiff contacts
     linear_poles          poles of the ring while no contact changes its state
 
 References

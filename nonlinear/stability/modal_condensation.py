@@ -87,15 +87,9 @@ class ContactFreeModel:
     @cached_property
     def _poles(self) -> tuple[ComplexArray, ComplexArray]:
         """Poles s and their residues, first those that rotate as h does (or decay slower): (n_h, 2, m) each."""
-        half, squared = self.modal.damping / 2.0, self.modal.angular_frequency**2
-        under = squared - half**2
-        apart = np.where(np.abs(under) < CRITICAL * squared, CRITICAL * squared, under)
-        damped = 1j * np.sqrt(apart.astype(complex)).conj()
-        poles, residues = np.stack([-half + damped, -half - damped]), np.stack([0.5 / damped, -0.5 / damped])
-        backward = (self.harmonics < 0.0)[:, None, None]
-        return np.where(backward, poles.conj(), poles), np.where(backward, residues.conj(), residues)
+        return poles_and_residues(self.modal, self.harmonics)
 
-    def _retained(self, omega: float) -> NDArray[np.bool_]:
+    def retained(self, omega: float) -> NDArray[np.bool_]:
         """Which poles are states, (n_h, 2, m)."""
         h, size = np.abs(self.harmonics)[:, None], np.abs(self._poles[0]) / omega
         rho, h_r = self.retention_radius, self.retention_harmonic
@@ -114,7 +108,7 @@ class ContactFreeModel:
         active : (3 n_c,) bool
             The contact dofs that appear in d and f.
         """
-        retained = self._retained(omega)
+        retained = self.retained(omega)
         poles = self._poles[0] / omega - 1j * self.harmonics[:, None, None]
         residues = self._poles[1] / omega
         # a condensed pole p with residue r: r / (sigma - p) = -r / p - sigma r / p^2 + ...
@@ -154,7 +148,7 @@ class ContactFreeModel:
         (n_z,) int
             For the amplitudes of the harmonics 0, 1, -1, 2, -2, ... (`real_form` False).
         """
-        retained = self._retained(omega)
+        retained = self.retained(omega)
         first = self._first
         static = 2 * int(np.count_nonzero(retained[0, 0])) if first else 0
         row = np.nonzero(retained[first:])[0]
@@ -200,6 +194,25 @@ class ContactFreeModel:
         if not self.real_form:
             return HarmonicBlocks(static, values[first:])
         return HarmonicBlocks(static.real, _real_form(values[first:]).reshape(count - first, 2 * size, 2 * size))
+
+
+def poles_and_residues(modal: ModalModel, harmonics: Array) -> tuple[ComplexArray, ComplexArray]:
+    """Poles s and residues of the modes in the `harmonics`: (n_h, 2, m) each, as in `ContactFreeModel`.
+
+    Parameters
+    ----------
+    modal : ModalModel
+        The modes.
+    harmonics : (n_h,)
+        Of each pair the first pole rotates as h does, or decays slower.
+    """
+    half, squared = modal.damping / 2.0, modal.angular_frequency**2
+    under = squared - half**2
+    apart = np.where(np.abs(under) < CRITICAL * squared, CRITICAL * squared, under)
+    damped = 1j * np.sqrt(apart.astype(complex)).conj()
+    poles, residues = np.stack([-half + damped, -half - damped]), np.stack([0.5 / damped, -0.5 / damped])
+    backward = (harmonics < 0.0)[:, None, None]
+    return np.where(backward, poles.conj(), poles), np.where(backward, residues.conj(), residues)
 
 
 def _real_form(matrix: ComplexArray) -> Array:

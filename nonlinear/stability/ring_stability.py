@@ -1,8 +1,7 @@
 """Perturbations of all nodal diameters of the ring: the least stable Floquet exponent of one point.
 
-The matrices of the eigenvalue problem are analytic and 2 pi-periodic in the phase shift kappa of the perturbation.
-They are formed at a few kappas and interpolated by a trigonometric polynomial at all others. What leads there is
-refined with the matrices of its own kappa.
+All nodal diameters are scanned with few modes (`PatternScan`). What leads there is refined with the matrices of its
+own kappa.
 """
 
 from dataclasses import dataclass, field, replace
@@ -11,16 +10,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.floquet import NEUTRAL, OVERLAP, FloquetAnalysis, converged
+from nonlinear.stability.full_scan import FullScan
 from nonlinear.stability.hill import HillProblem, Memory
+from nonlinear.stability.pattern_scan import PatternScan
+from nonlinear.stability.point_contact import PointContact
+from nonlinear.stability.reduced_refinement import ReducedRefinement
 from rom import ModalModel
 
-NODES = 3  # kappas between 0 and pi at which the matrices are formed
-WIDTH = 1.0 / 3.0  # of the slices of the strip, in units of omega
 SCAN_ERROR = 0.005  # of an eigenvalue that leads a scan, in units of omega, before it is refined
 SAME_RATE = 0.1  # relative difference of two rates that is left where it does not matter to the stability
+FAMILY = 0.05  # distance of two eigenvalues of one family of neighbouring nodal diameters
+OFF_AXIS = 1e-3j  # from a real eigenvalue of the scan to a complex pair near it
 MAX_REFINED = 12  # eigenvalues of one point
 
 
@@ -68,6 +70,27 @@ class LinearisedContact(NamedTuple):
 
 
 @dataclass(frozen=True)
+class ScanErrors:
+    """Errors of the scan where an eigenvalue was refined: those of its family are alike."""
+
+    _known: list[tuple[complex, int, float]] = field(default_factory=list)
+
+    def add(self, sigma: complex, k: int, refined: complex) -> None:
+        """Note that `sigma` of nodal diameter k was refined."""
+        if abs(refined - sigma) < FAMILY:
+            self._known.append((sigma, k, refined.real - sigma.real))
+
+    def corrected(self, sigma: complex, k: int) -> float:
+        """The real part of an eigenvalue of the scan, corrected by the error of the nearest one refined."""
+        near = [
+            (abs(abs(other.imag) - abs(sigma.imag)) + 0.01 * abs(n - k) + abs(other.real - sigma.real), error)
+            for other, n, error in self._known
+        ]
+        distance, error = min(near, default=(FAMILY, 0.0))
+        return sigma.real + (error if distance < FAMILY else 0.0)
+
+
+@dataclass(frozen=True)
 class RingStability:
     """Perturbations of the nodal diameters k = 1 .. N_b / 2, kappa = 2 pi k / N_b; -k has the complex conjugates.
 
@@ -77,13 +100,10 @@ class RingStability:
         Perturbations with the symmetry of the wave (kappa = 0).
     n_blades : int
         N_b, at least 2.
-    nodes : int
-        J, number of kappas between 0 and pi at which the matrices are formed; those of -kappa follow from them.
     """
 
     wave: FloquetAnalysis
     n_blades: int
-    nodes: int = NODES
     _problems: dict[int, HillProblem] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def leading(self, contact: LinearisedContact) -> PatternExponent | None:
@@ -99,16 +119,23 @@ class RingStability:
         """
         memory = self.wave.sampler.memory(contact.displacement)
         best: PatternExponent | None = None
-        for count, (sigma, k) in enumerate(self.approximate(contact, memory)):
+        left, errors = self.approximate(contact, memory), ScanErrors()
+        for _ in range(MAX_REFINED):
+            if not left:
+                break
+            index = int(np.argmax([errors.corrected(*item) for item in left]))
+            rate = errors.corrected(*left[index])
             if best is not None:
-                rate = best.exponent.real / contact.omega
-                in_doubt = rate <= NEUTRAL and sigma.real > -SCAN_ERROR
-                tolerance = 0.0 if in_doubt else SAME_RATE * abs(rate)
-                if sigma.real <= rate + tolerance or count >= MAX_REFINED:
+                highest = best.exponent.real / contact.omega
+                in_doubt = highest <= NEUTRAL and left[index][0].real > -SCAN_ERROR
+                if rate <= highest + (0.0 if in_doubt else SAME_RATE * abs(highest)):
                     break
+            sigma, k = left.pop(index)
             found = self._refined(contact, memory, sigma, k)
-            if found is not None and (best is None or found.exponent.real > best.exponent.real):
-                best = found
+            if found is not None:
+                errors.add(sigma, k, found.exponent / contact.omega)
+                if best is None or found.exponent.real > best.exponent.real:
+                    best = found
         return best
 
     def followed(
@@ -141,8 +168,6 @@ class RingStability:
     def approximate(self, contact: LinearisedContact, memory: Memory | None) -> list[tuple[complex, int]]:
         """Eigenvalues sigma = lambda / omega in the strip and their k, those of all k, the least stable first.
 
-        From interpolated matrices, the slider memory linearised in the middles of slices of the strip.
-
         Parameters
         ----------
         contact : LinearisedContact
@@ -150,54 +175,46 @@ class RingStability:
         memory
             Its slider memory; None: none.
         """
-        problems = [problem.eigenproblem(contact.jacobian, contact.omega, memory) for problem in self._nodes]
-        mirror = self._nodes[0].contact_free.mirror(contact.omega)
-        centres = (0.0,) if memory is None else (-WIDTH, 0.0, WIDTH)
-        half_width = (0.5 if memory is None else WIDTH / 2.0) + OVERLAP
-        linearised = {centre: [problem.linearised(1j * centre) for problem in problems] for centre in centres}
-        found: list[tuple[complex, int]] = []
-        for centre in centres:
-            conjugates = [tuple(part.conj()[mirror][:, mirror] for part in pair) for pair in linearised[-centre]]
-            values = self._interpolated_eigenvalues([*linearised[centre], *conjugates])
-            row, column = np.nonzero(np.abs(values.imag - centre) <= half_width)
-            found += zip(values[row, column].tolist(), (row + 1).tolist(), strict=True)
-        return sorted(found, key=lambda item: -item[0].real)
+        point = PointContact(contact.jacobian, contact.omega, memory)
+        found = self._scan.eigenvalues(point) if self._scan.applies(contact.omega) else []
+        return found or self._full_scan.eigenvalues(point)
 
     @cached_property
-    def _nodes(self) -> list[HillProblem]:
-        """The problems at kappa = (j + 1/2) pi / J, j = 0 .. J - 1: none of them is written in real motions."""
-        kappas = (np.arange(self.nodes) + 0.5) * np.pi / self.nodes
-        return [replace(self.wave.problem, kappa=float(kappa)) for kappa in kappas]
+    def _scan(self) -> PatternScan:
+        return PatternScan(self.wave.problem, self.wave.sampler.parameters, self.n_blades)
 
     @cached_property
-    def _weights(self) -> Array:
-        """Weights of the nodes kappa_0, .., kappa_(J-1), -kappa_0, .. at each k, (N_b / 2, 2 J)."""
-        positive = np.array([problem.kappa for problem in self._nodes])
-        kappas = 2.0 * np.pi / self.n_blades * np.arange(1, self.n_blades // 2 + 1)
-        half = (kappas[:, None] - np.concatenate([positive, -positive])) / 2.0
-        with np.errstate(divide="ignore", invalid="ignore"):
-            weights = np.sin(2 * self.nodes * half) / (2 * self.nodes * np.tan(half))
-        return np.where(np.abs(np.sin(half)) < 1e-12, 1.0, weights)
+    def _full_scan(self) -> FullScan:
+        return FullScan(self.wave.problem, self.n_blades)
 
-    def _interpolated_eigenvalues(self, nodes: list[tuple[ComplexArray, ...]]) -> ComplexArray:
-        """Eigenvalues (N_b / 2, n_z) of all k from the matrices A_c and E_c of the 2 J nodes."""
-        size = nodes[0][0].shape[0]
-        matrix, descriptor = (
-            (self._weights @ np.stack([node[part].ravel() for node in nodes])).reshape(-1, size, size)
-            for part in (0, 1)
-        )
-        return np.linalg.eigvals(np.linalg.solve(descriptor, matrix))
+    @cached_property
+    def _refinement(self) -> ReducedRefinement:
+        return ReducedRefinement(self.wave.problem, self.wave.sampler.parameters)
 
     def _refined(
         self, contact: LinearisedContact, memory: Memory | None, sigma: complex, k: int
     ) -> PatternExponent | None:
         """The exponent of k that successive linear problems lead to from `sigma`; None if they lead to none."""
-        if k not in self._problems:
-            self._problems[k] = replace(self.wave.problem, kappa=2.0 * np.pi * k / self.n_blades)
-        value = converged(self._problems[k].eigenproblem(contact.jacobian, contact.omega, memory), sigma)
+        value, exact = self._by_reduced_problem(contact, memory, sigma, k)
+        if value is not None and not exact:
+            if k not in self._problems:
+                self._problems[k] = replace(self.wave.problem, kappa=2.0 * np.pi * k / self.n_blades)
+            eigenproblem = self._problems[k].eigenproblem(contact.jacobian, contact.omega, memory)
+            value = converged(eigenproblem, value) or converged(eigenproblem, value + OFF_AXIS)
         if value is None or abs(value.imag) > 0.5 + OVERLAP:
             return None
         return PatternExponent(contact.omega * value, k)
+
+    def _by_reduced_problem(
+        self, contact: LinearisedContact, memory: Memory | None, sigma: complex, k: int
+    ) -> tuple[complex | None, bool]:
+        """The eigenvalue in few modes, and whether it is exact; `sigma` itself where they are of no use."""
+        if not self._refinement.applies(contact.omega):
+            return sigma, False
+        point = PointContact(contact.jacobian, contact.omega, memory)
+        kappa = 2.0 * np.pi * k / self.n_blades
+        found = self._refinement.converged(point, kappa, sigma)
+        return found or self._refinement.converged(point, kappa, sigma + OFF_AXIS) or (None, True)
 
 
 def largest_nodal_diameter(modal: ModalModel) -> int:

@@ -26,7 +26,7 @@ International Journal for Numerical Methods in Engineering 21 (1985) 1561-1576.
 
 import math
 
-from nonlinear.contact.numba_cache import inner
+from nonlinear.contact.numba_cache import inlined
 from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.ring_system import RingSystem, RingWork
 
@@ -34,7 +34,7 @@ ON_LIMIT = 1.0 - 1e-9  # share of the slip limit from which a slider is taken to
 TINY = 1e-300
 
 
-@inner
+@inlined
 def begin_step(j: int, node: int, system: RingSystem, work: RingWork) -> None:
     """Keep what the law needs of the beginning of a step: normal load and slip direction times the limit."""
     first, contact = 3 * node, system.contact
@@ -52,7 +52,7 @@ def begin_step(j: int, node: int, system: RingSystem, work: RingWork) -> None:
         work.slip[j, node, 0], work.slip[j, node, 1] = x / size, y / size
 
 
-@inner
+@inlined
 def solve_node(j: int, node: int, system: RingSystem, work: RingWork, guess: Array) -> float:
     """Solve the law of one node of the pair of faces after blade j; returns the largest change of a force."""
     contact, first = system.contact, 3 * node
@@ -84,7 +84,7 @@ def solve_node(j: int, node: int, system: RingSystem, work: RingWork, guess: Arr
     return max(change, _solve_slider(j, node, 1, (anchor_y, stick, limit), system, work, guess))
 
 
-@inner
+@inlined
 def _change_force(j: int, row: int, value: float, system: RingSystem, work: RingWork, guess: Array) -> float:
     """Set a contact force and move all nodes that its modal forces reach; returns the change."""
     change = value - work.force[j, row]
@@ -99,14 +99,14 @@ def _change_force(j: int, row: int, value: float, system: RingSystem, work: Ring
     return abs(change)
 
 
-@inner
+@inlined
 def add(factor: float, values: Array, total: Array) -> None:
     """Add values times a factor to a total, both (n,)."""
     for i in range(total.size):
         total[i] += factor * values[i]
 
 
-@inner
+@inlined
 def _solve_slider(
     j: int, node: int, a: int, law: tuple[float, float, float], system: RingSystem, work: RingWork, guess: Array
 ) -> float:
@@ -124,7 +124,7 @@ def _solve_slider(
     return change
 
 
-@inner
+@inlined
 def _solve_plane(
     j: int, node: int, law: tuple[float, float, float, float], system: RingSystem, work: RingWork, guess: Array
 ) -> float:

@@ -22,6 +22,9 @@ PATIENCE = 100
 FIRST_PERIODS = 2  # after the disturbance, in which what decays fast decays
 GROWS = 2e-3  # growth per period above which a departure grows
 CHUNK = 12  # periods between two judgements
+FLAT = 1.1  # ratio of the largest and the smallest distance in the last windows of a departure that grows no more
+FLAT_WINDOWS = 3  # their number
+MISSING = 0.5  # growth (of the logarithm) that the growth rate measured before would have made in these windows
 CALM = 0.01  # change from period to period, relative to the disturbance, of a motion that has settled
 SMALLER = 1e-3  # factor on the disturbance where a ring leaves before its growth rate is measured
 
@@ -272,23 +275,38 @@ def _depart(march: _March, home: RingState, reference: Array, limits: RingLimits
     march.go(FIRST_PERIODS)
     first, rate, largest, change = march.periods, float("nan"), 0.0, 0.0
     grows = enlarged = False
+    distances: list[float] = []
+    fastest = 0.0
     while march.periods < limits.most_periods:
         record = march.go(CHUNK)
         distance = np.abs(record.output_m - reference).max(axis=(1, 2)) / vibration
-        if distance.max() > LEFT:
+        distances += distance.tolist()
+        if distance.max() > LEFT or _grows_no_more(distances, fastest * march.integrator.period, limits.window):
             return False, rate
         changes = np.linalg.norm(np.diff(record.ends, axis=0), axis=(1, 2))
         largest, change = max(largest, float(distance[0])), max(change, float(changes[0]))
         found = growth_rate(march.last_ends(march.periods - first), march.integrator.period)
         if np.isfinite(found) and not enlarged:  # the last one: with time the fastest of many patterns prevails
             rate, grows = found, found * march.integrator.period > GROWS
+            fastest = max(fastest, found)
         if found < 0.0 and (distance[-1] < BACK * largest or changes[-1] < BACK**2 * change):
             return True, rate
         slow = rate * march.integrator.period * PATIENCE < math.log(VISIBLE / max(float(distance[-1]), 1e-300))
         if grows and slow and not enlarged:
             march.state, enlarged = _enlarged(home, march.state, VISIBLE / float(distance[-1])), True
-            first = march.periods
+            first, distances = march.periods, []
     return not grows, rate
+
+
+def _grows_no_more(distances: list[float], rate: float, window: int) -> bool:
+    """Whether a departure that grew at a rate (per period) has become another motion, close to the first one.
+
+    `distances`: of the periods from the first motion.
+    """
+    if len(distances) < FLAT_WINDOWS * window or rate * window * (FLAT_WINDOWS - 1) < MISSING:
+        return False
+    largest = np.reshape(distances[-FLAT_WINDOWS * window :], (FLAT_WINDOWS, window)).max(axis=1)
+    return bool(largest.max() <= FLAT * largest.min())
 
 
 def _enlarged(home: RingState, state: RingState, factor: float) -> RingState:

@@ -12,6 +12,7 @@ from nonlinear.time_integration.contact_step import add, begin_step, solve_node
 from nonlinear.time_integration.ring_system import RingSystem, RingWork
 
 MOST_SWEEPS = 200
+FAST = 0.05  # ratio of two successive changes up to which it is taken to hold for the next one
 TOLERANCE = 1e-10  # change of a force, relative to the largest force so far, at which a step is solved
 
 
@@ -30,19 +31,16 @@ def advance_modes(system: RingSystem, work: RingWork) -> None:
 def predict_motion(theta: float, system: RingSystem, work: RingWork) -> None:
     """Write the relative displacement at the end of the step, with the contact forces as they are in `work`."""
     n_blades, cosine, sine = len(work.guess), math.cos(theta), math.sin(theta)
-    free, rows = system.free_motion, work.guess.shape[1]
+    free, rows = system.free_motion, work.force.shape[1]
     for j in range(n_blades):
         real = cosine * system.waves[j, 0] - sine * system.waves[j, 1]
         imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
         for row in range(rows):
             work.guess[j, row] = free[0, row] + real * free[1, row] + imaginary * free[2, row]
         following = (j + 1) % n_blades
-        for row in range(rows):
-            total = 0.0
-            for m in range(system.right.shape[1]):
-                total += system.right[row, m] * work.coordinates[j, m]
-                total -= system.left[row, m] * work.coordinates[following, m]
-            work.guess[j, row] += total
+        for m in range(work.coordinates.shape[1]):
+            add(work.coordinates[j, m], system.right_modes[m], work.guess[j])
+            add(-work.coordinates[following, m], system.left_modes[m], work.guess[j])
     for j in range(n_blades):
         before, after = (j - 1) % n_blades, (j + 1) % n_blades
         for row in range(rows):
@@ -57,8 +55,11 @@ def predict_motion(theta: float, system: RingSystem, work: RingWork) -> None:
 
 @inner
 def solve_contacts(scale: float, system: RingSystem, work: RingWork) -> float:
-    """Visit all nodes until no force changes; returns the largest force, or -1 where they do not settle."""
-    nodes = work.load.shape[1]
+    """Visit all nodes until no force changes; returns the largest force, or -1 where they do not settle.
+
+    The changes of two visits tell what the next one would change.
+    """
+    nodes, before = work.load.shape[1], 0.0
     for _ in range(MOST_SWEEPS):
         change = 0.0
         for j in range(len(work.guess)):
@@ -66,10 +67,12 @@ def solve_contacts(scale: float, system: RingSystem, work: RingWork) -> float:
                 change = max(change, solve_node(j, node, system, work, work.guess))
         largest = scale
         for j in range(len(work.guess)):
-            for row in range(work.guess.shape[1]):
+            for row in range(work.force.shape[1]):
                 largest = max(largest, abs(work.force[j, row]))
-        if change <= TOLERANCE * largest:
+        settled = TOLERANCE * largest
+        if change <= settled or (change <= FAST * before and change * change <= settled * before):
             return largest
+        before = change
     return -1.0
 
 

@@ -35,6 +35,8 @@ class RingSystem(NamedTuple):
     rate: Array  # (4, m): their rates
     right: Array  # (r, m)
     left: Array  # (r, m)
+    right_modes: Array  # (m, r): the transposes
+    left_modes: Array  # (m, r)
     own: Array  # (r, r), m/N
     previous: Array  # (r, r)
     following: Array  # (r, r)
@@ -86,6 +88,8 @@ def ring_system(modes: RetainedModes, omega: float, steps: int, n_blades: int) -
         rate=rate,
         right=np.ascontiguousarray(right[:, kept]),
         left=np.ascontiguousarray(left[:, kept]),
+        right_modes=np.ascontiguousarray(right[:, kept].T),
+        left_modes=np.ascontiguousarray(left[:, kept].T),
         own=np.ascontiguousarray(own),
         previous=np.ascontiguousarray(previous),
         following=np.ascontiguousarray(following),

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipeline.process.workers import Call, kept_count, workers
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.stage_names import Stage
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from pipeline.stages.respond import CurveResult
 
 NAMES = ("response", "peaks", "hysteresis", "hysteresis_sweep", "nodal_diameters", "campbell")
+_SHARED = NAMES[:3], NAMES[3:]  # between two processes, about the same work for each
 
 
 def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
@@ -35,7 +37,7 @@ def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
     key, patterns = fingerprint(content), [f"{name}.*" for name in NAMES]
     try:
         files = published(
-            run, "figures", key, "drawing figures", lambda into: draw(into, curves, title, formats), folder
+            run, "figures", key, "drawing figures", partial(_draw_all, run, curves, title, formats), folder
         )
     except PicturesMissing as missing:
         remove_outdated(folder, patterns, missing.files)
@@ -44,8 +46,20 @@ def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
     return files
 
 
-def draw(folder: Path, curves: Sequence[CurveResult], title: str, formats: Sequence[str]) -> list[str]:
-    """Draw every figure that the curves allow; returns one line for each that could not be drawn."""
+def _draw_all(run: Run, curves: Sequence[CurveResult], title: str, formats: Sequence[str], folder: Path) -> list[str]:
+    """Draw all figures, in the processes that have solved the curves, where there are any."""
+    if kept_count() < 2:
+        return draw(folder, curves, title, formats)
+    calls = {names: Call(draw, (folder, curves, title, formats, names)) for names in _SHARED}
+    with workers(len(calls), run.reporter.interrupts.check) as pool, run.reporter.interrupts.looking():
+        drawn = {names: future.result() for names, future in pool.completed(calls)}
+    return [problem for names in _SHARED for problem in drawn[names]]
+
+
+def draw(
+    folder: Path, curves: Sequence[CurveResult], title: str, formats: Sequence[str], names: Sequence[str] = NAMES
+) -> list[str]:
+    """Draw every one of the figures `names` that the curves allow; returns one line for each that failed."""
     from pipeline.figures.campbell import campbell_figure
     from pipeline.figures.data import plotted_curves
     from pipeline.figures.hysteresis import most_damped, node_figure, sweep_figure
@@ -59,7 +73,9 @@ def draw(folder: Path, curves: Sequence[CurveResult], title: str, formats: Seque
     if not shown:
         return []
     attempts = Attempts(folder)
-    limits: list[Limit] = attempts.result("linear limits", lambda: linear_limits(shown)) or []
+    limits: list[Limit] = []
+    if {"response", "peaks"} & set(names):
+        limits = attempts.result("linear limits", lambda: linear_limits(shown)) or []
     damped = most_damped(shown)
     figures: dict[str, Callable[[], Figure | None]] = {
         "response": lambda: response_figure(shown, limits, title),
@@ -76,7 +92,7 @@ def draw(folder: Path, curves: Sequence[CurveResult], title: str, formats: Seque
             save(figure, folder, name, formats)
 
     with styled():
-        for name in figures:
+        for name in names:
             attempts.result(name, partial(draw_one, name))
     return attempts.problems
 

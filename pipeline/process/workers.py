@@ -27,6 +27,7 @@ T = TypeVar("T")
 K = TypeVar("K", bound=Hashable)
 
 ATTEMPTS = 3  # for a call whose process dies; the last one runs while no other call does
+_PREPARATION = object()  # key of the call that prepares a worker
 _PATIENCE = 1.0  # seconds from the end of a pipe to that of its process
 _LOOK = 0.05  # seconds between two looks whether the work is to stop
 
@@ -75,6 +76,23 @@ class Workers:
     check: Callable[[], None] = lambda: None
     _all: list[_Worker] = field(default_factory=list)
 
+    @property
+    def started(self) -> int:
+        """Number of processes that there are."""
+        return len(self._all)
+
+    def prepare(self, call: Call[Any]) -> None:
+        """Start all processes now, each with a call that prepares it for those to come, such as imports.
+
+        Nothing is waited for. What comes of the call does not matter; where it dies, its process is replaced later.
+        """
+        with suppress(OSError):  # the calls to come will tell
+            while len(self._all) < self.count:
+                worker = _start()
+                self._all.append(worker)
+                worker.pipe.send((call.function, call.args, dict(call.kwargs)))
+                worker.key, worker.attempt = _PREPARATION, 1
+
     def completed(
         self,
         calls: Mapping[K, Call[T]],
@@ -100,7 +118,7 @@ class Workers:
             No process can be started.
         """
         waiting = deque((key, 1) for key in calls)
-        while waiting or any(worker.busy for worker in self._all):
+        while waiting or any(worker.busy and worker.key is not _PREPARATION for worker in self._all):
             self._hand_out(waiting, calls)
             for worker in self._with_news():
                 future: Future[T] = Future()
@@ -108,6 +126,8 @@ class Workers:
                     has_result, value = worker.pipe.recv()
                 except (EOFError, OSError):
                     reason = self._end_of(worker)
+                    if worker.key is _PREPARATION:
+                        continue
                     if worker.attempt < attempts:
                         waiting.append((worker.key, worker.attempt + 1))
                         retried(worker.key, reason)
@@ -118,6 +138,8 @@ class Workers:
                         worker.has_begun = True
                         continue
                     worker.attempt = 0
+                    if worker.key is _PREPARATION:
+                        continue
                     (future.set_result if has_result else future.set_exception)(value)
                 yield worker.key, future
 
@@ -180,16 +202,60 @@ class Workers:
         while self._all:
             self._all.pop().kill()
 
+    def end_busy(self) -> None:
+        """Kill the workers that are busy with a call."""
+        for worker in [each for each in self._all if each.busy and each.key is not _PREPARATION]:
+            self._all.remove(worker)
+            worker.kill()
+
+
+_kept: list[Workers] = []  # of the run that this process executes
+
+
+@contextmanager
+def kept_workers() -> Iterator[Workers]:
+    """Within the block `workers` gives the same processes again and again: what they have loaded stays."""
+    pool = Workers(1)
+    _kept.append(pool)
+    try:
+        yield pool
+    finally:
+        _kept.remove(pool)
+        pool.end()
+
+
+def kept_count() -> int:
+    """Number of processes that `kept_workers` has started so far."""
+    return _kept[-1].started if _kept else 0
+
 
 @contextmanager
 def workers(count: int, check: Callable[[], None] = lambda: None) -> Iterator[Workers]:
-    """Up to `count` worker processes with one BLAS thread each; they end with the block; `check`: see `Workers`."""
-    with one_blas_thread_in_children():
-        pool = Workers(count, check)
-        try:
+    """Up to `count` worker processes with one BLAS thread each; `check`: see `Workers`.
+
+    They end with the block, but for those of `kept_workers`: of these only such as are busy then.
+    """
+    if not _kept:
+        with own_workers(count, check) as pool:
             yield pool
-        finally:
-            pool.end()
+        return
+    pool = _kept[-1]
+    pool.count, pool.check = count, check
+    try:
+        yield pool
+    finally:
+        pool.end_busy()
+        pool.check = lambda: None
+
+
+@contextmanager
+def own_workers(count: int, check: Callable[[], None] = lambda: None) -> Iterator[Workers]:
+    """As `workers`, with processes of the block's own in any case."""
+    pool = Workers(count, check)
+    try:
+        yield pool
+    finally:
+        pool.end()
 
 
 def call_apart(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
@@ -200,7 +266,7 @@ def call_apart(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T
     WorkerDied
         The process died.
     """
-    with workers(1) as pool:
+    with own_workers(1) as pool:
         ((_, future),) = pool.completed({None: Call(function, args, kwargs)}, attempts=1)
     return future.result()
 
@@ -224,7 +290,7 @@ def _start() -> _Worker:
     try:
         with kept_from_children():
             resource_tracker.ensure_running()  # also a process, the start of which undoes the block
-        with kept_from_children():
+        with kept_from_children(), one_blas_thread_in_children():
             process = context.Process(target=_work, args=(theirs, not sys.warnoptions))
             process.start()
     except BaseException:

@@ -17,6 +17,7 @@ from pipeline.render.job import Job
 
 J = TypeVar("J", bound=Job)
 _PROJECT = Path(__file__).parents[2]
+_ASIDE, _NICENESS = "SHROUD_DRAWING_ASIDE", 10  # the niceness leaves it a twentieth of two busy cores
 _REMEDY = "apt-get install -y libegl1 libgl1 libxrender1"
 
 
@@ -32,25 +33,57 @@ def draw_apart(module: str, job: str, pictures: Sequence[Path]) -> None:
     RenderError
         The process died or a picture is missing; the message names the usual remedy.
     """
-    command, pipe = [sys.executable, "-m", module, job], subprocess.PIPE
-    with kept_from_children():
-        search = os.pathsep.join(filter(None, (str(_PROJECT), os.environ.get("PYTHONPATH"))))
-        environment = os.environ | {"PYTHONPATH": search}  # of this program, wherever it was started
-        process = subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT)
-    with process:
-        try:
-            assert process.stdout is not None
-            # communicate() would close the input, by which the process knows that its parent is there
-            output = process.stdout.read().decode(errors="replace")
-            status = process.wait()
-        except BaseException:
+    Drawing(module, job).finish(pictures)
+
+
+class Drawing:
+    """A process `python -m module job` that has started; it ends when this process does.
+
+    Parameters
+    ----------
+    module, job : str
+        The module to run, and the job that it is given.
+    aside : bool
+        Whether it gives way to other processes that compute.
+    """
+
+    def __init__(self, module: str, job: str, aside: bool = False) -> None:
+        command, pipe = [sys.executable, "-m", module, job], subprocess.PIPE
+        with kept_from_children():
+            search = os.pathsep.join(filter(None, (str(_PROJECT), os.environ.get("PYTHONPATH"))))
+            environment = os.environ | {"PYTHONPATH": search}  # of this program, wherever it was started
+            environment |= {_ASIDE: "1"} if aside else {}
+            self._process = subprocess.Popen(
+                command, env=environment, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT
+            )
+
+    def finish(self, pictures: Sequence[Path]) -> None:
+        """Wait for the pictures.
+
+        Raises
+        ------
+        RenderError
+            The process died or a picture is missing; the message names the usual remedy.
+        """
+        with self._process as process:
+            try:
+                assert process.stdout is not None
+                # communicate() would close the input, by which the process knows that its parent is there
+                output = process.stdout.read().decode(errors="replace")
+                status = process.wait()
+            except BaseException:
+                process.kill()
+                raise
+        if status < 0:
+            raise RenderError(f"the drawing process crashed, most likely for want of a GL library: {_REMEDY}")
+        if status > 0 or not all(picture.is_file() for picture in pictures):
+            last_line = one_line((output.strip().splitlines() or ["no picture"])[-1])
+            raise RenderError(f"{last_line} (if a GL library is missing: {_REMEDY})")
+
+    def end(self) -> None:
+        """Kill the process, where it still runs."""
+        with self._process as process:
             process.kill()
-            raise
-    if status < 0:
-        raise RenderError(f"the drawing process crashed, most likely for want of a GL library: {_REMEDY}")
-    if status > 0 or not all(picture.is_file() for picture in pictures):
-        last_line = one_line((output.strip().splitlines() or ["no picture"])[-1])
-        raise RenderError(f"{last_line} (if a GL library is missing: {_REMEDY})")
 
 
 def end_with_parent() -> None:
@@ -68,6 +101,8 @@ def end_with_parent() -> None:
 def drawing_main(draw: Callable[[J], None], kind: type[J]) -> None:
     """Entry point of the drawing process: draw the job on the command line; an error is one line on stderr."""
     end_with_parent()
+    if os.environ.get(_ASIDE):
+        os.nice(_NICENESS)
     try:
         draw(kind.from_json(sys.argv[1]))
     except Exception as error:  # the calling process shows the last line

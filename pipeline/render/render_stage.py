@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pipeline.render.drawing_process import draw_apart
+from pipeline.render.drawing_process import Drawing, draw_apart
 from pipeline.render.job import OperatingJob, RenderJob
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
 from pipeline.scene.labels import member_label
@@ -27,6 +29,34 @@ MODES_DRAWER = "pipeline.render.mode_shapes"  # runs in a process of its own, as
 OPERATING_DRAWER = "pipeline.render.operating_shapes"
 
 
+@contextmanager
+def rendering_ahead(run: Run, models: Models) -> Iterator[None]:
+    """Within the block the mode shapes of the first model, where they are missing, are drawn beside the curves.
+
+    The process gives way to those of the curves; `render_stage` waits for it.
+    """
+    with run.store.temporary() as folder:
+        with suppress(Exception):  # `render_stage` tries again, and tells what is wrong
+            _start_ahead(run, models, folder)
+        try:
+            yield
+        finally:
+            while _ahead:  # nobody has waited for it
+                _ahead.popitem()[1][0].end()
+
+
+_ahead: dict[str, tuple[Drawing, Path]] = {}  # processes that draw mode shapes, and their folders, by key
+
+
+def _start_ahead(run: Run, models: Models, folder: Path) -> None:
+    chosen = _models_to_draw(run, models)
+    if chosen:
+        job, key = _job_and_key(*chosen[0])
+        if run.store.find("render", key, thorough=False) is None:
+            drawing = Drawing(MODES_DRAWER, replace(job, folder=str(folder)).to_json(), aside=True)
+            _ahead[key] = drawing, folder
+
+
 def render_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> list[Path]:
     """The renders of the run; those that are missing are drawn. `curves` is empty where no curve was solved.
 
@@ -35,15 +65,9 @@ def render_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> lis
     PicturesMissing
         Some could not be drawn.
     """
-    chosen: dict[str, tuple[BuiltModel, Scene]] = {}
-    for member in run.request.scene.members:
-        model = models[member.index]
-        if model is not None:
-            chosen.setdefault(model.key, (model, member.scene))
     files: list[Path] = []
     attempts = Attempts(run.request.out)
-    for number, (model, scene) in enumerate(chosen.values(), start=1):
-        prefix = f"model_{number}_" if len(chosen) > 1 else ""
+    for model, scene, prefix in _models_to_draw(run, models):
         files += attempts.result(f"{prefix}mode shapes", partial(_render, run, model, scene, prefix)) or []
     for number in operating_curves(run.request.scene.first.render, curves):
         model = models[curves[number].member.index]
@@ -54,6 +78,19 @@ def render_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> lis
     if attempts.problems:
         raise PicturesMissing(files, attempts.problems)
     return files
+
+
+def _models_to_draw(run: Run, models: Models) -> list[tuple[BuiltModel, Scene, str]]:
+    """Every model with the scene of its first member and the prefix of its pictures."""
+    chosen: dict[str, tuple[BuiltModel, Scene]] = {}
+    for member in run.request.scene.members:
+        model = models[member.index]
+        if model is not None:
+            chosen.setdefault(model.key, (model, member.scene))
+    return [
+        (model, scene, f"model_{number}_" if len(chosen) > 1 else "")
+        for number, (model, scene) in enumerate(chosen.values(), start=1)
+    ]
 
 
 def operating_curves(render: Render | None, curves: Sequence[CurveResult]) -> list[int]:
@@ -72,11 +109,16 @@ def operating_curves(render: Render | None, curves: Sequence[CurveResult]) -> li
 
 
 def _render(run: Run, model: BuiltModel, scene: Scene, prefix: str) -> list[Path]:
+    job, key = _job_and_key(model, scene, prefix)
+    doing, folder = "rendering mode shapes", run.request.out / "renders"
+    return published(run, "render", key, doing, lambda into: _draw(replace(job, folder=str(into)), key), folder)
+
+
+def _job_and_key(model: BuiltModel, scene: Scene, prefix: str) -> tuple[RenderJob, str]:
+    """The mode shapes of a model, without a folder, and their key in the store."""
     job = _job(model, scene, prefix)
     content = {**asdict(job), "sector": None, "rom": model.key, "code": code_fingerprint(MODES_DRAWER)}
-    key = fingerprint(content)
-    doing, folder = "rendering mode shapes", run.request.out / "renders"
-    return published(run, "render", key, doing, lambda into: _draw(replace(job, folder=str(into))), folder)
+    return job, fingerprint(content)
 
 
 def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> list[Path]:
@@ -145,6 +187,14 @@ def _springs(model: BuiltModel, scene: Scene, contact: str) -> dict[str, Any]:
     }
 
 
-def _draw(job: RenderJob) -> None:
-    pictures = [Path(job.folder) / f"{job.prefix}mode_{mode}.png" for mode in job.modes]
-    draw_apart(MODES_DRAWER, job.to_json(), pictures)
+def _draw(job: RenderJob, key: str) -> None:
+    """Draw the pictures of a job, or wait for the process that has begun to."""
+    names = [f"{job.prefix}mode_{mode}.png" for mode in job.modes]
+    folder = Path(job.folder)
+    if key not in _ahead:
+        draw_apart(MODES_DRAWER, job.to_json(), [folder / name for name in names])
+        return
+    drawing, place = _ahead.pop(key)
+    drawing.finish([place / name for name in names])
+    for name in names:
+        os.replace(place / name, folder / name)

@@ -9,12 +9,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, cell_value
 from pipeline.stages.curve_summary import NO_RESIDUAL
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.stored_curve import ADDED
 from pipeline.store.content_store import Store
-from pipeline.store.fingerprints import file_sha256
+from pipeline.store.fingerprints import file_sha256, fingerprint
 from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
     from pipeline.stages.curve_summary import CurveSummary
 
+_RESPONSE = ("response.h5", "response.csv")
+_KIND, _HASHES = "response", "sha256.json"  # kind of the store entry, and its file
 WHOLE_COLUMNS = ("stable", "sticking", "slipping", "separating", "iterations", "kept_harmonics")
 
 
@@ -30,15 +33,43 @@ def write_results(
 ) -> dict[str, str]:
     """Write response.h5, response.csv and summary.json, replaced together; returns SHA-256 of the first two by name.
 
-    The summary contains these hashes as `response`; they tell whether the three files belong together.
+    The summary contains these hashes as `response`; they tell whether the three files belong together. Where the
+    first two stand there already with the same content, only the summary is written.
     """
-    targets = [out / name for name in ("response.h5", "response.csv", "summary.json")]
+    key = _results_key(curves, swept)
+    there = _written_before(store, out, key)
+    if there is not None:
+        write_summary(store, out, summary | {"response": there})
+        return there
+    targets = [out / name for name in (*_RESPONSE, "summary.json")]
     with store.replacing(*targets) as (binary, table, text):
         _write_binary(binary, curves)
         _write_table(table, curves, swept)
         response = {path.name: file_sha256(path) for path in (binary, table)}
         _write_summary(text, summary | {"response": response})
+    store.get(_KIND, key, lambda folder: (folder / _HASHES).write_text(json.dumps(response), encoding="utf-8"))
     return response
+
+
+def _results_key(curves: Sequence[CurveResult], swept: Sequence[str]) -> str:
+    """Hash of all that response.h5 and response.csv are made of; a file of a curve counts by its size and time."""
+    entries = []
+    for curve in curves:
+        status = None if curve.file is None else curve.file.stat()
+        place = None if curve.file is None or status is None else [str(curve.file.parent.name), status.st_size]
+        time = None if status is None else status.st_mtime_ns
+        detached = curve.facts.detached if curve.facts else ()
+        entries.append([place, time, list(detached), dict(curve.member.parameters)])
+    return fingerprint({"curves": entries, "swept": list(swept), "code": code_fingerprint(__name__)})
+
+
+def _written_before(store: Store, out: Path, key: str) -> dict[str, str] | None:
+    """SHA-256 of response.h5 and response.csv in the output folder, if an earlier run has written just these."""
+    entry = store.find(_KIND, key)
+    if entry is None or not all((out / name).is_file() for name in _RESPONSE):
+        return None
+    written: dict[str, str] = json.loads(entry.file(_HASHES).read_text(encoding="utf-8"))
+    return written if {name: file_sha256(out / name) for name in _RESPONSE} == written else None
 
 
 def _write_binary(path: Path, curves: Sequence[CurveResult]) -> None:

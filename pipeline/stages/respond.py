@@ -14,7 +14,7 @@ from pipeline.scene.reading import Member
 from pipeline.stages.curve_file import CURVE
 from pipeline.stages.curve_summary import CurveSummary, read_summary
 from pipeline.stages.solve_curve import Progress, solve_curve
-from pipeline.stages.worker_count import worker_count
+from pipeline.stages.worker_count import longest_first, worker_count
 from pipeline.store.content_store import Store
 from pipeline.store.disk_errors import StorageError
 
@@ -105,7 +105,7 @@ class CurveSolver:
 
     def _run(self, missing: list[CurveJob]) -> Mapping[str, str]:
         """Solve what is missing; returns the reason of every curve that raised an exception."""
-        items = {item.key: item for item in missing}
+        items = {item.key: item for item in sorted(missing, key=lambda item: longest_first(item.member.scene))}
         works = {key: Work(member_label(item.member), _solve_into, (self.store, item)) for key, item in items.items()}
         at_once = worker_count(self.jobs, [item.member.scene for item in missing])
         return CountedCalls(self.reporter, "curves", at_once).run(works, lambda key: self._line(items[key]))

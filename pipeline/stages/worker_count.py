@@ -1,4 +1,4 @@
-"""Number of worker processes for the curves of a sweep."""
+"""Number of worker processes for the curves of a sweep, and the order in which they begin them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from collections.abc import Sequence
 
 from pipeline.scene.schema import Scene
 
-_WORTH = 3.0  # seconds of work above which starting processes (about one second) pays
+_WORTH = 1.0  # seconds of work above which processes pay, which start while the reduced model is built
 _MOST = 16  # each needs some 200 MB
 _AUTO = 7  # harmonics assumed for "auto"
+_EXTRAS = 3.0  # times as long with stability, detached branches and the truncation error
 
 
 def worker_count(jobs: int | None, scenes: Sequence[Scene]) -> int:
@@ -21,12 +22,23 @@ def worker_count(jobs: int | None, scenes: Sequence[Scene]) -> int:
     return max(1, min(jobs, len(scenes)))
 
 
+def longest_first(scene: Scene) -> tuple[float, float]:
+    """Sort key of curves: those that take longest come first, so that no process is left with one at the end.
+
+    Contacts near the transition from gap to interference take longest: they stick, slip and open.
+    """
+    interference = scene.contact.interference
+    values = interference if isinstance(interference, tuple) else (interference,)
+    return -_expected(scene), abs(sum(values) / len(values))
+
+
 def _expected(scene: Scene) -> float:
     """Estimated seconds for a curve of this scene, within a factor of about three (docs/performance.md)."""
-    harmonics = scene.response.harmonics
-    number = _AUTO if isinstance(harmonics, str) else harmonics
+    response = scene.response
+    number = _AUTO if isinstance(response.harmonics, str) else response.harmonics
     nodes = 9 if scene.mesh is None else math.prod(scene.mesh.contact_grid)
-    return 0.07 * number**1.7 * (nodes / 9.0) ** 2
+    extras = _EXTRAS if response.stability != "folds" or response.detached else 1.0
+    return 0.07 * extras * number**1.7 * (nodes / 9.0) ** 2
 
 
 def _cores() -> int:

@@ -11,6 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs, zgetrf, zgetrs
 
+MORE_VECTORS = 20  # of the subspace iteration, beyond twice the frequencies asked for
+MOST_ITERATIONS = 40
+CONVERGED = 1e-13  # relative change of a squared frequency
+
 
 def contact_springs(n_contacts: int, normal: ArrayLike, tangential: ArrayLike) -> NDArray[np.float64]:
     """Spring stiffness of the contact nodes along t1, t2 and n: (kt, kt, kn), an array (n_c, 3) in N/m.
@@ -44,6 +48,63 @@ def spring_stiffness(motion: NDArray[Any], springs: NDArray[np.float64]) -> NDAr
         Stiffness, N/m in the coordinates of `motion`.
     """
     return motion.conj().T @ (springs.reshape(-1, 1) * motion)
+
+
+def supported_frequencies(
+    frequency: NDArray[np.float64], motion: NDArray[Any], springs: NDArray[np.float64], highest: float
+) -> NDArray[np.float64] | None:
+    """Natural frequencies up to a limit with springs, by subspace iteration; None if it does not converge.
+
+    With W = diag(w^2) of the modes without springs, (W + B^H k B)^-1 = W^-1 - W^-1 B^H s C^-1 s B W^-1, where
+    s = k^(1/2) and C = I + s B W^-1 B^H s. The start are the modes with w up to the limit and more: springs only
+    raise frequencies, hence no vector orthogonal to these belongs to a frequency below the limit. Their number is
+    that of the modes below the limit less the negative eigenvalues of C with W - limit^2 in place of W.
+
+    Parameters
+    ----------
+    frequency : (m,) array
+        Natural frequencies w without springs, ascending, rad/s.
+    motion : (3 n_c, m) array
+        Relative motion B of the modes.
+    springs : (n_c, 3) array
+        Springs k along t1, t2 and n, N/m.
+    highest : float
+        The limit, rad/s.
+
+    Returns
+    -------
+    (p,) array
+        Natural frequencies up to the limit, ascending.
+    """
+    from scipy.linalg import cho_factor, cho_solve
+
+    square = frequency**2
+    scaled = np.sqrt(springs.reshape(-1, 1)) * motion
+
+    def compliance(shift: float) -> NDArray[Any]:
+        matrix = (scaled / (square - shift)) @ scaled.conj().T
+        matrix.flat[:: len(matrix) + 1] += 1.0
+        return matrix
+
+    below = int(np.count_nonzero(square < highest**2))
+    wanted = below - int(np.count_nonzero(np.linalg.eigvalsh(compliance(highest**2)) < 0.0))
+    factor = cho_factor(compliance(0.0))
+
+    def inverse(vectors: NDArray[Any]) -> NDArray[Any]:
+        moved = vectors / square[:, None]
+        return moved - (scaled.conj().T @ cho_solve(factor, scaled @ moved)) / square[:, None]
+
+    basis = np.eye(frequency.size, 2 * below + MORE_VECTORS, dtype=motion.dtype)
+    previous = np.zeros(wanted)
+    for _ in range(MOST_ITERATIONS):
+        image = inverse(basis)
+        values, vectors = np.linalg.eigh(basis.conj().T @ image)
+        found = np.maximum(values[::-1][:wanted], 0.0)
+        if np.all(np.abs(found - previous) <= CONVERGED * found):
+            return 1.0 / np.sqrt(found)
+        previous = found
+        basis = np.linalg.qr(image @ vectors[:, ::-1])[0]
+    return None
 
 
 class SpringSupportedMotion:

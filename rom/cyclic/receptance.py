@@ -10,10 +10,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness
+from rom.cyclic.contact_springs import (
+    SpringSupportedMotion,
+    contact_springs,
+    spring_stiffness,
+    supported_frequencies,
+)
 from rom.cyclic.cyclic_symmetry import relative_contact_motion
 from rom.cyclic.interface_modes import band_weights, interface_modes
 from rom.cyclic.modal_model import ModalModel
+from rom.cyclic.receptance_series import SMALLEST_FACE, ReceptanceSeries
 from rom.cyclic.reduced_model import Array, ComplexArray
 
 BANDS = 4.0  # frequency bands of the interface modes in an octave
@@ -48,6 +54,9 @@ class RelativeReceptance:
         default_factory=dict, init=False, repr=False, compare=False
     )
     _last_matrix: dict[float, ComplexArray] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _series: dict[tuple[int, int], ReceptanceSeries] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
     _modes: dict[float, tuple[ComplexArray, Array]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -112,11 +121,40 @@ class RelativeReceptance:
         """
         found = self._last_matrix.get(omega)
         if found is None:
-            value, _ = self.denominators(omega)
-            found = (self.relative * (1.0 / value)[:, None, :]) @ self.adjoint
+            found = self._large_matrix(omega) if self._large else self._modal_sum(omega)
             self._last_matrix.clear()
             self._last_matrix[omega] = found
         return found
+
+    @property
+    def _large(self) -> bool:
+        return 3 * self.modal.n_contacts >= SMALLEST_FACE
+
+    def _modal_sum(self, omega: float) -> ComplexArray:
+        value, _ = self.denominators(omega)
+        return (self.relative * (1.0 / value)[:, None, :]) @ self.adjoint
+
+    def _large_matrix(self, omega: float) -> ComplexArray:
+        """As `_modal_sum`; a series takes the place of most modes, valid up to the end of an octave."""
+        octave = int(np.ceil(np.log2(omega))) if omega > 0.0 else 0
+        modal = self.modal
+        found = np.empty((len(self.harmonics), 3 * modal.n_contacts, 3 * modal.n_contacts), complex)
+        for row, h in enumerate(self.harmonics):
+            if h == 0:
+                found[row] = self.static_matrix
+                continue
+            if (octave, h) not in self._series:
+                self._series[octave, h] = ReceptanceSeries.of(
+                    self.relative[row], modal.angular_frequency, modal.damping, h * 2.0**octave
+                )
+            found[row] = self._series[octave, h].matrix(h * omega)
+        return found
+
+    @cached_property
+    def static_matrix(self) -> Array:
+        """Receptance of harmonic 0, (3 n_c, 3 n_c), m/N: the same at every frequency."""
+        relative = self.relative[self.harmonics.index(0)].real
+        return (relative / self.modal.angular_frequency**2) @ relative.T
 
     def interface_modes(self, omega: float) -> tuple[ComplexArray, Array]:
         """Interface modes of each harmonic for a band of frequencies that holds `omega`.
@@ -163,9 +201,26 @@ class RelativeReceptance:
         displacement, derivative : (n_h, 3 n_c) complex arrays
             d_lin + G f in m, and its derivative in w at constant f.
         """
+        if self._large and self.harmonics[0] == 0:
+            return self._large_response(omega, contact_force)
         coordinates = np.stack(self.modal_response(omega, contact_force), axis=-1)
         both = self.relative @ coordinates
         return both[..., 0], both[..., 1]
+
+    def _large_response(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """As `response`; harmonic 0 takes its matrix in place of all modes."""
+        value, derivative = (values[1:] for values in self.denominators(omega))
+        coordinates = (self.modal_force[1:] + (self.adjoint[1:] @ contact_force[1:, :, None])[..., 0]) / value
+        both = self.relative[1:] @ np.stack([coordinates, -derivative * coordinates / value], axis=-1)
+        found = np.zeros((2, *contact_force.shape), complex)
+        found[:, 1:] = both.transpose(2, 0, 1)
+        found[0, 0] = self._static_motion + self.static_matrix @ contact_force[0].real
+        return found[0], found[1]
+
+    @cached_property
+    def _static_motion(self) -> Array:
+        """Relative displacement of harmonic 0 without contact forces, (3 n_c,), m."""
+        return self.relative[0].real @ (self.modal.static_force / self.modal.angular_frequency**2)
 
     def modal_response(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Modal coordinates under the external and the contact forces.
@@ -223,7 +278,12 @@ class RelativeReceptance:
 
 
 def coupled_frequencies(
-    modal: ModalModel, phase: float, *, normal: ArrayLike = 0.0, tangential: ArrayLike = 0.0
+    modal: ModalModel,
+    phase: float,
+    *,
+    normal: ArrayLike = 0.0,
+    tangential: ArrayLike = 0.0,
+    highest: float = np.inf,
 ) -> Array:
     """Undamped natural frequencies with linear contact springs, from the modes with free contacts.
 
@@ -235,14 +295,23 @@ def coupled_frequencies(
         Inter-blade phase angle, rad.
     normal, tangential : float or (n_c,) array
         Contact springs kn, kt of the nodes, N/m.
+    highest : float
+        Frequency (rad/s) above which none is needed; of large models they are left out.
 
     Returns
     -------
     (m,) array
-        Natural frequencies in rad/s, ascending.
+        Natural frequencies in rad/s, ascending; with `highest` perhaps none above it.
     """
-    relative = RelativeReceptance(modal, phase, (1,), 0.0).relative[0]
     springs = contact_springs(modal.n_contacts, normal, tangential)
+    if not springs.any():
+        return modal.angular_frequency
+    relative = RelativeReceptance(modal, phase, (1,), 0.0).relative[0]
+    few = 8 * np.count_nonzero(modal.angular_frequency <= highest) < modal.angular_frequency.size
+    if few and 3 * modal.n_contacts >= SMALLEST_FACE:
+        found = supported_frequencies(modal.angular_frequency, relative, springs, highest)
+        if found is not None:
+            return found
     return np.sqrt(np.linalg.eigvalsh(np.diag(modal.angular_frequency**2) + spring_stiffness(relative, springs)))
 
 

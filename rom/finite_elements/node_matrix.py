@@ -44,8 +44,11 @@ class NodePattern:
 
     def transposed_slots(self) -> NDArray[np.int64]:
         """Slot of pair (b, a) for every pair (a, b), shape (p,)."""
+        from scipy.sparse import csr_matrix
+
         n = len(self.indptr) - 1
-        return np.searchsorted(self.keys, (self.keys % n) * n + self.keys // n)
+        slots = csr_matrix((np.arange(self.n_pairs), self.indices, self.indptr), shape=(n, n))
+        return slots.tocsc().data  # column by column, rows ascending: the pairs of the transposed pattern in order
 
     def symmetric_matrix(self, upper: NDArray[np.float64]) -> csr_matrix:
         """CSR matrix (3n, 3n) from the components `UPPER` (6, p) of the block of every pair."""

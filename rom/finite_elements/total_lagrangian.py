@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 Array = NDArray[np.float64]
+_Batch = tuple[slice, Array, Array]
+# Gradients at the quadrature points, in doubles, up to which they are kept from one evaluation to the next (64 MB).
+_KEPT_DOUBLES = 8_000_000
 
 
 @dataclass(frozen=True)
@@ -58,10 +62,20 @@ class ElasticBody:
         pattern = node_pattern(discretisation.element_nodes, discretisation.n_nodes)
         return cls(discretisation, material, pattern)
 
-    def _batches(self) -> Iterator[tuple[slice, Array, Array]]:
-        """The batches of the discretisation, each array in one piece, for the reshapes that follow."""
+    def _batches(self) -> Iterator[_Batch]:
+        """The batches of the discretisation; on a small mesh they are computed once."""
+        mesh = self.discretisation
+        small = len(mesh.element_nodes) * mesh.gradients.size <= _KEPT_DOUBLES
+        return iter(self._kept if small else self._new_batches())
+
+    def _new_batches(self) -> Iterator[_Batch]:
+        """The batches, each array in one piece, for the reshapes that follow."""
         for part, gradients, weights in self.discretisation.batches():
             yield part, np.ascontiguousarray(gradients), np.ascontiguousarray(weights)
+
+    @cached_property
+    def _kept(self) -> tuple[_Batch, ...]:
+        return tuple(self._new_batches())
 
     def internal_force(self, displacement: Array) -> tuple[Array, float]:
         """Internal forces (3n,), N, and the largest Frobenius norm of the Green-Lagrange strain.

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 from rom.linear_algebra.orthonormalisation import svqb
+from rom.linear_algebra.threads import at_once, shared
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -145,16 +146,32 @@ def _orthonormal(
     taken, off_diagonal = np.sum(coefficients**2, axis=0), np.eye(len(block))
     for _ in range(2):
         weighted = _times(mass, block)
-        drift = basis.rows @ weighted.T
-        gram = block @ weighted.T
+        drift, gram = _products(basis.rows, weighted), block @ weighted.T
         lengths = np.sqrt(np.maximum(np.diag(gram) + taken, np.finfo(float).tiny))
         columns, scale = svqb(gram - drift.T @ drift, lengths, _DEPENDENT**2, basis.room)
         transform = columns.T
         part = np.max(np.abs(drift) / lengths, initial=0.0)
         well = len(scale) == len(block) and np.min(np.linalg.norm(scale / lengths, axis=1), initial=1.0) ** 2 > _WELL
-        block = transform @ (block - drift.T @ basis.rows)
+        block = _without(block, drift, basis.rows, transform)
         coefficients += drift @ off_diagonal
         taken, off_diagonal = np.zeros(len(block)), scale @ off_diagonal
         if well and part < _LITTLE:
             break
     return block, transform @ weighted if part < _CLEAN else _times(mass, block), (coefficients, off_diagonal)
+
+
+def _products(rows: Block, others: Block) -> Block:
+    """Scalar products (k, p) of rows (k, n) with others (p, n)."""
+    found = at_once(lambda part: rows[:, part] @ others[:, part].T, shared(rows.shape[1]))
+    return found[0] if len(found) == 1 else found[0] + found[1]
+
+
+def _without(block: Block, drift: Block, rows: Block, transform: Block) -> Block:
+    """Combinations (q, p) of a block (p, n) less its parts (k, p) along rows (k, n)."""
+    found = np.empty((len(transform), block.shape[1]))
+
+    def subtract(part: slice) -> None:
+        found[:, part] = transform @ (block[:, part] - drift.T @ rows[:, part])
+
+    at_once(subtract, shared(block.shape[1]))
+    return found

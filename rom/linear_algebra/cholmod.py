@@ -181,23 +181,23 @@ class CholmodFactor:
 
     def solve(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """Solutions (k, n) of A x = b for k right-hand sides, stored as rows."""
-        return self._solved(rows, _SOLVE_A)
-
-    def solve_lower(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Solutions (k, n) of L x = b, unknowns in the order of elimination."""
-        return self._solved(rows, _SOLVE_L)
-
-    def solve_upper(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Solutions (k, n) of L^T x = b, unknowns in the order of elimination."""
-        return self._solved(rows, _SOLVE_LT)
-
-    def _solved(self, rows: NDArray[np.float64], system: int) -> NDArray[np.float64]:
         rows = np.ascontiguousarray(rows, dtype=float)
         solution = np.empty(rows.shape)
+        self._solve(rows, solution, _SOLVE_A)
+        return solution
+
+    def solve_lower(self, rows: NDArray[np.float64]) -> None:
+        """Replace contiguous rows b (k, n) by the solutions of L x = b, unknowns in the order of elimination."""
+        self._solve(rows, rows, _SOLVE_L)
+
+    def solve_upper(self, rows: NDArray[np.float64]) -> None:
+        """Replace contiguous rows b (k, n) by the solutions of L^T x = b, unknowns in the order of elimination."""
+        self._solve(rows, rows, _SOLVE_LT)
+
+    def _solve(self, rows: NDArray[np.float64], solution: NDArray[np.float64], system: int) -> None:
         for first in range(0, len(rows), COLUMNS):
             part = slice(first, first + COLUMNS)
             self._solve_at_once(rows[part], solution[part], system)
-        return solution
 
     def _solve_at_once(self, rows: NDArray[np.float64], solution: NDArray[np.float64], system: int) -> None:
         k, n = rows.shape
@@ -312,13 +312,17 @@ def _upper_triangle(
     # memory that is never written takes no room: half of the arrays
     starts, indices, values, count = np.zeros(n + 1, np.int64), np.empty(ends[-1], np.int64), np.empty(ends[-1]), 0
     for rows in _slabs(ends):  # in slabs: large temporary arrays cost more than the work
-        slab = matrix[rows[0] : rows[-1] + 1] if part is None else matrix[part[rows]]
-        columns, row = slab.indices, np.repeat(rows, lengths[rows])
+        row = np.repeat(rows, lengths[rows])
+        if part is None or number is None:
+            columns, entries = (array[ends[rows[0]] : ends[rows[-1] + 1]] for array in (matrix.indices, matrix.data))
+        else:
+            slab = matrix[part[rows]]
+            columns, entries = number[slab.indices], slab.data
+        lower = columns <= row
         if number is not None:
-            columns = number[columns]
-        lower = (columns <= row) if number is None else (columns <= row) & (columns >= 0)
+            lower &= columns >= 0
         place = slice(count, count + int(np.count_nonzero(lower)))
-        indices[place], values[place] = columns[lower], slab.data[lower]
+        indices[place], values[place] = columns[lower], entries[lower]
         starts[rows + 1] = np.bincount(row[lower] - rows[0], minlength=len(rows))
         count = place.stop
     arrays = np.cumsum(starts), indices, values

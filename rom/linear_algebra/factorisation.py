@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from rom.errors import FactorisationError
 from rom.linear_algebra.cholmod import CholmodFactor, bears_threads, library
-from rom.linear_algebra.ordering import bisection, nested_dissection
+from rom.linear_algebra.ordering import BISECT_FROM, bisection, nested_dissection
 from rom.linear_algebra.two_halves import TwoHalves
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ class _CholmodAnalysis:
 
 def _cut_in_two(matrix: csr_matrix) -> TwoHalves | None:
     """The matrix analysed in two halves; None where that does not pay or is not possible."""
-    cut = bisection(matrix) if bears_threads() else None
+    cut = bisection(matrix) if matrix.shape[0] >= BISECT_FROM and bears_threads() else None
     if cut is None:
         return None
     try:

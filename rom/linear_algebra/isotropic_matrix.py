@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from rom.linear_algebra.threads import at_once, shared
+
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
@@ -43,4 +45,19 @@ class IsotropicMatrix:
         """A x for x (3n,) or (3n, k), node-major x, y, z."""
         rows, inner = self.pairs.shape
         together = np.ascontiguousarray(columns).reshape(inner, columns.size // max(inner, 1))
-        return np.asarray(self.pairs @ together).reshape(_PER_NODE * rows, *columns.shape[1:])
+        product = np.empty((rows, together.shape[1]))
+
+        def multiply(part: slice) -> None:
+            product[part] = self._rows(part) @ together
+
+        at_once(multiply, [slice(s.start // _PER_NODE, s.stop // _PER_NODE) for s in shared(_PER_NODE * rows)])
+        return product.reshape(_PER_NODE * rows, *columns.shape[1:])
+
+    def _rows(self, part: slice) -> csr_matrix:
+        """Some rows of the pairs, not copied."""
+        from scipy.sparse import csr_matrix
+
+        pairs, starts = self.pairs, self.pairs.indptr[part.start : part.stop + 1]
+        place = slice(starts[0], starts[-1])
+        shape = part.stop - part.start, pairs.shape[1]
+        return csr_matrix((pairs.data[place], pairs.indices[place], starts - starts[0]), shape=shape)

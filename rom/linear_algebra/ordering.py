@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from rom.linear_algebra.threads import SHARED_FROM
+
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 # Below this size minimum degree is as good and METIS takes longer than it saves (docs/dependencies.md).
 DISSECT_FROM = 60_000
-# Below this size a factorisation is too short for two threads.
-BISECT_FROM = 60_000
+BISECT_FROM = SHARED_FROM
 _PER_NODE = 3  # unknowns, ordered node by node
 
 

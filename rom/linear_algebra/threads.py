@@ -1,21 +1,29 @@
-"""One BLAS thread, in this process and in the processes started from it.
+"""One BLAS thread, in this process and in the processes started from it; large work shared by two threads of ours.
 
 The matrices and blocks here are too small to be shared out: with two threads, and still more beside another busy
 process, a reduction takes up to ten times as long. And one thread sums in one order: the same input gives the same
-bits on any number of cores.
+bits on any number of cores. Where two threads pay, the work is cut in two by its size alone, so that it is the same
+on one core.
 """
 
 from __future__ import annotations
 
+import ctypes
 import importlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
+
+P = TypeVar("P")
+T = TypeVar("T")
+
+SHARED_FROM = 60_000  # unknowns: below, work is too short for two threads
 
 _THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -49,3 +57,25 @@ def one_blas_thread_in_children() -> Iterator[None]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+def at_once(work: Callable[[P], T], parts: Sequence[P]) -> list[T]:
+    """Results of the same work on each part, in their order, each part in a thread of its own."""
+    if len(parts) == 1:
+        return [work(parts[0])]
+    with ThreadPoolExecutor(len(parts)) as pool:
+        return list(pool.map(work, parts))
+
+
+def return_memory() -> None:
+    """Give freed memory back to the system: glibc keeps what each thread has freed for that thread."""
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
+
+
+def shared(size: int) -> tuple[slice, ...]:
+    """Parts of so many unknowns for `at_once`: two from 60 000 on."""
+    if size < SHARED_FROM:
+        return (slice(0, size),)
+    return slice(0, size // 2), slice(size // 2, size)

@@ -15,22 +15,19 @@ J. S. Przemieniecki, Matrix structural analysis of substructures, AIAA Journal 1
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rom.linear_algebra.cholmod import COLUMNS, CholmodFactor
 from rom.linear_algebra.ordering import Bisection
+from rom.linear_algebra.threads import at_once, return_memory
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 Array = NDArray[np.float64]
-P = TypeVar("P")
-T = TypeVar("T")
 
 
 class _Half:
@@ -53,22 +50,23 @@ class _Half:
         if not self._factor.factorise():
             return None
         self._corner = self._factor.last_block(self._count)
-        return np.asarray(self._corner @ self._corner.T)
+        return np.asarray((self._corner @ self._corner.T).T)  # by columns, as LAPACK has matrices
 
     def down(self, rows: Array) -> Array:
         """What right-hand sides (k, n) of this half add to those of the separator, (k, s)."""
         inner = len(self.own)
-        local = np.zeros((len(rows), inner + self._count))
-        local[:, :inner] = rows[:, self.own]
-        self._state = self._factor.solve_lower(local)
-        return self._state[:, inner:] @ self._corner.T
+        self._state = np.zeros((len(rows), inner + self._count))
+        self._state[:, :inner] = rows[:, self.own]
+        self._factor.solve_lower(self._state)
+        return np.asarray(self._state[:, inner:] @ self._corner.T)
 
     def up(self, at_separator: Array) -> Array:
         """Solutions (k, a) of this half from those of the separator (k, s)."""
         inner = len(self.own)
-        self._state[:, inner:] = at_separator @ self._corner
-        found = self._factor.solve_upper(self._state)
+        found = self._state
         del self._state
+        found[:, inner:] = at_separator @ self._corner
+        self._factor.solve_upper(found)
         return found[:, :inner]
 
 
@@ -80,10 +78,11 @@ class TwoHalves:
 
     def __init__(self, matrix: csr_matrix, cut: Bisection) -> None:
         self._separator = cut.separator
-        self._halves = _both(lambda own: _Half(matrix, own, cut.separator), cut.halves)
+        self._halves = at_once(lambda own: _Half(matrix, own, cut.separator), cut.halves)
         if not all(half.ends_in_separator for half in self._halves):
             raise ValueError("the separator is not eliminated last")
         self._corner = self._part(matrix)
+        return_memory()
 
     def _part(self, matrix: csr_matrix) -> Array:
         return np.asarray(matrix[self._separator][:, self._separator].toarray())
@@ -93,18 +92,23 @@ class TwoHalves:
 
         Raises ValueError for another number of entries.
         """
-        _both(lambda half: half.load(matrix), self._halves)
+        at_once(lambda half: half.load(matrix), self._halves)
         self._corner = self._part(matrix)
 
     def factorise(self) -> bool:
         """Compute the factor; False where the matrix is not positive definite."""
         from scipy.linalg import LinAlgError, cho_factor
 
-        found = [part for part in _both(_Half.factorise, self._halves) if part is not None]
+        found = [part for part in at_once(_Half.factorise, self._halves) if part is not None]
         if len(found) < len(self._halves):
             return False
+        schur = found.pop()
+        schur += found.pop()
+        schur -= self._corner
+        del self._corner
+        return_memory()
         try:
-            self._top = cho_factor(sum(found) - self._corner, lower=True, overwrite_a=True)
+            self._top = cho_factor(schur, lower=True, overwrite_a=True)
         except LinAlgError:
             return False
         return True
@@ -116,21 +120,16 @@ class TwoHalves:
         for first in range(0, len(rows), COLUMNS):
             part = slice(first, first + COLUMNS)
             self._solve_at_once(rows[part], solution[part])
+        return_memory()
         return solution
 
     def _solve_at_once(self, rows: Array, solution: Array) -> None:
         from scipy.linalg import cho_solve
 
-        at_separator = rows[:, self._separator] + sum(_both(lambda half: half.down(rows), self._halves))
+        at_separator = rows[:, self._separator] + sum(at_once(lambda half: half.down(rows), self._halves))
         solution[:, self._separator] = at_separator = cho_solve(self._top, at_separator.T).T
 
         def up(half: _Half) -> None:
             solution[:, half.own] = half.up(at_separator)
 
-        _both(up, self._halves)
-
-
-def _both(work: Callable[[P], T], parts: Sequence[P]) -> list[T]:
-    """Results of the same work on both parts, each in its thread."""
-    with ThreadPoolExecutor(len(parts)) as pool:
-        return list(pool.map(work, parts))
+        at_once(up, self._halves)

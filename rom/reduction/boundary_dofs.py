@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from rom.errors import RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
-from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 from rom.reduction.averaged_variables import averaged_variables
 from rom.reduction.contact_dofs import CONTACT_DOFS, ContactDofs, averaged_dofs, nodal_dofs
 
@@ -147,8 +146,12 @@ class BoundaryDofs:
         return force if self.variables is None else (self.variables.T @ force.reshape(-1, 3)).ravel()
 
     def mesh_displacements(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Mesh displacements T z (N, k) of values (N, k) of the variables z."""
-        return values if self.variables is None else IsotropicMatrix(self.variables) @ values
+        """Mesh displacements T z (N, k) of values (N, k) of the variables z, in their place: few rows differ."""
+        if self.variables is not None:
+            replaced = self.nodes[: 2 * self.n_contacts]
+            nodal = values.reshape(len(values) // 3, -1)
+            nodal[replaced] = self.variables[replaced] @ nodal
+        return values
 
 
 def choose_boundary_dofs(full: FullModel, sector: SectorMesh, choice: BoundaryChoice) -> BoundaryDofs:

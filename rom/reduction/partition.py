@@ -42,8 +42,32 @@ def partitioned(
     correction = ((rows[:, p] + 0.5 * (weights.T @ matrix[p][:, p])) @ weights).tocsr()
     correction = (correction + correction.T).tocsr()
     correction.sum_duplicates()
-    ii = rows[:, inside] + correction
-    return ii, (product[inside] + weights.T @ product[p]).tocsr(), (at_boundary.T @ product).tocsr()
+    return (
+        _added(rows[:, inside], correction),
+        (product[inside] + weights.T @ product[p]).tocsr(),
+        (at_boundary.T @ product).tocsr(),
+    )
+
+
+def _added(matrix: csr_matrix, correction: csr_matrix) -> csr_matrix:
+    """Sum of a matrix (n, n) and one with few rows that are not empty; the other rows are only copied."""
+    from scipy.sparse import csr_matrix
+
+    changed = np.flatnonzero(np.diff(correction.indptr))
+    sums = (matrix[changed] + correction[changed]).tocsr()
+    lengths = np.diff(matrix.indptr)
+    lengths[changed] = np.diff(sums.indptr)
+    starts = np.concatenate([[0], np.cumsum(lengths)]).astype(matrix.indptr.dtype)
+    before, after = matrix.indptr[np.append(changed, matrix.shape[0])], np.append(0, matrix.indptr[changed + 1])
+
+    def joined(of_matrix: NDArray[np.generic], of_sums: NDArray[np.generic]) -> NDArray[np.generic]:
+        pieces = [of_matrix[after[0] : before[0]]]
+        for k in range(len(changed)):
+            pieces += [of_sums[sums.indptr[k] : sums.indptr[k + 1]], of_matrix[after[k + 1] : before[k + 1]]]
+        return np.concatenate(pieces)
+
+    arrays = joined(matrix.data, sums.data), joined(matrix.indices, sums.indices), starts
+    return csr_matrix(arrays, shape=matrix.shape)
 
 
 def _unknowns(nodes: NDArray[np.int64], per_node: int) -> NDArray[np.int64]:

@@ -5,6 +5,7 @@ import pytest
 from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, OptionsError, SolverOptions, forced_response
+from nonlinear.branches.range_continuation import continue_over_range
 from rom import modal_model
 
 MANY = 31
@@ -48,6 +49,31 @@ def test_auto_reaches_its_tolerance(interference, engine_order):
         assert curve.truncation_error <= tolerance
         assert abs(curve.peak.amplitude_m / reference - 1.0) <= 3.0 * tolerance
     assert 1 < curve.harmonics < MANY
+
+
+def test_a_tolerance_that_the_most_harmonics_do_not_reach_is_told_after_one_curve(monkeypatch):
+    """Solving again could not raise their number."""
+    monkeypatch.setattr("nonlinear.harmonic_selection.adaptive_harmonics.HARMONIC_NUMBERS", (1, 3))
+    solved = []
+
+    def count(*arguments):
+        solved.append(continue_over_range(*arguments))
+        return solved[-1]
+
+    monkeypatch.setattr("nonlinear.response_solver.continue_over_range", count)
+    curve = solve(-0.5, 6, "auto", 1e-6)
+    assert len(solved) == 1
+    assert curve.harmonics == 3
+    assert curve.truncation_error > 1e-6
+    assert "3 harmonics, the most there are, do not reach 1e-06" in curve.termination.message
+
+
+def test_harmonics_are_dropped_where_fewer_are_enough():
+    """Behind the resonance, where the amplitude is small; the peak keeps as many as it needs."""
+    curve = solve(-0.5, 6, "auto", 2e-3)
+    peak = curve.kept_harmonics[curve.peak.index]
+    assert curve.kept_harmonics[curve.peak.index :].min() < peak
+    assert curve.truncation_error <= 2e-3
 
 
 def test_auto_keeps_one_harmonic_where_the_response_is_linear():

@@ -18,9 +18,21 @@ from nonlinear import (
 )
 from nonlinear.harmonic_balance.initial_solution import periodic_start
 from nonlinear.stability.floquet import FloquetAnalysis
+from nonlinear.time_integration.ring_motion import _grows_no_more
 from rom import modal_model
 
 LIMITS = RingLimits(most_periods=500, window=40, settling=60)
+
+
+@pytest.mark.parametrize(("end", "ended"), [(np.inf, False), (0.03, True)])
+def test_a_departure_that_ends_in_a_motion_close_by_is_told_from_one_that_grows(end, ended):
+    """Amplitude equation a' = rate a (1 - (a / end)^2), in closed form; with a quasi-periodic ripple."""
+    rate, period = 0.01, np.arange(600)
+    grown = 1e-3 * np.exp(rate * period)
+    distance = grown / np.sqrt(1.0 + (grown / end) ** 2) * (1.0 + 0.3 * np.sin(0.7 * period))
+    judged = [_grows_no_more(list(distance[:n]), rate, 40) for n in range(1, 600)]
+    assert judged[-1] is ended
+    assert not any(judged[:300])
 
 
 @lru_cache

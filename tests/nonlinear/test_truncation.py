@@ -9,13 +9,16 @@ from scipy.optimize import minimize_scalar, root
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
 from nonlinear.branches.range_continuation import continue_over_range
+from nonlinear.continuation.acceptance import distance, distance_along_tangent
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.resonances import find_resonances
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.harmonic_balance.initial_solution import static_displacement
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
+from nonlinear.harmonic_selection.branch_retrace import way_to_peak
 from nonlinear.harmonic_selection.peak_following import reference_harmonics
 from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator
+from nonlinear.harmonic_selection.way_sampling import WaySampling
 from rom import ReducedModel, modal_model
 
 DAMPING = 0.02
@@ -176,10 +179,10 @@ def test_nothing_to_look_at():
     modal, contact, excitation = opening(4, 0.03, 4.0, 0.5)
     truncation, main = main_branch((modal, contact, excitation), (0.1, 0.2), 1)
     assert np.isnan(truncation.of_branch([], []).error)
-    assert np.isnan(truncation.along_curve([], []))
+    assert truncation.along_curve([], []) == {}
     still, main = main_branch((modal, contact, Excitation(4, 0.0)), (0.1, 0.2), 1)
     assert still.of_branch(main.points, main.peak_indices).error == 0.0
-    assert still.along_curve(main.points, main.peak_indices) == 0.0
+    assert not any(still.along_curve(main.points, main.peak_indices).values())
 
 
 def two_modes(omega2):
@@ -219,6 +222,37 @@ def test_a_peak_that_detaches_with_more_harmonics(omega2):
         max(abs(height(truncation, peak) / height(truncation, p) - 1.0) for p in moved) <= 3.0 * estimate.motion_error
     )
     assert 3.0 * estimate.motion_error < error
+
+
+def sampled_way(problem, frequency, harmonics, wider):
+    """The way to the highest peak, and the place up to which it is sampled with more harmonics."""
+    truncation, main = main_branch(problem, frequency, harmonics)
+    index = max(main.peak_indices, key=lambda place: height(truncation, main.points[place]))
+    way = way_to_peak(truncation.continuation, main.points, index)
+    more = truncation.continuation.with_balance(truncation.balances.balance(wider))
+    sampling = WaySampling(way.points, lambda point, shift: more.solver.refit(point))
+    return more, sampling, sampling.reached_from(0)
+
+
+def test_the_way_is_sampled_where_the_branch_only_shifts():
+    """All the way to the peak, and every solution lies on the curve that is continued with as many harmonics."""
+    problem = opening(4, 0.03, 4.0, 0.5)
+    more, sampling, reached = sampled_way(problem, (0.1, 0.7), 3, 5)
+    assert reached == sampling.last
+    solved = sampling.solved_up_to(reached)
+    assert 3 <= len(solved) < len(sampling.points)
+    _, reference = main_branch(problem, (0.1, 0.7), 5)
+    for point in solved:
+        near = min(reference.points, key=lambda each: distance(each, point, point.metric))
+        along = distance_along_tangent(near, point)
+        if abs(along) > 1e-9:
+            near = more.solver.step(near if along > 0.0 else near.reversed(), abs(along))
+        assert distance(near, point, point.metric) < 1e-6
+
+
+def test_the_way_is_not_sampled_across_a_parting():
+    _, sampling, reached = sampled_way(two_modes(5.6), (0.12, 0.3), 3, 5)
+    assert reached < sampling.last
 
 
 def test_a_way_that_is_too_long_leaves_the_peak_lost(monkeypatch):

@@ -80,17 +80,21 @@ def test_rows_read_the_answers_and_compare_both_states(run_times: Any) -> None:
 
 
 def test_the_report_says_exponents_peers_and_changed_answers(run_times: Any) -> None:
-    before = {"cases": curves(4.0, 1.0e-3), "failures": {}, "commit": "old"}
+    before = {"cases": curves(4.0, 1.0e-3), "failures": {}}
+    before["cases"]["hard"]["rows"].append({"case": 2, "harmonics": 7, "seconds": 1e9, "points": 1, "limited": False})
+    before["measured"] = {"hard": {"commit": "1b0", "date": "2026-01-02", "load": 0.25}}
     solved = curves(1.0, 1.001e-3, detached=1) | {"pyharm": {"A1": 100.0}}
-    after = {"cases": solved, "failures": {"stiff": "over 9 s"}, "commit": "new"}
+    after = {"cases": solved, "failures": {"stiff": "over 9 s"}}
     text = run_times.report(before, after)
     assert "| A1 | 100 | 4 | 1 | 25 | 100 |" in text
+    assert "| the hard corner, a curve | s | >= 32 | 8 |" in text  # the case that both have
+    assert "before: commit 1b0; date 2026-01-02; -; load at most 0.2" in text
     assert "| default | before | 4.00 | 0.00 |" in text
     assert "| dummy, 0 m | after | 5 | 1.0e-04 | 3 | 3 | 2 | 1.5 |" in text
     assert "| ms a point over contact nodes, H = 1 | 2.00 | 2.00 |" in text
     assert "| ms a point over harmonics, 9 nodes | 1.00 | 1.00 |" in text
     assert "| extras dummy | 1 | 1.0e-03 | 1.0e-03 | 1 |" in text
-    assert "| dummy | after | 1 | 0.20 | 0.30 | 2.00 | 0.50 | 4 |" in text
+    assert "| dummy | after | 1 | 0.20 | 0.30 | 2.00 | 0.50 | 4 | 4 |" in text
     assert "**Not measured after: stiff: over 9 s**" in text
 
 
@@ -165,6 +169,7 @@ def test_pyharm_takes_as_many_points_as_this_program(
 
 def test_cases_are_chosen_by_the_beginning_of_their_names(run_times: Any) -> None:
     assert run_times.chosen(["extras", "stiff"], dear=False)[-1] == "stiff"
+    assert run_times.chosen(["extras"], dear=False, without=["extras f"]) == ["extras dummy"]
     assert "large" not in run_times.chosen(None, dear=False)
     assert "large" in run_times.chosen(None, dear=True)
     with pytest.raises(SystemExit, match="no case begins with x"):

@@ -9,7 +9,7 @@ from pipeline_support import small_scene, write_scene
 import pipeline.stages.worker_count
 from pipeline.scene.reading import read_scene
 from pipeline.scene.schema import Scene
-from pipeline.stages.worker_count import worker_count
+from pipeline.stages.worker_count import longest_first, worker_count
 
 
 @pytest.fixture(autouse=True)
@@ -35,6 +35,14 @@ def test_every_core_where_it_is_worth_it(tmp_path: Path) -> None:
     assert worker_count(None, [scene(tmp_path, "auto")] * 12) == 4
     assert worker_count(None, [scene(tmp_path, 20)] * 3) == 3
     assert worker_count(None, [scene(tmp_path, 9)]) == 1
+
+
+def test_what_takes_longest_begins_first(tmp_path: Path) -> None:
+    values = [4e-4, -2e-5, 0.0, 1e-5]
+    path = write_scene(tmp_path / "s.toml", small_scene(sweep={"contact.interference": values}))
+    found = sorted((member.scene for member in read_scene(path).members), key=longest_first)
+    assert [each.contact.interference for each in found] == [0.0, 1e-5, -2e-5, 4e-4]
+    assert longest_first(scene(tmp_path, 9)) < longest_first(scene(tmp_path, 1))
 
 
 def test_many_cores_do_not_take_all_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from worker_tasks import attempts_in, beside, fail, fail_stubbornly, work
 
 import pipeline.stages.respond
 from pipeline import run_scene
-from pipeline.process.workers import ATTEMPTS, Call, WorkerDied, call_apart, workers
+from pipeline.process.workers import ATTEMPTS, Call, WorkerDied, call_apart, kept_workers, workers
 from pipeline.stages.respond import CurveJob
 from pipeline.stages.solve_curve import solve_curve
 
@@ -62,6 +63,31 @@ def test_a_process_of_its_own_that_dies_says_how() -> None:
     assert call_apart(len, "four") == 4
     with pytest.raises(WorkerDied, match=r"^its process ended with exit status 3$"):
         call_apart(os._exit, 3)
+
+
+def test_kept_processes_serve_one_use_after_another() -> None:
+    with kept_workers() as kept:
+        kept.count = 2
+        kept.prepare(Call(abs, (-1,)))
+        assert kept.started == 2
+        found = []
+        for _ in range(2):
+            with workers(2) as pool:
+                found += [f.result() for _, f in pool.completed({k: Call(os.getpid) for k in range(4)})]
+        assert len(set(found)) <= kept.started == 2
+        with workers(2) as pool:
+            assert next(pool.completed({"soon": Call(abs, (-1,)), "never": Call(time.sleep, (60.0,))}))[0] == "soon"
+        with workers(2) as pool:  # those that were busy have ended
+            assert [f.result() for _, f in pool.completed({1: Call(abs, (-1,))})] == [1]
+        assert call_apart(os.getpid) not in found
+
+
+def test_a_process_that_dies_in_its_preparation_is_replaced() -> None:
+    with kept_workers() as kept:
+        kept.count = 2
+        kept.prepare(Call(os.abort))
+        with workers(2) as pool:
+            assert [f.result() for _, f in pool.completed({1: Call(abs, (-1,))})] == [1]
 
 
 def die_for_friction(folder: Path, rom: Path, scene: object, *rest: object) -> None:

@@ -7,6 +7,7 @@ import pytest
 from rom_meshes import box_sector
 from scipy.sparse import block_diag, csr_matrix, diags, identity, kron
 
+import rom.linear_algebra.factorisation
 import rom.linear_algebra.ordering
 import rom.linear_algebra.two_halves
 from rom import FactorisationError, Material, assemble, factorise
@@ -14,6 +15,7 @@ from rom.linear_algebra.blas_kernels import holds_locks
 from rom.linear_algebra.cholmod import bears_threads
 from rom.linear_algebra.factorisation import analyse
 from rom.linear_algebra.ordering import bisection
+from rom.linear_algebra.threads import at_once
 from rom.linear_algebra.two_halves import TwoHalves
 
 pytestmark = pytest.mark.skipif(
@@ -25,7 +27,8 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture(autouse=True)
 def every_size(monkeypatch):
     """Cut small matrices too."""
-    monkeypatch.setattr(rom.linear_algebra.ordering, "BISECT_FROM", 0)
+    for module in (rom.linear_algebra.ordering, rom.linear_algebra.factorisation):
+        monkeypatch.setattr(module, "BISECT_FROM", 0)
 
 
 def beam(length: int, width: int) -> csr_matrix:
@@ -67,8 +70,8 @@ def test_solves_what_the_matrix_says(held):
 def test_the_same_bits_on_one_core(held, monkeypatch):
     matrix, rows = held
     found = []
-    for both in (rom.linear_algebra.two_halves._both, lambda work, parts: [work(part) for part in parts]):
-        monkeypatch.setattr(rom.linear_algebra.two_halves, "_both", both)
+    for way in (at_once, lambda work, parts: [work(part) for part in parts]):
+        monkeypatch.setattr(rom.linear_algebra.two_halves, "at_once", way)
         whole = TwoHalves(matrix, bisection(matrix))
         assert whole.factorise()
         found += [whole.solve(rows) for _ in range(10)]

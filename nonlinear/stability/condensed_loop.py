@@ -1,0 +1,170 @@
+"""Hill's eigenvalue problem where each unknown has its own poles: modal coordinates of all harmonics."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.fourier import ComplexArray
+
+MAX_INVERSE_ITERATIONS = 12
+LEFT_ITERATIONS = 3
+ROUND_OFF = 1e-9  # by which a shift is kept off an eigenvalue
+
+
+@dataclass(frozen=True)
+class CondensedPoles:
+    """Poles retained as states, and the flexibility of the others, g_0 + sigma g_1, around sigma = 0.
+
+    Attributes
+    ----------
+    state : (n_z,) int
+        Unknown (harmonic and mode) of each state.
+    pole, residue : (n_z,)
+        p and a of each state, in units of omega.
+    flexibility, derivative : (D,)
+        g_0 and g_1 of each unknown.
+    """
+
+    state: NDArray[np.int64]
+    pole: ComplexArray
+    residue: ComplexArray
+    flexibility: ComplexArray
+    derivative: ComplexArray
+
+    @classmethod
+    def of(
+        cls, poles: ComplexArray, residues: ComplexArray, retained: NDArray[np.bool_], nearest: float
+    ) -> "CondensedPoles":
+        """Retain some of the poles.
+
+        Parameters
+        ----------
+        poles, residues : (S, 2, q)
+            Of S harmonics and q modes, in units of omega.
+        retained : (S, 2, q) bool
+            Which of them are states.
+        nearest : float
+            A condensed pole nearer than that has a flexibility without derivative.
+        """
+        distance = np.where(retained, 1.0, -poles)
+        g_0 = np.where(retained, 0.0, residues / distance)
+        g_1 = np.where(np.abs(distance) < nearest, 0.0, -g_0 / distance)
+        row, _, mode = np.nonzero(retained)
+        state = row * poles.shape[2] + mode
+        return cls(state, poles[retained], residues[retained], g_0.sum(axis=1).ravel(), g_1.sum(axis=1).ravel())
+
+
+@dataclass(frozen=True)
+class CondensedLoop:
+    """sigma E_c z = A_c z, the contact Jacobian K closed around condensed poles.
+
+    The formulas are those of `ContactFeedback`, with G_0 and G_1 diagonal and K full.
+
+    Attributes
+    ----------
+    poles : CondensedPoles
+        The poles.
+    contact : (D, D)
+        K.
+    factors
+        LU factors of I - K G_0.
+    matrix, descriptor : (n_z, n_z)
+        A_c and E_c.
+    """
+
+    poles: CondensedPoles
+    contact: ComplexArray
+    factors: Any
+    matrix: ComplexArray
+    descriptor: ComplexArray
+
+    @classmethod
+    def closed(
+        cls, poles: CondensedPoles, contact: ComplexArray, memory: ComplexArray | None, shift: complex = 0.0
+    ) -> "CondensedLoop":
+        """Close the loop.
+
+        Parameters
+        ----------
+        poles : CondensedPoles
+            The poles.
+        contact : (D, D)
+            K(shift).
+        memory : (D, D) or None
+            dK / dsigma there; None: zero.
+        shift : complex
+            sigma around which K is linearised.
+        """
+        from scipy.linalg import lu_factor, lu_solve
+
+        state, every = poles.state, np.arange(poles.state.size)
+        difference = contact * -poles.flexibility
+        difference[np.diag_indices_from(difference)] += 1.0
+        factors = lu_factor(difference, overwrite_a=True, check_finite=False)
+        force = lu_solve(factors, contact[:, state], check_finite=False)  # S C
+        change = contact @ (poles.derivative[:, None] * force)
+        matrix = force[state]
+        if memory is not None:  # dS = Y dK X
+            change_of_memory = memory @ (poles.flexibility[:, None] * force) + memory[:, state]
+            if shift:
+                change_of_memory = lu_solve(factors, change_of_memory, check_finite=False)[state]
+                matrix = matrix - shift * change_of_memory
+            else:
+                change = change + change_of_memory
+        change = lu_solve(factors, change, check_finite=False)[state]
+        if memory is not None and shift:
+            change = change + change_of_memory
+        matrix = poles.residue[:, None] * matrix
+        descriptor = -poles.residue[:, None] * change
+        matrix[every, every] += poles.pole
+        descriptor[every, every] += 1.0
+        return cls(poles, contact, factors, matrix, descriptor)
+
+    def nearest(self, shift: complex, state: ComplexArray | None = None) -> tuple[complex, ComplexArray]:
+        """The eigenvalue next to `shift` and its eigenvector, by inverse iteration from `state`.
+
+        Where two are as near, all are solved for.
+
+        Parameters
+        ----------
+        shift : complex
+            An approximate eigenvalue.
+        state : (n_z,) complex or None
+            Start of the iteration.
+        """
+        from scipy.linalg import lu_factor, lu_solve
+
+        beside = shift * (1.0 + ROUND_OFF) + ROUND_OFF
+        factors = lu_factor(self.matrix - beside * self.descriptor, check_finite=False)
+        x = np.ones(len(self.descriptor), dtype=complex) if state is None else state
+        value = complex("nan")
+        for _ in range(MAX_INVERSE_ITERATIONS):
+            x = x / np.linalg.norm(x)
+            y = lu_solve(factors, self.descriptor @ x, check_finite=False)
+            before, value = value, beside + 1.0 / complex(x.conj() @ y)
+            if abs(value - before) <= 1e-3 * abs(value - shift) + ROUND_OFF:
+                return value, y
+            x = y
+        values, vectors = np.linalg.eig(np.linalg.solve(self.descriptor, self.matrix))
+        index = int(np.argmin(np.abs(values - shift)))
+        return complex(values[index]), vectors[:, index]
+
+    def left_vector(self, value: complex) -> ComplexArray:
+        """The left eigenvector w of an eigenvalue, w^T (A_c - sigma E_c) = 0: (n_z,).
+
+        Parameters
+        ----------
+        value : complex
+            The eigenvalue.
+        """
+        from scipy.linalg import lu_factor, lu_solve
+
+        beside = value * (1.0 + ROUND_OFF) + ROUND_OFF
+        factors = lu_factor(self.matrix - beside * self.descriptor, check_finite=False)
+        x = np.ones(len(self.descriptor), dtype=complex)
+        for _ in range(LEFT_ITERATIONS):
+            x = lu_solve(factors, self.descriptor.T @ x, trans=1, check_finite=False)
+            x = x / np.linalg.norm(x)
+        return x

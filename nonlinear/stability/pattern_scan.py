@@ -1,0 +1,228 @@
+"""Approximate Floquet exponents of all nodal diameters of one point.
+
+Analytic in the phase shift kappa, and 2 pi-periodic, the matrices of the eigenvalue problem are formed at a few
+kappas and interpolated by a trigonometric polynomial at all others. In modal coordinates of both contact faces the
+contact Jacobian is the same for all kappas but for factors e^(+-i kappa).
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.stability.block_matrices import Matrix
+from nonlinear.stability.condensed_loop import CondensedLoop, CondensedPoles
+from nonlinear.stability.hill import HillProblem
+from nonlinear.stability.kappa_interpolation import KappaInterpolation
+from nonlinear.stability.point_contact import PointContact
+from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
+
+NODES = 5  # kappas between 0 and pi at which the matrices are formed
+NEGLIGIBLE = 6e-3  # flexibility times contact stiffness that is left out
+UNKNOWNS = 120  # harmonics times modes
+# distances in units of omega
+WIDTH = 1.0 / 3.0  # of the slices of the strip
+OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
+ABOVE = 0.8  # from the middle of a slice: poles that far away are condensed, as contacts move them farther
+MARGIN = 0.3  # the same on the other side, beyond the largest rise of a natural frequency by the contacts
+FARTHEST = 2.0
+NEAREST = 0.5  # a condensed pole nearer than that has a flexibility without derivative
+
+
+@dataclass(frozen=True)
+class SliceMatrices:
+    """A_c and E_c around the middle of a slice of the strip, at some kappas.
+
+    Attributes
+    ----------
+    retained : (S, 2, q) bool
+        The poles that are states.
+    matrix, descriptor : (n_kappa, n_z, n_z)
+        A_c and E_c.
+    """
+
+    retained: NDArray[np.bool_]
+    matrix: ComplexArray
+    descriptor: ComplexArray
+
+    def mirrored(self, static: bool) -> "SliceMatrices":
+        """Those at -kappa around the complex conjugate middle: the conjugate ones with h and -h exchanged."""
+        count = len(self.retained) - int(static)
+        rows = np.arange(count) ^ 1
+        place = np.full(self.retained.shape, -1)
+        place[self.retained] = np.arange(np.count_nonzero(self.retained))
+        # the conjugate of a pole of harmonic 0 is the other pole of the mode
+        place = np.concatenate([place[:1, ::-1], place[1:][rows]]) if static else place[rows]
+        order = place[place >= 0]
+        matrix, descriptor = (part.conj()[:, order][:, :, order] for part in (self.matrix, self.descriptor))
+        return SliceMatrices(place >= 0, matrix, descriptor)
+
+    def interpolated(self, weights: Array) -> ComplexArray:
+        """E_c^-1 A_c at other kappas, by their weights (n, n_kappa): (n, n_z, n_z)."""
+        count, size, _ = self.matrix.shape
+        matrix, descriptor = (
+            (weights @ part.reshape(count, -1)).reshape(-1, size, size) for part in (self.matrix, self.descriptor)
+        )
+        return np.asarray(np.linalg.solve(descriptor, matrix), dtype=complex)
+
+
+@dataclass(frozen=True)
+class PatternScan:
+    """Eigenvalues of the perturbations of all nodal diameters k = 1 .. N_b / 2, from few modes.
+
+    The strip is cut into slices, and around the middle of each the slider memory is linearised, and the poles are
+    retained that may come there.
+
+    Attributes
+    ----------
+    problem : HillProblem
+        Perturbations of the wave.
+    contact : ContactParameters
+        Parameters of the contact nodes.
+    n_blades : int
+        N_b.
+    nodes : int
+        J, number of kappas between 0 and pi at which the matrices are formed; those of -kappa follow from them.
+    """
+
+    problem: HillProblem
+    contact: ContactParameters
+    n_blades: int
+    nodes: int = NODES
+
+    @cached_property
+    def _reduced(self) -> ReducedProblems:
+        return ReducedProblems(self.problem, self.contact, NEGLIGIBLE, UNKNOWNS)
+
+    @cached_property
+    def _interpolation(self) -> KappaInterpolation:
+        return KappaInterpolation(self.nodes, self.n_blades)
+
+    def applies(self, omega: float) -> bool:
+        """Whether few modes have nearly all the flexibility of the contact faces.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        """
+        return self._reduced.at(omega).omitted <= NEGLIGIBLE
+
+    def eigenvalues(self, contact: PointContact) -> list[tuple[complex, int]]:
+        """Eigenvalues sigma = lambda / omega in the strip and their k, those of all k, the least stable first.
+
+        Parameters
+        ----------
+        contact : PointContact
+            The point.
+        """
+        found: list[tuple[complex, int]] = []
+        for centre, matrices in self._slices(contact):
+            values = np.linalg.eigvals(matrices.interpolated(self._interpolation.weights))
+            row, column = np.nonzero(np.abs(values.imag) <= WIDTH / 2.0 + OVERLAP)
+            found += zip((values[row, column] + 1j * centre).tolist(), (row + 1).tolist(), strict=True)
+        return sorted(found, key=lambda item: -item[0].real)
+
+    def _slices(self, contact: PointContact) -> list[tuple[float, SliceMatrices]]:
+        """Middle and matrices of the slices, at all nodes."""
+        reduced, static = self._reduced.at(contact.omega), self.problem.static
+        half = _slice(reduced, contact, 0.0, self._interpolation.kappas[: self.nodes], self.contact)
+        other = half.mirrored(static)
+        whole = SliceMatrices(
+            half.retained,
+            np.concatenate([half.matrix, other.matrix]),
+            np.concatenate([half.descriptor, other.descriptor]),
+        )
+        upper = _slice(reduced, contact, WIDTH, self._interpolation.kappas, self.contact)
+        lower = upper.mirrored(static)  # at -kappa: the nodes of the two signs change places
+        matrix, descriptor = (np.roll(part, self.nodes, axis=0) for part in (lower.matrix, lower.descriptor))
+        return [(0.0, whole), (WIDTH, upper), (-WIDTH, SliceMatrices(lower.retained, matrix, descriptor))]
+
+
+def _slice(
+    reduced: ReducedProblem, contact: PointContact, centre: float, kappas: Array, parameters: ContactParameters
+) -> SliceMatrices:
+    """The matrices around sigma = i `centre`."""
+    omega = contact.omega
+    retained = _retained(reduced, parameters, omega, centre)
+    poles = reduced.poles[0] / omega - 1j * (reduced.harmonics[:, None, None] + centre)
+    condensed = CondensedPoles.of(poles, reduced.poles[1] / omega, retained, NEAREST)
+    jacobian, memory = contact.at(1j * centre if centre else 0.0)
+    faces = FaceJacobian.of(reduced, jacobian)
+    memory_faces = None if memory is None else FaceJacobian.of(reduced, memory)
+    loops = [
+        CondensedLoop.closed(condensed, faces.at(kappa), None if memory_faces is None else memory_faces.at(kappa))
+        for kappa in kappas.tolist()
+    ]
+    return SliceMatrices(
+        retained, np.stack([loop.matrix for loop in loops]), np.stack([loop.descriptor for loop in loops])
+    )
+
+
+def _retained(
+    reduced: ReducedProblem, parameters: ContactParameters, omega: float, centre: float
+) -> NDArray[np.bool_]:
+    """The poles that may come into the slice around `centre`, (S, 2, q).
+
+    A contact raises a natural frequency omega_m at most to sqrt(omega_m^2 + phi_m^T k phi_m): it moves the poles
+    above the real axis up, those below down.
+    """
+    modal, p = reduced.modal, reduced.problem
+    assert modal.left is not None
+    kt, kn = parameters.tangential_stiffness, parameters.normal_stiffness
+    springs = np.stack([kt, kt, kn], axis=1).ravel()
+    stiffness = springs @ (np.abs(modal.right) + np.abs(modal.left)) ** 2
+    rise = (np.sqrt(modal.angular_frequency**2 + stiffness) - modal.angular_frequency) / omega
+    poles = reduced.poles[0]
+    distance = poles.imag / omega - reduced.harmonics[:, None, None] - centre
+    distance = np.where(poles.imag >= 0.0, distance, -distance)
+    low = np.abs(poles) <= (p.retention_harmonic + p.retention_radius) * omega
+    return np.asarray((distance <= ABOVE) & (distance >= -np.minimum(rise + MARGIN, FARTHEST)) & low)
+
+
+@dataclass(frozen=True)
+class FaceJacobian:
+    """A contact Jacobian in modal coordinates of the relative motion, B^H K B, for all kappas.
+
+    Attributes
+    ----------
+    parts : (3, D, D)
+        What does not depend on kappa, what goes with e^(i kappa), and what with e^(-i kappa).
+    """
+
+    parts: ComplexArray
+
+    @classmethod
+    def of(cls, reduced: ReducedProblem, values: Matrix) -> "FaceJacobian":
+        """From the Jacobian (n_c, 3, 3, 2H+1, 2H+1) of real coefficients."""
+        modal = reduced.modal
+        assert modal.left is not None
+        faces, q = np.stack([modal.right, modal.left], axis=1), modal.damping.size
+        blocks = reduced.in_harmonics(values).transpose(0, 2, 4, 1, 3)  # (n_c, d, e, S, S)
+        nodes, size = blocks.shape[0], blocks.shape[3]
+        some = np.any(blocks != 0.0, axis=(3, 4)).ravel()
+        shapes = faces.reshape(nodes, 3, 2, q)
+        pairs = shapes[:, :, None, :, None, :, None] * shapes[:, None, :, None, :, None, :]  # (n_c, d, e, i, j, a, b)
+        flat = np.ascontiguousarray(blocks.reshape(9 * nodes, size * size)[some])
+        product = flat.view(float).reshape(len(flat), -1).T @ pairs.reshape(9 * nodes, -1)[some]
+        result = np.empty((4, size, q, size, q), dtype=complex)  # right right, right left, left right, left left
+        result.real, result.imag = product.reshape(size, size, 2, 4, q, q).transpose(2, 3, 0, 4, 1, 5)
+        ahead = np.exp(1j * reduced.harmonics * reduced.problem.phase)[:, None]
+        back = ahead.conj()[:, :, None, None]
+        result[3] *= ahead
+        result[3] *= back
+        result[0] += result[3]
+        result[1] *= -ahead
+        result[2] *= -back
+        return cls(result[:3].reshape(3, size * q, size * q))
+
+    def at(self, kappa: float) -> ComplexArray:
+        """B^H K B at one kappa, (D, D)."""
+        ahead = complex(np.exp(1j * kappa))
+        result = self.parts[1] * ahead
+        result += self.parts[0]
+        result += self.parts[2] * ahead.conjugate()
+        return np.asarray(result)

@@ -1,0 +1,82 @@
+"""The contact of a solved point as growing perturbations see it: its Jacobian and the memory of its sliders."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array
+from nonlinear.stability.block_matrices import Matrix
+from nonlinear.stability.cone_slider_memory import ConeSliderMemory
+from nonlinear.stability.slider_memory import SliderMemory
+
+
+@dataclass(frozen=True)
+class PointContact:
+    """The contact Jacobian K(sigma) of perturbations e^(sigma theta) p(theta), sigma = lambda / omega.
+
+    Attributes
+    ----------
+    jacobian : (n_c, 3, 3, 2H+1, 2H+1)
+        K(0) as in `ContactForces`.
+    omega : float
+        Excitation frequency, rad/s.
+    memory : SliderMemory or ConeSliderMemory or None
+        Slider memory; None: there is none.
+    """
+
+    jacobian: Array
+    omega: float
+    memory: SliderMemory | ConeSliderMemory | None
+
+    def at(self, sigma: complex) -> tuple[Matrix, Matrix | None]:
+        """K(sigma) and its derivative, each as `jacobian`; None without a memory.
+
+        Parameters
+        ----------
+        sigma : complex
+            lambda / omega.
+        """
+        memory = self.memory
+        if memory is None:
+            return self.jacobian, None
+        if isinstance(memory, ConeSliderMemory):
+            change, derivative = (self._of_cone(memory, values) for values in memory.jacobian(sigma))
+        else:
+            change, derivative = (self._of_sliders(memory, values) for values in memory.force(sigma))
+        return self.jacobian + change, derivative
+
+    def _of_cone(self, memory: ConeSliderMemory, values: Matrix) -> Matrix:
+        result = np.zeros(self.jacobian.shape, dtype=values.dtype)
+        result[memory.node, :2] = values
+        return result
+
+    def _of_sliders(self, memory: SliderMemory, force: Matrix) -> Matrix:
+        """P Q^T of each stick interval: dw(theta_s) = du + r dd_n makes the `force`."""
+        result = np.zeros(self.jacobian.shape, dtype=force.dtype)
+        blocks = force[:, :, None] * memory.basis[:, None, :]
+        for node, direction, slope, block in zip(memory.node, memory.direction, memory.dw_dn, blocks, strict=True):
+            result[node, direction, direction] += block
+            result[node, direction, 2] += slope * block
+        return result
+
+
+def in_harmonics(values: Matrix) -> ComplexArray:
+    """A contact Jacobian of real coefficients as that of the amplitudes of the harmonics 0, 1, -1, 2, -2, ...
+
+    With Re_h = p_h + p_-h and Im_h = -i (p_h - p_-h).
+
+    Parameters
+    ----------
+    values : (..., 2H+1, 2H+1)
+        Of the coefficients 0, Re 1, Im 1, ...
+    """
+    columns = values.astype(complex)
+    turned = 1j * values[..., 2::2]
+    columns[..., 1::2] -= turned
+    columns[..., 2::2] = values[..., 1::2] + turned
+    rows = columns.copy()
+    half, turned = 0.5 * columns[..., 1::2, :], 0.5j * columns[..., 2::2, :]
+    rows[..., 1::2, :] = half + turned
+    rows[..., 2::2, :] = half - turned
+    return rows

@@ -1,0 +1,148 @@
+"""The perturbations of the wave in few modes: Hill's method in modal coordinates.
+
+A harmonic has as many unknowns as there are modes, not three a contact node.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.stability.block_matrices import Matrix
+from nonlinear.stability.condensed_loop import CondensedPoles
+from nonlinear.stability.hill import HillProblem
+from nonlinear.stability.modal_condensation import ContactFreeModel, poles_and_residues
+from nonlinear.stability.point_contact import in_harmonics
+from nonlinear.stability.reduced_modes import reduced_modes
+from rom import ModalModel, relative_contact_motion
+
+
+@dataclass(frozen=True)
+class ReducedProblem:
+    """A `HillProblem` in few modes, for any kappa.
+
+    Attributes
+    ----------
+    problem : HillProblem
+        The problem; its kappa does not matter.
+    modal : ModalModel
+        The modes that are left: its lowest ones and residual modes (`reduced_modes`).
+    omitted : float
+        Largest flexibility of the contact faces, times their stiffness, that is left out.
+    """
+
+    problem: HillProblem
+    modal: ModalModel
+    omitted: float
+
+    @cached_property
+    def harmonics(self) -> Array:
+        """0, 1, -1, 2, -2, ...; (S,)."""
+        order = np.arange(1.0, self.problem.n_harmonics + 1.0)
+        pairs = np.stack([order, -order], axis=1).ravel()
+        return np.append(0.0, pairs) if self.problem.static else pairs
+
+    @cached_property
+    def poles(self) -> tuple[ComplexArray, ComplexArray]:
+        """Poles and residues, (S, 2, q)."""
+        return poles_and_residues(self.modal, self.harmonics)
+
+    def condensed(self, modal: ModalModel, omega: float) -> CondensedPoles:
+        """The poles of `modal` (all modes, or those that are left) at `omega`, condensed as in `HillProblem`.
+
+        Parameters
+        ----------
+        modal : ModalModel
+            The modes.
+        omega : float
+            Excitation frequency, rad/s.
+        """
+        rho, h_r = self.problem.retention_radius, self.problem.retention_harmonic
+        no_motion = np.zeros((self.harmonics.size, 0, modal.damping.size), dtype=complex)
+        retained = ContactFreeModel(modal, self.harmonics, no_motion, rho, h_r, False).retained(omega)
+        poles, residues = self.poles if modal is self.modal else poles_and_residues(modal, self.harmonics)
+        return CondensedPoles.of(poles / omega - 1j * self.harmonics[:, None, None], residues / omega, retained, rho)
+
+    def relative(self, modal: ModalModel, kappa: float) -> ComplexArray:
+        """B_h of the modes, (S, 3 n_c, q).
+
+        Parameters
+        ----------
+        modal : ModalModel
+            The modes.
+        kappa : float
+            Phase shift, rad.
+        """
+        return relative_contact_motion(modal.right, modal.left, self.harmonics * self.problem.phase + kappa)
+
+    def in_harmonics(self, values: Matrix) -> ComplexArray:
+        """A contact Jacobian (n_c, 3, 3, 2H+1, 2H+1) in the harmonics, (n_c, S, 3, S, 3).
+
+        Parameters
+        ----------
+        values : (n_c, 3, 3, 2H+1, 2H+1)
+            Of real coefficients.
+        """
+        first = 0 if self.problem.static else 1
+        return np.ascontiguousarray(in_harmonics(values).transpose(0, 3, 1, 4, 2)[:, first:, :, first:])
+
+    def projected(self, jacobian: ComplexArray, relative: ComplexArray) -> ComplexArray:
+        """B^H K B, (D, D), D = S q.
+
+        Parameters
+        ----------
+        jacobian : (n_c, S, 3, S, 3)
+            K in harmonics.
+        relative : (S, 3 n_c, q)
+            B_h of the modes.
+        """
+        nodes, size = jacobian.shape[:2]
+        modes = relative.shape[2]
+        shapes = relative.reshape(size, nodes, 3, modes).transpose(1, 0, 2, 3)
+        right = jacobian.reshape(nodes, 3 * size, size, 3).transpose(0, 2, 1, 3) @ shapes  # (n_c, g, h d, q)
+        right = right.reshape(nodes, size, size, 3, modes).transpose(2, 0, 3, 1, 4)  # (h, n_c, d, g, q)
+        product = relative.conj().transpose(0, 2, 1) @ right.reshape(size, 3 * nodes, size * modes)
+        return product.reshape(size * modes, size * modes)
+
+
+@dataclass(frozen=True)
+class ReducedProblems:
+    """The reduced problems of a `HillProblem`, by the number of modes that stay as they are at a frequency.
+
+    These are all that may be resonant in a harmonic of a perturbation, up to (H + rho) omega.
+
+    Attributes
+    ----------
+    problem : HillProblem
+        The problem.
+    contact : ContactParameters
+        Parameters of the contact nodes.
+    negligible : float
+        Flexibility of the contact faces times their stiffness that may be left out.
+    unknowns : int
+        Number of unknowns, harmonics times modes, that is not passed for that.
+    """
+
+    problem: HillProblem
+    contact: ContactParameters
+    negligible: float
+    unknowns: int
+    _known: dict[int, ReducedProblem] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def at(self, omega: float) -> ReducedProblem:
+        """The reduced problem at a frequency.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        """
+        p = self.problem
+        highest = (p.n_harmonics + p.retention_radius) * omega
+        kept = int(np.count_nonzero(p.modal.angular_frequency <= highest))
+        if kept not in self._known:
+            most = self.unknowns // (2 * p.n_harmonics + 1) - kept
+            self._known[kept] = ReducedProblem(p, *reduced_modes(p.modal, self.contact, kept, self.negligible, most))
+        return self._known[kept]

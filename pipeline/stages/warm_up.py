@@ -1,0 +1,116 @@
+"""Compilation of the kernels before they are needed, by the solution of small problems that call all of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pipeline.errors import reason_of
+from pipeline.process.counted_calls import CountedCalls, Work
+
+if TYPE_CHECKING:
+    from nonlinear import ContactParameters
+    from pipeline.process.progress import Reporter
+    from rom import ModalModel
+
+LAWS = ("two_sliders", "cone")
+INTEGRATIONS = ("exact", "sampled")
+_SAMPLES = 32  # a period
+
+
+def warm_up_all(reporter: Reporter) -> None:
+    """Compile all kernels, those of each friction law in a process of its own.
+
+    Parameters
+    ----------
+    reporter : Reporter
+        Reports progress and notices interrupts.
+
+    Raises
+    ------
+    RuntimeError
+        A kernel cannot be compiled.
+    """
+    works = {f"{law}, {way}": Work(f"{law}, {way}", _call, (law, way)) for way in INTEGRATIONS for law in LAWS}
+    failed = CountedCalls(reporter, "kernels", len(LAWS)).run(works, lambda key: "ready")
+    if failed:
+        raise RuntimeError("; ".join(f"kernels of {key}: {reason}" for key, reason in failed.items()))
+
+
+def _call(law: str, integration: str, progress: object = None) -> str:
+    try:
+        warm_up(law, integration)
+    except Exception as error:  # told of at the end
+        return reason_of(error)
+    return ""
+
+
+def warm_up(law: str, integration: str) -> None:
+    """Call every kernel that curves with this friction law and integration run: it is compiled, or loaded.
+
+    Parameters
+    ----------
+    law, integration : str
+        As `contact.law` and `contact.integration` of a scene.
+    """
+    from nonlinear import Excitation, SolverOptions, forced_response
+    from rom import one_blas_thread
+
+    modal, contact = _model(), _contact(law)
+    with one_blas_thread():
+        options = SolverOptions(
+            (0.10, 0.101),
+            integration=integration,  # type: ignore[arg-type]
+            samples=_SAMPLES,
+            detached=False,
+            truncation=False,
+            time_integration=False,
+            max_points=2,
+        )
+        curve = forced_response(modal, contact, Excitation(1, 0.6), options)
+        _warm_up_time(modal, contact, curve.relative_displacement[0])
+
+
+def _warm_up_time(modal: ModalModel, contact: ContactParameters, displacement: np.ndarray) -> None:
+    """The same for the motion of a ring in time and for the contact loops of the figures."""
+    from nonlinear import Excitation, Ring, RingLimits, contact_cycle, integrate_ring
+
+    contact_cycle(displacement, contact, samples=_SAMPLES)
+    limits = RingLimits(most_periods=2, window=1, settling=1)
+    integrate_ring(Ring(modal, contact, Excitation(1, 0.6)), 2.0 * np.pi * 0.11, None, limits=limits)
+
+
+def _model() -> ModalModel:
+    """A ring of four blades, each three masses of three directions on a line of springs; two nodes touch."""
+    from rom import ReducedModel, modal_model
+
+    line = 2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
+    stiffness = np.kron(line, np.array([[1.0, 0.0, 0.2], [0.0, 1.5, 0.0], [0.2, 0.0, 2.0]])) * 4.0
+    tip = np.zeros(9)
+    tip[6], tip[8] = 1.0, 0.5
+    model = ReducedModel(
+        mass=np.eye(9),
+        stiffness=stiffness,
+        contact_right=np.eye(6, 9),
+        contact_left=np.roll(np.eye(6, 9), 1, axis=1),
+        contact_position=np.zeros((2, 3)),
+        force_excitation=tip,
+        outputs={"tip": tip},
+        n_blades=4,
+    )
+    return modal_model(model, damping_ratio=0.05)
+
+
+def _contact(law: str) -> ContactParameters:
+    """Contacts that stick, slip and open within a period."""
+    from nonlinear import ContactParameters
+
+    return ContactParameters.shared(
+        2,
+        normal_stiffness=1.6,
+        tangential_stiffness=0.8,
+        friction=0.4,
+        interference=0.1,
+        law=law,  # type: ignore[arg-type]
+    )

@@ -1,0 +1,118 @@
+"""Perturbations in few modes: against all modes, and against dense matrices."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lumped import lumped_blade
+
+from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from nonlinear.stability import reduced_refinement
+from nonlinear.stability.floquet import FloquetAnalysis
+from nonlinear.stability.full_scan import FullScan
+from nonlinear.stability.pattern_scan import WIDTH, FaceJacobian, PatternScan, _slice
+from nonlinear.stability.point_contact import PointContact, in_harmonics
+from nonlinear.stability.reduced_modes import LEAST, reduced_modes
+from nonlinear.stability.reduced_refinement import ReducedRefinement
+from rom import modal_model
+
+N_BLADES, HARMONICS, OMEGA = 12, 2, 1.3
+
+
+def case(law="two_sliders"):
+    """The analysis of a motion with slip and lift-off, its contact, and the contact parameters."""
+    modal = modal_model(lumped_blade(N_BLADES), damping_ratio=0.02)
+    contact = ContactParameters.shared(
+        2, normal_stiffness=6.0, tangential_stiffness=4.0, friction=0.5, interference=0.1, law=law
+    )
+    options = SolverOptions((0.1, 0.8), harmonics=HARMONICS)
+    balance = build_harmonic_balance(modal, contact, Excitation(5, 1.0), options)
+    displacement = 0.3 * np.random.default_rng(2).normal(size=(2 * HARMONICS + 1, 2, 3))
+    analysis = FloquetAnalysis.of(balance.receptance, contact)
+    jacobian = balance.element.evaluate(displacement).jacobian
+    return analysis, PointContact(jacobian, OMEGA, analysis.sampler.memory(displacement)), contact
+
+
+def face_flexibility(modal, contact):
+    """Static flexibility of both faces times the contact stiffness, symmetric."""
+    kt, kn = contact.tangential_stiffness, contact.normal_stiffness
+    weight = np.tile(np.sqrt(np.stack([kt, kt, kn], axis=1).ravel()), 2)[:, None]
+    faces = weight * np.concatenate([modal.right, modal.left]) / modal.angular_frequency
+    return faces @ faces.T
+
+
+@pytest.mark.parametrize("negligible", [0.0, 1e-3, 1.0])
+def test_residual_modes_have_the_flexibility(negligible):
+    """Beside the lowest modes nothing but the stated flexibility is left out, and every mode keeps unit mass."""
+    analysis, _, contact = case()
+    modal = analysis.problem.modal
+    reduced, omitted = reduced_modes(modal, contact, 2, negligible, 100)
+    missing = np.linalg.eigvalsh(face_flexibility(modal, contact) - face_flexibility(reduced, contact))
+    assert missing.min() > -1e-10
+    assert missing.max() == pytest.approx(omitted, abs=1e-10)
+    assert reduced.angular_frequency[:2] == pytest.approx(modal.angular_frequency[:2])
+    assert (np.diff(reduced.angular_frequency) > 0.0).all()
+    assert reduced.damping.size == 2 + LEAST or omitted <= negligible
+
+
+def test_harmonics_of_a_real_jacobian():
+    size = 2 * HARMONICS + 1
+    values = np.random.default_rng(1).normal(size=(2, size, size))
+    to_real = np.eye(size, dtype=complex)
+    for h in range(1, size, 2):
+        to_real[h : h + 2, h : h + 2] = [[1.0, 1.0], [-1j, 1j]]
+    assert in_harmonics(values) == pytest.approx(np.linalg.inv(to_real) @ values @ to_real)
+
+
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
+def test_contact_of_both_faces_gives_that_of_every_kappa(law):
+    analysis, point, contact = case(law)
+    reduced = PatternScan(analysis.problem, contact, N_BLADES)._reduced.at(OMEGA)
+    values, _ = point.at(0.2j)
+    faces = FaceJacobian.of(reduced, values)
+    for kappa in (0.4, -2.0):
+        direct = reduced.projected(reduced.in_harmonics(values), reduced.relative(reduced.modal, kappa))
+        assert faces.at(kappa) == pytest.approx(direct, abs=1e-12 * np.abs(direct).max())
+
+
+def test_opposite_kappa_is_mirrored():
+    """The slice around -i c at -kappa, against its own matrices."""
+    analysis, point, contact = case()
+    reduced, kappas = PatternScan(analysis.problem, contact, N_BLADES)._reduced.at(OMEGA), np.array([0.7, -1.9])
+    mirrored = _slice(reduced, point, WIDTH, kappas, contact).mirrored(analysis.problem.static)
+    direct = _slice(reduced, point, -WIDTH, -kappas, contact)
+    assert (mirrored.retained == direct.retained).all()
+    assert mirrored.matrix == pytest.approx(direct.matrix, abs=1e-10)
+    assert mirrored.descriptor == pytest.approx(direct.descriptor, abs=1e-10)
+
+
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
+def test_both_scans_find_the_same(law):
+    analysis, point, contact = case(law)
+    few = PatternScan(analysis.problem, contact, N_BLADES).eigenvalues(point)
+    full = FullScan(analysis.problem, N_BLADES).eigenvalues(point)
+    for sigma, k in full[:6]:
+        assert min(abs(sigma - other) for other, n in few if n == k) < 0.01
+
+
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
+@pytest.mark.parametrize("unknowns", [0, 1000])
+def test_refined_exponents_are_those_of_all_modes(law, unknowns, monkeypatch):
+    """With the fewest modes too: what is left out is added to first order."""
+    monkeypatch.setattr(reduced_refinement, "UNKNOWNS", unknowns)
+    analysis, point, contact = case(law)
+    refinement, checked = ReducedRefinement(analysis.problem, contact), 0
+    for k in (2, 5):
+        kappa = 2.0 * np.pi * k / N_BLADES
+        exact = replace(analysis.problem, kappa=kappa).eigenproblem(point.jacobian, OMEGA, point.memory)
+        starts = exact.eigenvalues(0.1j)
+        for start in starts[np.abs(starts) < 0.6]:
+            found = refinement.converged(point, kappa, complex(start))
+            if found is None:
+                continue
+            value, is_exact = found
+            matrix, descriptor = exact.linearised(value)
+            distance = np.abs(np.linalg.eigvals(np.linalg.solve(descriptor, matrix)) - value).min()
+            assert distance < (1e-6 if is_exact else 5e-3)
+            checked += 1
+    assert checked >= 2
