@@ -256,7 +256,7 @@ class ContactForces:
 
     def without_jacobian(self) -> "ContactForces":
         """The same forces; a curve of thousands of points has no room for the Jacobian of each."""
-        return replace(self, jacobian=np.empty((0,) * self.jacobian.ndim))
+        return ContactForces(self.force, np.empty((0,) * self.jacobian.ndim), self.state)
 
 
 class ContactElement(Protocol):

@@ -128,7 +128,7 @@ class Continuation:
             point, found = state.point, step.point
             if count > 2 and passes_through(current.solver, point, found, first):
                 arc = point.arc + distance_along_tangent(point, first)
-                yield self.recorder.record(replace(first, arc=arc))
+                yield self.recorder.record(first.changed(arc=arc))
                 return
             limit = passed_limit(found.omega, self.options.omega_range)
             if limit is not None:
@@ -178,7 +178,7 @@ class Continuation:
             deviation = point.metric.norm(found.unknown - predicted[0], found.omega - predicted[1])
             if found.step < step or deviation <= self.parameters.max_deviation * step:
                 following = next_step(step, deviation, 0, self.options, self.parameters)
-                return replace(found, step=wanted if step < wanted and following >= step else following)
+                return found.changed(step=wanted if step < wanted and following >= step else following)
             step /= 2.0
         return None
 
@@ -198,7 +198,7 @@ class Continuation:
                 if follows or branch_point is not None:
                     # a step cut short at a resonance is no reason for a short next step
                     keeps_length = step < wanted and found.step >= step
-                    return AcceptedStep(replace(found, step=wanted) if keeps_length else found, branch_point)
+                    return AcceptedStep(found.changed(step=wanted) if keeps_length else found, branch_point)
             wanted = step = step / (3.0 if found is None else 2.0)
         return None
 
@@ -211,7 +211,7 @@ class Continuation:
         for step in np.geomspace(self.options.max_step, self.options.min_step, 24):
             found = self.solver.step(point, float(step), secant)
             if found is not None and found.bordered_sign == point.bordered_sign:
-                return replace(found, step=self.options.step)
+                return found.changed(step=self.options.step)
         return None
 
     def _up_to_resonance(self, point: SolutionPoint, step: float, resonances: tuple[float, ...]) -> float:

@@ -12,7 +12,8 @@ from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import SolverOptions
 
 MAX_CORRECTIONS = 12
-CHORD_STEPS = 4  # that the factors of a Jacobian may still serve for
+MANY_UNKNOWNS = 120  # a factorisation costs as much as ten evaluations, not as three
+CHORD_STEPS, MANY_CHORD_STEPS = 2, 4  # that the factors of a Jacobian may still serve for; of many unknowns
 SAME_SYSTEM = 1e-3  # contraction of the error by a step, below which its Jacobian also gives the tangent
 
 
@@ -80,7 +81,7 @@ def correct(
     """Solve R(x, omega) = 0 in the plane; None if the iteration fails.
 
     The iteration starts at the predicted point, or at `offset` beside it in the plane. The factors of a Jacobian
-    serve `CHORD_STEPS` further steps at most, as long as the errors predict that these suffice: with an error e and a
+    serve some further steps, as long as the errors predict that these suffice: with an error e and a
     contraction c of the last step, the next step with the same factors leaves 2 c e or less. The last factors also
     give the tangent, unless their steps contract the error too little or the caller wants to `refactorise` at the
     very solution.
@@ -88,6 +89,7 @@ def correct(
     x, omega = plane.unknown, plane.omega
     if offset is not None:
         x, omega = x + offset[0], omega + offset[1]
+    chord_steps = CHORD_STEPS if balance.size < MANY_UNKNOWNS else MANY_CHORD_STEPS
     monitor = ConvergenceMonitor(options.tolerance, options.round_off)
     system, previous_error, first_contraction = None, np.inf, np.inf
     for iteration in range(MAX_CORRECTIONS + 1):
@@ -102,7 +104,7 @@ def correct(
             return Corrected(x, omega, linearised.contact, system.tangent(), iteration)
         if iteration == MAX_CORRECTIONS or not np.isfinite(error):
             return None
-        if system is None or error * (2.0 * contraction) ** CHORD_STEPS > options.tolerance:
+        if system is None or error * (2.0 * contraction) ** chord_steps > options.tolerance:
             system = BorderedSystem.factorise(linearised, plane.direction, plane.metric)
             first_contraction = np.inf
         dx, domega = system.newton_step(linearised.residual)

@@ -12,7 +12,13 @@ from nonlinear.contact.event_driven import NodeLaws, Scratch, evaluate_nodes
 from nonlinear.contact.numba_cache import compiled, inner, inner_counted
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.bordered_kernels import Iterate, Plane, Structure, Workspace, factorise, solve, subtract
-from nonlinear.continuation.corrector import CHORD_STEPS, MAX_CORRECTIONS, SAME_SYSTEM
+from nonlinear.continuation.corrector import (
+    CHORD_STEPS,
+    MANY_CHORD_STEPS,
+    MANY_UNKNOWNS,
+    MAX_CORRECTIONS,
+    SAME_SYSTEM,
+)
 from nonlinear.harmonic_balance.residual import SMALLEST_VIBRATION
 
 FAILED = -1
@@ -36,6 +42,7 @@ def correct_in_plane(
     Afterwards the iterate holds the solution and the tangent: the last solution of the bordered system, whose right
     side is 1 in the constraint only.
     """
+    chord_steps = CHORD_STEPS if at.unknown.shape[0] < MANY_UNKNOWNS else MANY_CHORD_STEPS
     previous, first, stagnations, factorised = np.inf, np.inf, 0, False
     for iteration in range(MAX_CORRECTIONS + 1):
         _write_residual(structure, laws, at, work, scratch)
@@ -54,7 +61,7 @@ def correct_in_plane(
             return iteration
         if iteration == MAX_CORRECTIONS or not np.isfinite(error):
             return FAILED
-        if not factorised or error * (2.0 * contraction) ** CHORD_STEPS > plane.tolerance:
+        if not factorised or error * (2.0 * contraction) ** chord_steps > plane.tolerance:
             factorise(structure, plane, at, work)
             first, factorised = np.inf, True
         solve(plane, at, work, 0.0)

@@ -26,7 +26,7 @@ class PointRecorder:
         """The point with dA/ds and, if asked for, its exponents. Its contact Jacobian is dropped, to save memory."""
         dA_ds = point.dA_ds if point.linear is not None else amplitude_derivative(point, self.output)
         found = self.stability.exponents(point) if self.stability is not None and exponents else None
-        return replace(point, dA_ds=dA_ds, exponents=found, contact=point.contact.without_jacobian())
+        return point.changed(dA_ds=dA_ds, exponents=found, contact=point.contact.without_jacobian())
 
     def with_exponents(self, point: SolutionPoint) -> SolutionPoint:
         """A recorded point with its exponents, if they are asked for."""

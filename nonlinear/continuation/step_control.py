@@ -1,7 +1,5 @@
 """Length of the next step."""
 
-import numpy as np
-
 from nonlinear.continuation.parameters import ContinuationParameters
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.options import SolverOptions
@@ -16,7 +14,7 @@ def next_step(
     step: it is brought to `target_deviation`. Many iterations make the next step shorter.
     """
     factor = parameters.target_deviation / (deviation / step + 1e-12)
-    following = step * float(np.clip(factor, parameters.smallest_factor, parameters.largest_factor))
+    following = step * min(max(factor, parameters.smallest_factor), parameters.largest_factor)
     if iterations > parameters.many_iterations:
         following = min(following, parameters.slow_factor * step)
     return min(following, options.max_step)

@@ -63,9 +63,9 @@ class SliceMatrices:
     def interpolated(self, weights: Array) -> ComplexArray:
         """E_c^-1 A_c at other kappas, by their weights (n, n_kappa): (n, n_z, n_z)."""
         count, size, _ = self.matrix.shape
-        matrix, descriptor = (
-            (weights @ part.reshape(count, -1)).reshape(-1, size, size) for part in (self.matrix, self.descriptor)
-        )
+        shape = len(weights), size, size  # no pole may be retained: -1 would not tell the size
+        parts = (self.matrix.reshape(count, size**2), self.descriptor.reshape(count, size**2))
+        matrix, descriptor = ((weights @ part).reshape(shape) for part in parts)
         return np.asarray(np.linalg.solve(descriptor, matrix), dtype=complex)
 
 
