@@ -23,6 +23,8 @@ from nonlinear.harmonic_balance.initial_solution import solve_at
 MAX_ITERATIONS = 15
 FEW_HARMONICS = (1, 3)  # numbers of harmonics with which all branches are traced first
 MOST_POINTS = 1500  # of a main branch with few harmonics
+# steps along branches with few harmonics, which only lead to others; see ContinuationParameters
+MAX_STEP, TARGET_DEVIATION = 0.5, 0.2
 
 
 class BranchSearch(NamedTuple):
@@ -101,8 +103,9 @@ def _with_few_harmonics(
 ) -> list[tuple[list[SolutionPoint], str]]:
     """All branches with a small number of harmonics, the main one first, and how they were found."""
     balance = lifting.balances.balance(number)
-    options = replace(continuation.options, max_points=MOST_POINTS)
-    few = replace(continuation.with_balance(balance), options=options, stability=None, adapt=None)
+    options = replace(continuation.options, max_points=MOST_POINTS, max_step=MAX_STEP)
+    coarse = replace(continuation.parameters, target_deviation=TARGET_DEVIATION)
+    few = replace(continuation.with_balance(balance), options=options, parameters=coarse, stability=None, adapt=None)
     origin = "the main branch with " + ("one harmonic" if number == 1 else f"{number} harmonics")
     main = [branch.points for branch in continue_over_range(few, static) if branch.points]
     if not main:

@@ -10,7 +10,7 @@ from nonlinear.response_curve import ResponseCurve
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import Place, UnstableStretch, stable_amplitudes
 
-BLADE_PERIODS = 2500  # periods times blades that are integrated for a curve
+BLADE_PERIODS = 5000  # periods times blades that are integrated for a curve
 MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
 FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
 FALLING = 0.05  # relative fall of a motion that is still falling

@@ -8,9 +8,10 @@ from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from nonlinear.branches.branch_lifting import representative_indices
-from nonlinear.branches.interference_curves import MIDDLE, InterferenceBalance
+from nonlinear.branches.interference_curves import HIGH, LOW, MIDDLE, InterferenceBalance, _linear_end
 from nonlinear.branches.known_branches import KnownBranch, lies_on
 from nonlinear.contact.fourier import to_real
+from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.harmonic_balance.truncated_balances import pad_or_truncate
 from nonlinear.response_solver import build_continuation
 from rom import modal_model
@@ -131,6 +132,37 @@ def test_a_balance_over_the_interference_is_that_of_a_shifted_contact():
     step = 1e-6
     ends = [over.evaluate(unknown, MIDDLE + shift / 0.5 + side * step).residual for side in (-1.0, 1.0)]
     assert np.allclose(found.dR_domega, (ends[1] - ends[0]) / (2.0 * step), rtol=1e-6, atol=1e-8)
+
+
+def test_the_straight_end_of_a_curve_over_the_interference_solves_the_balance():
+    modal, contact, excitation, options = problem("light friction")
+    continuation = build_continuation(modal, contact, excitation, options)[0]
+    omega, unit = 2.0, 60.0  # far enough for open contacts at the one end, for stuck ones at the other
+    over = InterferenceBalance.of(continuation.balance, omega, unit)
+    solver = Continuation(over, continuation.options).solver
+    segments = continuation.linear.segments
+    for first, last, wanted in ((1.5, LOW, False), (2.5, HIGH, True)):
+        solved = newton_solution(over, first)
+        point = solver.point(solved, first, (0.0 * solved, last - first), 0, 0.0, 0.05)
+        end = _linear_end(over, segments, point)
+        assert end is not None
+        assert end.omega == last
+        assert segments.state(over.closing(end.unknown, last)).pressed.all() == wanted
+        for share in (0.5, 1.0):  # the whole line, not only its end
+            unknown = solved + share * (end.unknown - solved)
+            residual = over.evaluate(unknown, first + share * (last - first)).residual
+            assert np.abs(residual).max() < 1e-8 * np.abs(unknown).max()
+        back = replace(point, tangent=(-point.tangent[0], -point.tangent[1]))
+        assert _linear_end(over, segments, back) is None  # contacts change their state on the way
+
+
+def newton_solution(balance, parameter):
+    unknown = np.zeros(balance.size)
+    for _ in range(30):
+        linearised = balance.evaluate(unknown, parameter)
+        unknown = unknown - np.linalg.solve(linearised.jacobian, linearised.residual)
+    assert np.abs(linearised.residual).max() < 1e-10
+    return unknown
 
 
 def test_no_search_where_the_normal_load_is_constant():
