@@ -69,7 +69,7 @@ class CondensedLoop:
     contact : (D, D)
         K.
     factors
-        LU factors of I - K G_0.
+        LU factors of (I - K G_0)^T.
     matrix, descriptor : (n_z, n_z)
         A_c and E_c.
     """
@@ -97,30 +97,31 @@ class CondensedLoop:
         shift : complex
             sigma around which K is linearised.
         """
-        from scipy.linalg import lu_factor, lu_solve
+        from scipy.linalg.lapack import zgetrf, zgetrs
 
         state, every = poles.state, np.arange(poles.state.size)
         difference = contact * -poles.flexibility
         difference[np.diag_indices_from(difference)] += 1.0
-        factors = lu_factor(difference, overwrite_a=True, check_finite=False)
-        force = lu_solve(factors, contact[:, state], check_finite=False)  # S C
+        # LAPACK itself: its wrappers take as long as the solutions; transposed, as its matrices stand in columns
+        upper, pivots, _ = zgetrf(difference.T, overwrite_a=True)
+        force = zgetrs(upper, pivots, contact[:, state], trans=1)[0]  # S C
         change = contact @ (poles.derivative[:, None] * force)
         matrix = force[state]
         if memory is not None:  # dS = Y dK X
             change_of_memory = memory @ (poles.flexibility[:, None] * force) + memory[:, state]
             if shift:
-                change_of_memory = lu_solve(factors, change_of_memory, check_finite=False)[state]
+                change_of_memory = zgetrs(upper, pivots, change_of_memory, trans=1)[0][state]
                 matrix = matrix - shift * change_of_memory
             else:
                 change = change + change_of_memory
-        change = lu_solve(factors, change, check_finite=False)[state]
+        change = zgetrs(upper, pivots, change, trans=1)[0][state]
         if memory is not None and shift:
             change = change + change_of_memory
         matrix = poles.residue[:, None] * matrix
         descriptor = -poles.residue[:, None] * change
         matrix[every, every] += poles.pole
         descriptor[every, every] += 1.0
-        return cls(poles, contact, factors, matrix, descriptor)
+        return cls(poles, contact, (upper, pivots), matrix, descriptor)
 
     def nearest(self, shift: complex, state: ComplexArray | None = None) -> tuple[complex, ComplexArray]:
         """The eigenvalue next to `shift` and its eigenvector, by inverse iteration from `state`.

@@ -36,6 +36,9 @@ class ReducedProblem:
     problem: HillProblem
     modal: ModalModel
     omitted: float
+    _condensed: dict[tuple[bool, float], CondensedPoles] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @cached_property
     def harmonics(self) -> Array:
@@ -59,11 +62,18 @@ class ReducedProblem:
         omega : float
             Excitation frequency, rad/s.
         """
+        key = modal is self.modal, omega
+        if key in self._condensed:
+            return self._condensed[key]
         rho, h_r = self.problem.retention_radius, self.problem.retention_harmonic
         no_motion = np.zeros((self.harmonics.size, 0, modal.damping.size), dtype=complex)
         retained = ContactFreeModel(modal, self.harmonics, no_motion, rho, h_r, False).retained(omega)
         poles, residues = self.poles if modal is self.modal else poles_and_residues(modal, self.harmonics)
-        return CondensedPoles.of(poles / omega - 1j * self.harmonics[:, None, None], residues / omega, retained, rho)
+        distance = poles / omega - 1j * self.harmonics[:, None, None]
+        if len(self._condensed) > 1:
+            self._condensed.clear()  # only those of one point are asked for again
+        self._condensed[key] = CondensedPoles.of(distance, residues / omega, retained, rho)
+        return self._condensed[key]
 
     def relative(self, modal: ModalModel, kappa: float) -> ComplexArray:
         """B_h of the modes, (S, 3 n_c, q).

@@ -144,10 +144,10 @@ def _contact_forces(pair: Eigenpair, left: ComplexArray, relative: ComplexArray)
     np.add.at(end, poles.state, left * poles.residue)
 
     def closed(motion: ComplexArray) -> ComplexArray:  # X: displacements from those without contact forces
-        return np.asarray(motion + g_0 * lu_solve(loop.factors, k @ motion, check_finite=False))
+        return np.asarray(motion + g_0 * lu_solve(loop.factors, k @ motion, trans=1, check_finite=False))
 
     def closed_adjoint(motion: ComplexArray) -> ComplexArray:  # Y^T
-        return np.asarray(lu_solve(loop.factors, motion, trans=1, check_finite=False))
+        return np.asarray(lu_solve(loop.factors, motion, check_finite=False))
 
     motion, adjoint = closed(start), closed_adjoint(end)
     motions = np.stack([motion, closed(g_1 * (k @ motion))])

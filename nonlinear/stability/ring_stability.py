@@ -136,7 +136,7 @@ class RingStability:
                 errors.add(sigma, k, found.exponent / contact.omega)
                 if best is None or found.exponent.real > best.exponent.real:
                     best = found
-        return best
+        return best if best is None else self._climbed(contact, memory, best)
 
     def followed(
         self, contact: LinearisedContact, start: PatternExponent, climb: bool = True
@@ -154,7 +154,11 @@ class RingStability:
         """
         memory = self.wave.sampler.memory(contact.displacement)
         best = self._refined(contact, memory, start.exponent / contact.omega, start.nodal_diameter)
-        if best is None or not climb or not best.grows(contact.omega):
+        return best if best is None or not climb else self._climbed(contact, memory, best)
+
+    def _climbed(self, contact: LinearisedContact, memory: Memory | None, best: PatternExponent) -> PatternExponent:
+        """From an exponent that grows, that of the neighbouring nodal diameters that grows most."""
+        if not best.grows(contact.omega):
             return best
         for direction in (-1, 1):
             k = best.nodal_diameter + direction
