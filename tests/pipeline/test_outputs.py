@@ -197,7 +197,8 @@ def test_info_tells_what_files_hold(finished: Path) -> None:
 def test_harmonics_chosen_curve_by_curve(finished: Path, tmp_path: Path) -> None:
     rom = finished / summary_of(finished)["curves"][0]["rom"]
     sweep = {"contact.interference": [-1e-2, 1e-5]}
-    scene = small_scene(response__harmonics="auto", response__tolerance=1e-3, sweep=sweep)
+    exact = {"contact__integration": "exact"}  # 64 samples a period are too few for the harmonics of this tolerance
+    scene = small_scene(response__harmonics="auto", response__tolerance=1e-3, sweep=sweep, **exact)
     path = write_scene(tmp_path / "s.toml", scene)
     status, _, error = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")
     assert (status, error) == (0, "")

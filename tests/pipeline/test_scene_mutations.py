@@ -58,7 +58,7 @@ def validator() -> Draft202012Validator:
 
 def whole_scene(section: str, key: str, value: Any) -> dict[str, Any]:
     """The small scene with every section in it and one value changed; None removes the key."""
-    base = small_scene(render={"modes": [1]})
+    base = small_scene(render={"modes": [1]}, figures={"formats": ["png"]})
     base[section] = {name: held for name, held in base[section].items() if name != key}
     if value is not None:
         base[section][key] = value
