@@ -67,21 +67,10 @@ class NodeBlocks:
 
     def return_difference(self, flexibility: HarmonicBlocks) -> Matrix:
         """I - G_0 K as a full matrix, K these blocks and G_0 the `flexibility`."""
-        first = flexibility.static.shape[0] // (3 * self.values.shape[0])
-        upper = self._product(flexibility.static[None], self.values[:, :first])
-        lower = self._product(flexibility.dynamic, self.values[:, first:])
-        result = -np.concatenate([upper, lower])
+        nodes, size = self.values.shape[:2]
+        full = np.zeros((size, nodes, 3, size, nodes, 3), dtype=self.values.dtype)  # -K
+        for node, values in enumerate(self.values):
+            np.negative(values, out=full[:, node, :, :, node])
+        result: Matrix = flexibility @ full.reshape(3 * nodes * size, -1)
         result[np.diag_indices_from(result)] += 1.0
         return result
-
-    @staticmethod
-    def _product(blocks: Matrix, rows: Matrix) -> Matrix:
-        """Product of blocks (b, k, k) with the `rows` (n_c, b k / (3 n_c), 3, S, 3) of the nodes."""
-        count, size, _ = blocks.shape
-        nodes, _, _, columns, _ = rows.shape
-        each = size // (3 * nodes)  # rows of harmonics in a block: one, or real and imaginary part
-        left = blocks.reshape(count, size, each, nodes, 3).transpose(0, 3, 1, 2, 4)
-        right = rows.reshape(nodes, count, 3 * each, 3 * columns).transpose(1, 0, 2, 3)
-        product = left.reshape(count, nodes, size, 3 * each) @ right
-        shape = count, nodes, size, columns, 3
-        return product.reshape(shape).transpose(0, 2, 3, 1, 4).reshape(count * size, 3 * nodes * columns)

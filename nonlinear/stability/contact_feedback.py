@@ -31,7 +31,7 @@ class ContactFeedback:
     contact : NodeBlocks
         K, the Jacobian of the contact forces.
     factors
-        LU factors of the return difference I - G_0 K.
+        LU factors of (I - G_0 K)^T, the transposed return difference.
     """
 
     model: CondensedModes
@@ -41,16 +41,22 @@ class ContactFeedback:
     @classmethod
     def closed(cls, model: CondensedModes, contact: NodeBlocks) -> "ContactFeedback":
         """Close K around the model."""
-        from scipy.linalg import lu_factor
+        from scipy.linalg.lapack import dgetrf, zgetrf
 
         difference = contact.return_difference(model.flexibility)
-        return cls(model, contact, lu_factor(difference, overwrite_a=True, check_finite=False))
+        factorise = zgetrf if np.iscomplexobj(difference) else dgetrf
+        upper, pivots, _ = factorise(difference.T, overwrite_a=True)  # its columns are contiguous: nothing is copied
+        return cls(model, contact, (upper, pivots))
 
     def times_x(self, rows: Matrix) -> Matrix:
         """`rows` X, (k, n): rows of d as rows of the displacement C z without contact forces."""
-        from scipy.linalg import lu_solve
+        from scipy.linalg.lapack import dgetrs, zgetrs
 
-        return np.asarray(lu_solve(self.factors, rows.T, trans=1, check_finite=False)).T
+        upper, pivots = self.factors
+        solve = dgetrs if upper.dtype == float else zgetrs
+        if np.iscomplexobj(rows) and upper.dtype == float:
+            return self.times_x(rows.real) + 1j * self.times_x(rows.imag)
+        return np.asarray(solve(upper, pivots, rows.T)[0]).T
 
     def times_s(self, rows: Matrix) -> Matrix:
         """`rows` S, (k, n): rows of f as rows of C z."""

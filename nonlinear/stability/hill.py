@@ -139,7 +139,7 @@ class HillProblem:
         feedback: SliderMemoryFeedback | ConeMemoryFeedback | None = None
         if memory is not None:
             node = np.cumsum(touching) - 1
-            rows = ContactRows(node[memory.node], int(touching.sum()), self._to_real, first)
+            rows = ContactRows(node[memory.node], int(touching.sum()), self._to_real, first, values.shape[-1])
             if isinstance(memory, ConeSliderMemory):
                 feedback = ConeMemoryFeedback(memory, rows, loop)
             else:

@@ -8,6 +8,7 @@ W. W. Hager, Updating the inverse of a matrix, SIAM Review 31(2), 1989.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -51,12 +52,15 @@ class ContactRows:
         Real Fourier coefficients from harmonic amplitudes; None where the rows are real coefficients themselves.
     first_row : int
         1 where harmonic 0 is left out, else 0.
+    size : int
+        Number of Fourier coefficients, with that of harmonic 0.
     """
 
     node: NDArray[np.int64]
     n_nodes: int
     to_real: Matrix | None
     first_row: int
+    size: int
 
     def spread(self, values: Matrix, direction: NDArray[np.int64] | int) -> Matrix:
         """`values` (M, S) in the rows of each node and `direction`: (M, n)."""
@@ -64,6 +68,11 @@ class ContactRows:
         result = np.zeros((count, values.shape[1], self.n_nodes, 3), dtype=values.dtype)
         result[np.arange(count), :, self.node, direction] = values
         return result[:, self.first_row :].reshape(count, -1)
+
+    def places(self, direction: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Where `spread` puts the coefficients, without the ones left out: (M, S)."""
+        first = 3 * self.node + direction
+        return np.asarray(first[:, None] + 3 * self.n_nodes * np.arange(self.size - self.first_row))
 
 
 @dataclass(frozen=True)
@@ -118,16 +127,33 @@ class SliderMemoryFeedback:
 
     def terms(self, sigma: complex) -> MemoryTerms:
         """The terms of the memory at `sigma`."""
-        p, p_derivative = _memory_forces(self.memory, self.rows, sigma)
-        x_m = np.linalg.inv(np.eye(len(self.output_matrix)) - self.feedthrough @ p)
+        values, derivatives = self._times_forces(sigma)
+        n_z, size = len(self.input_matrix), len(self.feedthrough)
+        b_p, b_p_g1, v_p, v_p_g1 = np.split(values, [n_z, 2 * n_z, 2 * n_z + size])
+        b_dp, v_dp = derivatives[:n_z], derivatives[2 * n_z : 2 * n_z + size]
+        x_m = np.linalg.inv(np.eye(size) - v_p)
         dw = x_m @ self.output_matrix
-        b_p = self.input_matrix @ p
         b_p_x = b_p @ x_m
-        derivative = (self.input_matrix @ p_derivative + b_p_x @ (self.feedthrough @ p_derivative)) @ dw
-        flexibility = (self.input_derivative @ p) @ dw + b_p_x @ (
-            self.output_derivative + (self.feedthrough_derivative @ p) @ dw
-        )
+        derivative = (b_dp + b_p_x @ v_dp) @ dw
+        flexibility = b_p_g1 @ dw + b_p_x @ (self.output_derivative + v_p_g1 @ dw)
         return MemoryTerms(b_p @ dw, derivative, flexibility)
+
+    @cached_property
+    def _at_sliders(self) -> Matrix:
+        """Rows of B_m, B_m', V and V' at the contact dof of each stick interval: (M, 2 n_z + 2 M, coefficients)."""
+        parts = self.input_matrix, self.input_derivative, self.feedthrough, self.feedthrough_derivative
+        columns = np.concatenate(parts).T[self.rows.places(self.memory.direction)]
+        return np.ascontiguousarray(columns.transpose(0, 2, 1))
+
+    def _times_forces(self, sigma: complex) -> tuple[Matrix, Matrix]:
+        """B_m, B_m', V and V', one below the other, times P(sigma), and times its derivative: (2 n_z + 2 M, M)."""
+        values = np.stack(_memory_forces(self.memory, self.rows, sigma), axis=2)
+        at_sliders = self._at_sliders
+        if np.iscomplexobj(values) and not np.iscomplexobj(at_sliders):  # a product of real matrices is faster
+            product = (at_sliders @ values.view(float)).view(complex)
+        else:
+            product = at_sliders @ values
+        return product[:, :, 0].T, product[:, :, 1].T
 
 
 def _slider_positions(memory: SliderMemory, rows: ContactRows) -> Matrix:
@@ -139,12 +165,12 @@ def _slider_positions(memory: SliderMemory, rows: ContactRows) -> Matrix:
 
 
 def _memory_forces(memory: SliderMemory, rows: ContactRows, sigma: complex) -> tuple[Matrix, Matrix]:
-    """P(sigma) and its derivative, (n, M): f = P dw(theta_s)."""
-    values = memory.force(sigma)
+    """P(sigma), f = P dw(theta_s), and its derivative: coefficients (M, S) at the slider of each interval."""
+    force, derivative = memory.force(sigma)
     if rows.to_real is not None:
-        values = values[0] @ np.linalg.inv(rows.to_real).T, values[1] @ np.linalg.inv(rows.to_real).T
-    force, derivative = (rows.spread(item, memory.direction).T for item in values)
-    return force, derivative
+        to_amplitudes = np.linalg.inv(rows.to_real).T
+        force, derivative = force @ to_amplitudes, derivative @ to_amplitudes
+    return force[:, rows.first_row :], derivative[:, rows.first_row :]
 
 
 @dataclass(frozen=True)

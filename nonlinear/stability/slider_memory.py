@@ -79,22 +79,32 @@ class SliderMemory:
         force, derivative : (M, 2H+1)
             Coefficients and their derivative in sigma; real for a real sigma.
         """
-        rate, length = 1j * np.arange(-self.n_harmonics, self.n_harmonics + 1), self.length[:, None]
-        value, derivative = _integral(rate - sigma, length)
+        value, derivative = self._integral(sigma)
         weight = self.stiffness[:, None] * np.append(0.5, np.ones(2 * self.n_harmonics)) / np.pi
-        force = weight * _basis(self._powers * (value - _integral(rate, length)[0]))
+        force = weight * _basis(self._powers * (value - self._integral_of_motion))
         change = weight * _basis(self._powers * -derivative)
         return (force, change) if isinstance(sigma, complex) else (force.real, change.real)
 
+    @cached_property
+    def _turns(self) -> Matrix:
+        """e^(i h length), h = -H .. H: (M, 2H+1)."""
+        return np.exp(1j * self.length[:, None] * np.arange(-self.n_harmonics, self.n_harmonics + 1))
 
-def _integral(rate: Matrix, length: Array) -> tuple[Matrix, Matrix]:
-    """Integral of e^(rate t) over t = 0 .. `length`, (M, 1), and its derivative in the rate, (2H+1,): (M, 2H+1)."""
-    z = rate * length
-    small = np.abs(z) < SMALL
-    safe = np.where(small, 1.0, rate)
-    value = np.where(small, length * (1.0 + z / 2.0 + z**2 / 6.0 + z**3 / 24.0), np.expm1(z) / safe)
-    series = length**2 * (0.5 + z / 3.0 + z**2 / 8.0 + z**3 / 30.0)
-    return value, np.where(small, series, (length * np.exp(z) - value) / safe)
+    @cached_property
+    def _integral_of_motion(self) -> Matrix:
+        """`_integral` at sigma = 0."""
+        return self._integral(0.0)[0]
+
+    def _integral(self, sigma: complex) -> tuple[Matrix, Matrix]:
+        """Integral of e^(rate t), rate = i h - sigma, over t = 0 .. length, its derivative in the rate: (M, 2H+1)."""
+        rate = 1j * np.arange(-self.n_harmonics, self.n_harmonics + 1) - sigma
+        length = self.length[:, None]
+        end, z = self._turns * np.exp(-sigma * length), rate * length
+        small = np.abs(z) < SMALL
+        safe = np.where(small, 1.0, rate)
+        value = np.where(small, length * (1.0 + z / 2.0 + z**2 / 6.0 + z**3 / 24.0), (end - 1.0) / safe)
+        series = length**2 * (0.5 + z / 3.0 + z**2 / 8.0 + z**3 / 30.0)
+        return value, np.where(small, series, (length * end - value) / safe)
 
 
 def _basis(powers: Matrix) -> Matrix:

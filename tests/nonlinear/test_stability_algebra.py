@@ -152,9 +152,10 @@ class TestFeedback:
             """K(sigma) - K."""
             if law == "cone":
                 return NodeBlocks(feedback._blocks(loop.memory.jacobian(sigma)[0])) @ np.eye(len(loop.k))
-            return _memory_forces(loop.memory, feedback.rows, sigma)[0] @ _slider_positions(
-                loop.memory, feedback.rows
-            )
+            rows, forces = feedback.rows, np.zeros((len(loop.k), loop.memory.node.size), dtype=complex)
+            places, interval = rows.places(loop.memory.direction), np.arange(loop.memory.node.size)
+            forces[places.T, interval] = _memory_forces(loop.memory, rows, sigma)[0].T
+            return forces @ _slider_positions(loop.memory, rows)
 
         def state(sigma):
             return b @ (loop.s(change(sigma)) - loop.s()) @ c
