@@ -7,7 +7,7 @@ from enum import Enum
 from nonlinear.branches.special_point_location import locate_change, locate_zero
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.stability.floquet import Instability, crossings
+from nonlinear.stability.floquet import Instability, crossings, growth_limit
 
 
 class BifurcationKind(Enum):
@@ -76,16 +76,21 @@ def locate_bifurcations(
             before,
             after,
             lambda point: point.unstable != unstable,
-            lambda point: _growth_rate(point, rank),
+            lambda point: _excess_rate(point, rank),
         )
         if found is not None:
             yield kind, found
 
 
-def _growth_rate(point: SolutionPoint, rank: int) -> float:
-    """Real part (1/s) of the exponent of this rank, 0 being the least stable; NaN if there are fewer exponents."""
+def _excess_rate(point: SolutionPoint, rank: int) -> float:
+    """By how much the exponent of this rank, 0 being the least stable, exceeds what counts as growth, 1/s.
+
+    NaN if there are fewer exponents.
+    """
     exponents = point.exponents
-    return float("nan") if exponents is None or exponents.size <= rank else float(exponents[rank].real)
+    if exponents is None or exponents.size <= rank:
+        return float("nan")
+    return float(exponents[rank].real - growth_limit(exponents[rank], point.omega))
 
 
 def _crossings(before: SolutionPoint, after: SolutionPoint) -> list[BifurcationKind]:

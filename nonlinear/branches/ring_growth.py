@@ -12,7 +12,7 @@ from nonlinear.branches.special_point_location import locate_change
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.point_stability import PointStability
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.stability.floquet import instability_of
+from nonlinear.stability.floquet import NEUTRAL, instability_of
 from nonlinear.stability.ring_stability import PatternExponent
 
 STRIDE = 4  # points from one at which all nodal diameters are looked at to the next
@@ -158,23 +158,37 @@ def locate_pattern_change(
         assert leader is not None
 
         def with_leader(point: SolutionPoint, start: PatternExponent = leader) -> SolutionPoint:
-            recorded = continuation.recorder.record(point)
-            return replace(recorded, pattern=stability.follow_pattern(recorded, start, climb=False))
+            recorded = continuation.recorder.record(point, exponents=False)
+            followed = stability.follow_pattern(recorded, start, climb=False)
+            return replace(recorded, pattern=followed or stability.worst_pattern(recorded))
 
         found = locate_change(
             continuation,
             before,
             after,
             lambda point: point.stable == after.stable,
-            rate=lambda point: float("nan") if point.pattern is None else point.pattern.exponent.real,
+            rate=_excess_rate,
             record=with_leader,
         )
         if found is None:
             break
         if found is not after:
-            found = replace(found, pattern=stability.worst_pattern(found))
+            found = _looked_at_again(continuation, stability, found)
         change = KINDS[instability_of(leader.exponent, growing.omega)], leader.nodal_diameter, found
         if found.stable == after.stable or not found.stable_wave:
             break
         before = found  # another nodal diameter still grows there
     return change
+
+
+def _excess_rate(point: SolutionPoint) -> float:
+    """By how much the leading exponent exceeds what counts as growth, 1/s; NaN without one."""
+    return float("nan") if point.pattern is None else point.pattern.exponent.real - NEUTRAL * point.omega
+
+
+def _looked_at_again(continuation: Continuation, stability: PointStability, point: SolutionPoint) -> SolutionPoint:
+    """A point located by one exponent, with those of the wave and the least stable of all and that one."""
+    known, worst = point.pattern, stability.worst_pattern(point)
+    if worst is None or (known is not None and known.exponent.real > worst.exponent.real):
+        worst = known
+    return replace(continuation.recorder.with_exponents(point), pattern=worst)

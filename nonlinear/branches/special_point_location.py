@@ -7,14 +7,16 @@ pp. 168-174. (Illinois variant)
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.stability.floquet import NEUTRAL
 
 MAX_ITERATIONS = 60
 MAX_ARC_BRACKET = 1e-3  # arc length of a bracket that is narrow enough in frequency
 SMALLEST_ARC_BRACKET = 1e-13
-HALVINGS = 12
+HALVINGS = 12  # of the arc length between two points, to its part that a step goes beyond the zero expected
 
 TestFunction = Callable[[SolutionPoint], float]
 
@@ -78,9 +80,10 @@ def locate_change(
     rate: TestFunction,
     record: Callable[[SolutionPoint], SolutionPoint] | None = None,
 ) -> SolutionPoint | None:
-    """The first point, to the resolution of 12 bisections, at which `changed` is true, as it is at `after`.
+    """The first point, to the resolution of 11 bisections, at which `changed` is true, as it is at `after`.
 
-    `rate`, the real part of the exponent that crosses the imaginary axis, is interpolated, safeguarded by bisection.
+    `rate` passes zero there: by how much the exponent that crosses the imaginary axis exceeds what counts as growth.
+    It is interpolated, safeguarded by bisection. A point where it is zero but for its error will do.
     `record` adds the exponents to a point: by default those of the wave.
     """
     record = record or continuation.recorder.record
@@ -88,26 +91,70 @@ def locate_change(
     if common is None:
         return None
     before, continuation = common, continuation.with_balance(common.balance)
-    left, right, best = 0.0, after.arc - before.arc, after
-    left_rate, right_rate = rate(before), rate(after)
-    resolution = right / 2**HALVINGS
-    for count in range(2 * HALVINGS):
-        arc = 0.5 * (left + right)
-        if left_rate * right_rate < 0.0 and count % 3 < 2:
-            zero = (left * right_rate - right * left_rate) / (right_rate - left_rate)
-            # a little into the longer part: if the interpolation is good, all of that part is cut off
-            arc = zero + (resolution if zero < arc else -resolution)
+    best, bracket = after, _Bracket((0.0, rate(before)), (after.arc - before.arc, rate(after)))
+    resolution = bracket.width / 2**HALVINGS
+    for _ in range(2 * HALVINGS):
+        arc = bracket.next_arc(resolution)
         point = continuation.solver.step(before, arc)
         if point is None:
             break
         point = record(point)
-        if changed(point):
-            right, right_rate, best = arc, rate(point), point
-        else:
-            left, left_rate = arc, rate(point)
-        if right - left <= 2.0 * resolution:
+        value, has_changed = rate(point), changed(point)
+        bracket = bracket.narrowed(arc, value, has_changed)
+        if has_changed:
+            best = point
+        if bracket.width <= 2.0 * resolution or (has_changed and abs(value) <= NEUTRAL * point.omega):
             break
     return best
+
+
+class _Bracket(NamedTuple):
+    """The arc length and the rate on both sides of a change, and those replaced last."""
+
+    left: tuple[float, float]
+    right: tuple[float, float]
+    third: tuple[float, float] = (float("nan"), float("nan"))
+    slow: int = 0
+
+    @property
+    def width(self) -> float:
+        """Arc length between the two sides."""
+        return self.right[0] - self.left[0]
+
+    def narrowed(self, arc: float, value: float, has_changed: bool) -> "_Bracket":
+        """The bracket with one of its sides at `arc`."""
+        left, right = (self.left, (arc, value)) if has_changed else ((arc, value), self.right)
+        slow = self.slow + 1 if right[0] - left[0] > 0.5 * self.width else 0
+        return _Bracket(left, right, self.right if has_changed else self.left, slow)
+
+    def next_arc(self, resolution: float) -> float:
+        """Where to look next: a little beyond the zero of the rate, in the middle where that does not help."""
+        (left, left_rate), (right, right_rate) = self.left, self.right
+        middle = 0.5 * (left + right)
+        if not left_rate * right_rate < 0.0 or self.slow >= 2:
+            return middle
+        zero = (left * right_rate - right * left_rate) / (right_rate - left_rate)
+        curved = self._zero_of_parabola()
+        # a little into the longer part: if the interpolation is good, all of that part is cut off
+        zero = curved if left < curved < right else zero
+        beyond = zero + (resolution if zero < middle else -resolution)
+        return beyond
+
+    def _zero_of_parabola(self) -> float:
+        """Zero of the arc length as a parabola of the rate through three points; NaN where it may not be monotonic.
+
+        The condition is that of T. R. Chandrupatla, Advances in Engineering Software 28, 1997, pp. 145-149.
+        """
+        (a, rate_a), (b, rate_b), (c, rate_c) = self.left, self.right, self.third
+        if not (rate_c - rate_a) * (rate_c - rate_b) > 0.0:
+            return float("nan")
+        if abs(rate_c - rate_a) < abs(rate_c - rate_b):
+            (a, rate_a), (b, rate_b) = (b, rate_b), (a, rate_a)
+        share, drop = (a - b) / (c - b), (rate_a - rate_b) / (rate_c - rate_b)
+        if not (drop**2 < share and (1.0 - drop) ** 2 < 1.0 - share):
+            return float("nan")
+        first = rate_a / (rate_b - rate_a) * rate_c / (rate_b - rate_c)
+        return a + (b - a) * first + (c - a) * rate_a / (rate_c - rate_a) * rate_b / (rate_c - rate_b)
 
 
 def _with_equal_harmonics(

@@ -189,13 +189,18 @@ def _on_axis(problem: HillEigenproblem, value: complex) -> complex:
     return complex(value.real) if problem.conjugate_pairs and abs(value.imag) < CONVERGED else value
 
 
-def grows(exponents: ComplexArray, omega: float) -> NDArray[np.bool_]:
-    """Which of the exponents of the wave (1/s) grow at `omega` (rad/s): Re lambda > 1e-6 omega, a real one from 0 on.
+def growth_limit(exponents: ComplexArray, omega: float) -> NDArray[np.float64]:
+    """Real part (1/s) from which on exponents of the wave count as growing at `omega` (rad/s).
 
-    A smaller one is the numerical error of a neutral exponent; as a growth it would take 160 000 periods for a
-    factor e. The sign of a real one is exact: it is that of det dR/dx.
+    1e-6 omega: a smaller one is the numerical error of a neutral exponent; as a growth it would take 160 000 periods
+    for a factor e. Zero for a real one: its sign is exact, that of det dR/dx.
     """
-    return np.asarray(exponents.real > np.where(exponents.imag == 0.0, 0.0, NEUTRAL * omega))
+    return np.where(np.imag(exponents) == 0.0, 0.0, NEUTRAL * omega)
+
+
+def grows(exponents: ComplexArray, omega: float) -> NDArray[np.bool_]:
+    """Which of the exponents of the wave (1/s) grow at `omega` (rad/s): those beyond `growth_limit`."""
+    return np.asarray(exponents.real > growth_limit(exponents, omega))
 
 
 def instability_of(exponent: complex, omega: float) -> Instability:
