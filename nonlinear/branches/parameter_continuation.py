@@ -5,9 +5,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 
-from nonlinear.branches.homotopy import FixedFrequencyBalance, Homotopy
+from nonlinear.branches.homotopy import DIFFERENCE, FixedFrequencyBalance, Homotopy
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation, ContinuationState
+from nonlinear.continuation.bordered_system import BorderedSystem
+from nonlinear.continuation.metric import Tangent
 from nonlinear.continuation.parameters import ContinuationParameters
 from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import SolutionPoint
@@ -44,9 +46,10 @@ def carry_solution(
 ) -> Carried:
     """Carry a solution of the first problem to the last one.
 
-    First with free frequency: each step of s solves for the nearest solution in the plane normal to the curve over
-    the frequency. Where this fails, the top of the branch is followed instead, as it is the last part of a shrinking
-    isolated branch to go, or the curve over s at fixed frequency, which may turn back in folds.
+    First with free frequency: each step of s predicts the solution by its rate of change with s, and solves for the
+    nearest one in the plane normal to the curve over the frequency. Where this fails, the top of the branch is
+    followed instead, as it is the last part of a shrinking isolated branch to go, or the curve over s at fixed
+    frequency, which may turn back in folds.
 
     Parameters
     ----------
@@ -91,18 +94,42 @@ def _with_free_frequency(
     """The last solution of a natural continuation in s, and the s that it reached."""
     point, increment = start, (1.0 - s)
     smallest = SMALLEST_INCREMENT_OF_TOP if follow_top else SMALLEST_INCREMENT
+    rate: Tangent | None = None
     if follow_top:
         point, increment = _top(_continuation(homotopy, s), point), 0.125
     while s < 1.0 and increment >= smallest:
         target = min(s + increment, 1.0)
         continuation = _continuation(homotopy, target)
-        found = continuation.solver.refit(point)
+        rate = rate or _rate_of_change(homotopy, s, point)
+        found = continuation.solver.refit(_predicted(point, rate, target - s))
         if found is None:
             increment /= 4.0
             continue
-        point = _top(continuation, found) if follow_top else found
+        point, rate = (_top(continuation, found) if follow_top else found), None
         s, increment = target, 2.0 * increment
     return point, s
+
+
+def _rate_of_change(homotopy: Homotopy, s: float, point: SolutionPoint) -> Tangent:
+    """dx/ds and domega/ds of the solution in the plane normal to the tangent of a point."""
+    balance = homotopy.balance(s)
+    linearised = balance.evaluate(point.unknown, point.omega)
+    shifted = homotopy.balance(s + DIFFERENCE).evaluate(point.unknown, point.omega)
+    system = BorderedSystem.factorise(linearised, point.metric.unit(point.tangent), point.metric)
+    return system.newton_step((shifted.residual - linearised.residual) / DIFFERENCE)
+
+
+def _predicted(point: SolutionPoint, rate: Tangent, ds: float) -> SolutionPoint:
+    """The point moved along its rate of change; the same point where its vibration would move too far.
+
+    The static displacement may move by many times the vibration: with the interference, it does so linearly where the
+    contacts stick.
+    """
+    dx, domega = ds * rate[0], ds * rate[1]
+    vibration = point.balance.vibration(dx) / point.metric.length
+    if not math.hypot(vibration, domega / point.metric.omega) <= MAX_MOVE:  # nor with a NaN
+        return point
+    return replace(point, unknown=point.unknown + dx, omega=point.omega + domega)
 
 
 def _top(continuation: Continuation, start: SolutionPoint) -> SolutionPoint:

@@ -11,6 +11,7 @@ from nonlinear import BranchStart, branch_starts, carry_branches, extend_respons
 from nonlinear.branches.homotopy import Homotopy
 from nonlinear.branches.parameter_continuation import carry_solution, continue_in_parameter
 from nonlinear.contact.fourier import to_real
+from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.response_solver import build_continuation
 from rom import modal_model
 
@@ -136,6 +137,25 @@ def test_a_defect_is_taken_away():
     (point,) = carried.points
     residual = balance.evaluate(point.unknown, point.omega).residual
     assert balance.relative_error(residual, point.unknown) < 1e-10
+
+
+def test_stuck_contacts_follow_the_interference_with_free_frequency():
+    """The static displacement moves by many times the vibration, which stays; the problem is linear in s."""
+    continuation, low = build_continuation(*at(2.0))[0], 0.3
+    last = build_continuation(*at(100.0))[0]
+    homotopy = Homotopy(last.balance, (continuation.contact, last.contact), (1e-3, 1e-3), continuation.options)
+    first, options = homotopy.balance(0.0), continuation.options
+    solved = solve_at(first, low, np.zeros(first.size), options, 30)
+    assert solved.converged
+    carried = carry_solution(homotopy, solved.solution, low, thorough=False, fixed_frequency=False)
+    (point,) = carried.points
+    assert point.omega == pytest.approx(low, rel=1e-6)
+    moved = point.unknown - solved.solution
+    assert np.linalg.norm(moved) > 10.0 * first.vibration(solved.solution)
+    assert first.vibration(moved) < 1e-6 * first.vibration(solved.solution)
+    exact = homotopy.balance(1.0)
+    residual = exact.evaluate(point.unknown, point.omega).residual
+    assert exact.relative_error(residual, point.unknown) < 1e-10
 
 
 def test_a_start_may_have_any_number_of_harmonics(home):
