@@ -207,7 +207,7 @@ class FaceJacobian:
         shapes = faces.reshape(nodes, 3, 2, q)
         pairs = shapes[:, :, None, :, None, :, None] * shapes[:, None, :, None, :, None, :]  # (n_c, d, e, i, j, a, b)
         flat = np.ascontiguousarray(blocks.reshape(9 * nodes, size * size)[some])
-        product = flat.view(float).reshape(len(flat), -1).T @ pairs.reshape(9 * nodes, -1)[some]
+        product = flat.view(float).T @ pairs.reshape(9 * nodes, -1)[some]
         result = np.empty((4, size, q, size, q), dtype=complex)  # right right, right left, left right, left left
         result.real, result.imag = product.reshape(size, size, 2, 4, q, q).transpose(2, 3, 0, 4, 1, 5)
         ahead = np.exp(1j * reduced.harmonics * reduced.problem.phase)[:, None]

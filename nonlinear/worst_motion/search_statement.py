@@ -109,9 +109,11 @@ def unresolved(curve: ResponseCurve, departures: Sequence[Departure], left_out: 
             failed.setdefault(each.failure, []).append(each.frequency_hz)
     found += [f"time integration at {_list(places)} {failure}" for failure, places in failed.items()]
     unsettled = [each for each in departures if each.motion and not (each.motion.settled or each.falls)]
-    restless = {each.frequency_hz: each.motion.periods for each in unsettled if each.motion}
+    restless = {each.frequency_hz: each.motion for each in unsettled if each.motion}
     if restless:
-        found.append(f"not settled within {max(restless.values())} periods at {_list(restless)}")
+        periods = max(motion.periods for motion in restless.values())
+        highest = max(motion.amplitude_m for motion in restless.values())
+        found.append(f"not settled within {periods} periods at {_list(restless)}, up to {highest:.3g} m until then")
     return "; ".join(found)
 
 

@@ -11,6 +11,7 @@ from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import Place, UnstableStretch, stable_amplitudes
 
 BLADE_PERIODS = 5000  # periods times blades that are integrated for a curve
+ONE_START = 3500  # of these for one start: what a large ring takes is left for the others
 MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
 FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
 FALLING = 0.05  # relative fall of a motion that is still falling
@@ -48,8 +49,13 @@ class Departure:
 
     @property
     def new_height(self) -> float:
-        """Amplitude of a motion that is no stable solution of the branches, m; 0 otherwise."""
-        return 0.0 if self.motion is None or self.known or self.falls else self.motion.amplitude_m
+        """Amplitude of a motion that is no stable solution of the branches, m; 0 otherwise.
+
+        A motion that has not settled may be a transient, which says nothing of what persists: 0 too.
+        """
+        if self.motion is None or self.known or self.falls or not self.motion.settled:
+            return 0.0
+        return self.motion.amplitude_m
 
 
 @dataclass
@@ -126,7 +132,7 @@ class DepartureSearch:
         frequency_hz = float(self.branches[place[0]].frequency_hz[place[1]])
         floor = FLOOR * self.height_m
         try:
-            motion = self.integrate(place, self.blade_periods, floor)
+            motion = self.integrate(place, min(self.blade_periods, ONE_START), floor)
         except ArithmeticError as error:
             return Departure(place, frequency_hz, None, failure=f"failed: {error}")
         if motion is None:

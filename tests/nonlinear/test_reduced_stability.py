@@ -75,6 +75,16 @@ def test_contact_of_both_faces_gives_that_of_every_kappa(law):
         assert faces.at(kappa) == pytest.approx(direct, abs=1e-12 * np.abs(direct).max())
 
 
+def test_open_contacts_leave_the_poles_of_the_blade():
+    """No node touches: the scan finds what the blade has without contact."""
+    analysis, point, contact = case()
+    open_point = PointContact(np.zeros_like(point.jacobian), OMEGA, None)
+    scan = PatternScan(analysis.problem, contact, N_BLADES)
+    found = scan.eigenvalues(open_point)
+    least = analysis.problem.modal.damping.min()  # 2 zeta omega
+    assert found[0][0].real * OMEGA == pytest.approx(-least / 2.0, rel=1e-6)
+
+
 def test_opposite_kappa_is_mirrored():
     """The slice around -i c at -kappa, against its own matrices."""
     analysis, point, contact = case()

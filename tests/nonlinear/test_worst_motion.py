@@ -170,8 +170,15 @@ def test_what_is_left_open_is_said():
     main = curve_of(SEVEN, HILL, [True] * 7, *unstable, complete=False)
     integrate, _ = ring_to(15.0, settled=False)
     worst = worst_of(main, OPTIONS, 72, integrate)
-    for said in ("incomplete", "2 unstable parts", "up to 21 m", "not settled within 300 periods at 1.7 Hz"):
+    for said in (
+        "incomplete",
+        "2 unstable parts",
+        "up to 21 m",
+        "not settled within 300 periods at 1.7 Hz",
+        "up to 15 m",
+    ):
         assert said in worst.unresolved
+    assert worst.amplitude_m == 9.0  # a transient is no motion that persists
     without = worst_of(main, replace(OPTIONS, time_integration=False), 72, None, "switched off")
     assert without.amplitude_m == 9.0
     assert f"{len(tops)} unstable parts" in without.unresolved
