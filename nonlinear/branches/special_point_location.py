@@ -143,7 +143,9 @@ class _Bracket(NamedTuple):
     def _zero_of_parabola(self) -> float:
         """Zero of the arc length as a parabola of the rate through three points; NaN where it may not be monotonic.
 
-        The condition is that of T. R. Chandrupatla, Advances in Engineering Software 28, 1997, pp. 145-149.
+        The condition is that of T. R. Chandrupatla, Advances in Engineering Software 28, 1997, pp. 145-149, but for
+        the order of the ends: first comes the one whose rate is farther from the third, which took fewest steps on
+        the curve tried. Where the parabola misses the zero, the bracket still holds it.
         """
         (a, rate_a), (b, rate_b), (c, rate_c) = self.left, self.right, self.third
         if not (rate_c - rate_a) * (rate_c - rate_b) > 0.0:
