@@ -24,10 +24,10 @@ NODES = 5  # kappas between 0 and pi at which the matrices are formed
 NEGLIGIBLE = 6e-3  # flexibility times contact stiffness that is left out
 UNKNOWNS = 120  # harmonics times modes
 # distances in units of omega
-WIDTH = 1.0 / 3.0  # of the slices of the strip
+WIDTH = 0.5  # of the slices of the strip
 OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
-ABOVE = 0.8  # from the middle of a slice: poles that far away are condensed, as contacts move them farther
-MARGIN = 0.3  # the same on the other side, beyond the largest rise of a natural frequency by the contacts
+ABOVE = 0.9  # from the middle of a slice: poles that far away are condensed, as contacts move them farther
+MARGIN = 0.4  # the same on the other side, beyond the largest rise of a natural frequency by the contacts
 FARTHEST = 2.0
 NEAREST = 0.5  # a condensed pole nearer than that has a flexibility without derivative
 
@@ -73,7 +73,7 @@ class SliceMatrices:
 class PatternScan:
     """Eigenvalues of the perturbations of all nodal diameters k = 1 .. N_b / 2, from few modes.
 
-    The strip is cut into slices, and around the middle of each the slider memory is linearised, and the poles are
+    The strip is cut into two slices, and around the middle of each the slider memory is linearised, and the poles are
     retained that may come there.
 
     Attributes
@@ -129,17 +129,10 @@ class PatternScan:
     def _slices(self, contact: PointContact) -> list[tuple[float, SliceMatrices]]:
         """Middle and matrices of the slices, at all nodes."""
         reduced, static = self._reduced.at(contact.omega), self.problem.static
-        half = _slice(reduced, contact, 0.0, self._interpolation.kappas[: self.nodes], self.contact)
-        other = half.mirrored(static)
-        whole = SliceMatrices(
-            half.retained,
-            np.concatenate([half.matrix, other.matrix]),
-            np.concatenate([half.descriptor, other.descriptor]),
-        )
-        upper = _slice(reduced, contact, WIDTH, self._interpolation.kappas, self.contact)
+        upper = _slice(reduced, contact, WIDTH / 2.0, self._interpolation.kappas, self.contact)
         lower = upper.mirrored(static)  # at -kappa: the nodes of the two signs change places
         matrix, descriptor = (np.roll(part, self.nodes, axis=0) for part in (lower.matrix, lower.descriptor))
-        return [(0.0, whole), (WIDTH, upper), (-WIDTH, SliceMatrices(lower.retained, matrix, descriptor))]
+        return [(WIDTH / 2.0, upper), (-WIDTH / 2.0, SliceMatrices(lower.retained, matrix, descriptor))]
 
 
 def _slice(
