@@ -18,7 +18,6 @@ from nonlinear.stability.full_scan import FullScan
 from nonlinear.stability.hill import HillProblem, Memory
 from nonlinear.stability.pattern_scan import PatternScan
 from nonlinear.stability.point_contact import PointContact
-from nonlinear.stability.reduced_refinement import ReducedRefinement
 from rom import ModalModel
 
 SCAN_ERROR = 0.005  # of an eigenvalue that leads a scan, in units of omega, before it is refined
@@ -194,10 +193,6 @@ class RingStability:
     def _full_scan(self) -> FullScan:
         return FullScan(self.wave.problem, self.n_blades)
 
-    @cached_property
-    def _refinement(self) -> ReducedRefinement:
-        return ReducedRefinement(self.wave.problem, self.wave.sampler.parameters)
-
     def _refined(
         self, contact: LinearisedContact, memory: Memory | None, sigma: complex, k: int
     ) -> PatternExponent | None:
@@ -216,12 +211,12 @@ class RingStability:
         self, contact: LinearisedContact, memory: Memory | None, sigma: complex, k: int
     ) -> tuple[complex | None, bool]:
         """The eigenvalue in few modes, and whether it is exact; `sigma` itself where they are of no use."""
-        if not self._refinement.applies(contact.omega):
+        if not self.wave.refinement.applies(contact.omega):
             return sigma, False
         point = PointContact(contact.jacobian, contact.omega, memory)
         kappa = 2.0 * np.pi * k / self.n_blades
-        found = self._refinement.converged(point, kappa, sigma)
-        return found or self._refinement.converged(point, kappa, sigma + OFF_AXIS) or (None, True)
+        found = self.wave.refinement.converged(point, kappa, sigma)
+        return found or self.wave.refinement.converged(point, kappa, sigma + OFF_AXIS) or (None, True)
 
 
 def largest_nodal_diameter(modal: ModalModel) -> int:
