@@ -6,6 +6,7 @@ A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, Wiley, 1995.
 A. Ruhe, Algorithms for the nonlinear eigenvalue problem, SIAM Journal on Numerical Analysis 10(4), 1973.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -173,7 +174,7 @@ def _in_strip(sigma: ComplexArray, omega: float) -> ComplexArray:
 
 def _eigenvalues_by_slices(problem: HillEigenproblem | ReducedWave, width: float) -> ComplexArray:
     """Eigenvalues in the strip, slice by slice; of two that come near each other at a border one is taken."""
-    inside, beside, last = [], [], round(0.5 / width)
+    inside, beside, last = [], [], math.ceil(0.5 / width - 0.51)
     for centre in width * np.arange(0 if problem.conjugate_pairs else -last, last + 1):
         values = problem.eigenvalues(1j * float(centre) if centre else 0.0)
         distance = np.abs(values.imag - centre)

@@ -20,11 +20,11 @@ from nonlinear.stability.kappa_interpolation import KappaInterpolation
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
 
-NODES = 5  # kappas between 0 and pi at which the matrices are formed
+NODES = 4  # kappas between 0 and pi at which the matrices are formed
 NEGLIGIBLE = 6e-3  # flexibility times contact stiffness that is left out
 UNKNOWNS = 120  # harmonics times modes
 # distances in units of omega
-WIDTH = 0.5  # of the slices of the strip
+WIDTH = 1.0 / 3.0  # of the slices of the strip
 OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
 
 
@@ -69,7 +69,7 @@ class SliceMatrices:
 class PatternScan:
     """Eigenvalues of the perturbations of all nodal diameters k = 1 .. N_b / 2, from few modes.
 
-    The strip is cut into two slices, and around the middle of each the slider memory is linearised, and the poles are
+    The strip is cut into slices, and around the middle of each the slider memory is linearised, and the poles are
     retained that may come there.
 
     Attributes
@@ -125,10 +125,17 @@ class PatternScan:
     def _slices(self, contact: PointContact) -> list[tuple[float, SliceMatrices]]:
         """Middle and matrices of the slices, at all nodes."""
         reduced, static = self._reduced.at(contact.omega), self.problem.static
-        upper = _slice(reduced, contact, WIDTH / 2.0, self._interpolation.kappas, self.contact)
+        half = _slice(reduced, contact, 0.0, self._interpolation.kappas[: self.nodes], self.contact)
+        other = half.mirrored(static)
+        whole = SliceMatrices(
+            half.retained,
+            np.concatenate([half.matrix, other.matrix]),
+            np.concatenate([half.descriptor, other.descriptor]),
+        )
+        upper = _slice(reduced, contact, WIDTH, self._interpolation.kappas, self.contact)
         lower = upper.mirrored(static)  # at -kappa: the nodes of the two signs change places
         matrix, descriptor = (np.roll(part, self.nodes, axis=0) for part in (lower.matrix, lower.descriptor))
-        return [(WIDTH / 2.0, upper), (-WIDTH / 2.0, SliceMatrices(lower.retained, matrix, descriptor))]
+        return [(0.0, whole), (WIDTH, upper), (-WIDTH, SliceMatrices(lower.retained, matrix, descriptor))]
 
 
 def _slice(

@@ -20,8 +20,8 @@ from nonlinear.stability.reduced_modes import reduced_modes
 from rom import ModalModel, relative_contact_motion
 
 # distances in units of omega, of the poles retained around the middle of a slice of the strip
-ABOVE = 0.9  # poles that far above it are condensed, as contacts move them farther
-MARGIN = 0.4  # the same below it, beyond the largest rise of a natural frequency by the contacts
+ABOVE = 0.8  # poles that far above it are condensed, as contacts move them farther
+MARGIN = 0.3  # the same below it, beyond the largest rise of a natural frequency by the contacts
 FARTHEST = 2.0
 NEAREST = 0.5  # a condensed pole nearer than that has a flexibility without derivative
 

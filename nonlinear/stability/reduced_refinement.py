@@ -92,9 +92,8 @@ class ModalPencil:
 
     def nearest_of_all(self) -> complex:
         """The eigenvalue next to the shift of those that the states of the retained poles have."""
-        inputs, outputs = self._memory
         contact = self.contact.matrix(self.shift)
-        values = CondensedLoop.closed(self.poles, contact, inputs @ outputs, self.shift).eigenvalues()
+        values = CondensedLoop.closed(self.poles, contact, self._memory, self.shift).eigenvalues()
         return complex(values[np.argmin(np.abs(values - self.shift))])
 
     def left_vector(self, x: ComplexArray) -> tuple[ComplexArray, bool]:

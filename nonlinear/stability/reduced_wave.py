@@ -34,8 +34,7 @@ class ReducedWave:
         centre = complex(shift).imag
         retained = reduced.near(self.refinement.contact, omega, centre)
         poles = reduced.condensed_around(centre, retained, omega)
-        inputs, outputs = self._modal.derivative(shift)
-        loop = CondensedLoop.closed(poles, self._modal.matrix(shift), inputs @ outputs)
+        loop = CondensedLoop.closed(poles, self._modal.matrix(shift), self._modal.derivative(shift))
         return loop.eigenvalues() + 1j * centre
 
     def converged(self, value: complex) -> tuple[complex, bool] | None:
