@@ -120,10 +120,13 @@ class FloquetAnalysis:
         wave = ReducedWave(self.refinement, contact)
 
         def refined(value: complex) -> complex | None:
-            value, exact = wave.converged(value) or (None, True)
-            if value is None or (exact and abs(value) > SAME):
-                return value
-            return converged(self.problem.eigenproblem(contact.jacobian, contact.omega, contact.memory), value)
+            found = wave.converged(value)
+            if found is None:
+                return None
+            if found[1] and abs(found[0]) > SAME:
+                return found[0]
+            # the sign of a real exponent next to zero is that of all modes
+            return converged(self.problem.eigenproblem(contact.jacobian, contact.omega, contact.memory), found[0])
 
         sigma = _eigenvalues_by_slices(wave, WIDE_SLICE)
         doubtful = sigma.real > -IN_DOUBT
