@@ -23,6 +23,7 @@ from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
 NODES = 4  # kappas between 0 and pi at which the matrices are formed
 NEGLIGIBLE = 6e-3  # flexibility times contact stiffness that is left out
 UNKNOWNS = 120  # harmonics times modes
+LEAST = 2  # residual modes
 # distances in units of omega
 WIDTH = 1.0 / 3.0  # of the slices of the strip
 OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
@@ -91,7 +92,7 @@ class PatternScan:
 
     @cached_property
     def _reduced(self) -> ReducedProblems:
-        return ReducedProblems(self.problem, self.contact, NEGLIGIBLE, UNKNOWNS)
+        return ReducedProblems(self.problem, self.contact, NEGLIGIBLE, UNKNOWNS, LEAST)
 
     @cached_property
     def _interpolation(self) -> KappaInterpolation:

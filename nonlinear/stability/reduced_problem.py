@@ -16,7 +16,7 @@ from nonlinear.stability.condensed_loop import CondensedPoles
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.modal_condensation import ContactFreeModel, poles_and_residues
 from nonlinear.stability.point_contact import in_harmonics
-from nonlinear.stability.reduced_modes import reduced_modes
+from nonlinear.stability.reduced_modes import LEAST, reduced_modes
 from rom import ModalModel, relative_contact_motion
 
 # distances in units of omega, of the poles retained around the middle of a slice of the strip
@@ -173,12 +173,15 @@ class ReducedProblems:
         Flexibility of the contact faces times their stiffness that may be left out.
     unknowns : int
         Number of unknowns, harmonics times modes, that is not passed for that.
+    least : int
+        Least number of residual modes.
     """
 
     problem: HillProblem
     contact: ContactParameters
     negligible: float
     unknowns: int
+    least: int = LEAST
     _known: dict[int, ReducedProblem] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def at(self, omega: float) -> ReducedProblem:
@@ -194,5 +197,6 @@ class ReducedProblems:
         kept = int(np.count_nonzero(p.modal.angular_frequency <= highest))
         if kept not in self._known:
             most = self.unknowns // (2 * p.n_harmonics + 1) - kept
-            self._known[kept] = ReducedProblem(p, *reduced_modes(p.modal, self.contact, kept, self.negligible, most))
+            reduced = reduced_modes(p.modal, self.contact, kept, self.negligible, most, self.least)
+            self._known[kept] = ReducedProblem(p, *reduced)
         return self._known[kept]
