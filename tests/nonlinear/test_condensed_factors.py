@@ -64,17 +64,28 @@ def test_solutions_and_signs_are_those_of_the_full_matrix(stiffness, normal, met
     assert condensed >= 6  # a state near a singular one has dense factors
 
 
-@pytest.mark.parametrize("stiffness", [40.0, 4000.0])
-def test_stiff_contacts_have_dense_factors(stiffness):
-    """All receptance counts there: few interface modes do not hold it."""
-    state = linearised(stiffness)
-    column, row, corner = random_border(state.residual.size, 1)
-    factors = state.factorise(column, row, corner)
-    assert isinstance(factors, DenseFactors)
-    matrix = np.block([[state.jacobian, column[:, None]], [row, corner]])
-    found, last = factors.solve(-column, 0.5)
-    assert matrix @ np.append(found, last) == pytest.approx(np.append(-column, 0.5), abs=1e-9)
-    assert factors.sign == np.linalg.slogdet(matrix)[0]
+@pytest.mark.parametrize(("stiffness", "kind"), [(40.0, CondensedFactors), (4000.0, DenseFactors)])
+def test_stiff_contacts_are_condensed_while_the_iteration_converges(stiffness, kind):
+    """The iteration matrix is far from normal there: its norm is above 1, its eigenvalues are below."""
+    for seed in range(3):
+        state = linearised(stiffness, seed=seed)
+        column, row, corner = random_border(state.residual.size, seed + 1)
+        factors = state.factorise(column, row, corner)
+        matrix = np.block([[state.jacobian, column[:, None]], [row, corner]])
+        found, last = factors.solve(-column, 0.5)
+        expected = np.linalg.solve(matrix, np.append(-column, 0.5))
+        assert np.append(found, last) == pytest.approx(expected, abs=1e-8 * np.linalg.norm(expected))
+        assert factors.sign == np.linalg.slogdet(matrix)[0]
+        assert isinstance(factors, kind)
+        if kind is CondensedFactors:
+            iteration = iteration_matrix(factors, matrix)
+            assert np.linalg.norm(iteration, 2) > 1.0 > np.abs(np.linalg.eigvals(iteration)).max()
+
+
+def iteration_matrix(factors, matrix):
+    """M = I - P^-1 B, with P^-1 column by column."""
+    images, last = factors._condensed_solution(matrix[:-1], matrix[-1])
+    return np.eye(len(matrix)) - np.vstack([images, last])
 
 
 def test_stiffness_of_the_nodes_is_the_force_jacobian():
