@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pipeline.output_paths import output_path
+from pipeline.process.garbage_collection import collect_rarely
 from pipeline.process.streams import flush_stdout, prepare_streams
 from pipeline.stages.stage_names import Stage
 from pipeline.terminal import print_error, print_notes, print_outcome, print_problems, print_verification
@@ -308,6 +309,7 @@ def _json(values: dict[str, Any]) -> str:
 
 def main() -> None:
     """Entry point: exit status 0 all computed, 1 something not reached, 2 bad input, 128 + a signal's number."""
+    collect_rarely()
     prepare_streams()
     status = command(sys.argv[1:])
     error = flush_stdout()
