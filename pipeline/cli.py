@@ -423,9 +423,11 @@ def _stoppable() -> Iterator[Interrupts]:
 
 def _finish(request: Request, quiet: bool, as_json: bool) -> None:
     """Execute, print the results, and exit with the status that stands for them."""
+    from pipeline.process.deferred_modules import defer_unused
     from pipeline.process.progress import Reporter
     from pipeline.run import execute
 
+    defer_unused()
     with _stoppable() as interrupts:
         outcome = execute(request, Reporter(quiet, interrupts=interrupts))
     print_outcome(request, outcome, quiet, as_json)

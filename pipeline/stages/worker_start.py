@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from pipeline.process.deferred_modules import defer_unused
 from pipeline.process.garbage_collection import loading
 from pipeline.process.workers import Call, Workers
 from pipeline.stages.cache_keys import curve_key, model_keys
@@ -31,6 +32,7 @@ def start_workers(run: Run, pool: Workers) -> None:
 def prepare(cases: Sequence[tuple[str, str]], figures: bool) -> None:
     """In a worker: load what curves with these friction laws and integrations need, and what figures need."""
     with loading():
+        defer_unused()
         for law, integration in cases:
             warm_up(law, integration)
         if figures:
