@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pipeline.output_paths import output_path
+from pipeline.process.garbage_collection import collect_rarely
 from pipeline.process.streams import flush_stdout, prepare_streams
 from pipeline.stages.stage_names import Stage
 from pipeline.terminal import print_error, print_notes, print_outcome, print_problems, print_verification
@@ -324,6 +325,7 @@ def _json(values: dict[str, Any]) -> str:
 
 def main() -> None:
     """Entry point: exit status 0 all computed, 1 something not reached, 2 bad input, 128 + a signal's number."""
+    collect_rarely()
     prepare_streams()
     status = command(sys.argv[1:])
     error = flush_stdout()
@@ -421,9 +423,11 @@ def _stoppable() -> Iterator[Interrupts]:
 
 def _finish(request: Request, quiet: bool, as_json: bool) -> None:
     """Execute, print the results, and exit with the status that stands for them."""
+    from pipeline.process.deferred_modules import defer_unused
     from pipeline.process.progress import Reporter
     from pipeline.run import execute
 
+    defer_unused()
     with _stoppable() as interrupts:
         outcome = execute(request, Reporter(quiet, interrupts=interrupts))
     print_outcome(request, outcome, quiet, as_json)

@@ -12,7 +12,7 @@ from pipeline.process.progress import Reporter
 from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member
 from pipeline.stages.curve_file import CURVE
-from pipeline.stages.curve_summary import CurveSummary, read_summary
+from pipeline.stages.curve_summary import CurveSummary, kept_summary
 from pipeline.stages.solve_curve import Progress, solve_curve
 from pipeline.stages.worker_count import longest_first, worker_count
 from pipeline.store.content_store import Store
@@ -123,10 +123,7 @@ class CurveSolver:
 
 def result_from_file(item: CurveJob, file: Path, ran: bool = False) -> CurveResult:
     """The curve in a file of the store."""
-    import h5py
-
-    with h5py.File(file, "r") as source:
-        facts = read_summary(source)
+    facts = kept_summary(file)
     return CurveResult(item.member, item.rom, file, facts, facts.reason, ran)
 
 

@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import shutil
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 from pipeline_support import SMALL, ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
 from geometry import import_sector
+from pipeline.stages.curve_summary import kept_summary
 from rom import read_reduced_model
 
 POINT_COLUMNS = [
@@ -90,6 +92,16 @@ def test_csv_and_hdf5_hold_the_same_points(finished: Path) -> None:
             )
             for name in POINT_COLUMNS:
                 np.testing.assert_array_equal([float(row[name]) for row in mine], group[name][()], err_msg=name)
+
+
+def test_a_summary_beside_its_curve_is_that_of_the_file(finished: Path, tmp_path: Path) -> None:
+    """Types included, and nan where there is no number."""
+    files = [*(finished / "store" / "curve").glob("*/curve.h5")]
+    assert files
+    for file in files:
+        assert file.with_suffix(".json").is_file()
+        alone = Path(shutil.copy(file, tmp_path))
+        assert repr(kept_summary(file)) == repr(kept_summary(alone))
 
 
 def test_hdf5_holds_the_coefficients(finished: Path) -> None:
