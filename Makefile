@@ -29,7 +29,7 @@ $(VENV)/.installed: pyproject.toml
 	@$(PYTHON) pipeline/bootstrap.py
 	@echo "setting up $(VENV), once: packages, then kernels compiled"
 	@$(PYTHON) -m venv $(VENV)
-	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[cholmod,uff,docs,dev]'
+	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[cholmod,uff,distributed,docs,dev]'
 	-@$(BIN)/shroud warm-up --quiet
 	@touch $@
 

@@ -51,7 +51,7 @@ def test_the_wheel_holds_the_four_packages_and_nothing_else(wheel: Path) -> None
     assert names == here
     assert wheel.stat().st_size < 2_000_000
     assert "Requires-Python: >=3.11" in said
-    for extra in ("cholmod", "uff", "docs", "dev"):
+    for extra in ("cholmod", "uff", "distributed", "docs", "dev"):
         assert f"Provides-Extra: {extra}" in said
 
 
