@@ -105,8 +105,8 @@ def run(
 
     file = read_scene(scene)
     target = out or Path("out") / file.first.name
-    place = {"scheduler": scheduler, "cluster": cluster}
-    _finish(Request(file, target, until.value if until else None, force, jobs, **place), quiet, as_json)
+    last = until.value if until else None
+    _finish(Request(file, target, last, force, jobs, None, scheduler, cluster), quiet, as_json)
 
 
 @app.command()

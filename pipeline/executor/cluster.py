@@ -46,6 +46,7 @@ class _Job:
     needed: tuple[str, ...] = ()  # hashes of files that the worker of the last attempt does not have
     preferred: str = ""  # that worker
     avoided: frozenset[str] = frozenset()  # workers with a full disk
+    only: set[str] = field(default_factory=set)  # the workers that are left then
     key: str = ""
 
     def __lt__(self, other: _Job) -> bool:
@@ -161,7 +162,11 @@ class ClusterExecutor:
 
     def _fill(self) -> None:
         """Send as many tasks as the workers need."""
-        while self._waiting and len(self._running) < _AHEAD * self.count and self._workers:
+        assert self._cluster is not None
+        client = self._cluster.client
+        while self._waiting and self._workers and len(self._running) < _AHEAD * self.count:
+            if client.status != "running":  # the way to the scheduler is interrupted
+                return
             job = heapq.heappop(self._waiting)
             try:
                 self._send(job)
@@ -179,8 +184,9 @@ class ClusterExecutor:
         contents = {content: path.read_bytes() for content, path in paths.items()}
         parcel = Parcel(self._topic, self._pickled, job.task.function, job.names, job.task.args, contents)
         job.key, job.worker = f"{job.task.function.__name__.strip('_')}-{uuid.uuid4().hex}", ""
-        where: dict[str, Any] = {"workers": sorted(self._workers - job.avoided)} if job.avoided else {}
-        if job.preferred in self._workers:
+        job.only = self._workers - job.avoided if job.avoided else set()
+        where: dict[str, Any] = {"workers": sorted(job.only)} if job.only else {}
+        if job.preferred in self._workers and not job.only:
             where = {"workers": [job.preferred], "allow_other_workers": True}
         future = self._cluster.client.submit(run_parcel, parcel, self._expected, key=job.key, pure=False, **where)
         self._running[job.key] = job, future
@@ -284,11 +290,13 @@ class ClusterExecutor:
             self._workers.discard(worker)
             self._known.pop(worker, None)
             self._look_at_workers()
-            lost = [job for job, _ in self._running.values() if job.worker == worker or job.preferred == worker]
-            for job in lost:
-                job.preferred = ""
+            for job in [job for job, _ in self._running.values()]:
                 if job.worker == worker and not event.get("expected") and self._lose(job, worker):
                     yield job
+                elif job.only == {worker}:  # the scheduler would wait for it for ever
+                    self._running.pop(job.key)[1].cancel(force=True)
+                    self._again(job)
+                job.only.discard(worker)
 
     def _lose(self, job: _Job, worker: str) -> bool:
         """The worker of a job is lost: whether that was the last attempt. The scheduler has begun it again."""

@@ -72,7 +72,8 @@ def connected(scheduler: str | None, cluster: str | None, scratch: Path) -> Clus
     except ImportError:
         allowed = "after `pip install 'shroud[distributed]'`"
         raise input_error(option, "", "needs dask.distributed, which is not installed", allowed) from None
-    logging.getLogger("distributed").setLevel(_SILENT)
+    for name in [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]:
+        logging.getLogger(name).setLevel(_SILENT)
     if cluster is not None:
         own = _started(local_workers(cluster), scratch)
         return Cluster(Client(own, set_as_default=False), own, "on this machine")
