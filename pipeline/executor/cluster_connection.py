@@ -5,14 +5,14 @@ from __future__ import annotations
 import importlib.util
 import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, input_error, reason_of
 from pipeline.executor.cluster_address import CLUSTER, SCHEDULER, local_workers, scheduler_address
-from pipeline.executor.cluster_task import other_versions, versions_here
+from pipeline.executor.cluster_task import WorkerFacts, described, other_versions
 from pipeline.process.interrupts import kept_from_children
 
 if TYPE_CHECKING:
@@ -104,25 +104,23 @@ def check_workers(
         There is no worker, or one cannot be used.
     """
     _wait(cluster, check, say)
-    found: dict[str, Any] = cluster.client.run(versions_here, preparation, on_error="return")
+    found: dict[str, Any] = cluster.client.run(described, preparation, on_error="return")
     processors = 0
-    for worker, versions in sorted(found.items()):
-        if not isinstance(versions, dict):
-            raise InputError(f"worker {worker}: cannot run this program: {reason_of(versions)}")
-        if (line := version_line(worker, expected, versions)) is not None:
+    for worker, facts in sorted(found.items()):
+        if not isinstance(facts, WorkerFacts):
+            raise InputError(f"worker {worker}: cannot run this program: {reason_of(facts)}")
+        if (line := version_line(worker, expected, facts.versions)) is not None:
             raise InputError(line)
-        processors += versions.get("processor") != expected.get("processor")
+        if facts.threads != 1:
+            several = f"runs {facts.threads} tasks at the same time"
+            raise input_error(f"worker {worker}", "", several, "one: start it with --nthreads 1")
+        processors += facts.versions.get("processor") != expected.get("processor")
     if processors:
         say(
             f"warning: {processors} of {len(found)} workers have another processor, C library or arithmetic settings "
             "than this machine: results may differ in their last digits"
         )
-    workers: dict[str, Any] = cluster.client.scheduler_info(n_workers=-1)["workers"]
-    for address, info in sorted(workers.items()):
-        if info["nthreads"] != 1:
-            found_threads = f"runs {info['nthreads']} tasks at the same time"
-            raise input_error(f"worker {address}", "", found_threads, "one: start it with --nthreads 1")
-    say(_description(cluster, workers))
+    say(_description(cluster, [facts.memory for facts in found.values()]))
 
 
 def version_line(worker: str, expected: Mapping[str, str], found: Mapping[str, str]) -> str | None:
@@ -174,14 +172,14 @@ def _wait(cluster: Cluster, check: Callable[[], None], say: Callable[[str], None
         time.sleep(_PAUSE)
 
 
-def _description(cluster: Cluster, workers: Mapping[str, Any]) -> str:
-    limits = [info["memory_limit"] for info in workers.values()]
+def _description(cluster: Cluster, limits: Sequence[int]) -> str:
+    """What there is; `limits`: bytes of memory that each worker may use, 0 where that is not bounded."""
     if not all(limits):
         memory = "memory not bounded"
     else:
         least, most = (f"{limit / 1e9:.3g}" for limit in (min(limits), max(limits)))
         memory = f"at most {most} GB of memory each" if least == most else f"at most {least} to {most} GB of memory"
-    number = f"{len(workers)} worker{'s' if len(workers) > 1 else ''}"
+    number = f"{len(limits)} worker{'s' if len(limits) > 1 else ''}"
     link = cluster.client.dashboard_link if _has_dashboard() else ""
     dashboard = f"; dashboard {link}" if link and "None" not in link else ""
     return f"{number} {cluster.name}: one task and one BLAS thread each, {memory}{dashboard}"

@@ -132,6 +132,31 @@ def other_versions(expected: Mapping[str, str], found: Mapping[str, str]) -> dic
     return {name: found.get(name, "absent") for name in names if expected.get(name) != found.get(name)}
 
 
+@dataclass(frozen=True)
+class WorkerFacts:
+    """What a worker is.
+
+    Attributes
+    ----------
+    versions : mapping of str to str
+        Versions of what decides numbers.
+    threads : int
+        Number of tasks that it runs at the same time.
+    memory : int
+        Bytes that it may use, 0 where that is not bounded.
+    """
+
+    versions: Mapping[str, str]
+    threads: int
+    memory: int
+
+
+def described(preparation: bytes, dask_worker: Any) -> WorkerFacts:
+    """What the worker is that calls this."""
+    memory = int(dask_worker.memory_manager.memory_limit or 0)
+    return WorkerFacts(versions_here(preparation), dask_worker.state.nthreads, memory)
+
+
 @cache
 def versions_here(preparation: bytes) -> Mapping[str, str]:
     """Versions of what decides numbers in this process."""
