@@ -70,6 +70,12 @@ JobsOption = Annotated[
         "--jobs", min=1, max=MOST_JOBS, help="Curves solved at once; one for each core by default, if worth it."
     ),
 ]
+SchedulerOption = Annotated[
+    str | None, typer.Option("--scheduler", metavar="ADDRESS", help="A cluster to use: tcp://HOST:PORT or its file.")
+]
+ClusterOption = Annotated[
+    str | None, typer.Option("--cluster", metavar="local:N", help="A cluster of N workers to start on this machine.")
+]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else on stdout.")]
 
@@ -102,6 +108,9 @@ def run(
     jobs: JobsOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
+    *,
+    scheduler: SchedulerOption = None,
+    cluster: ClusterOption = None,
 ) -> None:
     """Run a scene, recomputing only what has changed."""
     from pipeline.scene.reading import read_scene
@@ -109,7 +118,8 @@ def run(
 
     file = read_scene(scene)
     target = out or Path("out") / file.first.name
-    _finish(Request(file, target, until.value if until else None, force, jobs), quiet, as_json)
+    last = until.value if until else None
+    _finish(Request(file, target, last, force, jobs, None, scheduler, cluster), quiet, as_json)
 
 
 @app.command()
@@ -121,13 +131,17 @@ def respond(
     jobs: JobsOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
+    *,
+    scheduler: SchedulerOption = None,
+    cluster: ClusterOption = None,
 ) -> None:
     """Run the nonlinear stage alone, on any reduced model; the scene needs no blade."""
     from pipeline.scene.reading import read_scene
     from pipeline.stages.request import Request
 
     file = read_scene(scene, given_model=True)
-    _finish(Request(file, out or Path("out") / file.first.name, None, force, jobs, rom), quiet, as_json)
+    target = out or Path("out") / file.first.name
+    _finish(Request(file, target, None, force, jobs, rom, scheduler, cluster), quiet, as_json)
 
 
 @app.command()
@@ -168,9 +182,12 @@ def report(
     jobs: JobsOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
+    *,
+    scheduler: SchedulerOption = None,
+    cluster: ClusterOption = None,
 ) -> None:
     """Run a scene and write one self-contained page about it: report.html in the output folder."""
-    run(scene, out, Stage.REPORT, force, jobs, quiet, as_json)
+    run(scene, out, Stage.REPORT, force, jobs, quiet, as_json, scheduler=scheduler, cluster=cluster)
 
 
 @app.command()
@@ -340,7 +357,7 @@ def command(arguments: list[str]) -> int:
     """Run one command line; returns its exit status. Errors of any kind are one line on stderr."""
     from typer.exceptions import Abort, Exit, TyperException
 
-    from pipeline.errors import InputError, advice_on, reason_of
+    from pipeline.errors import ExecutorLost, InputError, advice_on, reason_of
     from pipeline.process.interrupts import Stopped
     from pipeline.store.disk_errors import StorageError
 
@@ -358,7 +375,7 @@ def command(arguments: list[str]) -> int:
     except InputError as error:
         print_error(str(error))
         return BAD_INPUT
-    except StorageError as error:
+    except (StorageError, ExecutorLost) as error:
         print_error(str(error))
         return NOT_REACHED
     except (KeyboardInterrupt, Abort):

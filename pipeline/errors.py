@@ -22,6 +22,10 @@ class InputError(Exception):
     """Bad input; the message names the file, the dotted key, the value found and the values allowed."""
 
 
+class ExecutorLost(Exception):
+    """No further task can run: the scheduler or all workers are gone, or a worker has another version."""
+
+
 class StageError(Exception):
     """A stage that could not compute its result.
 

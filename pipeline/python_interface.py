@@ -23,6 +23,8 @@ def run_scene(
     force: bool = False,
     jobs: int = 1,
     quiet: bool = True,
+    scheduler: str | None = None,
+    cluster: str | None = None,
 ) -> Results:
     """Run a scene like `shroud run`, recomputing only what has changed.
 
@@ -44,6 +46,11 @@ def run_scene(
         `if __name__ == "__main__":`.
     quiet : bool
         Whether nothing is printed; otherwise progress goes to stderr.
+    scheduler : str
+        A cluster of dask.distributed to solve the curves on: the address of its scheduler, tcp://HOST:PORT, or its
+        scheduler file.
+    cluster : str
+        "local:N" starts a cluster of N workers on this machine for this run; the calling script needs the same line.
 
     Returns
     -------
@@ -53,7 +60,10 @@ def run_scene(
     Raises
     ------
     InputError
-        The scene or the reduced model is not usable, the folder cannot be written, or `until` is no stage.
+        The scene or the reduced model is not usable, the folder cannot be written, `until` is no stage, or there is
+        no such cluster.
+    ExecutorLost
+        The scheduler, or every worker, is lost; what is done is kept.
 
     Notes
     -----
@@ -69,5 +79,6 @@ def run_scene(
         raise input_error("until", "", shown(until), ", ".join(Stage))
     file = scene if isinstance(scene, SceneFile) else read_scene(scene, given_model=rom is not None)
     folder = Path("out") / file.first.name if out is None else output_path(out, "out")
-    execute(Request(file, folder, until, force, jobs, None if rom is None else Path(rom)), Reporter(quiet))
+    given, own = None if rom is None else Path(rom), jobs if scheduler is None and cluster is None else None
+    execute(Request(file, folder, until, force, own, given, scheduler, cluster), Reporter(quiet))
     return read_results(folder)

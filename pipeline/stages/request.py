@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pipeline.executor.task import Executor
 from pipeline.process.progress import Reporter
 from pipeline.scene.reading import SceneFile
 from pipeline.stages.respond import CurveResult
@@ -32,6 +33,10 @@ class Request:
         Curves solved at the same time; None: as many as the cores, where the work is worth it.
     rom : Path or None
         Reduced model from elsewhere, in place of the first three stages.
+    scheduler : str or None
+        Address of the scheduler of a cluster, or its scheduler file.
+    cluster : str or None
+        A cluster to start, as `local:4`.
     """
 
     scene: SceneFile
@@ -40,6 +45,8 @@ class Request:
     force: bool = False
     jobs: int | None = None
     rom: Path | None = None
+    scheduler: str | None = None
+    cluster: str | None = None
 
     @property
     def wanted(self) -> frozenset[str]:
@@ -74,6 +81,7 @@ class Run:
     store: Store
     log: StageLog
     reporter: Reporter
+    executor: Executor
 
 
 @dataclass
