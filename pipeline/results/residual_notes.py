@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from pipeline.results.worst import MOST_NAMED
 from pipeline.scene.labels import prefixed
 from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.respond import CurveResult
@@ -64,4 +65,4 @@ def _listed(numbers: Sequence[int]) -> str:
     """Numbers of curves, with ranges in place of long lists."""
     if len(numbers) > 2 and list(numbers) == list(range(numbers[0], numbers[-1] + 1)):
         return f"{numbers[0]} to {numbers[-1]}"
-    return ", ".join(map(str, numbers))
+    return ", ".join(map(str, numbers)) if len(numbers) <= MOST_NAMED else f"({len(numbers)} of them)"
