@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import math
 from collections.abc import Iterator, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 
 from pipeline.errors import InputError
 from pipeline.results.point_columns import csv_names
-from pipeline.scene.labels import value_label
+from pipeline.results.tables import bare_value
+from pipeline.scene.labels import prefixed, quantity
 from pipeline.scene.sweep_grid import grid_values
 from pipeline.scene.units import column_name, key_unit, unit_of
 from pipeline.stages.curve_table import TUPLES, CurveTable, plain_value
@@ -100,16 +102,23 @@ def curves_dataset(table: CurveTable | None) -> xarray.Dataset:
 
 
 def html_rows(table: CurveTable) -> str:
-    """The first curves as rows of an HTML table."""
-    names = [*table.parameters, *_FIRST]
-    cells = "".join(f"<th>{html.escape(name)}</th>" for name in ["curve", *names])
-    rows = [f"<tr>{cells}</tr>"]
+    """The first curves as rows of an HTML table, in the units of the figures."""
+    heights = table.heights[np.isfinite(table.heights)]
+    factor, unit = prefixed(float(heights.max()) if heights.size else 0.0, "m")
+    shown = {"worst_amplitude_m": f"worst motion [{unit}]", "worst_frequency_hz": "at [Hz]"}
+    shown |= {"peak_amplitude_m": f"main peak [{unit}]", "peak_frequency_hz": "at [Hz]"}
+    rows = [["curve", *(quantity(key).axis() for key in table.parameters), *shown.values()]]
     for number in range(min(len(table), _SHOWN)):
-        values = [value_label(key, value) for key, value in table.parameters_of(number).items()]
-        values += [f"{table.columns[name][number]:.6g}" for name in _FIRST]
-        rows.append(f"<tr><td>{number}</td>{''.join(f'<td>{html.escape(value)}</td>' for value in values)}</tr>")
+        values = [bare_value(key, value) for key, value in table.parameters_of(number).items()]
+        numbers = [float(table.columns[name][number]) * (factor if name.endswith("_m") else 1.0) for name in shown]
+        rows.append([str(number), *values, *(f"{value:.5g}" if math.isfinite(value) else "-" for value in numbers)])
+    cells = [
+        "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in row)
+        for tag, row in zip(["th", *["td"] * (len(rows) - 1)], rows, strict=True)
+    ]
     more = len(table) - _SHOWN
-    return f"<table>{''.join(rows)}</table>" + (f"and {more} more: to_dataframe()" if more > 0 else "")
+    lines = "".join(f"<tr>{row}</tr>" for row in cells)
+    return f"<table>{lines}</table>" + (f"and {more} more: to_dataframe()" if more > 0 else "")
 
 
 def _indexed(axes: dict[str, list[Any]]) -> Iterator[tuple[str, dict[Any, int]]]:
