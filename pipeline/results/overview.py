@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pipeline.results.statistics import statistics
+from pipeline.results.tables import short_value
 from pipeline.results.worst import with_unit
 from pipeline.scene.labels import prefixed, quantity, value_label
 from pipeline.stages.curve_table import CurveTable
@@ -90,12 +91,12 @@ def abbreviated(notes: Iterable[str]) -> list[str]:
         if not note.startswith("curve ") or single <= MOST_NOTES:
             kept.append(note)
     left = single - MOST_NOTES
-    return kept if left <= 0 else [*kept, f"{left} more notes on single curves: see the report or {ROWS}"]
+    return kept if left <= 0 else [*kept, f"{left} more lines on single curves; {ROWS}"]
 
 
 def _value(key: str, value: Any) -> str:
     """A value, or a range of values, of a swept key."""
-    if isinstance(value, list) and len(value) == 2:
-        low, high = (quantity(key).value(end) for end in value)
-        return f"{low} to {high}"
-    return quantity(key).value(value)
+    if not (isinstance(value, list) and len(value) == 2):
+        return quantity(key).value(value)
+    low, high = (short_value(key, end) for end in value)
+    return f"{low} to {high} {quantity(key).unit}".rstrip()

@@ -41,7 +41,8 @@ def curve_table(outcome: RunOutcome, most: int | None = None) -> Table:
     for heading in (*worst, *peak, "har-\nmonics", *errors, "points", "seconds"):
         table.add_column(escape(heading), justify="right")
     for index, curve in enumerate(outcome.curves[:most]):
-        values = [bare_value(key, value) for key, value in curve.member.parameters.items()]
+        text = bare_value if most is None else short_value
+        values = [text(key, value) for key, value in curve.member.parameters.items()]
         table.add_row(str(index), *values, *_numbers(curve, factor, sampled))
     return table
 
@@ -71,6 +72,12 @@ def bare_value(key: str, value: Any) -> str:
     """A value without its unit, which the heading has."""
     named = quantity(key)
     return named.value(value).replace(f" {named.unit}", "") if named.unit else named.value(value)
+
+
+def short_value(key: str, value: Any) -> str:
+    """A value without its unit, a number with four digits: sampled values have many."""
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return f"{value * quantity(key).factor:.4g}" if number else bare_value(key, value)
 
 
 def _numbers(curve: CurveResult, factor: float, sampled: bool) -> list[str]:

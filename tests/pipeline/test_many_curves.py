@@ -259,7 +259,7 @@ def test_tables_keep_their_units(ran: Path, file: SceneFile, tmp_path: Path) -> 
     console = Console(width=150, file=(text := StringIO()))
     console.print(quantile_table(found), key_table(found))
     assert "worst motion [µm]" in text.getvalue()
-    assert "0 µm to 11 µm" in text.getvalue()
+    assert "0 to 11 µm" in text.getvalue()
     assert lines[1].startswith("lowest: 0 ")
 
 
@@ -268,7 +268,7 @@ def test_notes_on_single_curves_are_few() -> None:
     found = abbreviated(notes)
     assert found[:2] == ["all", "curve 0: detached"]
     assert (len(found), found[-2]) == (13, "end")
-    assert found[-1].startswith("990 more notes")
+    assert found[-1].startswith("990 more lines")
     assert abbreviated(notes[:5]) == notes[:5]
 
 
