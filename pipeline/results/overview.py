@@ -73,13 +73,18 @@ def key_table(found: Mapping[str, Any]) -> Table:
 def overview_lines(table: CurveTable) -> tuple[list[str], dict[str, Any]]:
     """Lines on the number of curves, the best and the worst one; and the statistics behind."""
     found = statistics(table)
-    lines = [f"{found['curves']} curves, {found['complete']} complete; {ROWS}"]
-    for name in ("best", "worst"):
-        if (curve := found[name]) is not None:
+    return [f"{found['curves']} curves, {found['complete']} complete; {ROWS}", *end_lines(found)], found
+
+
+def end_lines(found: Mapping[str, Any] | None) -> list[str]:
+    """Lines on the lowest and the highest curve of the statistics `found`; none without them."""
+    lines = []
+    for name, word in (("best", "lowest"), ("worst", "highest")):
+        if found is not None and (curve := found[name]) is not None:
             swept = ", ".join(value_label(key, value) for key, value in curve["parameters"].items())
             height = f"{with_unit(curve['amplitude_m'])} at {curve['frequency_hz']:.6g} Hz"
-            lines.append(f"{'lowest' if name == 'best' else 'highest'}: {height}, curve {curve['curve']} ({swept})")
-    return lines, found
+            lines.append(f"{word}: {height}, curve {curve['curve']} ({swept})")
+    return lines
 
 
 def abbreviated(notes: Iterable[str]) -> list[str]:

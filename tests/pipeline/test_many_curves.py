@@ -254,6 +254,25 @@ def test_many_curves_are_a_few_lines(
         assert text in said
 
 
+def test_info_on_many_curves(ran: Path, file: SceneFile, tmp_path: Path) -> None:
+    written(tmp_path, file, copies(ran, file, [{FRICTION: 1e-3 * n} for n in range(100)]))
+    status, said, _ = shroud("info", tmp_path / "response.h5")
+    assert status == 0
+    assert "highest: 198 µm at" in said
+    assert "curve/39: " in said
+    assert "curve/40: " not in said
+    assert "60 more curves: --json, or curves.csv" in said
+    found = json.loads(shroud("info", tmp_path / "response.h5", "--json")[1])
+    assert [curve["parameters"][FRICTION] for curve in found["curves"]] == [1e-3 * n for n in range(100)]
+
+
+def test_a_run_without_curves_has_no_results_to_compare(tmp_path: Path) -> None:
+    (tmp_path / "summary.json").write_text('{"complete": true, "problems": [], "curves": [], "response": null}')
+    results = read_results(tmp_path)
+    assert len(results.curves) == len(results.to_dataframe()) == len(results.to_xarray()) == 0
+    assert results._repr_html_() == f"<b>{tmp_path}</b>: 0 curves"
+
+
 def test_tables_keep_their_units(ran: Path, file: SceneFile, tmp_path: Path) -> None:
     lines, found = overview_lines(table(ran, file, [{GAP: 1e-6 * n} for n in range(60)], tmp_path))
     console = Console(width=150, file=(text := StringIO()))
