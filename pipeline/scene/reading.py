@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from pipeline.errors import input_error, reason_of, shown, system_reason
+from pipeline.errors import InputError, input_error, reason_of, shown, system_reason
 from pipeline.scene.deprecated_values import with_current_values
 from pipeline.scene.presets import Accuracy, with_preset
 from pipeline.scene.schema import NOT_SWEPT, SECTIONS, Scene
 from pipeline.scene.toml_errors import parsed
-from pipeline.scene.validation_errors import scene_error, shown_key, unknown_key
+from pipeline.scene.validation_errors import scene_error, scene_errors, shown_key, unknown_key
 
 LARGEST_SWEEP = 10_000
 LARGEST_FILE = 1_000_000
@@ -102,8 +103,35 @@ def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> Scene
         The file cannot be read, is not TOML, or a value is missing, unknown or not allowed.
     """
     path = Path(path)
-    raw, text = _load(path)
-    sweep = _sweep_lists(path, raw.pop("sweep", {}))
+    raw, text = load_tables(path)
+    return scene_of_tables(path, raw, text, given_model)
+
+
+def scene_of_tables(
+    path: Path,
+    raw: Mapping[str, Any],
+    text: str = "",
+    given_model: bool = False,
+    broken: Callable[[int, list[InputError]], None] | None = None,
+) -> SceneFile:
+    """The scene of the tables of a file, as `read_scene` reads it.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    raw : mapping
+        Its tables.
+    text : str
+        Its text.
+    given_model : bool
+        As for `read_scene`.
+    broken : callable
+        Gets the index of a member that does not obey the schema and its errors; the member then has only the sections
+        that do. By default the first error is raised.
+    """
+    raw = dict(raw)
+    sweep = sweep_lists(path, raw.pop("sweep", {}))
     if given_model:
         _refuse_without_effect(path, sweep)
         raw = {key: value for key, value in raw.items() if key not in IGNORED_WITH_MODEL}
@@ -117,12 +145,16 @@ def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> Scene
             scene = Scene.model_validate(merged)
         except ValidationError as error:
             places = {key: position for key, (position, _) in chosen.items()}
-            raise scene_error(path, merged, error.errors(include_url=False), places) from None
+            found = error.errors(include_url=False)
+            if broken is None:
+                raise scene_error(path, merged, found, places) from None
+            broken(index, scene_errors(path, merged, found, places))
+            scene = _valid_sections(merged)
         members.append(Member(index, scene, {key: value for key, (_, value) in chosen.items()}))
     return SceneFile(path, tuple(members), tuple(sweep), presets[0], notes, text)
 
 
-def _load(path: Path) -> tuple[dict[str, Any], str]:
+def load_tables(path: Path) -> tuple[dict[str, Any], str]:
     """The tables of the file, and its text."""
     allowed = "a readable scene file in TOML"
     try:
@@ -143,7 +175,17 @@ def _load(path: Path) -> tuple[dict[str, Any], str]:
     return parsed(path, text), text
 
 
-def _sweep_lists(path: Path, sweep: Any) -> dict[str, list[Any]]:
+def _valid_sections(merged: Mapping[str, Any]) -> Scene:
+    """A scene of the sections that obey the schema; the others have their defaults, or None."""
+    valid: dict[str, Any] = {name: None for name, field in Scene.model_fields.items() if field.is_required()}
+    for name, model in SECTIONS.items():
+        with suppress(ValidationError):
+            if name in merged:
+                valid[name] = model.model_validate(merged[name])
+    return Scene.model_construct(**valid)
+
+
+def sweep_lists(path: Path, sweep: Any) -> dict[str, list[Any]]:
     """The swept keys with their lists; only keys of sections can be swept, pictures cannot."""
     if not isinstance(sweep, Mapping):
         raise input_error(path, "sweep", shown(sweep), "a table [sweep] of dotted keys with lists")
