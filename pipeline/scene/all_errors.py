@@ -9,9 +9,11 @@ from typing import Any
 
 from pipeline.errors import InputError
 from pipeline.scene.consistency import unfit_keys
-from pipeline.scene.key_lines import key_lines, line_of, with_line
+from pipeline.scene.key_lines import key_lines, line_of, plain_key, with_line
 from pipeline.scene.presets import SIZE
-from pipeline.scene.reading import SceneFile, load_tables, scene_of_tables, sweep_lists
+from pipeline.scene.reading import SceneFile, load_tables, scene_of_tables
+from pipeline.scene.schema import SECTIONS
+from pipeline.scene.sweep import read_sweep
 from pipeline.scene.validation_errors import MOST_ERRORS
 
 _MEANT = re.compile(r"did you mean (\S+)\?")
@@ -80,7 +82,7 @@ def all_errors(path: Path) -> tuple[SceneFile | None, list[str]]:
 def _good_part(path: Path, sweep: Any, found: _Found) -> Any:
     """The keys of [sweep] that are right; errors of the others are added."""
     try:
-        sweep_lists(path, sweep)
+        read_sweep(path, sweep)
     except InputError as error:
         if not isinstance(sweep, Mapping):
             found.add(error)
@@ -88,7 +90,7 @@ def _good_part(path: Path, sweep: Any, found: _Found) -> Any:
         before, good = len(found.errors), {}
         for key, values in sweep.items():
             try:
-                sweep_lists(path, {key: values})
+                read_sweep(path, {key: values})
                 good[key] = values
             except InputError as own:
                 found.add(own)
@@ -108,5 +110,6 @@ def _without_explained(errors: Collection[InputError]) -> list[InputError]:
 
 
 def _section(key: str) -> str:
-    """The section of a key as it stands in a message."""
-    return key.removeprefix("sweep.").strip('"').partition(".")[0]
+    """The section of a key as it stands in a message, in its table or in [sweep]."""
+    parts = plain_key(key).split(".")
+    return next((part for part in parts if part in SECTIONS), parts[0])
