@@ -266,19 +266,21 @@ def export(
 
 @app.command()
 def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
-    """Check a scene and run nothing."""
+    """Check a scene and run nothing; all errors are listed, with their lines."""
     from pipeline.errors import InputError
-    from pipeline.scene.consistency import check_scene
+    from pipeline.scene.all_errors import all_errors
     from pipeline.scene.plausibility import plausibility_warnings
-    from pipeline.scene.reading import read_scene
 
     try:
-        file = read_scene(scene)
-        check_scene(file)
+        file, errors = all_errors(scene)
     except InputError as error:
+        file, errors = None, [str(error)]
+    if file is None:
         if as_json:
-            print(_json({"valid": False, "errors": [str(error)], "warnings": []}))
-        raise
+            print(_json({"valid": False, "errors": errors, "warnings": []}))
+        for line in errors:
+            print_error(line)
+        raise typer.Exit(BAD_INPUT)
     remarks = plausibility_warnings(file)
     if as_json:
         accuracy = None if file.accuracy is None else file.accuracy.plain()
@@ -359,6 +361,7 @@ def command(arguments: list[str]) -> int:
 
     from pipeline.errors import ExecutorLost, InputError, advice_on, reason_of
     from pipeline.process.interrupts import Stopped
+    from pipeline.scene.key_lines import with_line_of_file
     from pipeline.store.disk_errors import StorageError
 
     if not sys.warnoptions:  # warnings of libraries are shown with python -W only
@@ -373,7 +376,7 @@ def command(arguments: list[str]) -> int:
         print_error(f"shroud: {_of_usage(error)} (shroud --help)")
         return BAD_INPUT
     except InputError as error:
-        print_error(str(error))
+        print_error(with_line_of_file(error))
         return BAD_INPUT
     except (StorageError, ExecutorLost) as error:
         print_error(str(error))
