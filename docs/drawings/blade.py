@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from drawings.contact_element import draw_element
-from drawings.lines import (
+
+from docs.drawings.contact_element import draw_element
+from docs.drawings.lines import (
     CENTRE,
     LEFT,
     OUTLINE,
@@ -23,7 +24,6 @@ from drawings.lines import (
     ground,
     leader,
 )
-
 from geometry import BladeParameters, ShroudParameters
 from geometry.edge_angle import fitted_planform
 from geometry.planform import Planform, mid_radius, section_at

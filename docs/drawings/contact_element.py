@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from drawings.lines import LEFT, OUTLINE, RIGHT, THIN, arrow, bare, drawing_style, spring
 
+from docs.drawings.lines import LEFT, OUTLINE, RIGHT, THIN, arrow, bare, drawing_style, spring
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, ContactParameters
 from nonlinear.contact.return_map import jenkins_return_map
 
@@ -97,8 +98,8 @@ def one_node(**given: float) -> ContactParameters:
     return ContactParameters(**{name: np.array([value]) for name, value in values.items()})
 
 
-def element_figure() -> Figure:
-    """The element, its normal load, and three cycles: full stick, slip under a constant load, slip with lift-off."""
+def element_figure(scene: Path) -> Figure:
+    """The element, its normal load, and three cycles: full stick, slip, slip with lift-off; of any scene."""
     from matplotlib import pyplot as plt
 
     constant, stuck = one_node(preload=1.0), one_node(preload=3.0)

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from drawings.blade import BODY, MM, NEIGHBOUR, Drawn, blade_of
-from drawings.lines import CENTRE, LEFT, RIGHT, THIN, angle_arc, arrow, bare, drawing_style
+
+from docs.drawings.blade import BODY, MM, NEIGHBOUR, Drawn, blade_of
+from docs.drawings.lines import CENTRE, LEFT, RIGHT, THIN, angle_arc, arrow, bare, drawing_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
