@@ -1,8 +1,8 @@
-"""The part of a solved curve that the figures show, read from its file."""
+"""The part of a solved curve that the figures show: its numbers, or its points, read from its file."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,16 +21,49 @@ if TYPE_CHECKING:
     from pipeline.stages.respond import CurveResult
 
 Array = NDArray[np.float64]
+CLOSED = "closed"  # in the reason why a branch ended
+
+
+@dataclass(frozen=True)
+class SweepPoint:
+    """The numbers of one curve that need no points: its place in the sweep, its peak and its worst motion.
+
+    Attributes
+    ----------
+    index : int
+        Number of the curve in the sweep.
+    label : str
+        Its swept parameters.
+    parameters : mapping of str to value
+        Swept keys and values.
+    peak, worst : (float, float)
+        Frequency, Hz, and amplitude, m, of the peak of the main branch and of the worst motion; nan where not known.
+    worst_open : bool
+        Whether the worst motion may be higher than that.
+    """
+
+    index: int
+    label: str
+    parameters: Mapping[str, Any]
+    peak: tuple[float, float]
+    worst: tuple[float, float]
+    worst_open: bool
+
+    @property
+    def height(self) -> float:
+        """Amplitude of the worst motion, m; that of the peak where it is not known."""
+        return self.worst[1] if np.isfinite(self.worst[1]) else self.peak[1]
 
 
 @dataclass(frozen=True)
 class PlottedBranch:
-    """Points of a detached branch."""
+    """Points of a detached branch; `closed`: it is known to be isolated."""
 
     frequency_hz: Array
     amplitude_m: Array
     stable: NDArray[np.bool_]
     nodal_diameter: NDArray[np.int64]
+    closed: bool = True
 
 
 @dataclass(frozen=True)
@@ -121,14 +154,36 @@ class PlottedCurve:
         return float(self.frequency_hz[self.peak_index]), float(self.amplitude_m[self.peak_index])
 
 
-def plotted_curves(curves: Sequence[CurveResult]) -> list[PlottedCurve]:
-    """The curves with at least one point."""
+def sweep_points(curves: Sequence[CurveResult]) -> list[SweepPoint]:
+    """The numbers of the curves with at least one point; no file is read."""
     return [
-        _read(i, c, c.file, c.rom) for i, c in enumerate(curves) if c.file and c.rom and c.facts and c.facts.points
+        SweepPoint(
+            index=index,
+            label=member_label(curve.member),
+            parameters=curve.member.parameters,
+            peak=(facts.peak_frequency_hz, facts.peak_amplitude_m),
+            worst=(facts.worst_frequency_hz, facts.worst_amplitude_m),
+            worst_open=bool(facts.worst_unresolved),
+        )
+        for index, curve in enumerate(curves)
+        if curve.file and curve.rom and (facts := curve.facts) and facts.points
     ]
 
 
-def _read(index: int, curve: CurveResult, file: Path, rom: Path) -> PlottedCurve:
+def plotted_curves(curves: Sequence[CurveResult], only: Collection[int] | None = None) -> list[PlottedCurve]:
+    """The curves with at least one point; of many, `only` those of these numbers are read."""
+    areas: dict[Path, Array | None] = {}
+    found = []
+    for index, curve in enumerate(curves):
+        file, rom = curve.file, curve.rom
+        if file and rom and curve.facts and curve.facts.points and (only is None or index in only):
+            if rom not in areas:
+                areas[rom] = _contact_area(rom)
+            found.append(_read(index, curve, file, rom, areas[rom]))
+    return found
+
+
+def _read(index: int, curve: CurveResult, file: Path, rom: Path, area: Array | None) -> PlottedCurve:
     import h5py
 
     with h5py.File(file, "r") as source:
@@ -146,13 +201,13 @@ def _read(index: int, curve: CurveResult, file: Path, rom: Path) -> PlottedCurve
             dissipated_j=source["dissipated_j"][()],
             peak_index=peak,
             peak_displacement=source["relative_displacement"][peak] if peak >= 0 else None,
-            branches=tuple(_branch(source[BRANCHES][name]) for name in sorted(source.get(BRANCHES, ()), key=int)),
+            branches=_branches(source, facts),
             bifurcations=facts.bifurcations,
             worst=(facts.worst_frequency_hz, facts.worst_amplitude_m),
             worst_open=bool(facts.worst_unresolved),
             residual=_residual_band(source, facts),
             contact=section_from_attributes(Contact, source.attrs),
-            contact_area=_contact_area(rom),
+            contact_area=area,
         )
 
 
@@ -181,10 +236,17 @@ def _contact_area(rom: Path) -> Array | None:
         return model["contact/area"][()] if "contact/area" in model else None
 
 
-def _branch(group: Any) -> PlottedBranch:
+def _branches(source: Any, facts: CurveSummary) -> tuple[PlottedBranch, ...]:
+    names = sorted(source.get(BRANCHES, ()), key=int)
+    closed = [CLOSED in branch["reason"] for branch in facts.detached]
+    return tuple(_branch(source[BRANCHES][name], isola) for name, isola in zip(names, closed, strict=False))
+
+
+def _branch(group: Any, closed: bool) -> PlottedBranch:
     return PlottedBranch(
         group["frequency_hz"][()],
         group["amplitude_m"][()],
         group["stable"][()].astype(bool),
         group["growth_nodal_diameter"][()],
+        closed,
     )

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Run
     from pipeline.stages.respond import CurveResult
 
-NAMES = ("response", "peaks", "hysteresis", "hysteresis_sweep", "nodal_diameters", "campbell")
+NAMES = ("response", "peaks", "hysteresis", "map", "hysteresis_sweep", "nodal_diameters", "campbell")
 _SHARED = NAMES[:3], NAMES[3:]  # between two processes, about the same work for each
+MOST_LIMITS = 24  # of a kind, in one figure
 
 
 def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
@@ -69,27 +70,33 @@ def draw(
     `out` is the folder that an error of the disk names.
     """
     from pipeline.figures.campbell import campbell_figure
-    from pipeline.figures.data import plotted_curves
+    from pipeline.figures.data import plotted_curves, sweep_points
     from pipeline.figures.hysteresis import most_damped, node_figure, sweep_figure
-    from pipeline.figures.linear_limits import linear_limits
+    from pipeline.figures.linear_limits import count_limits, linear_limits
     from pipeline.figures.nodal_diameters import nodal_diameter_figure
-    from pipeline.figures.response import response_figure
+    from pipeline.figures.quantiles import band_figure, curves_to_read, quantile_figure
+    from pipeline.figures.response import has_lines, response_figure
     from pipeline.figures.style import save, styled
-    from pipeline.figures.trend import trend_figure
+    from pipeline.figures.sweep_map import map_figure
+    from pipeline.figures.trend import has_few_lines, trend_figure
     from rom import one_blas_thread
 
-    shown = plotted_curves(curves)
-    if not shown:
+    points = sweep_points(curves)
+    if not points:
         return []
+    lines, few = has_lines(points), has_few_lines(points)
+    shown = plotted_curves(curves, None if lines else curves_to_read(points))
     attempts = Attempts(folder, out)
     limits: list[Limit] = []
     damped = most_damped(shown)
+    orders = {curve.scene.excitation.engine_order for curve in shown}
     figures: dict[str, Callable[[], Figure | None]] = {
-        "response": lambda: response_figure(shown, limits, title),
-        "peaks": lambda: trend_figure(shown, limits, title) if len(shown) > 1 else None,
+        "response": lambda: response_figure(shown, limits, title) if lines else band_figure(shown, points, title),
+        "peaks": lambda: trend_figure(points, limits, title) if few else quantile_figure(points, title),
         "hysteresis": lambda: None if damped is None else node_figure(damped, title),
+        "map": lambda: map_figure(points, title),
         "hysteresis_sweep": lambda: sweep_figure(shown, title),
-        "nodal_diameters": lambda: nodal_diameter_figure(shown[0], title),
+        "nodal_diameters": lambda: nodal_diameter_figure(shown[0], title, orders),
         "campbell": lambda: campbell_figure(shown, title),
     }
 
@@ -99,7 +106,7 @@ def draw(
             save(figure, folder, name, formats)
 
     with one_blas_thread(), styled():  # the same bits in this process as in a worker
-        if {"response", "peaks"} & set(names):
+        if {"response", "peaks"} & set(names) and count_limits(shown) <= MOST_LIMITS:
             limits = attempts.result("linear limits", lambda: linear_limits(shown)) or []
         for name in names:
             attempts.result(name, partial(draw_one, name))

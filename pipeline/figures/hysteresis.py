@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -16,8 +16,9 @@ if TYPE_CHECKING:
 
     from nonlinear import ContactCycle
 
+T = TypeVar("T")
 _SAMPLES = 720
-_MOST_CURVES = 6
+_MOST_CURVES, _MOST_LOOKED_AT = 6, 48
 _NEGLIGIBLE = 1e-6  # of the largest displacement or force: drawn as zero
 PANELS = (
     (0, "along the contact segment", "$u_1$", "$T_1$"),
@@ -27,41 +28,61 @@ PANELS = (
 
 
 def node_figure(curve: PlottedCurve, title: str) -> Figure | None:
-    """Loops of a few nodes of one curve at its peak: T1 and T2 against the relative displacement, N against v."""
+    """Loops of a few nodes of one curve at its peak: T1 and T2 against the relative displacement, N against v.
+
+    None without contact; a direction without a force has no panel. The legend has the nodes by friction work.
+    """
     if curve.peak_displacement is None:
         return None
     cycle, pressed = _cycle(curve)
+    if not _touches(cycle):
+        return None
     nodes = _shown_nodes(cycle)
-    figure, panels = subplots(1, 3, size=(10.5, 3.9))
-    lines = [(f"node {node + 1}", cycle, pressed, node) for node in nodes]
-    _draw(panels, lines, DISTINCT)
-    for (_, heading, *_rest), axes in zip(PANELS, panels, strict=True):
+    shown = [panel for panel in PANELS if any(_acts(cycle, node, panel[0]) for node in nodes)]
+    figure, panels = subplots(1, len(shown), size=(max(0.6 + 3.3 * len(shown), 6.6), 3.9), squeeze=False)
+    lines = [(name, cycle, pressed, node) for node, name in nodes.items()]
+    _draw(panels[0], lines, DISTINCT, shown)
+    for (_, heading, *_rest), axes in zip(shown, panels[0], strict=True):
         axes.set_title(heading)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(lines), fontsize=9)
+    handles, names = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=len(lines), fontsize=9)
     write_heading(figure, f"{title}: contact loops at the peak, {_peak_label(curve)}")
     return figure
 
 
 def sweep_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
-    """A column for each of a few curves of a sweep at its own peak: T1, T2 and N of the node that dissipates most."""
-    chosen = [curve for curve in curves if curve.peak_displacement is not None]
-    if len(chosen) > _MOST_CURVES:
-        places = np.unique(np.linspace(0, len(chosen) - 1, _MOST_CURVES).round().astype(int))
-        chosen = [chosen[place] for place in places]
+    """A column for each of a few curves of a sweep at its own peak: T1, T2 and N of the node that dissipates most.
+
+    Curves without contact are left out.
+    """
+    known = spread([curve for curve in curves if curve.peak_displacement is not None], _MOST_LOOKED_AT)
+    touching = [(curve, cycle) for curve, cycle in ((curve, _cycle(curve)) for curve in known) if _touches(cycle[0])]
+    chosen = spread(touching, _MOST_CURVES)
     if len(chosen) < 2:
         return None
-    cycles = [_cycle(curve) for curve in chosen]
-    node = _shown_nodes(_cycle(most_damped(chosen) or chosen[0])[0])[0]
-    shown = [panel for panel in PANELS if panel[0] == 2 or any(_slides(cycle, node, panel[0]) for cycle, _ in cycles)]
+    cycles = [cycle for _, cycle in chosen]
+    damped = most_damped([curve for curve, _ in chosen])
+    node = next(iter(_shown_nodes(next(cycle for curve, (cycle, _) in chosen if curve is damped or damped is None))))
+    shown = [panel for panel in PANELS if panel[0] == 2 or any(_acts(cycle, node, panel[0]) for cycle, _ in cycles)]
     size = (1.2 + 2.1 * len(chosen), 0.6 + 2.1 * len(shown))
     figure, rows = subplots(len(shown), len(chosen), size=size, squeeze=False)
     colours = ordered_colours(len(chosen))
-    for curve, (cycle, v0), colour, column in zip(chosen, cycles, colours, rows.T, strict=True):
+    for (curve, (cycle, v0)), colour, column in zip(chosen, colours, rows.T, strict=True):
         _draw(column, [(curve.label, cycle, v0, node)], [colour], shown)
-        column[0].set_title(curve.label.replace(", ", "\n"), fontsize=9)
+        first = next(axes for axes in column if axes.figure is not None)
+        first.set_title(curve.label.replace(", ", "\n"), fontsize=9)
     still = "" if len(shown) > 1 else " (nothing slides)"
-    write_heading(figure, f"{title}: contact loops of node {node + 1}, each curve at its peak{still}")
+    without = f"; {len(known) - len(touching)} without contact" if len(touching) < len(known) else ""
+    heading = f"{title}: contact loops of node {node + 1}, each curve at its peak{still}{without}"
+    write_heading(figure, heading)
     return figure
+
+
+def spread(items: Sequence[T], most: int) -> list[T]:
+    """At most `most` of the items, evenly spread with both ends."""
+    if len(items) <= most:
+        return list(items)
+    return [items[place] for place in np.unique(np.linspace(0, len(items) - 1, most).round().astype(int))]
 
 
 def most_damped(curves: Sequence[PlottedCurve]) -> PlottedCurve | None:
@@ -79,16 +100,25 @@ def _cycle(curve: PlottedCurve) -> tuple[ContactCycle, Array]:
     return contact_cycle(curve.peak_displacement, contact, samples=_SAMPLES), contact.interference
 
 
-def _shown_nodes(cycle: ContactCycle) -> list[int]:
-    """Nodes by friction work: the one that dissipates most, the middle one and the least, without repeats."""
+def _shown_nodes(cycle: ContactCycle) -> dict[int, str]:
+    """Nodes and their names, by friction work: the largest, the median and the smallest, without repeats."""
     velocity = np.roll(cycle.displacement, -1, axis=0) - np.roll(cycle.displacement, 1, axis=0)
     work = np.sum(cycle.force[:, :, :2] * velocity[:, :, :2] / 2.0, axis=(0, 2))
     order = np.argsort(-work, kind="stable").tolist()
-    return list(dict.fromkeys([order[0], order[len(order) // 2], order[-1]]))
+    found: dict[int, str] = {}
+    places = (0, "largest friction work"), (len(order) // 2, "median"), (len(order) - 1, "smallest")
+    for place, name in places:
+        found.setdefault(order[place], f"node {order[place] + 1}, {name}")
+    return found
 
 
-def _slides(cycle: ContactCycle, node: int, component: int) -> bool:
-    """Whether the tangential force of a node along a direction exceeds round-off."""
+def _touches(cycle: ContactCycle) -> bool:
+    """Whether any contact force acts."""
+    return bool(np.abs(cycle.force).max() > 0.0)
+
+
+def _acts(cycle: ContactCycle, node: int, component: int) -> bool:
+    """Whether the force of a node along a direction exceeds round-off."""
     return bool(np.abs(cycle.force[:, node, component]).max() > _NEGLIGIBLE * np.abs(cycle.force).max())
 
 
@@ -103,13 +133,14 @@ def _draw(
     motion = max(float(np.abs(cycle.displacement).max()) for _, cycle, _, _ in lines)
     load = max(float(np.abs(cycle.force).max()) for _, cycle, _, _ in lines)
     for (component, _, abscissa, ordinate), axes in zip(shown, panels, strict=True):
+        if not any(_acts(cycle, node, component) for _, cycle, _, node in lines):
+            axes.remove()
+            continue
         x, y = zip(*(_loop(cycle, v0, node, component) for _, cycle, v0, node in lines), strict=True)
         (length, length_unit), (force, force_unit) = _fit(x, motion, "m"), _fit(y, load, "N")
         for (label, *_), u, f, colour, width in zip(lines, x, y, colours, widths, strict=False):
             axes.plot(u * length, f * force, color=colour, linewidth=width, label=label)
         axes.set(xlabel=f"{abscissa} [{length_unit}]", ylabel=f"{ordinate} [{force_unit}]")
-        if component < 2 and not any(_slides(cycle, node, component) for _, cycle, _, node in lines):
-            axes.text(0.5, 0.6, "no force", transform=axes.transAxes, ha="center", color="0.4", fontsize=8)
         _finish(axes, motion * length, load * force)
 
 

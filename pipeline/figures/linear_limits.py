@@ -48,6 +48,11 @@ def linear_limits(curves: Sequence[PlottedCurve]) -> list[Limit]:
     return limits
 
 
+def count_limits(curves: Sequence[PlottedCurve]) -> int:
+    """Number of different linear limits of a kind; no file is read."""
+    return max(len({_case(curve, kind) for curve in curves}) for kind in ("free", "stuck"))
+
+
 def _case(curve: PlottedCurve, kind: str) -> object:
     """The values that the linear response depends on: all but friction, interference and preload."""
     scene, contact = curve.scene, curve.contact

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,10 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def nodal_diameter_figure(curve: PlottedCurve, title: str) -> Figure | None:
-    """A line for each mode and contact condition over nodal diameters 0 .. N_b / 2; the excited one is marked.
+def nodal_diameter_figure(curve: PlottedCurve, title: str, orders: Collection[int] = ()) -> Figure | None:
+    """A line for each mode and contact condition over nodal diameters 0 .. N_b / 2; the excited ones are marked.
 
-    None for a single blade against ground. The steady speed and the contact stiffness are those of `curve`.
+    None for a single blade against ground. The steady speed and the contact stiffness are those of `curve`; `orders`
+    are the engine orders of the sweep, without any that of `curve`.
     """
     from rom import read_reduced_model
 
@@ -33,8 +35,10 @@ def nodal_diameter_figure(curve: PlottedCurve, title: str) -> Figure | None:
             axes.plot(diameters, lines[:, mode], label=f"shrouds {name}" if mode == 0 else None, **look)
     low, high = curve.scene.response.frequency
     axes.axhspan(low, high, color="0.95", zorder=0, label="range of the response")
-    order = curve.scene.excitation.engine_order
-    axes.axvline(aliased(order, model.n_blades), color="0.5", linewidth=0.8, label=f"excited by engine order {order}")
+    excited = sorted(set(orders) or {curve.scene.excitation.engine_order})
+    name = f"excited by engine order{f's {excited[0]} to' if len(excited) > 1 else ''} {excited[-1]}"
+    for number, diameter in enumerate(sorted({aliased(order, model.n_blades) for order in excited})):
+        axes.axvline(diameter, color="0.6", linewidth=0.8, zorder=0.5, label=name if number == 0 else None)
     write_heading(axes, title)
     axes.set(xlabel="nodal diameter", ylabel="natural frequency [Hz]")
     axes.set_xlim(-0.5, diameters[-1] + 0.5)

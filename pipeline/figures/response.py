@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.figures.curve_line import DASHES, KINDS, draw_line
+from pipeline.figures.curve_line import draw_line
+from pipeline.figures.curve_marks import THIN, explain_lines, grey_mark, mark_bifurcations, mark_peak, mark_worst
 from pipeline.figures.data import Array, PlottedCurve
 from pipeline.figures.linear_limits import Limit
 from pipeline.figures.style import (
@@ -19,62 +20,114 @@ from pipeline.figures.style import (
     subplots,
     write_heading,
 )
+from pipeline.figures.sweep_keys import SweepKey, groups, sweep_keys
+from pipeline.scene.labels import value_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MARKS = {"branch point": "D", "Neimark-Sacker": "s", "period doubling": "^"}
-SAME_HEIGHT = 1e-3  # relative difference of a worst motion and a peak that are one point of the figure
+MOST_LINES = 24  # in one panel
+MOST_PANELS, MOST_COLOURS = 6, 12  # for a sweep of two keys
 _DEPTH = 0.15  # lower end of a logarithmic axis over the lowest peak
+
+
+def has_lines(points: Sequence[Any]) -> bool:
+    """Whether a figure has room for a line a curve."""
+    return len(points) <= MOST_LINES or panel_keys(sweep_keys(points)) is not None
+
+
+def panel_keys(keys: Sequence[SweepKey]) -> tuple[SweepKey, SweepKey] | None:
+    """The key of the colours and that of the panels of a sweep of two keys with few values."""
+    if len(keys) != 2 or len(keys[0].values) > MOST_COLOURS or len(keys[1].values) > MOST_PANELS:
+        return None
+    return keys[0], keys[1]
 
 
 def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str) -> Figure:
     """Amplitude over frequency: a line for each curve, dashed where unstable, with a circle on its peak.
 
-    Long dashes: unstable against another nodal diameter.
-
-    A pale band shows the amplitudes that residual tractions allow, where asked for. A star marks the worst motion of
-    a curve where that is not its peak. Detached branches are thin lines of the same colour; bifurcations other than
-    folds have marks (`MARKS`).
+    Where two keys are swept, the colour tells one and the panel the other. Long dashes: unstable against another
+    nodal diameter. A pale band shows the amplitudes that residual tractions allow, where asked for. A star marks the
+    worst motion of a curve where that is not its peak. Detached branches are thin lines of the same colour;
+    bifurcations other than folds have marks (`MARKS`).
     """
-    figure, axes = subplots(size=(8.4, 4.8))
     factor, unit = scale(np.concatenate([curve.amplitude_m for curve in curves]), "m")
-    colours = ordered_colours(len(curves))
-    for curve, colour in zip(curves, colours, strict=True):
-        _draw_curve(axes, curve, colour, factor)
-    _explain_dashes(axes, curves)
-    _draw_residual_bands(axes, curves, colours, factor)
-    _mark_bifurcations(axes, curves, colours, factor)
-    mark_worst(axes, curves, colours, factor)
-    _draw_limits(axes, limits, colours, factor)
-    _set_range(axes, curves, limits, factor)
-    write_heading(axes, title)
-    axes.set(xlabel="excitation frequency [Hz]", ylabel=f"largest displacement over a period [{unit}]")
-    if len(curves) > 1 or limits or axes.get_legend_handles_labels()[0]:
-        columns = 1 if len(curves) <= 16 else 2
-        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9, ncols=columns)
+    keys = panel_keys(sweep_keys(curves))
+    if keys is None:
+        figure, axes = subplots(size=(8.4, 4.8))
+        panels = [(axes, "", list(curves))]
+        colours = dict(zip([curve.index for curve in curves], ordered_colours(len(curves)), strict=True))
+        names = {curve.index: curve.label for curve in curves}
+    else:
+        figure, panels = _panels(curves, keys[1])
+        shades = ordered_colours(len(keys[0].values))
+        colours = {curve.index: shades[keys[0].number(curve.parameters[keys[0].name])] for curve in curves}
+        names = {curve.index: value_label(keys[0].name, curve.parameters[keys[0].name]) for curve in curves}
+    place = {curve.index: number for number, curve in enumerate(curves)}
+    for axes, heading, members in panels:
+        _draw_panel(axes, members, [colours[curve.index] for curve in members], names, factor)
+        shown = {place[curve.index] for curve in members}
+        of_panel = [limit for limit in limits if shown & set(limit.curves)]
+        _draw_limits(axes, of_panel, [colours[curve.index] for curve in curves], factor)
+        if heading:
+            axes.set_title(heading, fontsize=10)
+    _set_range(panels[0][0], curves, limits, factor)
+    _write_labels(figure, panels, title, unit)
     return figure
 
 
-def _draw_curve(axes: Axes, curve: PlottedCurve, colour: Any, factor: float) -> None:
-    height, pattern = curve.amplitude_m * factor, curve.nodal_diameter
-    draw_line(axes, curve.frequency_hz, height, curve.stable, curve.label, pattern, color=colour)
-    for branch in curve.branches:
-        heights = branch.amplitude_m * factor
-        look = {"color": colour, "linewidth": 0.8}
-        draw_line(axes, branch.frequency_hz, heights, branch.stable, None, branch.nodal_diameter, **look)
-    frequency, top = curve.peak
-    axes.plot(frequency, top * factor, "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
+def _panels(
+    curves: Sequence[PlottedCurve], key: SweepKey
+) -> tuple[Figure, list[tuple[Axes, str, list[PlottedCurve]]]]:
+    """A panel for each value of a key: axes, heading and curves."""
+    parts = groups(curves, key)
+    columns = len(parts) if len(parts) <= 3 else -(-len(parts) // 2)
+    rows = -(-len(parts) // columns)
+    size = (1.6 + 3.4 * columns, 0.9 + 3.3 * rows)
+    figure, places = subplots(rows, columns, size=size, sharex=True, sharey=True, squeeze=False)
+    for axes in places.flat[len(parts) :]:
+        axes.remove()
+    return figure, [
+        (axes, value_label(key.name, value), members)
+        for axes, (value, members) in zip(places.flat, parts, strict=False)
+    ]
 
 
-def _explain_dashes(axes: Axes, curves: Sequence[PlottedCurve]) -> None:
-    """Entries in the legend for both kinds of dashes, where perturbations of other nodal diameters grow."""
-    lines = [(curve.stable, curve.nodal_diameter) for curve in curves]
-    lines += [(branch.stable, branch.nodal_diameter) for curve in curves for branch in curve.branches]
-    if any((~stable & (nodal_diameter > 0)).any() for stable, nodal_diameter in lines):
-        for kind in KINDS[1:]:
-            axes.plot([], [], color="0.4", linestyle=DASHES[kind], label=kind)
+def _draw_panel(
+    axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], names: dict[int, str], factor: float
+) -> None:
+    for curve, colour in zip(curves, colours, strict=True):
+        height, pattern = curve.amplitude_m * factor, curve.nodal_diameter
+        draw_line(axes, curve.frequency_hz, height, curve.stable, names[curve.index], pattern, color=colour)
+        for branch in curve.branches:
+            heights, look = branch.amplitude_m * factor, {"color": colour, "linewidth": THIN}
+            draw_line(axes, branch.frequency_hz, heights, branch.stable, None, branch.nodal_diameter, **look)
+        mark_peak(axes, curve.peak[0], curve.peak[1] * factor, colour)
+    explain_lines(axes, curves)
+    _draw_residual_bands(axes, curves, colours, factor)
+    mark_bifurcations(axes, curves, colours, factor)
+    mark_worst(axes, curves, colours, factor)
+
+
+def _write_labels(figure: Figure, panels: Sequence[tuple[Axes, str, Any]], title: str, unit: str) -> None:
+    """Heading, names of the axes, and one legend with every entry once."""
+    found: dict[str, Any] = {}
+    for axes, *_ in panels:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, grey_mark(handle))
+    ordinate, abscissa = f"largest displacement over a period [{unit}]", "excitation frequency [Hz]"
+    look: dict[str, Any] = {"fontsize": 9, "ncols": 1 if len(found) <= 20 else 2}
+    if len(panels) == 1:
+        axes = panels[0][0]
+        write_heading(axes, title)
+        axes.set(xlabel=abscissa, ylabel=ordinate)
+        axes.legend(list(found.values()), list(found), loc="center left", bbox_to_anchor=(1.0, 0.5), **look)
+        return
+    write_heading(figure, title)
+    figure.supxlabel(abscissa, fontsize=10)
+    figure.supylabel(ordinate, fontsize=10)
+    figure.legend(list(found.values()), list(found), loc="outside right center", **look)
 
 
 def _draw_residual_bands(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
@@ -88,30 +141,6 @@ def _draw_residual_bands(axes: Axes, curves: Sequence[PlottedCurve], colours: Se
         frequency, height = np.transpose(band.peaks)
         axes.plot(frequency, height * factor, "_", color=colour, markersize=9, zorder=4)
         label = None
-
-
-def _mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
-    """Marks of bifurcations other than folds, with one entry for each kind in the legend."""
-    for kind, marker in MARKS.items():
-        label: str | None = kind
-        for curve, colour in zip(curves, colours, strict=True):
-            places = [item for item in curve.bifurcations if item["kind"] == kind]
-            if places:
-                x = [item["frequency_hz"] for item in places]
-                y = [item["amplitude_m"] * factor for item in places]
-                axes.plot(x, y, marker, color=colour, markersize=5, markerfacecolor="white", zorder=4, label=label)
-                label = None
-
-
-def mark_worst(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
-    """Stars at the worst motions that are not the peaks of their main branches, with one entry in the legend."""
-    label: str | None = "worst motion"
-    for curve, colour in zip(curves, colours, strict=True):
-        frequency, height = curve.worst
-        if np.isfinite(height) and not np.isclose(height, curve.peak[1], rtol=SAME_HEIGHT):
-            look: dict[str, Any] = {"markersize": 11, "markeredgecolor": "0.1", "markeredgewidth": 0.6, "zorder": 5}
-            axes.plot(frequency, height * factor, "*", color=colour, label=label, clip_on=False, **look)
-            label = None
 
 
 def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Sequence[Any], factor: float) -> None:

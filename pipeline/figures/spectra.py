@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 MODES = 4  # lowest ones that a diagram shows
 LOOKS: dict[str, dict[str, Any]] = {
     "free": {"color": "0.0", "linestyle": (0, (1, 1.2)), "linewidth": 1.0},
-    "sliding": {"color": "#56B4E9", "marker": "s", "markersize": 3.5, "linewidth": 1.0},
-    "stuck": {"color": "#D55E00", "marker": "o", "markersize": 3.5, "linewidth": 1.0},
+    "sliding": {"color": "#0072B2", "linestyle": (0, (5, 1.5)), "linewidth": 1.2},
+    "stuck": {"color": "#D55E00", "marker": "o", "markersize": 2.0, "linewidth": 0.8},
 }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
@@ -18,6 +18,15 @@ if TYPE_CHECKING:
 
 # Palette of Okabe and Ito without its yellow, for curves without an order.
 DISTINCT = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+# The hues of a rainbow, dark and light (L* = 38 and 68): taken in turn, neighbours differ in hue and in grey.
+_DARK = (
+    "#9214b8", "#1e4fca", "#145d94", "#12607e", "#116270", "#156461",
+    "#10664d", "#0f6822", "#4b610a", "#6a580a", "#864b08", "#b31406",
+)  # fmt: skip
+_LIGHT = (
+    "#de80fa", "#9b9dfa", "#5aaaf9", "#2ab2e5", "#2bb5cc", "#25b8b4",
+    "#28bb91", "#25bf45", "#8db318", "#c3a318", "#f38c17", "#fb8467",
+)  # fmt: skip
 LIMIT_COLOUR = "0.0"
 LOG_FROM = 8.0  # ratio of the highest to the lowest peak above which the axis is logarithmic
 _SETTINGS: dict[str, Any] = {
@@ -57,7 +66,7 @@ def styled() -> Iterator[None]:
 
 
 def ordered_colours(count: int) -> list[Any]:
-    """Colours for the curves of a sweep, from dark to light, so that they differ in grey too.
+    """Colours for the curves of a sweep in the order of a rainbow, dark and light in turn.
 
     Parameters
     ----------
@@ -69,11 +78,16 @@ def ordered_colours(count: int) -> list[Any]:
     list
         Colours that matplotlib accepts.
     """
-    import matplotlib as mpl
+    from matplotlib.colors import to_rgb
 
     if count <= 3:
         return list(DISTINCT[:count])
-    return [mpl.colormaps["viridis"](x) for x in np.linspace(0.0, 0.9, count)]
+    hues, at = range(len(_DARK)), np.linspace(0.0, len(_DARK) - 1.0, count)
+    dark, light = (
+        np.stack([np.interp(at, hues, channel) for channel in zip(*map(to_rgb, shades), strict=True)], axis=1)
+        for shades in (_DARK, _LIGHT)
+    )
+    return [tuple((light if k % 2 else dark)[k].tolist()) for k in range(count)]
 
 
 def scale(values: Sequence[float] | np.ndarray, unit: str) -> tuple[float, str]:
@@ -102,7 +116,13 @@ def write_heading(place: Axes | Figure, text: str) -> None:
 
 
 def subplots(
-    rows: int = 1, columns: int = 1, *, size: tuple[float, float], sharex: bool = False, squeeze: bool = True
+    rows: int = 1,
+    columns: int = 1,
+    *,
+    size: tuple[float, float],
+    sharex: bool | Literal["col"] = False,
+    sharey: bool | Literal["row"] = False,
+    squeeze: bool = True,
 ) -> tuple[Figure, Any]:
     """A figure of `size` (width, height in inches) with its axes, as those of pyplot, which takes long to import."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -110,7 +130,7 @@ def subplots(
 
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
-    return figure, figure.subplots(rows, columns, sharex=sharex, squeeze=squeeze)
+    return figure, figure.subplots(rows, columns, sharex=sharex, sharey=sharey, squeeze=squeeze)
 
 
 def save(figure: Figure, folder: Path, name: str, formats: Sequence[str] = ("png",)) -> None:

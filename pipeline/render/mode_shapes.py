@@ -1,4 +1,4 @@
-"""Mode shapes drawn offscreen: `python -m pipeline.render.mode_shapes JOB` with the job as JSON."""
+"""Mode shapes drawn offscreen: `python -m pipeline.render.mode_shapes JOB`, the job as JSON; without it, on stdin."""
 
 from __future__ import annotations
 
@@ -121,4 +121,4 @@ def _aim_from_tip(plotter: Any, sector: SectorMesh, blades: int) -> None:
 
 
 if __name__ == "__main__":
-    drawing_main(draw, RenderJob)
+    drawing_main(draw, RenderJob, ("pyvista.plotting", "scipy.linalg"))

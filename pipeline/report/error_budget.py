@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pipeline.figures.data import PlottedCurve
+from pipeline.report.many_curves import listed
 from pipeline.report.report_source import ReportSource
 from pipeline.results.residual_notes import change, has_bounds, is_estimate
 from pipeline.results.tables import TOLERATED, TOLERATED_SAMPLING, sampling_errors, share
@@ -193,11 +194,11 @@ def _stability(source: ReportSource, shown: Sequence[PlottedCurve]) -> ErrorRow:
     how = STABILITY[source.first.response.stability]
     findings = []
     if lost:
-        curves = f"curve{'s' if len(lost) > 1 else ''} {', '.join(map(str, lost))}"
+        curves = f"curve{'s' if len(lost) > 1 else ''} {listed(lost)}"
         findings.append(f"the peak of the main branch is unstable on {curves}")
     if other:
         kinds = ", ".join(dict.fromkeys(kind for each in other.values() for kind in each))
-        curves = ", ".join(map(str, other))
+        curves = listed(list(other))
         findings.append(f"bifurcations other than folds ({kinds}) on curve{'s' if len(other) > 1 else ''} {curves}")
     verdict = LARGE if lost else FAIR if other else SMALL
     if not shown:

@@ -11,12 +11,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pipeline.figures.data import PlottedCurve, plotted_curves
+from pipeline.figures.data import PlottedCurve, SweepPoint, plotted_curves, sweep_points
 from pipeline.figures.hysteresis import most_damped
+from pipeline.figures.quantiles import curves_to_read
+from pipeline.figures.response import has_lines
+from pipeline.figures.trend import has_few_lines
+from pipeline.report.captions import captions
+from pipeline.report.charts import charts
 from pipeline.report.contacts import FaceCycle, face_cycle
 from pipeline.report.drawings import loops_drawing, ring_drawing
 from pipeline.report.error_budget import error_rows
+from pipeline.report.many_curves import LEVELS, first_few, quantile_rows, shown_rows
 from pipeline.report.pictures import inline_figure, inline_render, inline_vector
+from pipeline.report.provenance import provenance
 from pipeline.report.report_source import ReportSource
 from pipeline.report.rows import (
     blade_rows,
@@ -25,34 +32,21 @@ from pipeline.report.rows import (
     curve_table,
     frequency_tables,
     mesh_rows,
+    over_sweep,
 )
+from pipeline.report.story import story
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
 from pipeline.results.publishing import Attempts
 from pipeline.results.worst import search_notes
 from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.schema import Scene
+from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.model_chain import BuiltModel
 from pipeline.stages.scene_to_solver import contact_on_model
 
 TEMPLATES = Path(__file__).parent / "templates"
 MOST_CONTACTS, MOST_OPERATING, MOST_STILLS = 10, 10, 9
 STILL_BLADES = 3
-_CAPTIONS = {
-    "response": (
-        "Largest displacement over a period against frequency. Dashed: unstable; long dashes: against another nodal "
-        "diameter than that of the wave. Circles: peaks of the main "
-        "branches. Stars: worst motions that are not these peaks. Thin lines: detached branches. Squares mark "
-        "Neimark-Sacker bifurcations, where the motion becomes or stops being quasi-periodic; triangles mark "
-        "period doublings, diamonds branch points."
-    ),
-    "peaks": (
-        "Height and frequency of the worst motions, and of the peaks of the main branches (thin), against the swept "
-        "parameter, with the linear limits."
-    ),
-    "nodal_diameters": "Natural frequencies against nodal diameter; excitation and frequency range are marked.",
-    "campbell": "Campbell diagram: natural frequencies against speed, with the lines of the engine orders.",
-    "hysteresis_sweep": "Hysteresis loops of one contact node, each curve at its own peak.",
-}
 
 
 @dataclass(frozen=True)
@@ -92,17 +86,26 @@ def page(source: ReportSource, attempts: Attempts) -> str:
 
 
 def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
-    shown = plotted_curves(source.curves)
+    points = sweep_points(source.curves)
+    shown = plotted_curves(source.curves, None if has_lines(points) else curves_to_read(points))
+    errors = error_rows(source, shown)
+    charts_of = attempts.result("charts", lambda: charts(shown, points)) or {}
     stable = {c.index: bool(c.stable[c.peak_index]) for c in shown if c.peak_index >= 0}
     model = next((found for found in source.models.values() if found is not None), None)
     details, of_curves = _contacts(source, shown, attempts)
     viewer = attempts.result("shapes", lambda: _viewer(source, shown))
     return {
         "source": source,
-        "table": curve_table(source, stable),
-        "cards": _cards(source, shown),
-        "searches": search_notes(source.curves),
-        "figures": _figures(source, attempts),
+        "provenance": provenance(),
+        "story": story(source, points, errors),
+        "table": curve_table(source, stable, shown_rows(points, source.curves)),
+        "quantiles": quantile_rows(source.curves),
+        "levels": [f"{100.0 * level:.0f} %" for level in LEVELS],
+        "cards": _cards(source, points),
+        "searches": first_few(search_notes(source.curves)),
+        "charts": charts_of,
+        "chart_data": _json(charts_of),
+        "figures": _figures(source, attempts, points),
         "frequencies": frequency_tables(source),
         "facts": _facts(source, model),
         "ring": None if model is None else attempts.result("ring", lambda: _png(ring_drawing(model, STILL_BLADES))),
@@ -113,21 +116,22 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
         "shapes": [] if viewer is None else [(shape["group"], shape["name"]) for shape in viewer.shapes],
         "contacts": details,
         "contacts_of": of_curves,
-        "errors": error_rows(source, shown),
+        "errors": errors,
         "costs": cost_rows(source),
         "style": (TEMPLATES / "report.css").read_text(encoding="utf-8"),
         "script": (TEMPLATES / "viewer.js").read_text(encoding="utf-8"),
+        "chart_script": (TEMPLATES / "chart.js").read_text(encoding="utf-8"),
     }
 
 
-def _cards(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[tuple[str, str, str]]:
+def _cards(source: ReportSource, points: Sequence[SweepPoint]) -> list[tuple[str, str, str]]:
     """The main results: name, value, curve or condition."""
-    worst = [curve for curve in shown if math.isfinite(curve.worst[1])]
-    peaks = [curve for curve in shown if curve.peak_index >= 0]
-    cards = [
-        *_worst_cards(worst),
-        *_extremes(peaks, [curve.peak for curve in peaks], "peak of the main branch"),
-    ]
+    worst = [point for point in points if math.isfinite(point.worst[1])]
+    peaks = [point for point in points if math.isfinite(point.peak[1])]
+    cards = _worst_cards(worst)
+    said = {card[1:] for card in cards}
+    of_peaks = _extremes(peaks, [point.peak for point in peaks], "peak of the main branch")
+    cards += [card for card in of_peaks if card[1:] not in said]
     if source.model_rows:
         row = source.model_rows[0]
         cards.append(("first natural frequency", f"{row['free_hz'][0]:.5g} Hz", "shrouds free"))
@@ -136,7 +140,7 @@ def _cards(source: ReportSource, shown: Sequence[PlottedCurve]) -> list[tuple[st
     return cards
 
 
-def _worst_cards(curves: Sequence[PlottedCurve]) -> list[tuple[str, str, str]]:
+def _worst_cards(curves: Sequence[SweepPoint]) -> list[tuple[str, str, str]]:
     """Highest and lowest worst motion; of the lowest only where nothing was left open that may be higher."""
     closed = [curve for curve in curves if not curve.worst_open]
     cards = _extremes(curves, [curve.worst for curve in curves], "worst motion")
@@ -152,7 +156,7 @@ def _worst_cards(curves: Sequence[PlottedCurve]) -> list[tuple[str, str, str]]:
 
 
 def _extremes(
-    curves: Sequence[PlottedCurve], points: Sequence[tuple[float, float]], name: str
+    curves: Sequence[SweepPoint], points: Sequence[tuple[float, float]], name: str
 ) -> list[tuple[str, str, str]]:
     """Highest and lowest of these points (Hz, m) over the curves, and their ratio; the point of a single curve."""
     if not curves:
@@ -170,10 +174,10 @@ def _extremes(
     return cards
 
 
-def _figures(source: ReportSource, attempts: Attempts) -> dict[str, Picture]:
+def _figures(source: ReportSource, attempts: Attempts, points: Sequence[SweepPoint]) -> dict[str, Picture]:
     """The figures of the run, by name."""
     found = {}
-    for name, caption in _CAPTIONS.items():
+    for name, caption in captions(lines=has_lines(points), few=has_few_lines(points)).items():
         svg, png = (source.pictures.get(f"figures/{name}.{suffix}") for suffix in ("svg", "png"))
         uri = attempts.result(name, partial(inline_figure, svg, png)) if svg is not None else None
         if uri is not None:
@@ -201,11 +205,14 @@ def _facts(source: ReportSource, model: BuiltModel | None) -> list[tuple[str, li
     """Tables of a name and a value, with their headings."""
     if model is None:
         return []
-    scene = source.first
+    from rom import load_sector
+
+    assert model.mesh is not None
+    face = load_sector(model.mesh.parent / SECTOR).right
     return [
-        ("Blade", blade_rows(scene)),
-        ("Mesh and reduced model", mesh_rows(model, scene)),
-        ("Contact and load", contact_rows(model, scene)),
+        ("Blade", over_sweep(source, blade_rows)),
+        ("Mesh and reduced model", mesh_rows(model, source.first)),
+        ("Contact and load", over_sweep(source, lambda scene: contact_rows(face, scene))),
     ]
 
 

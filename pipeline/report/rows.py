@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pipeline.figures.sweep_keys import sweep_keys
 from pipeline.report.report_source import ReportSource
 from pipeline.results.branch_ends import branch_remarks
 from pipeline.results.tables import amplitude_scale, bare_value, is_sampled, share, truncation_cell
@@ -20,6 +21,9 @@ from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.model_chain import BuiltModel
 from pipeline.stages.stage_names import Stage
 from pipeline.store.output_folder import relative_path
+
+if TYPE_CHECKING:
+    from geometry import ContactFace
 
 SHOWN_FREQUENCIES = 6
 
@@ -72,11 +76,12 @@ class FrequencyTable:
     rows: tuple[tuple[str, tuple[Cell, ...]], ...]
 
 
-def curve_table(source: ReportSource, stable_at_peak: dict[int, bool]) -> CurveTable:
-    """All curves in their order; `stable_at_peak` by number of the curve."""
+def curve_table(source: ReportSource, stable_at_peak: dict[int, bool], shown: Sequence[int]) -> CurveTable:
+    """The curves of these numbers; `stable_at_peak` by number of the curve."""
     factor, unit = amplitude_scale(source.curves)
     rows = []
-    for number, curve in enumerate(source.curves):
+    for number in shown:
+        curve = source.curves[number]
         facts = curve.facts
         swept = tuple(bare_value(key, value) for key, value in curve.member.parameters.items())
         label = member_label(curve.member)
@@ -214,13 +219,25 @@ def mesh_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
     ]
 
 
-def contact_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
-    """The contact face, its law and the excitation."""
-    from rom import load_sector
+def over_sweep(source: ReportSource, rows: Callable[[Scene], list[tuple[str, str]]]) -> list[tuple[str, str]]:
+    """Rows of the whole sweep: where the curves differ, the first and the last text in the order of the values."""
+    keys = sweep_keys([curve.member for curve in source.curves])
+    members = sorted(
+        (curve.member for curve in source.curves),
+        key=lambda member: [key.number(member.parameters[key.name]) for key in keys],
+    )
+    tables = [rows(member.scene) for member in members]
+    found = []
+    for place, (name, _) in enumerate(tables[0]):
+        texts = list(dict.fromkeys(table[place][1] for table in tables))
+        many = f" ({len(texts)} values)" if len(texts) > 2 else ""
+        found.append((name, texts[0] if len(texts) == 1 else f"{texts[0]} ... {texts[-1]}{many}"))
+    return found
 
-    assert model.mesh is not None
+
+def contact_rows(face: ContactFace, scene: Scene) -> list[tuple[str, str]]:
+    """The contact face, its law and the excitation."""
     assert scene.mesh is not None
-    face = load_sector(model.mesh.parent / SECTOR).right
     contact, along = scene.contact, scene.mesh.contact_grid
     stiffness = [
         value_label(f"contact.{name}_stiffness", getattr(contact, f"{name}_stiffness"))

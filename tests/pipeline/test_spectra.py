@@ -19,7 +19,7 @@ from pipeline.stages.request import Request, RunOutcome
 pytestmark = pytest.mark.xdist_group("spectra")  # one worker: what the module makes is made once
 
 SPEEDS = [0.0, 4000.0, 8000.0]
-COLOURS = {"free": "0.0", "sliding": "#56B4E9", "stuck": "#D55E00"}
+COLOURS = {"free": "0.0", "sliding": "#0072B2", "stuck": "#D55E00"}
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,115 @@
+"""Maps over two swept keys: height and frequency of the worst motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipeline.figures.data import Array, SweepPoint
+from pipeline.figures.style import LOG_FROM, plain_log_labels, scale, subplots, write_heading
+from pipeline.figures.sweep_keys import SweepKey, is_grid, sweep_keys
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FEWEST = 3  # values of the key with the most
+MOST_NUMBERS = 80  # cells with a number in them
+MOST_TICKS = 10
+
+
+def map_figure(points: Sequence[SweepPoint], title: str) -> Figure | None:
+    """Worst motion over two swept keys, amplitude beside frequency; None unless exactly two keys are swept.
+
+    A full grid is a heat map with a cell for each curve; other samples are dots. The lowest worst
+    motion has a frame, those that may be higher a dot in the corner of the cell.
+    """
+    keys = sweep_keys(points)
+    if len(keys) != 2 or len(keys[0].values) < FEWEST:
+        return None
+    grid = is_grid(points, keys)
+    if not grid and not all(key.numeric for key in keys):
+        return None
+    factor, unit = scale([point.height for point in points], "m")
+    heights = np.array([point.height * factor for point in points])
+    frequencies = np.array([point.worst[0] if np.isfinite(point.worst[1]) else point.peak[0] for point in points])
+    figure, panels = subplots(1, 2, size=(11.0, 4.6))
+    for axes, values, name in (
+        (panels[0], heights, f"worst motion, largest displacement [{unit}]"),
+        (panels[1], frequencies, "frequency of the worst motion [Hz]"),
+    ):
+        look: dict[str, Any] = {"cmap": "viridis", "norm": _norm(values) if values is heights else None}
+        drawn = _cells(axes, points, keys, values, look) if grid else _dots(axes, points, keys, values, look)
+        bar = figure.colorbar(drawn, ax=axes, label=name)
+        if look["norm"] is not None:
+            plain_log_labels(bar.ax.yaxis)
+        axes.set(xlabel=keys[0].axis, ylabel=keys[1].axis)
+        axes.grid(visible=False)
+    if grid:
+        _mark_cells(panels[0], points, keys, heights)
+    write_heading(figure, title)
+    return figure
+
+
+def _norm(values: Array) -> Any:
+    from matplotlib.colors import LogNorm
+
+    above = values[np.isfinite(values) & (values > 0.0)]
+    return LogNorm(above.min(), above.max()) if above.size and above.max() > LOG_FROM * above.min() else None
+
+
+def _cells(axes: Axes, points: Sequence[SweepPoint], keys: Sequence[SweepKey], values: Array, look: Any) -> Any:
+    """One cell a curve, all of the same size: swept values are seldom evenly spaced."""
+    table = np.full((len(keys[1].values), len(keys[0].values)), np.nan)
+    at = _numbers(points, keys)
+    table[at[:, 1], at[:, 0]] = values
+    drawn = axes.pcolormesh(table, **look)
+    for axis, key in ((axes.xaxis, keys[0]), (axes.yaxis, keys[1])):
+        step = -(-len(key.values) // MOST_TICKS)
+        shown = range(0, len(key.values), step)
+        axis.set_ticks([number + 0.5 for number in shown], [key.text(key.values[number]) for number in shown])
+    if len(points) <= MOST_NUMBERS:
+        _write_numbers(axes, at, values, drawn)
+    return drawn
+
+
+def _write_numbers(axes: Axes, at: Any, values: Array, drawn: Any) -> None:
+    for (column, row), value in zip(at, values, strict=True):
+        if np.isfinite(value):
+            red, green, blue, _ = drawn.cmap(drawn.norm(value))
+            bright = 0.3 * red + 0.59 * green + 0.11 * blue > 0.5
+            look = {"ha": "center", "va": "center", "fontsize": 7.5, "color": "black" if bright else "white"}
+            axes.text(column + 0.5, row + 0.5, f"{value:.3g}", **look)
+
+
+def _dots(axes: Axes, points: Sequence[SweepPoint], keys: Sequence[SweepKey], values: Array, look: Any) -> Any:
+    x, y = ([key.position(point.parameters[key.name]) for point in points] for key in keys)
+    size = float(np.clip(6000.0 / len(points), 2.0, 60.0))
+    return axes.scatter(x, y, c=values, s=size, linewidths=0.0, rasterized=len(points) > 500, **look)
+
+
+def _mark_cells(axes: Axes, points: Sequence[SweepPoint], keys: Sequence[SweepKey], heights: Array) -> None:
+    """A frame around the lowest worst motion, dots where it may be higher, explained above the map."""
+    from matplotlib.patches import Rectangle
+
+    at, known = _numbers(points, keys), np.isfinite(heights)
+    said = []
+    is_open = np.array([point.worst_open for point in points])
+    closed = known & ~is_open
+    if closed.any():
+        low = int(np.argmin(np.where(closed, heights, np.inf)))
+        axes.add_patch(
+            Rectangle(at[low], 1, 1, fill=False, edgecolor="#D55E00", linewidth=2.2, clip_on=False, zorder=5)
+        )
+        said.append("orange frame: lowest")
+    if is_open.any():
+        axes.plot(at[is_open, 0] + 0.88, at[is_open, 1] + 0.84, "o", color="#D55E00", markersize=2.5, zorder=5)
+        said.append("dot: may be higher")
+    axes.set_title("; ".join(said), fontsize=9)
+
+
+def _numbers(points: Sequence[SweepPoint], keys: Sequence[SweepKey]) -> Any:
+    """Column and row of each curve, (n, 2)."""
+    return np.array([[key.number(point.parameters[key.name]) for key in keys] for point in points])

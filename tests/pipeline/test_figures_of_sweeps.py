@@ -1,0 +1,255 @@
+"""Figures and tables of sweeps over two keys, and of sweeps with many curves."""
+
+import json
+import math
+from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from pipeline_support import small_scene, write_scene
+
+from pipeline.figures.data import PlottedBranch, PlottedCurve, SweepPoint
+from pipeline.figures.quantiles import band_figure, bins, curves_to_read, ends, highest_at, quantile_figure
+from pipeline.figures.response import has_lines, response_figure
+from pipeline.figures.style import ordered_colours
+from pipeline.figures.sweep_keys import groups, is_grid, sweep_keys
+from pipeline.figures.sweep_map import map_figure
+from pipeline.figures.trend import has_few_lines, trend_figure
+from pipeline.report.charts import charts
+from pipeline.report.error_budget import ErrorRow
+from pipeline.report.many_curves import first_few, listed, quantile_rows, shown_rows
+from pipeline.report.story import story
+from pipeline.scene.reading import read_scene
+
+V0, MU = "contact.interference", "contact.friction"
+
+
+def point(index: int, parameters: dict[str, Any], height: float, unsure: bool = False) -> SweepPoint:
+    return SweepPoint(index, f"point {index}", parameters, (400.0, height), (400.0 + index, height), unsure)
+
+
+def grid(n: int, m: int) -> list[SweepPoint]:
+    """Curves over n interferences and m friction coefficients; the lowest one is at the first of both."""
+    return [
+        point(i * m + j, {V0: 1e-6 * (i - 2), MU: 0.1 * (j + 1)}, 1e-6 * (1.0 + i + 10.0 * j))
+        for i in range(n)
+        for j in range(m)
+    ]
+
+
+def curve(at: SweepPoint, folded: bool = False, **changes: Any) -> PlottedCurve:
+    """A resonance of the height of a point, stable below its peak."""
+    x = np.linspace(300.0, 500.0, 81)
+    y = at.peak[1] / np.hypot(1.0, (x - 400.0) / 10.0)
+    if folded:
+        x = np.concatenate([x[:41], x[39:29:-1], x[31:]])
+        y = np.concatenate([y[:41], np.linspace(0.9, 0.5, 10) * at.peak[1], 0.2 * y[31:]])
+    response = SimpleNamespace(frequency=(300.0, 500.0))
+    values: dict[str, Any] = {
+        "index": at.index,
+        "label": at.label,
+        "parameters": dict(at.parameters),
+        "worst": at.worst,
+        "worst_open": at.worst_open,
+    }
+    values |= {
+        "scene": SimpleNamespace(response=response),
+        "rom": Path("rom.h5"),
+        "frequency_hz": x,
+        "amplitude_m": y,
+    }
+    values |= {"stable": x <= 400.0, "nodal_diameter": np.zeros(len(x), int), "dissipated_j": np.zeros(len(x))}
+    values |= {"peak_index": int(np.argmax(y)), "peak_displacement": None, "residual": None, "contact": None}
+    values |= {"contact_area": None, "branches": (), "bifurcations": ()}
+    return PlottedCurve(**(values | changes))
+
+
+def lightness(colour: Any) -> np.ndarray:
+    """CIE L*a*b* of an sRGB colour (D65)."""
+    c = np.array(to_rgb(colour))
+    linear = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+    xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]) @ linear
+    f = np.cbrt(xyz / [0.9505, 1.0, 1.089])
+    return np.array([116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])])
+
+
+@pytest.mark.parametrize("count", [4, 8, 10, 12])
+def test_colours_of_a_sweep_can_be_told_apart(count: int) -> None:
+    """A difference of 2.3 in L*a*b* is just seen; in grey neighbours differ by a quarter of the range."""
+    found = [lightness(colour) for colour in ordered_colours(count)]
+    apart = [np.linalg.norm(a - b) for i, a in enumerate(found) for b in found[:i]]
+    assert min(apart) > 20.0
+    assert all(abs(a[0] - b[0]) > 25.0 for a, b in pairwise(found))
+    assert max(each[0] for each in found) < 75.0  # legible on white
+
+
+def test_swept_keys_are_sorted_and_grids_are_known() -> None:
+    points = grid(6, 3)
+    keys = sweep_keys(points)
+    assert [key.name for key in keys] == [V0, MU]
+    assert keys[0].axis == "interference v0 [µm], gap below 0"
+    assert [keys[0].position(value) for value in keys[0].values] == pytest.approx([-2, -1, 0, 1, 2, 3])
+    assert is_grid(points, keys)
+    assert not is_grid(points[:-1], keys)
+    assert [len(members) for _, members in groups(points, keys[1])] == [6, 6, 6]
+    names = sweep_keys([point(0, {"rom.modes": "auto"}, 1.0), point(1, {"rom.modes": 3}, 1.0)])[0]
+    assert (names.numeric, names.position("auto"), names.position(3)) == (False, 0.0, 1.0)
+    assert sweep_keys([point(0, {V0: 1e-6}, 1.0)]) == []
+
+
+def test_two_keys_are_told_by_colour_and_panel_and_the_legend_explains_the_lines() -> None:
+    points = grid(4, 2)
+    isola = PlottedBranch(np.array([390.0, 410.0]), np.full(2, 1e-6), np.zeros(2, bool), np.array([0, 3]))
+    curves = [curve(each, branches=(isola,) * (each.index == 0)) for each in points]
+    figure = response_figure(curves, [], "title")
+    assert [axes.get_title() for axes in figure.axes] == ["friction coefficient 0.1", "friction coefficient 0.2"]
+    of = [
+        {line.get_label(): line.get_color() for line in axes.lines if "v0" in str(line.get_label())}
+        for axes in figure.axes
+    ]
+    assert of[0] == of[1]
+    assert len(set(of[0].values())) == 4
+    said = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert len(said) == len(set(said))
+    wanted = {"unstable", "unstable, other nodal diameter", "isolated branch (thin)", "peak"}
+    assert set(said) - set(of[0]) == wanted
+    marks = [line for axes in figure.axes for line in axes.lines if line.get_marker() not in ("None", "")]
+    assert marks
+    assert all(line.get_markerfacecolor() == "none" for line in marks)  # the curve shows through
+
+
+def test_a_map_has_the_height_of_each_curve_in_its_cell() -> None:
+    points = grid(4, 3)
+    figure = map_figure(points, "title")
+    assert figure is not None
+    cells = figure.axes[0].collections[0].get_array().reshape(3, 4)
+    for each in points:
+        column, row = round(each.parameters[V0] * 1e6) + 2, round(each.parameters[MU] * 10) - 1
+        assert cells[row, column] == pytest.approx(each.worst[1] * 1e6)
+    frame = figure.axes[0].patches[0]
+    assert (frame.get_x(), frame.get_y()) == (0, 0)
+    assert map_figure([point(i, {V0: i * 1e-6}, 1e-6) for i in range(9)], "one key") is None
+    rng = np.random.default_rng(1)
+    samples = [point(i, {V0: x, MU: y}, 1e-6) for i, (x, y) in enumerate(rng.random((50, 2)))]
+    scattered = map_figure(samples, "samples")
+    assert scattered is not None
+    assert len(scattered.axes[0].collections[0].get_offsets()) == 50
+
+
+def test_a_figure_of_many_curves_has_few_artists() -> None:
+    rng = np.random.default_rng(2)
+    points = [point(i, {V0: x, MU: y}, 1e-6 * (1.0 + x)) for i, (x, y) in enumerate(rng.random((10_000, 2)))]
+    assert not has_lines(points)
+    assert not has_few_lines(points)
+    assert trend_figure(points, [], "title") is None
+    read = curves_to_read(points)
+    assert len(read) < 310
+    assert {each.index for each in ends(points)} <= set(read)
+    figure = quantile_figure(points, "title")
+    assert figure is not None
+    assert sum(len(axes.lines) + len(axes.collections) for axes in figure.axes) < 30
+    median = next(line for line in figure.axes[0].lines if line.get_label() == "median")
+    x, y = median.get_xdata(), median.get_ydata()
+    assert len(x) <= 16
+    assert y == pytest.approx(1.0 + np.asarray(x) * 1e-6, rel=0.01)  # the axis is in µm
+    bands = band_figure([curve(points[k]) for k in read[:60]], points, "title")
+    assert "10000 curves, bands from 60 of them" in bands.axes[0].get_title()
+    assert len(bands.axes[0].lines) + len(bands.axes[0].collections) < 20
+
+
+def test_bins_hold_every_value_once_and_equal_values_together() -> None:
+    rng = np.random.default_rng(3)
+    for x in (rng.integers(0, 7, 200).astype(float), rng.integers(0, 60, 500) * 1.0, rng.random(300), np.ones(5)):
+        found = bins(x)
+        assert sorted(np.concatenate(found)) == list(range(len(x)))
+        assert len(found) <= 16
+        assert all(x[a].max() < x[b].min() for a, b in pairwise(found))
+
+
+def test_the_highest_of_a_folded_curve() -> None:
+    """Against every segment of the polyline, one after the other."""
+    folded = curve(point(0, {}, 1e-6), folded=True)
+    frequency = np.linspace(290.0, 510.0, 177)
+    x, y = folded.frequency_hz, folded.amplitude_m
+    exact = np.full(len(frequency), np.nan)
+    for k, (a, b) in enumerate(pairwise(x)):
+        inside = (frequency >= min(a, b)) & (frequency <= max(a, b)) & (a != b)
+        line = y[k] + (frequency - a) / (b - a if a != b else 1.0) * (y[k + 1] - y[k])
+        exact = np.fmax(exact, np.where(inside, line, np.nan))
+    np.testing.assert_allclose(highest_at(folded, frequency), exact, rtol=1e-12)
+
+
+def test_the_story_gives_the_worst_and_the_best_and_what_is_open(tmp_path: Path) -> None:
+    file = read_scene(write_scene(tmp_path / "s.toml", small_scene(sweep={V0: [-1e-6, 0.0, 1e-6, 2e-6]})))
+    source: Any = SimpleNamespace(first=file.first, curves=[None] * 4, swept=(V0,))
+    heights = (4e-6, 1e-6, 2e-6, 5e-7)
+    points = [
+        SweepPoint(i, f"v0 = {i - 1} µm", member.parameters, (400.0, h), (400.0, h), worst_open=i == 3)
+        for i, (member, h) in enumerate(zip(file.members, heights, strict=True))
+    ]
+    errors = [
+        ErrorRow("truncation error", "7 %", "large", ""),
+        ErrorRow("mesh error", "not measured", "not known", ""),
+    ]
+    told = dict(story(source, points, errors))
+    assert list(told) == ["Computed", "Worst motion", "Best value", "How sure"]
+    assert "from -1 to 2 µm (4 values)" in told["Computed"]
+    assert told["Worst motion"].startswith("4 µm at 400 Hz, with v0 = -1 µm")
+    assert told["Best value"].startswith("v0 = 0 µm, with a worst motion of 1 µm")  # 0.5 µm may be higher
+    assert "1 curves have a lower one so far" in told["Best value"]
+    assert "large: truncation error (7 %); not known: mesh error" in told["How sure"]
+    assert "On 1 of 4 curves" in told["How sure"]
+
+
+def test_tables_of_many_curves_have_the_ends_and_the_quantiles() -> None:
+    heights = np.random.default_rng(4).permutation(np.arange(1, 1002)) * 1e-6
+    names = (
+        "worst_frequency_hz",
+        "peak_amplitude_m",
+        "peak_frequency_hz",
+        "truncation_error",
+        "energy_error",
+        "seconds",
+    )
+    curves: Any = [
+        SimpleNamespace(
+            complete=i != 77, facts=SimpleNamespace(worst_amplitude_m=h, **dict.fromkeys(names, math.nan))
+        )
+        for i, h in enumerate(heights)
+    ]
+    points = [point(i, {V0: float(i)}, h) for i, h in enumerate(heights)]
+    shown = shown_rows(points, curves)
+    assert len(shown) <= 3 * 8
+    assert {int(np.argmin(heights)), int(np.argmax(heights)), 77} <= set(shown)
+    (row,) = quantile_rows(curves)
+    assert row.name == "worst motion [mm]"
+    assert [float(value) for value in row.values] == pytest.approx([0.001, 0.101, 0.501, 0.901, 1.001])
+    assert shown_rows(points[:40], curves[:40]) == list(range(40))
+    assert quantile_rows(curves[:40]) == []
+    assert first_few([str(i) for i in range(20)], 3) == ["0", "1", "2", "and 17 more"]
+    assert listed([1, 2], 1) == "1 and 1 more"
+
+
+def test_charts_have_the_points_of_the_curves() -> None:
+    points = grid(4, 2)
+    curves = [curve(each) for each in points]
+    found: dict[str, Any] = json.loads(json.dumps(charts(curves, points), allow_nan=False))
+    response, sweep = found["response"], found["peaks"]
+    assert (response["yunit"], response["parts"]) == ("µm", ["friction coefficient 0.1", "friction coefficient 0.2"])
+    for line, exact in zip(response["lines"], curves, strict=True):
+        assert line["x"] == pytest.approx(exact.frequency_hz, rel=1e-5)
+        assert line["y"] == pytest.approx(exact.amplitude_m * 1e6, rel=1e-5)
+        assert [kind for *_, kind in line["kinds"]] == [0, 1]
+    heights = {text: y for line in sweep["lines"] for text, y in zip(line["said"], line["y"], strict=True)}
+    assert len(heights) == len(points)
+    for each in points:
+        (text,) = (text for text in heights if text.startswith(f"curve {each.index}:"))
+        assert heights[text] == pytest.approx(each.worst[1] * 1e6)
+    many = [point(i, {V0: i * 1e-6}, 1e-6 * (i + 1)) for i in range(500)]
+    few = cast(Any, charts([curve(each) for each in many[::50]], many))
+    assert len(few["response"]["lines"]) <= 3
+    assert len(few["peaks"]["lines"][0]["x"]) == 500
