@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from docutils import nodes
@@ -10,10 +11,13 @@ from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.util import logging
 
 _LOG = logging.getLogger(__name__)
+_WITHOUT_BRACES = re.compile(r"\\[dt]?frac(?![{a-zA-Z])")  # read as 12 over what follows: \frac12
 
 
 def mathml(latex: str, block: bool) -> str:
     """MathML of a LaTeX formula. Raises ValueError where it is not understood."""
+    if _WITHOUT_BRACES.search(latex):
+        raise ValueError(f"formula not understood: {latex}: write \\frac with braces")
     try:
         return str(tex2mathml(latex, as_block=block))
     except (MathError, SyntaxError) as error:

@@ -23,6 +23,8 @@ def test_a_fraction_and_a_sum() -> None:
 def test_a_formula_that_is_not_understood_is_named() -> None:
     with pytest.raises(ValueError, match=r"formula not understood: a \\nonsense b"):
         mathml(r"a \nonsense b", block=False)
+    with pytest.raises(ValueError, match="with braces"):
+        mathml(r"\frac12 x", block=False)
 
 
 def test_every_symbol_of_the_method_is_in_its_table_once() -> None:
