@@ -6,7 +6,7 @@
 # make bench  run time against error of every stage, and run times before and after, into out/bench; make bench-docs puts it into docs
 # make bench-peers  beside pyHarm (installed into an environment of its own) and CalculiX (where ccx is)
 # make docs   the documentation site, into out/docs/index.html; make tutorials runs the tutorials and renews their output and pictures
-# make pictures  the pictures of README and pages, made again from the scenes; a test fails where one is old
+# make pictures  the pictures of README and pages that are old, made again from the scenes; a test fails where one is old
 # make stress the stability matrix: hard cases solved, every one recorded, into out/stress
 #
 # SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes
@@ -86,7 +86,7 @@ docs: setup
 tutorials: export OPENBLAS_NUM_THREADS = 1
 tutorials: setup
 	@$(BIN)/python docs/execute.py --update
-	@$(BIN)/python docs/make_pictures.py first_blade_shrouds first_blade_response own_reduced_model_response
+	@$(BIN)/python docs/make_pictures.py --record first_blade_shrouds first_blade_response own_reduced_model_response
 
 pictures: export OPENBLAS_NUM_THREADS = 1
 pictures: setup

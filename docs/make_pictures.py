@@ -1,11 +1,11 @@
 """Make the pictures of README and pages again, and record what they were made from: `make pictures`.
 
-    python docs/make_pictures.py               # all; scenes run into out/pictures, some minutes the first time
-    python docs/make_pictures.py blade report  # these only
-    python docs/make_pictures.py --stale       # only list the pictures that are older than what they were made from
+    python docs/make_pictures.py               # those that are old; scenes run into out/pictures, for minutes at first
+    python docs/make_pictures.py blade report  # these, old or not
+    python docs/make_pictures.py --all         # all
+    python docs/make_pictures.py --stale       # only list those that are old
 
-The picture of the report needs a browser. Those of the tutorials are made by `docs/execute.py --update`, and only
-recorded here. A test fails where a picture is old (picture_record.py).
+The picture of the report needs a browser. A test fails where a picture is old (picture_record.py).
 """
 
 from __future__ import annotations
@@ -57,9 +57,13 @@ def pictures() -> dict[str, Picture]:
         Picture("nodal_diameters", (DUMMY, FIGURES), _of_run("dummy", "figures/nodal_diameters.png")),
         Picture("check_of_a_motion", (DUMMY, "pipeline/check", FIGURES), _check),
         Picture("report", (DUMMY, PAGE, FIGURES), _report),
-        Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), None),
-        Picture("first_blade_response", (f"{tutorials}/first_blade.md", FIGURES), None),
-        Picture("own_reduced_model_response", (f"{tutorials}/own_reduced_model.md", FIGURES), None),
+        Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
+        Picture("first_blade_response", (f"{tutorials}/first_blade.md", FIGURES), _of_page("first_blade")),
+        Picture(
+            "own_reduced_model_response",
+            (f"{tutorials}/own_reduced_model.md", FIGURES),
+            _of_page("own_reduced_model"),
+        ),
     ]
     for study in ("whole", "mesh", "modes", "harmonics", "integration", "continuation"):
         made.append(Picture(f"bench_{study}", (f"docs/performance.md#{study}",), _of_table(study)))
@@ -112,16 +116,25 @@ def _of_table(study: str) -> Maker:
     return make
 
 
+def _of_page(name: str) -> Maker:
+    def make(path: Path) -> bool:
+        page = DOCS / "tutorials" / f"{name}.md"
+        subprocess.run([sys.executable, DOCS / "execute.py", "--update", page], cwd=ROOT, check=True)
+        return True
+
+    return make
+
+
 def _shroud(*arguments: Any) -> None:
     subprocess.run([sys.executable, "-m", "pipeline", *map(str, arguments)], cwd=ROOT, check=True)
 
 
-def make_all(wanted: list[Picture]) -> None:
-    """Make the pictures and record them."""
+def make_all(wanted: list[Picture], only_record: bool = False) -> None:
+    """Make the pictures and record them, or only record them."""
     IMAGES.mkdir(exist_ok=True)
     record = read_record()
     for picture in wanted:
-        if picture.make is None or picture.make(picture.path):
+        if only_record or picture.make(picture.path):
             record["pictures"][picture.name] = record_of(picture)
             print(picture.path.relative_to(ROOT), flush=True)
     record["peaks"] |= {scene: peaks(OUT / scene) for scene in SCENES if (OUT / scene / "summary.json").exists()}
@@ -139,18 +152,21 @@ def peaks(folder: Path) -> list[list[float]]:
 def main(arguments: list[str] | None = None) -> int:
     """The program; returns its exit status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("names", nargs="*", metavar="NAME", help="pictures, all by default")
-    parser.add_argument("--stale", action="store_true", help="list the pictures that are old, and make none")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="pictures; by default those that are old")
+    parser.add_argument("--all", action="store_true", help="make all")
+    parser.add_argument("--stale", action="store_true", help="list those that are old, and make none")
+    parser.add_argument("--record", action="store_true", help="record the pictures as they are, and make none")
     options = parser.parse_args(arguments)
     known = pictures()
     if unknown := [name for name in options.names if name not in known]:
         parser.error(f"{unknown[0]}: no picture of this name; known: {', '.join(known)}")
     chosen = [known[name] for name in options.names or known]
+    old = list(stale(chosen))
     if options.stale:
-        found = list(stale(chosen))
-        print("\n".join(found) or "no picture is old")
-        return 1 if found else 0
-    make_all(chosen)
+        print("\n".join(old) or "no picture is old")
+        return 1 if old else 0
+    named = {line.partition(":")[0] for line in old}
+    make_all([one for one in chosen if options.names or options.all or one.name in named], options.record)
     return 0
 
 

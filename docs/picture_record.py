@@ -36,13 +36,13 @@ class Picture:
         Its file in docs/images, without `.png`.
     sources : tuple of str
         Files or folders of the repository; `docs/performance.md#NAME`: a block of that page.
-    make : callable or None
-        How it is made; None: elsewhere.
+    make : callable
+        How it is made.
     """
 
     name: str
     sources: tuple[str, ...]
-    make: Maker | None
+    make: Maker
 
     @property
     def path(self) -> Path:

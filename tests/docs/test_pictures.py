@@ -27,7 +27,10 @@ def test_every_picture_shown_is_recorded_and_every_one_recorded_is_shown() -> No
 
 
 def test_the_peaks_in_the_pictures_are_those_of_today(tmp_path: Path) -> None:
-    """Two curves of the default scene; the half hour shows the same numbers."""
+    """Two curves of the default scene; the half hour shows the same numbers.
+
+    Where they differ: `python docs/make_pictures.py --all`, and the new numbers into docs/tutorials/half_hour.md.
+    """
     text = (ROOT / "scenes" / "dummy.toml").read_text().replace("tolerance = 0.01", QUICK)
     text = re.sub(
         r'^"contact.interference" = \[.*\]', f'"contact.interference" = {[*CURVES.values()]}', text, flags=re.M
