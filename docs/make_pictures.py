@@ -1,6 +1,6 @@
 """Make the pictures of README and pages again, and record what they were made from: `make pictures`.
 
-    python docs/make_pictures.py               # those that are old; scenes run into out/pictures, for minutes at first
+    python docs/make_pictures.py               # those that are old; scenes run into out/pictures (minutes)
     python docs/make_pictures.py blade report  # these, old or not
     python docs/make_pictures.py --all         # all
     python docs/make_pictures.py --stale       # only list those that are old
