@@ -11,7 +11,7 @@ import numpy as np
 from pipeline.figures.curve_line import KINDS, stability_segments
 from pipeline.figures.curve_marks import MARKS, SAME_HEIGHT
 from pipeline.figures.data import PlottedCurve, SweepPoint
-from pipeline.figures.quantiles import ends
+from pipeline.figures.quantiles import ENDS, ends
 from pipeline.figures.response import has_lines, panel_keys
 from pipeline.figures.style import LOG_FROM, ordered_colours, scale
 from pipeline.figures.sweep_keys import SweepKey, sweep_keys
@@ -36,16 +36,17 @@ def charts(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint]) -> dict
 def _response(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint]) -> dict[str, Any]:
     """Amplitude over frequency; of many curves those with the highest, the median and the lowest worst motion."""
     few = has_lines(points)
+    kinds: dict[int, str] = {}
     if not few:
-        chosen = {point.index for point in ends(points)}
-        curves = [curve for curve in curves if curve.index in chosen]
+        kinds = {p.index: f"{name} worst motion: " for p, name in zip(ends(points), ENDS, strict=False)}
+        curves = [curve for curve in curves if curve.index in kinds]
     keys = panel_keys(sweep_keys(points)) if few else None
     factor, unit = scale(np.concatenate([curve.amplitude_m for curve in curves]), "m")
     shades = [_hex(colour) for colour in ordered_colours(len(keys[0].values) if keys else len(curves))]
     step = -(-sum(len(curve.frequency_hz) for curve in curves) // MOST_POINTS)
     lines, marks = [], []
     for number, curve in enumerate(curves):
-        name, part = curve.label, None
+        name, part = f"{kinds.get(curve.index, '')}{curve.label}", None
         if keys:
             number, part = (key.number(curve.parameters[key.name]) for key in keys)
             name = value_label(keys[0].name, curve.parameters[keys[0].name])
@@ -65,6 +66,7 @@ def _response(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint]) -> d
         "lines": lines,
         "marks": marks,
         "parts": [value_label(keys[1].name, value) for value in keys[1].values] if keys else [],
+        "replaces": few,
     }
 
 
@@ -121,6 +123,7 @@ def _sweep(points: Sequence[SweepPoint]) -> dict[str, Any]:
         "log": _spans_decades([point.height for point in points]),
         "dots": True,
         "parts": [],
+        "replaces": True,
         "lines": lines,
         "names": None if _even(key) else {number: key.text(value) for number, value in enumerate(key.values)},
     }

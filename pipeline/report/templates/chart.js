@@ -233,7 +233,7 @@
     window.addEventListener("resize", soon);
     const still = document.getElementById(box.id + "-still");
     box.hidden = false;
-    if (still) { still.classList.add("printed-only"); }
+    if (still && data.replaces) { still.classList.add("printed-only"); }
     draw();
   }
   const all = JSON.parse(document.getElementById("chart-data").textContent);
