@@ -33,12 +33,25 @@ def draw(job: RenderJob) -> None:
         tangential=np.asarray(job.tangential),
         count=min(max(job.modes), model.size),
     )
+    names = names_of(sector, shapes)
     for mode in job.modes:
         if mode > len(frequency):
             raise ValueError(f"mode {mode}: the reduced model has {len(frequency)}")
         shape = at_largest(shapes[mode - 1, : len(sector.points)])
-        heading = f"{job.title}: mode {mode}, shrouds {job.contact}, {frequency[mode - 1]:.1f} Hz"
+        heading = (
+            f"{job.title}: mode {mode} ({names[mode - 1]}), shrouds {job.contact}, {frequency[mode - 1]:.1f} Hz\n"
+            f"largest drawn displacement {1e3 * job.deformation:.3g} mm; x axial, z radial"
+        )
         _picture(job, sector, shape, heading, Path(job.folder) / f"{job.prefix}mode_{mode}.png")
+
+
+def names_of(sector: SectorMesh, shapes: NDArray[np.complex128]) -> list[str]:
+    """Names 1F, 1E, 1T, ... of mode shapes (M, at least N, 3), by the motion of the airfoil."""
+    from rom import mode_names
+
+    below = min(float(sector.points[face.nodes, 2].min()) for face in (sector.right, sector.left))
+    airfoil = np.flatnonzero(sector.points[:, 2] < below)
+    return mode_names(sector.points[airfoil], shapes[:, airfoil])
 
 
 def at_largest(shape: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -62,12 +75,11 @@ def _picture(job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128], 
         _add_ring(plotter, job, sector, shape, from_tip=view == 1)
     plotter.subplot(0)
     ring.add_outline(plotter, sector)
+    ring.add_axes(plotter, sector, 17)
     plotter.add_text(heading, position="upper_left", font_size=15, color="black")
     ring.aim_from_side(plotter, sector)
     plotter.subplot(1)
     plotter.add_text("at rest, from the tip", position="upper_left", font_size=13, color="black")
-    entries = [["right contact nodes", ring.RIGHT_COLOUR], ["left contact nodes", ring.LEFT_COLOUR]]
-    plotter.add_legend(entries, bcolor="white", face="circle", size=(0.36, 0.09), loc="lower left")
     _aim_from_tip(plotter, sector, job.blades)
     plotter.screenshot(str(path))
     plotter.close()
@@ -86,6 +98,7 @@ def _add_ring(
         if blade == 0:
             _add_own(plotter, surface, from_tip)
             ring.add_contacts(plotter, sector, mesh.points)
+            ring.label_faces(plotter, sector, mesh.points, 18)
         else:
             ring.add_neighbour(plotter, surface)
 
