@@ -1,6 +1,8 @@
 # make run    set up what is needed, then run a scene from geometry to figures
 # make report the same as make run, and one page about it: out/<scene>/report.html
 # make test   set up what is needed, then format, lint, types and tests
+# make test-lowest, make test-newest  tests of every library's use, with the lowest and the newest versions that pyproject.toml allows
+# make lock   requirements.lock, the exact versions of make setup, as the newest allowed ones
 # make bench  run time against error of every stage, and run times before and after, into out/bench; make bench-docs puts it into docs
 # make bench-peers  beside pyHarm (installed into an environment of its own) and CalculiX (where ccx is)
 # make docs   the documentation site, into out/docs/index.html; make tutorials runs the tutorials and renews their output and pictures
@@ -17,19 +19,21 @@ STRESS ?=
 BENCH ?=
 PYTHON ?= python3
 VENV := .venv
+VERSION_EXTRAS := cholmod,uff,distributed,tables,dev
+EXTRAS := $(VERSION_EXTRAS),docs
 BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) $(if $(JOBS),--jobs $(JOBS))
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond render figures report test docs tutorials stress bench bench-peers bench-docs clean
+.PHONY: setup run mesh assemble reduce respond render figures report test test-lowest test-newest lock docs tutorials stress bench bench-peers bench-docs clean
 
 setup: $(VENV)/.installed
 
-$(VENV)/.installed: pyproject.toml
+$(VENV)/.installed: pyproject.toml requirements.lock
 	@$(PYTHON) pipeline/bootstrap.py
 	@echo "setting up $(VENV), once: packages, then kernels compiled"
 	@$(PYTHON) -m venv $(VENV)
-	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[cholmod,uff,docs,dev]'
+	@$(BIN)/pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[$(EXTRAS)]'
 	-@$(BIN)/shroud warm-up --quiet
 	@touch $@
 
@@ -46,6 +50,32 @@ test: setup
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2 --dist loadgroup
+
+# Each test here is of a library's use or of a result that it could change: mesh, matrices, reduction, contact, files, pictures.
+VERSION_TESTS = geometry/test_shape.py geometry/test_quality.py geometry/test_files.py rom/test_assembly.py \
+	rom/test_craig_bampton.py rom/test_factorisation.py rom/test_ordering.py rom/test_receptance.py nonlinear/test_balance.py \
+	nonlinear/test_contact_closed_forms.py nonlinear/test_contact_jacobian.py nonlinear/test_detached.py pipeline/test_cli.py \
+	pipeline/test_export.py pipeline/test_new_scene.py pipeline/test_outputs.py pipeline/test_pictures.py \
+	pipeline/test_public_module.py pipeline/test_report.py pipeline/test_stages.py
+
+test-lowest test-newest: export OPENBLAS_NUM_THREADS = 1
+test-lowest: setup
+	@mkdir -p out/lowest && $(BIN)/python .ci/versions.py lowest > out/lowest/constraints.txt
+	@$(PYTHON) -m venv out/lowest/venv
+	@out/lowest/venv/bin/pip install --quiet --disable-pip-version-check -c out/lowest/constraints.txt -e '.[$(VERSION_EXTRAS)]'
+	out/lowest/venv/bin/python -m pytest -n 2 --dist loadgroup $(addprefix tests/,$(VERSION_TESTS))
+
+out/newest/venv: pyproject.toml
+	@$(PYTHON) -m venv $@
+	@$@/bin/pip install --quiet --disable-pip-version-check --upgrade -e '.[$(EXTRAS)]'
+	@touch $@
+
+test-newest: out/newest/venv
+	out/newest/venv/bin/python -m pytest -n 2 --dist loadgroup $(addprefix tests/,$(VERSION_TESTS))
+
+lock: out/newest/venv
+	@out/newest/venv/bin/python .ci/versions.py lock > requirements.new && mv requirements.new requirements.lock
+	@echo requirements.lock
 
 # A warning is an error. The pages need no network.
 docs: setup

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from pipeline.results.results import Curve, DetachedBranch, Results, read_results
     from pipeline.scene.reading import Member, SceneFile, read_scene
 
+__version__ = "0.2.0"
+
 __all__ = [
     "Curve",
     "DetachedBranch",

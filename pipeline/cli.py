@@ -28,11 +28,10 @@ COMPUTED, NOT_REACHED, BAD_INPUT, BY_SIGNAL = 0, 1, 2, 128  # the last: and the 
 
 _NO_OUTPUT = "shroud: the output cannot be written"
 
-FLAGS = ("--force", "--quiet", "--json", "--help")  # options without a value
+FLAGS = ("--force", "--quiet", "--json", "--version", "--help")  # options without a value
 
 app = typer.Typer(
     name="shroud",
-    help="Nonlinear forced response of shrouded turbine blades, from blade geometry to response curves.",
     add_completion=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -72,6 +71,23 @@ JobsOption = Annotated[
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else on stdout.")]
+
+
+def _print_version(asked: bool) -> None:
+    from pipeline import __version__
+
+    if asked:
+        print(f"shroud {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Nonlinear forced response of shrouded turbine blades, from blade geometry to response curves."""
 
 
 @app.command()

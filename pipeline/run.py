@@ -33,6 +33,7 @@ from pipeline.store.disk_errors import StorageError
 from pipeline.store.output_folder import working_store
 
 if TYPE_CHECKING:
+    from pipeline.render.render_stage import RenderingAhead
     from rom import ReducedModel
 
 UNFINISHED = "the run has not come to its end; the same command goes on from there"
@@ -102,8 +103,10 @@ def solved_curves(request: Request, reporter: Reporter) -> Iterator[tuple[Run, R
 
 def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
     request, outcome = run.request, RunOutcome()
-    models = models_of_blade(run, outcome) if given is None else models_from_file(run, given)
-    with _rendering(run, models):
+    with _rendering(run) as ahead:
+        models = models_of_blade(run, outcome) if given is None else models_from_file(run, given)
+        if ahead is not None:
+            ahead.begin(models)
         if Stage.RESPOND in request.wanted:
             _respond(run, models, outcome)
         outcome.models = model_summaries(run, models, outcome)
@@ -196,13 +199,13 @@ def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
         outcome.pictures.extend(path.relative_to(run.request.out).as_posix() for path in files)
 
 
-def _rendering(run: Run, models: Models) -> AbstractContextManager[None]:
+def _rendering(run: Run) -> AbstractContextManager[RenderingAhead | None]:
     """Where renders are asked for, a block beside which they are drawn."""
     if Stage.RENDER not in run.request.wanted:
         return nullcontext()
     from pipeline.render.render_stage import rendering_ahead
 
-    return rendering_ahead(run, models)
+    return rendering_ahead(run)
 
 
 def _renders(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:

@@ -1,16 +1,11 @@
 """Hill's eigenvalue problem where each unknown has its own poles: modal coordinates of all harmonics."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
-
-MAX_INVERSE_ITERATIONS = 12
-LEFT_ITERATIONS = 3
-ROUND_OFF = 1e-9  # by which a shift is kept off an eigenvalue
 
 
 @dataclass(frozen=True)
@@ -64,19 +59,10 @@ class CondensedLoop:
 
     Attributes
     ----------
-    poles : CondensedPoles
-        The poles.
-    contact : (D, D)
-        K.
-    factors
-        LU factors of (I - K G_0)^T.
     matrix, descriptor : (n_z, n_z)
         A_c and E_c.
     """
 
-    poles: CondensedPoles
-    contact: ComplexArray
-    factors: Any
     matrix: ComplexArray
     descriptor: ComplexArray
 
@@ -121,51 +107,8 @@ class CondensedLoop:
         descriptor = -poles.residue[:, None] * change
         matrix[every, every] += poles.pole
         descriptor[every, every] += 1.0
-        return cls(poles, contact, (upper, pivots), matrix, descriptor)
+        return cls(matrix, descriptor)
 
-    def nearest(self, shift: complex, state: ComplexArray | None = None) -> tuple[complex, ComplexArray]:
-        """The eigenvalue next to `shift` and its eigenvector, by inverse iteration from `state`.
-
-        Where two are as near, all are solved for.
-
-        Parameters
-        ----------
-        shift : complex
-            An approximate eigenvalue.
-        state : (n_z,) complex or None
-            Start of the iteration.
-        """
-        from scipy.linalg import lu_factor, lu_solve
-
-        beside = shift * (1.0 + ROUND_OFF) + ROUND_OFF
-        factors = lu_factor(self.matrix - beside * self.descriptor, check_finite=False)
-        x = np.ones(len(self.descriptor), dtype=complex) if state is None else state
-        value = complex("nan")
-        for _ in range(MAX_INVERSE_ITERATIONS):
-            x = x / np.linalg.norm(x)
-            y = lu_solve(factors, self.descriptor @ x, check_finite=False)
-            before, value = value, beside + 1.0 / complex(x.conj() @ y)
-            if abs(value - before) <= 1e-3 * abs(value - shift) + ROUND_OFF:
-                return value, y
-            x = y
-        values, vectors = np.linalg.eig(np.linalg.solve(self.descriptor, self.matrix))
-        index = int(np.argmin(np.abs(values - shift)))
-        return complex(values[index]), vectors[:, index]
-
-    def left_vector(self, value: complex) -> ComplexArray:
-        """The left eigenvector w of an eigenvalue, w^T (A_c - sigma E_c) = 0: (n_z,).
-
-        Parameters
-        ----------
-        value : complex
-            The eigenvalue.
-        """
-        from scipy.linalg import lu_factor, lu_solve
-
-        beside = value * (1.0 + ROUND_OFF) + ROUND_OFF
-        factors = lu_factor(self.matrix - beside * self.descriptor, check_finite=False)
-        x = np.ones(len(self.descriptor), dtype=complex)
-        for _ in range(LEFT_ITERATIONS):
-            x = lu_solve(factors, self.descriptor.T @ x, trans=1, check_finite=False)
-            x = x / np.linalg.norm(x)
-        return x
+    def eigenvalues(self) -> ComplexArray:
+        """All of them."""
+        return np.linalg.eigvals(np.linalg.solve(self.descriptor, self.matrix))

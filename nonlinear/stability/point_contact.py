@@ -1,6 +1,7 @@
 """The contact of a solved point as growing perturbations see it: its Jacobian and the memory of its sliders."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -46,6 +47,18 @@ class PointContact:
             change, derivative = (self._of_sliders(memory, values) for values in memory.force(sigma))
         return self.jacobian + change, derivative
 
+    def in_harmonics(self, static: bool) -> ComplexArray:
+        """K(0) in the harmonics, (n_c, S, 3, S, 3), without harmonic 0 unless `static`."""
+        if static not in self._in_harmonics:
+            first = 0 if static else 1
+            values = in_harmonics(self.jacobian).transpose(0, 3, 1, 4, 2)[:, first:, :, first:]
+            self._in_harmonics[static] = np.ascontiguousarray(values)
+        return self._in_harmonics[static]
+
+    @cached_property
+    def _in_harmonics(self) -> dict[bool, ComplexArray]:
+        return {}
+
     def _of_cone(self, memory: ConeSliderMemory, values: Matrix) -> Matrix:
         result = np.zeros(self.jacobian.shape, dtype=values.dtype)
         result[memory.node, :2] = values
@@ -71,12 +84,23 @@ def in_harmonics(values: Matrix) -> ComplexArray:
     values : (..., 2H+1, 2H+1)
         Of the coefficients 0, Re 1, Im 1, ...
     """
-    columns = values.astype(complex)
+    columns = columns_in_harmonics(values)
+    return np.ascontiguousarray(np.swapaxes(rows_in_harmonics(np.swapaxes(columns, -1, -2)), -1, -2))
+
+
+def columns_in_harmonics(values: Matrix) -> ComplexArray:
+    """What is multiplied by real coefficients, as what is multiplied by the amplitudes: (..., 2H+1)."""
+    result = values.astype(complex)
     turned = 1j * values[..., 2::2]
-    columns[..., 1::2] -= turned
-    columns[..., 2::2] = values[..., 1::2] + turned
-    rows = columns.copy()
-    half, turned = 0.5 * columns[..., 1::2, :], 0.5j * columns[..., 2::2, :]
-    rows[..., 1::2, :] = half + turned
-    rows[..., 2::2, :] = half - turned
-    return rows
+    result[..., 1::2] -= turned
+    result[..., 2::2] = values[..., 1::2] + turned
+    return result
+
+
+def rows_in_harmonics(values: Matrix) -> ComplexArray:
+    """Real coefficients as the amplitudes of the harmonics: (..., 2H+1)."""
+    result = values.astype(complex)
+    half, turned = 0.5 * values[..., 1::2], 0.5j * values[..., 2::2]
+    result[..., 1::2] = half + turned
+    result[..., 2::2] = half - turned
+    return result

@@ -1,47 +1,152 @@
-"""One Floquet exponent from a reduced problem, corrected for the modes that are left out."""
+"""One Floquet exponent from a reduced problem, corrected for the modes that are left out.
+
+References
+----------
+A. Neumaier, Residual inverse iteration for the nonlinear eigenvalue problem, SIAM Journal on Numerical Analysis
+22(5), 1985.
+A. Ruhe, Algorithms for the nonlinear eigenvalue problem, SIAM Journal on Numerical Analysis 10(4), 1973.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import ContactParameters
-from nonlinear.stability.condensed_loop import CondensedLoop
+from nonlinear.stability.condensed_loop import CondensedLoop, CondensedPoles
 from nonlinear.stability.hill import HillProblem
+from nonlinear.stability.modal_contact import ModalContact, modal_contact
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
 from rom import ModalModel
 
 MAX_OMITTED = 2e-3  # flexibility times contact stiffness: the error of an eigenvalue is some square of it
-LARGEST_CORRECTION = 5e-5  # of an eigenvalue; the next order is about its square over the distance to the next one
+LARGEST_CORRECTION = 2e-4  # of an eigenvalue; the next order is about its square over the distance to the next one
 NEGLIGIBLE = 1e-5  # flexibility times contact stiffness that needs no residual mode
-UNKNOWNS = 150  # harmonics times modes
+UNKNOWNS = 120  # harmonics times modes
 LEAST_SIZE = 150  # contact dofs in all harmonics from which the reduced problem is worth its overhead
 MAX_ITERATIONS = 8
+MAX_INVERSE_ITERATIONS = 12
+LEFT_ITERATIONS = 4
+SHARP = 1e-6  # 1 - cos of the angle between two iterates of an eigenvector
 CONVERGED = 1e-6  # change of an eigenvalue at which the iteration ends, in units of omega
+FAR = 0.03  # change of an eigenvalue after which the problem is linearised again at once
+MAX_RESIDUALS = 4
+ROUND_OFF = 1e-9  # by which a shift is kept off an eigenvalue
 
 
-class Eigenpair(NamedTuple):
-    """An eigenvalue sigma of the reduced problem at one kappa, with the loop linearised there.
+@dataclass(frozen=True)
+class ModalPencil:
+    """T(sigma) x = 0 linearised around one sigma, T = Z - B^H K B, with Z = 1 / g of the modes in all harmonics.
 
     Attributes
     ----------
-    value : complex
-        sigma.
-    state : (n_z,)
-        Right eigenvector.
-    loop : CondensedLoop
-        The loop.
-    contact : (n_c, S, 3, S, 3)
-        Contact Jacobian in harmonics.
+    poles : CondensedPoles
+        Poles and residual flexibility of the modes: g(sigma) = a / (sigma - p) + g_0 + sigma g_1.
+    contact : ModalContact
+        B^H K B.
+    shift : complex
+        The sigma.
     """
 
-    value: complex
-    state: ComplexArray
-    loop: CondensedLoop
-    contact: ComplexArray
+    poles: CondensedPoles
+    contact: ModalContact
+    shift: complex
+
+    @cached_property
+    def stiffness(self) -> tuple[ComplexArray, ComplexArray]:
+        """Z and its derivative, (D,)."""
+        poles = self.poles
+        distance = self.shift - poles.pole
+        g, dg = poles.flexibility + self.shift * poles.derivative, poles.derivative.copy()
+        np.add.at(g, poles.state, poles.residue / distance)
+        np.add.at(dg, poles.state, -poles.residue / distance**2)
+        return 1.0 / g, -dg / g**2
+
+    def residual(self, x: ComplexArray) -> ComplexArray:
+        """T x."""
+        return self.stiffness[0] * x - self.contact.product(self.shift, x)
+
+    def derivative(self, x: ComplexArray) -> ComplexArray:
+        """dT x."""
+        inputs, outputs = self._memory
+        return self.stiffness[1] * x - inputs @ (outputs @ x)
+
+    def nearest(self, x: ComplexArray | None) -> tuple[complex, ComplexArray, bool] | None:
+        """The eigenvalue mu of T + mu dT next to 0, its eigenvector, and whether that is sharp.
+
+        By inverse iteration from `x`. None where two are as near.
+        """
+        x = np.ones(self.poles.flexibility.size, dtype=complex) if x is None else x
+        value = complex("nan")
+        for _ in range(MAX_INVERSE_ITERATIONS):
+            x = x / np.linalg.norm(x)
+            y = self._solve(self.derivative(x), 1)
+            before, value = value, -1.0 / complex(x.conj() @ y)
+            if abs(value - before) <= 1e-3 * abs(value) + ROUND_OFF:
+                return value, y / np.linalg.norm(y), _same_direction(x, y)
+            x = y
+        return None
+
+    def nearest_of_all(self) -> complex:
+        """The eigenvalue next to the shift of those that the states of the retained poles have."""
+        inputs, outputs = self._memory
+        contact = self.contact.matrix(self.shift)
+        values = CondensedLoop.closed(self.poles, contact, inputs @ outputs, self.shift).eigenvalues()
+        return complex(values[np.argmin(np.abs(values - self.shift))])
+
+    def left_vector(self, x: ComplexArray) -> tuple[ComplexArray, bool]:
+        """The left eigenvector l, l^T (T + mu dT) = 0, and whether it is sharp; from the conjugate of `x`."""
+        inputs, outputs = self._memory
+        left, sharp = x.conj(), False
+        for _ in range(LEFT_ITERATIONS):
+            before = left
+            left = self._solve(self.stiffness[1] * left - (left @ inputs) @ outputs, 0)
+            left = left / np.linalg.norm(left)
+            sharp = _same_direction(before, left)
+            if sharp:
+                break
+        return left, sharp
+
+    def refined(self, sigma: complex, x: ComplexArray, left: ComplexArray) -> tuple[complex, ComplexArray] | None:
+        """The eigenvalue of T(sigma) and its eigenvector near `sigma` and `x`, by residual inverse iteration.
+
+        The factors stay those of the shift (Neumaier 1985). None where it converges slowly.
+        """
+        for _ in range(MAX_RESIDUALS):
+            residual, change = ModalPencil(self.poles, self.contact, sigma).residual(x), self.derivative(x)
+            step = -complex(left @ residual) / complex(left @ change)
+            sigma += step
+            if abs(step) < CONVERGED:
+                return sigma, x
+            x = x - self._solve(residual + step * change, 1)
+        return None
+
+    @cached_property
+    def _memory(self) -> tuple[ComplexArray, ComplexArray]:
+        return self.contact.derivative(self.shift)
+
+    def _solve(self, right: ComplexArray, transposed: int) -> ComplexArray:
+        from scipy.linalg.lapack import zgetrs
+
+        return np.asarray(zgetrs(*self._factors, right, trans=transposed)[0])
+
+    @cached_property
+    def _factors(self) -> tuple[Any, Any]:
+        """LU factors of T^T: its columns are contiguous."""
+        from scipy.linalg.lapack import zgetrf
+
+        matrix = -self.contact.matrix(self.shift)
+        matrix[np.diag_indices_from(matrix)] += self.stiffness[0]
+        upper, pivots, _ = zgetrf(matrix.T, overwrite_a=True)
+        return upper, pivots
+
+
+def _same_direction(one: ComplexArray, other: ComplexArray) -> bool:
+    """Whether two iterates, the first of unit length, are one vector but for its length and phase."""
+    return bool(abs(one.conj() @ other) >= (1.0 - SHARP) * np.linalg.norm(other))
 
 
 @dataclass(frozen=True)
@@ -93,81 +198,56 @@ class ReducedRefinement:
         """
         reduced, pairs = self._at(contact.omega), abs(np.sin(kappa)) < 1e-12
         poles, relative = reduced.condensed(reduced.modal, contact.omega), reduced.relative(reduced.modal, kappa)
-        state: ComplexArray | None = None
-        memory: ComplexArray | None = None
+        modal = modal_contact(reduced, contact, relative)
+        x: ComplexArray | None = None
         for _ in range(MAX_ITERATIONS):
             before = complex(value.real) if pairs and abs(value.imag) < CONVERGED else value
-            jacobian, derivative = contact.at(before)
-            if derivative is not None and memory is None:  # good enough for the later ones, which are close
-                memory = reduced.projected(reduced.in_harmonics(derivative), relative)
-            jacobian = reduced.in_harmonics(jacobian)
-            loop = CondensedLoop.closed(poles, reduced.projected(jacobian, relative), memory, before)
-            value, state = loop.nearest(before, state)
-            if abs(value - before) < CONVERGED:
-                change = self._correction(Eigenpair(value, state, loop, jacobian), contact.omega, kappa)
-                value += change
-                value = complex(value.real) if pairs and abs(value.imag) < CONVERGED else value
-                return value, abs(change) <= LARGEST_CORRECTION
+            pencil = ModalPencil(poles, modal, before * (1.0 + ROUND_OFF) + ROUND_OFF)
+            found = pencil.nearest(x)
+            if found is None:
+                value, x = pencil.nearest_of_all(), None
+                continue
+            change, x, sharp = found
+            value = pencil.shift + change
+            if abs(change) > FAR or not (sharp or abs(change) < CONVERGED):
+                continue
+            left, sharp = pencil.left_vector(x)
+            refined = pencil.refined(value, x, left) if sharp else None
+            if refined is None:
+                continue
+            value, x = refined
+            correction = self._correction(modal, (x, left), value, kappa) / complex(left @ pencil.derivative(x))
+            value += correction
+            value = complex(value.real) if pairs and abs(value.imag) < CONVERGED else value
+            return value, abs(correction) <= LARGEST_CORRECTION
         return None
 
-    def _correction(self, pair: Eigenpair, omega: float, kappa: float) -> complex:
-        """What the flexibility dG of the modes left out adds to the eigenvalue, to first order.
+    def _correction(
+        self, modal: ModalContact, vectors: tuple[ComplexArray, ComplexArray], sigma: complex, kappa: float
+    ) -> complex:
+        """l^T dG f of the flexibility dG of the modes left out: what it adds to the eigenvalue, to first order.
 
-        With the contact forces f of the right eigenvector z and l of the left one w,
+        With the contact forces f of the right eigenvector x and l of the left one,
 
-            d sigma = l^T (dG_0 + sigma dG_1) f / (w^T E_c z),
-
-        where f and l have the parts of order sigma that G_1 makes.
+            d sigma = l^T (dG_0 + sigma dG_1) f / (left^T dT x).
         """
-        reduced, sigma, loop = self._at(omega), pair.value, pair.loop
-        left = loop.left_vector(sigma)
-        relative = reduced.relative(reduced.modal, kappa)
-        forces, adjoint_forces = _contact_forces(pair, left, relative)
+        reduced, omega, relative = modal.reduced, modal.contact.omega, modal.relative
+        size = len(relative)
+        x, left = (vector.reshape(size, -1, 1) for vector in vectors)
+        forces = modal.forces(sigma, (relative @ x)[:, :, 0])
+        adjoint = modal.forces(sigma, (relative.conj() @ left)[:, :, 0], adjoint=True)
         total = 0.0 + 0.0j
-        for modal, sign in ((reduced.problem.modal, 1.0), (reduced.modal, -1.0)):
-            poles = loop.poles if modal is reduced.modal else reduced.condensed(modal, omega)
-            right = _modal_forces(forces, modal, reduced, kappa)
-            other = _modal_forces(adjoint_forces, modal, reduced, kappa, adjoint=True)
-            both = (right[0] + sigma * right[1]) * (other[0] + sigma * other[1])
-            total += sign * complex(both @ poles.flexibility + sigma * ((right[0] * other[0]) @ poles.derivative))
-        return total / complex(left @ (loop.descriptor @ pair.state))
-
-
-def _contact_forces(pair: Eigenpair, left: ComplexArray, relative: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Contact forces (2, S, 3 n_c) of the two eigenvectors: S C z and S G_1 S C z, and those of w^T B S."""
-    from scipy.linalg import lu_solve
-
-    loop, poles = pair.loop, pair.loop.poles
-    k, g_0, g_1 = loop.contact, poles.flexibility, poles.derivative
-    start, end = np.zeros((2, g_0.size), dtype=complex)
-    np.add.at(start, poles.state, pair.state)
-    np.add.at(end, poles.state, left * poles.residue)
-
-    def closed(motion: ComplexArray) -> ComplexArray:  # X: displacements from those without contact forces
-        return np.asarray(motion + g_0 * lu_solve(loop.factors, k @ motion, trans=1, check_finite=False))
-
-    def closed_adjoint(motion: ComplexArray) -> ComplexArray:  # Y^T
-        return np.asarray(lu_solve(loop.factors, motion, check_finite=False))
-
-    motion, adjoint = closed(start), closed_adjoint(end)
-    motions = np.stack([motion, closed(g_1 * (k @ motion))])
-    adjoints = np.stack([adjoint, closed_adjoint(g_1 * (k.T @ adjoint))])
-    nodes, size = pair.contact.shape[:2]
-    block = pair.contact.reshape(nodes, 3 * size, 3 * size)
-
-    def forces(values: ComplexArray, shapes: ComplexArray, matrix: ComplexArray) -> ComplexArray:
-        moved = shapes @ values.reshape(2, size, -1).transpose(1, 2, 0)  # (S, 3 n_c, 2)
-        moved = moved.reshape(size, nodes, 3, 2).transpose(1, 0, 2, 3).reshape(nodes, 3 * size, 2)
-        return (matrix @ moved).reshape(nodes, size, 3, 2).transpose(3, 1, 0, 2).reshape(2, size, 3 * nodes)
-
-    return forces(motions, relative, block), forces(adjoints, relative.conj(), block.transpose(0, 2, 1))
+        for modes, sign in ((reduced.problem.modal, 1.0), (reduced.modal, -1.0)):
+            poles = reduced.condensed(modes, omega)
+            both = _modal_forces(forces, modes, reduced, kappa) * _modal_forces(adjoint, modes, reduced, kappa, True)
+            total += sign * complex(both @ (poles.flexibility + sigma * poles.derivative))
+        return total
 
 
 def _modal_forces(
-    forces: ComplexArray, modal: ModalModel, reduced: ReducedProblem, kappa: float, adjoint: bool = False
+    forces: ComplexArray, modes: ModalModel, reduced: ReducedProblem, kappa: float, adjoint: bool = False
 ) -> ComplexArray:
-    """B_h^H f of the modes, or l^T B_h, (2, S q), without forming B_h."""
-    assert modal.left is not None
+    """B_h^H f of the modes, or l^T B_h, (S q,), without forming B_h."""
+    assert modes.left is not None
     ahead = np.exp(1j * (reduced.harmonics * reduced.problem.phase + kappa))[:, None]
-    product = forces @ modal.right - (ahead if adjoint else ahead.conj()) * (forces @ modal.left)
-    return product.reshape(2, -1)
+    return (forces @ modes.right - (ahead if adjoint else ahead.conj()) * (forces @ modes.left)).ravel()

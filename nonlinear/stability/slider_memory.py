@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import basis_table
+from nonlinear.contact.numba_cache import compiled
 from nonlinear.contact.parameters import LIFT_OFF, STICK, Array, ContactParameters
 from nonlinear.stability.block_matrices import Matrix
 from nonlinear.stability.cone_slider_memory import ConeSliderMemory, cone_slider_memory
@@ -97,14 +98,29 @@ class SliderMemory:
 
     def _integral(self, sigma: complex) -> tuple[Matrix, Matrix]:
         """Integral of e^(rate t), rate = i h - sigma, over t = 0 .. length, its derivative in the rate: (M, 2H+1)."""
-        rate = 1j * np.arange(-self.n_harmonics, self.n_harmonics + 1) - sigma
-        length = self.length[:, None]
-        end, z = self._turns * np.exp(-sigma * length), rate * length
-        small = np.abs(z) < SMALL
-        safe = np.where(small, 1.0, rate)
-        value = np.where(small, length * (1.0 + z / 2.0 + z**2 / 6.0 + z**3 / 24.0), (end - 1.0) / safe)
-        series = length**2 * (0.5 + z / 3.0 + z**2 / 8.0 + z**3 / 30.0)
-        return value, np.where(small, series, (length * end - value) / safe)
+        value, derivative = np.empty((2, *self._turns.shape), dtype=complex)
+        _integrals(self._turns, self.length, complex(sigma), value, derivative)
+        return value, derivative
+
+
+@compiled
+def _integrals(turns: Matrix, length: Array, sigma: complex, value: Matrix, derivative: Matrix) -> None:
+    """Write the integrals of e^(rate t) and of t e^(rate t), rate = i h - sigma, over t = 0 .. length.
+
+    `turns`: e^(i h length), h = -H .. H, (M, 2H+1), as `value` and `derivative`.
+    """
+    count, size = turns.shape
+    for m in range(count):
+        extent, decay = length[m], np.exp(-sigma * length[m])
+        for k in range(size):
+            rate = complex(0.0, k - size // 2) - sigma
+            z, end = rate * extent, turns[m, k] * decay
+            if abs(z) < SMALL:
+                value[m, k] = extent * (1.0 + z / 2.0 + z**2 / 6.0 + z**3 / 24.0)
+                derivative[m, k] = extent**2 * (0.5 + z / 3.0 + z**2 / 8.0 + z**3 / 30.0)
+            else:
+                value[m, k] = (end - 1.0) / rate
+                derivative[m, k] = (extent * end - value[m, k]) / rate
 
 
 def _basis(powers: Matrix) -> Matrix:

@@ -8,6 +8,8 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 from typing import TypeVar
 
@@ -41,21 +43,35 @@ class Drawing:
 
     Parameters
     ----------
-    module, job : str
-        The module to run, and the job that it is given.
+    module : str
+        The module to run.
+    job : str or None
+        The job that it is given; None: the process loads its libraries and waits for `begin`.
     aside : bool
         Whether it gives way to other processes that compute.
     """
 
-    def __init__(self, module: str, job: str, aside: bool = False) -> None:
-        command, pipe = [sys.executable, "-m", module, job], subprocess.PIPE
+    def __init__(self, module: str, job: str | None, aside: bool = False) -> None:
+        command, pipe = [sys.executable, "-m", module, *([] if job is None else [job])], subprocess.PIPE
         with kept_from_children():
             search = os.pathsep.join(filter(None, (str(_PROJECT), os.environ.get("PYTHONPATH"))))
             environment = os.environ | {"PYTHONPATH": search}  # of this program, wherever it was started
             environment |= {_ASIDE: "1"} if aside else {}
             self._process = subprocess.Popen(
-                command, env=environment, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT
+                command, bufsize=0, env=environment, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT
             )
+
+    def begin(self, job: str) -> None:
+        """Give the job, on one line, to a process that waits for it.
+
+        Raises
+        ------
+        OSError
+            The process has died.
+        """
+        assert self._process.stdin is not None
+        # not closed: by its end the process knows that its parent has ended
+        self._process.stdin.write(f"{job}\n".encode())
 
     def finish(self, pictures: Sequence[Path]) -> None:
         """Wait for the pictures.
@@ -98,12 +114,24 @@ def end_with_parent() -> None:
     threading.Thread(target=watch, name="watch parent", daemon=True).start()
 
 
-def drawing_main(draw: Callable[[J], None], kind: type[J]) -> None:
-    """Entry point of the drawing process: draw the job on the command line; an error is one line on stderr."""
-    end_with_parent()
+def drawing_main(draw: Callable[[J], None], kind: type[J], libraries: Sequence[str] = ()) -> None:
+    """Entry point of the drawing process: draw the job on the command line; an error is one line on stderr.
+
+    Without a job there the `libraries` that drawing takes are loaded, and the job is awaited on stdin.
+    """
     if os.environ.get(_ASIDE):
         os.nice(_NICENESS)
+    job = sys.argv[1] if len(sys.argv) > 1 else _awaited_job(libraries)
+    end_with_parent()
     try:
-        draw(kind.from_json(sys.argv[1]))
+        draw(kind.from_json(job))
     except Exception as error:  # the calling process shows the last line
         sys.exit(one_line(f"{type(error).__name__}: {error}"))
+
+
+def _awaited_job(libraries: Sequence[str]) -> str:
+    """The job that comes on stdin; the process ends where its parent does before that."""
+    with suppress(ImportError):  # drawing will tell
+        for library in libraries:
+            import_module(library)
+    return sys.stdin.readline() or sys.exit("no job")

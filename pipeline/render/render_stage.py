@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,9 @@ from pipeline.results.publishing import Attempts, PicturesMissing, published, re
 from pipeline.scene.labels import member_label
 from pipeline.scene.schema import Render, Scene
 from pipeline.stages.build_mesh import SECTOR
+from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.model_chain import WITH_BASIS, BuiltModel
 from pipeline.stages.request import Run
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.scene_to_solver import contact_on_model
@@ -29,32 +30,65 @@ MODES_DRAWER = "pipeline.render.mode_shapes"  # runs in a process of its own, as
 OPERATING_DRAWER = "pipeline.render.operating_shapes"
 
 
-@contextmanager
-def rendering_ahead(run: Run, models: Models) -> Iterator[None]:
-    """Within the block the mode shapes of the first model, where they are missing, are drawn beside the curves.
+@dataclass
+class RenderingAhead:
+    """Mode shapes of the first model, drawn beside the curves by a process that gives way to those of the curves.
 
-    The process gives way to those of the curves; `render_stage` waits for it.
+    Attributes
+    ----------
+    run : Run
+        The run.
+    folder : Path
+        Where the pictures go until `render_stage` asks for them.
+    waiting : Drawing or None
+        The process, started while the model is built: it loads its libraries until there is something to draw.
     """
-    with run.store.temporary() as folder:
+
+    run: Run
+    folder: Path
+    waiting: Drawing | None = None
+
+    def prepare(self) -> None:
+        """Start the process where the first model is to be built, so that there will be something to draw."""
+        request, scene = self.run.request, self.run.request.scene.first
         with suppress(Exception):  # `render_stage` tries again, and tells what is wrong
-            _start_ahead(run, models, folder)
+            if request.rom is None and not self.run.store.find(WITH_BASIS, model_keys(scene).reduce, thorough=False):
+                self.waiting = Drawing(MODES_DRAWER, None, aside=True)
+
+    def begin(self, models: Models) -> None:
+        """Draw where the pictures are missing; `render_stage` waits for them."""
+        with suppress(Exception):
+            chosen = _models_to_draw(self.run, models)
+            job, key = _job_and_key(*chosen[0])
+            if self.run.store.find("render", key, thorough=False) is None:
+                text = replace(job, folder=str(self.folder)).to_json()
+                if self.waiting is None:
+                    _ahead[key] = Drawing(MODES_DRAWER, text, aside=True), self.folder
+                else:
+                    self.waiting.begin(text)
+                    _ahead[key], self.waiting = (self.waiting, self.folder), None
+
+    def end(self) -> None:
+        """End the processes that nobody has waited for."""
+        while _ahead:
+            _ahead.popitem()[1][0].end()
+        if self.waiting is not None:
+            self.waiting.end()
+
+
+@contextmanager
+def rendering_ahead(run: Run) -> Iterator[RenderingAhead]:
+    """A block beside which the mode shapes of the first model are drawn."""
+    with run.store.temporary() as folder:
+        ahead = RenderingAhead(run, folder)
         try:
-            yield
+            ahead.prepare()
+            yield ahead
         finally:
-            while _ahead:  # nobody has waited for it
-                _ahead.popitem()[1][0].end()
+            ahead.end()
 
 
 _ahead: dict[str, tuple[Drawing, Path]] = {}  # processes that draw mode shapes, and their folders, by key
-
-
-def _start_ahead(run: Run, models: Models, folder: Path) -> None:
-    chosen = _models_to_draw(run, models)
-    if chosen:
-        job, key = _job_and_key(*chosen[0])
-        if run.store.find("render", key, thorough=False) is None:
-            drawing = Drawing(MODES_DRAWER, replace(job, folder=str(folder)).to_json(), aside=True)
-            _ahead[key] = drawing, folder
 
 
 def render_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> list[Path]:
@@ -169,7 +203,15 @@ def _job(model: BuiltModel, scene: Scene, prefix: str) -> RenderJob:
         blades=render.blades,
         phase=inter_blade_phase(scene.excitation.engine_order, scene.blade.n_blades),
         **_springs(model, scene, render.contact),
+        **_stuck_springs(model, scene, render.contact),
     )
+
+
+def _stuck_springs(model: BuiltModel, scene: Scene, contact: str) -> dict[str, Any]:
+    """Springs of stuck shrouds, whose modes stand beside those of free ones."""
+    if contact != "free":
+        return {}
+    return {f"stuck_{name}": values for name, values in _springs(model, scene, "stuck").items()}
 
 
 def _springs(model: BuiltModel, scene: Scene, contact: str) -> dict[str, Any]:

@@ -80,7 +80,7 @@ def label_faces(plotter: Any, sector: SectorMesh, points: Array, size: int) -> N
 
 
 def add_axes(plotter: Any, sector: SectorMesh, size: int) -> None:
-    """Axes x (axial), y, z (radial) beside the root of the blade, and an arrow in the sense of rotation, towards +y, at its tip."""
+    """Axes x (axial), y, z (radial) beside the root; an arrow at the tip: the sense of rotation, towards +y."""
     import pyvista as pv
 
     low, high = sector.points.min(axis=0), sector.points.max(axis=0)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from pipeline.scene.deprecated_values import DEPRECATED_VALUES
+from pipeline.scene.latin_hypercube import takes_fractions
 from pipeline.scene.presets import PRESETS, SIZE
 from pipeline.scene.schema import NOT_SWEPT, SECTIONS, Scene
+from pipeline.scene.sweep import LARGEST_SWEEP
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
+Schemas = Mapping[str, Mapping[str, dict[str, Any]]]  # section -> key -> schema of its value
 BY_PRESET = {SIZE, *(key for preset in PRESETS.values() for key in preset.values)}
 
 
@@ -38,24 +42,61 @@ def _accept_deprecated(field: dict[str, Any], spellings: dict[str, str]) -> None
 
 
 def _sweep(sections: dict[str, Any]) -> dict[str, Any]:
-    """Schema of [sweep]: lists under dotted keys, or under the keys of [sweep.contact] and so on."""
-    lists = {
-        name: {
-            key: {"type": "array", "minItems": 1, "items": value, "description": value["description"]}
-            for key, value in section["properties"].items()
-        }
-        for name, section in sections.items()
-        if name not in NOT_SWEPT
-    }
-    dotted = {f"{name}.{key}": value for name, keys in lists.items() for key, value in keys.items()}
-    tables = {
-        name: {"type": "object", "properties": keys, "additionalProperties": False} for name, keys in lists.items()
+    """Schema of [sweep]: lists, points or ranges by dotted keys or in tables such as [sweep.contact]."""
+    values = {name: section["properties"] for name, section in sections.items() if name not in NOT_SWEPT}
+    lists = _by_key(values, lambda value: {"type": "array", "minItems": 1, "items": value})
+    point = {"type": "object", "minProperties": 1, "properties": _by_key(values, dict), "additionalProperties": False}
+    points = {
+        "anyOf": [{"type": "array", "minItems": 1, "items": point}, {"type": "string"}],
+        "description": "one curve for each point: a list of tables with the same keys, or a CSV file with a column "
+        "for each key",
     }
     return {
         "type": "object",
-        "properties": dotted | tables,
+        "properties": {**lists, "points": points, "latin_hypercube": _latin_hypercube(values)},
         "additionalProperties": False,
-        "description": "dotted keys with lists: one curve for every combination",
+        "description": "dotted keys with lists: one curve for every combination; or points; or latin_hypercube",
+    }
+
+
+def _by_key(values: Schemas, changed: Callable[[dict[str, Any]], dict[str, Any]]) -> dict[str, Any]:
+    """Schemas of the keys of all sections, dotted and in tables of sections, each made from that of its value."""
+    tables = {
+        name: {key: {"description": value["description"], **changed(value)} for key, value in keys.items()}
+        for name, keys in values.items()
+    }
+    dotted = {f"{name}.{key}": value for name, keys in tables.items() for key, value in keys.items()}
+    inner = {
+        name: {"type": "object", "properties": keys, "additionalProperties": False} for name, keys in tables.items()
+    }
+    return dotted | inner
+
+
+def _latin_hypercube(values: Schemas) -> dict[str, Any]:
+    """Schema of [sweep.latin_hypercube]."""
+    pair = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+    numbers = {
+        name: {key: value for key, value in keys.items() if takes_fractions(f"{name}.{key}")}
+        for name, keys in values.items()
+    }
+    ranges = {"type": "object", "minProperties": 1, "properties": _by_key(numbers, lambda _: pair)}
+    names = [f"{name}.{key}" for name, keys in numbers.items() for key in keys]
+    properties = {
+        "samples": {"type": "integer", "minimum": 1, "maximum": LARGEST_SWEEP, "description": "number of points"},
+        "seed": {"type": "integer", "minimum": 0, "description": "the same seed gives the same points"},
+        "ranges": {**ranges, "additionalProperties": False, "description": "dotted keys with [low, high]"},
+        "logarithmic": {
+            "type": "array",
+            "items": {"enum": names},
+            "description": "keys of ranges whose logarithm is sampled",
+        },
+    }
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": ["samples", "seed", "ranges"],
+        "additionalProperties": False,
+        "description": "points of which each n-th of every range holds exactly one",
     }
 
 
@@ -64,6 +105,8 @@ def _given_or_swept(section: str, key: str) -> dict[str, Any]:
     swept = [
         {"required": [f"{section}.{key}"]},
         {"properties": {section: {"required": [key]}}, "required": [section]},
+        {"required": ["points"]},
+        {"required": ["latin_hypercube"]},
     ]
     given: dict[str, Any] = {"properties": {section: {"required": [key]}}}
     ways = [given, {"properties": {"sweep": {"anyOf": swept}}, "required": ["sweep"]}]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,11 +13,11 @@ from pydantic import ValidationError
 from pipeline.errors import input_error, reason_of, shown, system_reason
 from pipeline.scene.deprecated_values import with_current_values
 from pipeline.scene.presets import Accuracy, with_preset
-from pipeline.scene.schema import NOT_SWEPT, SECTIONS, Scene
+from pipeline.scene.schema import Scene
+from pipeline.scene.sweep import GRID, Sweep, read_sweep
 from pipeline.scene.toml_errors import parsed
-from pipeline.scene.validation_errors import scene_error, shown_key, unknown_key
+from pipeline.scene.validation_errors import scene_error
 
-LARGEST_SWEEP = 10_000
 LARGEST_FILE = 1_000_000
 IGNORED_WITH_MODEL = ("blade", "shroud", "mesh", "rom", "render")
 WITHOUT_EFFECT_ON_MODEL = ("excitation.direction", "excitation.at", "load.equilibrium")
@@ -26,7 +25,7 @@ WITHOUT_EFFECT_ON_MODEL = ("excitation.direction", "excitation.at", "load.equili
 
 @dataclass(frozen=True)
 class Member:
-    """One combination of a sweep.
+    """One point of a sweep.
 
     Attributes
     ----------
@@ -36,16 +35,19 @@ class Member:
         The scene with one value for every key.
     parameters : mapping of str to value
         The swept dotted keys with their values here.
+    place : str
+        How messages name the table that these values stand in.
     """
 
     index: int
     scene: Scene
     parameters: Mapping[str, Any]
+    place: str = "sweep"
 
 
 def key_in_file(member: Member, key: str) -> str:
     """The dotted key as the file spells it: in its section or in the sweep."""
-    return f'sweep."{key}"' if key in member.parameters else key
+    return f'{member.place}."{key}"' if key in member.parameters else key
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ class SceneFile:
     path : Path
         The file.
     members : tuple of Member
-        The combinations of its sweep; one member where there is no sweep.
+        The points of its sweep; one member where there is no sweep.
     swept : tuple of str
         Dotted keys of the sweep.
     accuracy : Accuracy or None
@@ -66,6 +68,8 @@ class SceneFile:
         One line for every deprecated spelling of a value.
     text : str
         Text of the file as it was read.
+    sweep_kind : str
+        "grid" (every combination of lists), "points" or "latin_hypercube".
     """
 
     path: Path
@@ -74,6 +78,7 @@ class SceneFile:
     accuracy: Accuracy | None = None
     notes: tuple[str, ...] = ()
     text: str = ""
+    sweep_kind: str = GRID
 
     @property
     def first(self) -> Scene:
@@ -94,7 +99,7 @@ def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> Scene
     Returns
     -------
     SceneFile
-        Every combination of its sweep, validated.
+        Every point of its sweep, validated.
 
     Raises
     ------
@@ -103,23 +108,23 @@ def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> Scene
     """
     path = Path(path)
     raw, text = _load(path)
-    sweep = _sweep_lists(path, raw.pop("sweep", {}))
+    sweep = read_sweep(path, raw.pop("sweep", {}))
     if given_model:
         _refuse_without_effect(path, sweep)
         raw = {key: value for key, value in raw.items() if key not in IGNORED_WITH_MODEL}
-    raw, sweep, notes = with_current_values(path, raw, sweep)
+    raw, lists, notes = with_current_values(path, raw, sweep.lists)
+    sweep = sweep.with_lists(lists)
     members: list[Member] = []
     presets = []
-    for index, chosen in enumerate(_combinations(path, sweep)):
-        merged, preset = with_preset(_merged(path, raw, {k: value for k, (_, value) in chosen.items()}), given_model)
+    for index, chosen in enumerate(sweep.combinations()):
+        merged, preset = with_preset(_merged(path, raw, chosen), given_model)
         presets.append(preset)
         try:
             scene = Scene.model_validate(merged)
         except ValidationError as error:
-            places = {key: position for key, (position, _) in chosen.items()}
-            raise scene_error(path, merged, error.errors(include_url=False), places) from None
-        members.append(Member(index, scene, {key: value for key, (_, value) in chosen.items()}))
-    return SceneFile(path, tuple(members), tuple(sweep), presets[0], notes, text)
+            raise scene_error(path, merged, error.errors(include_url=False), sweep.places(index)) from None
+        members.append(Member(index, scene, chosen, sweep.place(index)))
+    return SceneFile(path, tuple(members), tuple(lists), presets[0], notes, text, sweep.kind)
 
 
 def _load(path: Path) -> tuple[dict[str, Any], str]:
@@ -143,50 +148,11 @@ def _load(path: Path) -> tuple[dict[str, Any], str]:
     return parsed(path, text), text
 
 
-def _sweep_lists(path: Path, sweep: Any) -> dict[str, list[Any]]:
-    """The swept keys with their lists; only keys of sections can be swept, pictures cannot."""
-    if not isinstance(sweep, Mapping):
-        raise input_error(path, "sweep", shown(sweep), "a table [sweep] of dotted keys with lists")
-    known = [f"{s}.{k}" for s, model in SECTIONS.items() if s not in NOT_SWEPT for k in model.model_fields]
-    lists: dict[str, list[Any]] = {}
-    for key, values in _flattened(sweep):
-        if key in lists:
-            section, _, name = key.partition(".")
-            found = f'given twice, as "{key}" and as {name} of [sweep.{section}]'
-            raise input_error(path, f"sweep.{shown_key(key)}", found, "one of the two")
-        if key not in known:
-            raise unknown_key(path, key, known, "sweep")
-        if not isinstance(values, list) or not values:
-            raise input_error(path, f"sweep.{shown_key(key)}", shown(values), "a list of one or more values")
-        lists[key] = values
-    return lists
-
-
-def _refuse_without_effect(path: Path, sweep: Mapping[str, list[Any]]) -> None:
-    for key in sweep:
+def _refuse_without_effect(path: Path, sweep: Sweep) -> None:
+    for key in sweep.lists:
         if key.partition(".")[0] in IGNORED_WITH_MODEL or key in WITHOUT_EFFECT_ON_MODEL:
             allowed = "keys of load, contact, excitation and response"
-            raise input_error(path, f'sweep."{key}"', "has no effect on a given reduced model", allowed)
-
-
-def _flattened(sweep: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Dotted keys, whether written "contact.friction" = [...] or contact.friction = [...]."""
-    for key, value in sweep.items():
-        if isinstance(value, Mapping) and key in SECTIONS:
-            yield from ((f"{key}.{name}", inner) for name, inner in value.items())
-        else:
-            yield key, value
-
-
-def _combinations(path: Path, sweep: Mapping[str, list[Any]]) -> Iterator[dict[str, tuple[int, Any]]]:
-    """Every combination, the last key changing fastest; each value with its place in the list."""
-    count = 1
-    for values in sweep.values():
-        count *= len(values)
-    if count > LARGEST_SWEEP:
-        raise input_error(path, "sweep", f"{count} combinations", f"{LARGEST_SWEEP} at most")
-    for combination in itertools.product(*(enumerate(values) for values in sweep.values())):
-        yield dict(zip(sweep, combination, strict=True))
+            raise input_error(path, f'{sweep.place(0)}."{key}"', "has no effect on a given reduced model", allowed)
 
 
 def _merged(path: Path, raw: Mapping[str, Any], chosen: Mapping[str, Any]) -> dict[str, Any]:

@@ -37,10 +37,10 @@ def shown_key(key: str) -> str:
     return key if bare and len(key) <= LONGEST_KEY else shown(key)
 
 
-def scene_error(path: Path, raw: Mapping[str, Any], errors: Sequence[Any], swept: Mapping[str, int]) -> InputError:
+def scene_error(path: Path, raw: Mapping[str, Any], errors: Sequence[Any], places: Mapping[str, str]) -> InputError:
     """The first of pydantic's `errors` about the raw scene, in terms of the scene file.
 
-    `swept` gives, for each swept dotted key, the index of the value in its list, so that the line names the list.
+    `places` says for each swept dotted key how the line names its value, such as `sweep."contact.friction"[2]`.
     """
     # a misspelt key explains a missing one, so it is the more helpful of the two
     error = min(errors, key=lambda e: e["type"] != "extra_forbidden")
@@ -60,8 +60,7 @@ def scene_error(path: Path, raw: Mapping[str, Any], errors: Sequence[Any], swept
     name = str(location[1])
     key = f"{section}.{name}"
     value, index = _pick(raw[section].get(name, MISSING), errors, location[:2])
-    place = f'sweep."{key}"[{swept[key]}]' if key in swept else key
-    return input_error(path, place + index, _found(value), said or allowed_values(key))
+    return input_error(path, places.get(key, key) + index, _found(value), said or allowed_values(key))
 
 
 def _said_by_validator(error: Any) -> str:

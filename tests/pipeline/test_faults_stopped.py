@@ -100,6 +100,41 @@ def test_a_drawing_process_ends_with_its_parent(tmp_path: Path) -> None:
     wait_until(lambda: not alive(tmp_path.name), "the end of the drawing process")
 
 
+def test_a_drawing_process_that_waits_loads_its_libraries_then_draws_or_ends_with_its_parent(tmp_path: Path) -> None:
+    (tmp_path / "library.py").write_text(f"import pathlib; pathlib.Path({str(tmp_path / 'loaded')!r}).touch()\n")
+    (tmp_path / "patient.py").write_text(
+        "from dataclasses import dataclass\n"
+        "import pathlib\n"
+        "from pipeline.render.drawing_process import drawing_main\n"
+        "from pipeline.render.job import Job\n"
+        "@dataclass(frozen=True)\n"
+        "class Patient(Job):\n"
+        "    place: str\n"
+        "drawing_main(lambda job: pathlib.Path(job.place).touch(), Patient, ('library', 'no_such_library'))\n"
+    )
+    (tmp_path / "program.py").write_text(
+        "import json, sys, pathlib\n"
+        "from pipeline.render.drawing_process import Drawing\n"
+        "drawing = Drawing('patient', None)\n"
+        "if sys.stdin.readline() == 'draw\\n':\n"
+        "    picture = pathlib.Path(sys.argv[1])\n"
+        "    drawing.begin(json.dumps({'place': str(picture)}))\n"
+        "    drawing.finish([picture])\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": f"{tmp_path}:{Path.cwd()}", "SHROUD_TEST_MARK": tmp_path.name}
+    command = [sys.executable, tmp_path / "program.py", tmp_path / "picture"]
+    with subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, text=True) as process:
+        wait_until((tmp_path / "loaded").exists, "the library")
+        assert not (tmp_path / "picture").exists()
+        process.communicate("draw\n")
+        assert process.returncode == 0
+    assert (tmp_path / "picture").exists()
+    with subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, text=True) as process:
+        wait_until(lambda: len(alive(tmp_path.name)) == 2, "the process that waits")
+        process.kill()
+    wait_until(lambda: not alive(tmp_path.name), "the end of the process that waits")
+
+
 def test_a_large_reduction_is_the_same_in_a_process_of_its_own(
     finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

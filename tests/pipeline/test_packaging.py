@@ -1,6 +1,7 @@
-"""The wheel: what is in it, and the program that comes out of it far from the sources."""
+"""The wheel: what is in it, and the program that comes out of it far from the sources; versions of the libraries."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -11,6 +12,10 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+import pipeline
 
 REPOSITORY = Path(__file__).parents[2]
 ROOMS = ("geometry", "rom", "nonlinear", "pipeline")
@@ -38,7 +43,7 @@ def wheel(sources: Path) -> Path:
     return built
 
 
-def test_the_wheel_holds_the_four_packages_and_nothing_else(wheel: Path) -> None:
+def test_the_wheel_holds_the_four_packages_and_the_module_shroud(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         names = {name for name in archive.namelist() if ".dist-info/" not in name}
         said = archive.read(next(n for n in archive.namelist() if n.endswith("METADATA"))).decode()
@@ -48,10 +53,12 @@ def test_the_wheel_holds_the_four_packages_and_nothing_else(wheel: Path) -> None
         for path in (REPOSITORY / room).rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     }
-    assert names == here
+    assert names == here | {"shroud.py"}
     assert wheel.stat().st_size < 2_000_000
     assert "Requires-Python: >=3.11" in said
-    for extra in ("cholmod", "uff", "docs", "dev"):
+    assert f"\nVersion: {pipeline.__version__}\n" in said
+    assert "\nLicense-Expression: GPL-3.0-or-later\n" in said
+    for extra in ("cholmod", "uff", "distributed", "tables", "docs", "dev"):
         assert f"Provides-Extra: {extra}" in said
 
 
@@ -61,6 +68,7 @@ def test_the_source_archive_holds_what_its_tests_need(sources: Path) -> None:
     with tarfile.open(sources / "dist" / done.stdout.split()[-1]) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
     wanted = {"Makefile", "README.md", "pyproject.toml", ".ci/run", "docs/conf.py", "scenes/dummy.toml"}
+    wanted |= {"LICENSE", "CITATION.cff", "CHANGELOG.md", "requirements.lock", "shroud.py"}
     assert wanted <= names
     tests = {path.relative_to(REPOSITORY).as_posix() for path in (REPOSITORY / "tests").rglob("*.py")}
     assert tests <= names
@@ -99,6 +107,8 @@ def test_the_installed_program_works_far_from_the_sources(installed: Path, tmp_p
     places = "; ".join(f"import {room}; print({room}.__file__)" for room in ROOMS)
     found = python(installed, tmp_path, places).stdout.splitlines()
     assert [Path(line).parent for line in found] == [installed / room for room in ROOMS]
+    module = python(installed, tmp_path, "import shroud; print(shroud.__file__, shroud.run_scene.__module__)")
+    assert module.stdout.split() == [str(installed / "shroud.py"), "pipeline.python_interface"], module.stderr
     made = shroud(installed, tmp_path, "new", "mine")
     assert (made.returncode, made.stderr) == (0, "")
     scene = tmp_path / "mine" / "scene.toml"
@@ -116,3 +126,43 @@ def test_the_program_is_named_shroud(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         entry = archive.read(next(n for n in archive.namelist() if n.endswith("entry_points.txt"))).decode()
     assert entry.split() == ["[console_scripts]", "shroud", "=", "pipeline.cli:main"]
+
+
+def allowed() -> list[Requirement]:
+    """Everything that pyproject.toml asks for, with all extras."""
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
+    extras = [name for names in project["optional-dependencies"].values() for name in names]
+    return [Requirement(name) for name in [*project["dependencies"], *extras]]
+
+
+def test_every_library_has_a_lowest_version_and_one_below_which_it_must_stay() -> None:
+    for entry in allowed():
+        signs = {spec.operator for spec in entry.specifier}
+        assert ">=" in signs, entry
+        assert "<" in signs or entry.name in ("furo", "setuptools"), entry  # numbered by year; only builds
+
+
+def test_the_lock_has_one_version_of_every_library_and_it_is_allowed() -> None:
+    lines = [line for line in (REPOSITORY / "requirements.lock").read_text().splitlines() if not line.startswith("#")]
+    assert all(re.fullmatch(r"[a-z0-9-]+==[\w.+]+", line) for line in lines), "names and versions, nothing else"
+    versions = dict(line.split("==") for line in lines)
+    assert len(versions) == len(lines)
+    for entry in allowed():
+        assert canonicalize_name(entry.name) in versions, f"{entry.name}: make lock"
+        assert entry.specifier.contains(versions[canonicalize_name(entry.name)], prereleases=True), entry
+
+
+def test_the_lock_has_what_the_libraries_need_themselves() -> None:
+    asked = [sys.executable, str(REPOSITORY / ".ci" / "versions.py"), "lock"]
+    here = subprocess.run(asked, capture_output=True, text=True, check=True).stdout
+    names = {line.partition("==")[0] for line in here.splitlines()[1:]}
+    locked = (REPOSITORY / "requirements.lock").read_text()
+    assert {name for name in names if f"\n{name}==" not in locked} == set()
+
+
+def test_version_and_licence_are_the_same_everywhere() -> None:
+    citation = (REPOSITORY / "CITATION.cff").read_text()
+    assert f"\nversion: {pipeline.__version__}\n" in citation
+    assert "\nlicense: GPL-3.0-or-later\n" in citation
+    assert f"\n## {pipeline.__version__}\n" in (REPOSITORY / "CHANGELOG.md").read_text()
+    assert (REPOSITORY / "LICENSE").read_text().split()[:5] == ["GNU", "GENERAL", "PUBLIC", "LICENSE", "Version"]

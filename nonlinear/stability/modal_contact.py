@@ -1,0 +1,235 @@
+"""The contact Jacobian K(sigma) of one point and one kappa in modal coordinates, B^H K(sigma) B.
+
+The sliders change it by a matrix of low rank, as many as there are stick intervals: P(sigma) Q^T.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.stability.block_matrices import Matrix
+from nonlinear.stability.cone_slider_memory import ConeSliderMemory
+from nonlinear.stability.point_contact import PointContact, columns_in_harmonics, rows_in_harmonics
+from nonlinear.stability.reduced_problem import ReducedProblem
+from nonlinear.stability.slider_memory import SliderMemory
+
+SAME_SIGMA = 1e-4  # distance over which K(sigma) is linear to 1e-7
+
+
+class ModalContact(Protocol):
+    """B^H K(sigma) B, (D, D), D unknowns: harmonics times modes."""
+
+    reduced: ReducedProblem
+    contact: PointContact
+    relative: ComplexArray
+
+    def matrix(self, sigma: complex) -> ComplexArray:
+        """The matrix, (D, D)."""
+        ...
+
+    def product(self, sigma: complex, x: ComplexArray) -> ComplexArray:
+        """The matrix times `x` (D,)."""
+        ...
+
+    def derivative(self, sigma: complex) -> tuple[ComplexArray, ComplexArray]:
+        """Two factors of its derivative in sigma, (D, M) and (M, D)."""
+        ...
+
+    def forces(self, sigma: complex, motion: ComplexArray, adjoint: bool = False) -> ComplexArray:
+        """K(sigma) times a relative contact motion (S, 3 n_c); `adjoint`: K^T times it."""
+        ...
+
+
+def modal_contact(reduced: ReducedProblem, contact: PointContact, relative: ComplexArray) -> ModalContact:
+    """The contact Jacobian of a point.
+
+    Parameters
+    ----------
+    reduced : ReducedProblem
+        The modes.
+    contact : PointContact
+        The point.
+    relative : (S, 3 n_c, q)
+        B_h of the modes at one kappa.
+    """
+    if isinstance(contact.memory, ConeSliderMemory):
+        return FullMemoryContact(reduced, contact, relative)
+    return LowRankMemoryContact(reduced, contact, relative)
+
+
+@dataclass(frozen=True)
+class LowRankMemoryContact:
+    """Two Jenkins sliders a node, or no memory: B^H K(0) B + (B^H P(sigma)) (Q^T B).
+
+    Attributes
+    ----------
+    reduced : ReducedProblem
+        The modes.
+    contact : PointContact
+        The point.
+    relative : (S, 3 n_c, q)
+        B_h of the modes.
+    """
+
+    reduced: ReducedProblem
+    contact: PointContact
+    relative: ComplexArray
+
+    def matrix(self, sigma: complex) -> ComplexArray:
+        """B^H K(sigma) B, (D, D)."""
+        return self._periodic if self._memory is None else self._periodic + self._inputs(sigma)[0] @ self._outputs
+
+    def product(self, sigma: complex, x: ComplexArray) -> ComplexArray:
+        """The same times `x` (D,)."""
+        force = self._periodic @ x
+        return force if self._memory is None else force + self._inputs(sigma)[0] @ (self._outputs @ x)
+
+    def derivative(self, sigma: complex) -> tuple[ComplexArray, ComplexArray]:
+        """(D, M) and (M, D), the derivative in sigma is their product."""
+        if self._memory is None:
+            return np.zeros((len(self._periodic), 0), dtype=complex), np.zeros(
+                (0, len(self._periodic)), dtype=complex
+            )
+        return self._inputs(sigma)[1], self._outputs
+
+    def forces(self, sigma: complex, motion: ComplexArray, adjoint: bool = False) -> ComplexArray:
+        """K(sigma) d, or K(sigma)^T d, for a motion (S, 3 n_c)."""
+        jacobian = self._jacobian
+        nodes, size = jacobian.shape[:2]
+        block = jacobian.reshape(nodes, 3 * size, 3 * size)
+        parts = motion.reshape(size, nodes, 3).transpose(1, 0, 2).reshape(nodes, 3 * size, 1)
+        product = (block.transpose(0, 2, 1) if adjoint else block) @ parts
+        result = product.reshape(nodes, size, 3).transpose(1, 0, 2).reshape(size, 3 * nodes)
+        memory = self._memory
+        if memory is None:
+            return result
+        force, basis = self._rows(memory.force(sigma)[0]), self._basis  # (M, S)
+        slider, normal = 3 * memory.node + memory.direction, 3 * memory.node + 2
+        if adjoint:
+            set_by = np.sum(motion.T[slider] * force, axis=1)[:, None] * basis
+            np.add.at(result.T, slider, set_by)
+            np.add.at(result.T, normal, memory.dw_dn[:, None] * set_by)
+        else:
+            motion_then = motion.T[slider] + memory.dw_dn[:, None] * motion.T[normal]
+            np.add.at(result.T, slider, np.sum(motion_then * basis, axis=1)[:, None] * force)
+        return result
+
+    @property
+    def _memory(self) -> SliderMemory | None:
+        memory = self.contact.memory
+        assert not isinstance(memory, ConeSliderMemory)
+        return memory
+
+    @cached_property
+    def _jacobian(self) -> ComplexArray:
+        return self.contact.in_harmonics(self.reduced.problem.static)
+
+    @cached_property
+    def _periodic(self) -> ComplexArray:
+        return self.reduced.projected(self._jacobian, self.relative)
+
+    def _rows(self, coefficients: ComplexArray) -> ComplexArray:
+        return rows_in_harmonics(coefficients)[:, 0 if self.reduced.problem.static else 1 :]
+
+    @cached_property
+    def _basis(self) -> ComplexArray:
+        """Q without the slopes, (M, S)."""
+        assert self._memory is not None
+        return columns_in_harmonics(self._memory.basis)[:, 0 if self.reduced.problem.static else 1 :]
+
+    @cached_property
+    def _slider_motion(self) -> ComplexArray:
+        """B_h of the sliders, (S, M, q)."""
+        assert self._memory is not None
+        return self.relative[:, 3 * self._memory.node + self._memory.direction]
+
+    @cached_property
+    def _outputs(self) -> ComplexArray:
+        """Q^T B, (M, D)."""
+        memory = self._memory
+        assert memory is not None
+        motion = self._slider_motion + memory.dw_dn[:, None] * self.relative[:, 3 * memory.node + 2]
+        return np.asarray((motion * self._basis.T[:, :, None]).transpose(1, 0, 2).reshape(memory.node.size, -1))
+
+    def _inputs(self, sigma: complex) -> tuple[ComplexArray, ComplexArray]:
+        """B^H P(sigma) and its derivative, (D, M)."""
+        if sigma not in self._known:
+            memory, adjoint = self._memory, self._slider_motion.conj().transpose(0, 2, 1)
+            assert memory is not None
+            value, derivative = (
+                (adjoint * self._rows(part).T[:, None, :]).reshape(-1, memory.node.size)
+                for part in memory.force(sigma)
+            )
+            self._known.clear()
+            self._known[sigma] = value, derivative
+        return self._known[sigma]
+
+    @cached_property
+    def _known(self) -> dict[complex, tuple[ComplexArray, ComplexArray]]:
+        return {}
+
+
+@dataclass(frozen=True)
+class FullMemoryContact:
+    """The friction cone: its memory changes the Jacobian of each node as a whole.
+
+    Attributes
+    ----------
+    reduced : ReducedProblem
+        The modes.
+    contact : PointContact
+        The point.
+    relative : (S, 3 n_c, q)
+        B_h of the modes.
+    """
+
+    reduced: ReducedProblem
+    contact: PointContact
+    relative: ComplexArray
+
+    def matrix(self, sigma: complex) -> ComplexArray:
+        """B^H K(sigma) B, (D, D)."""
+        return self._linearised(sigma).matrix
+
+    def product(self, sigma: complex, x: ComplexArray) -> ComplexArray:
+        """The same times `x` (D,)."""
+        near = self._linearised(sigma)
+        return near.matrix @ x + (sigma - near.sigma) * (near.derivative @ x)
+
+    def derivative(self, sigma: complex) -> tuple[ComplexArray, ComplexArray]:
+        """(D, D) each, the derivative in sigma is their product."""
+        derivative = self._linearised(sigma).derivative
+        return derivative, np.eye(len(derivative), dtype=complex)
+
+    def forces(self, sigma: complex, motion: ComplexArray, adjoint: bool = False) -> ComplexArray:
+        """K(sigma) d, or K(sigma)^T d, for a motion (S, 3 n_c)."""
+        frozen = PointContact(self._linearised(sigma).jacobian, self.contact.omega, None)
+        return LowRankMemoryContact(self.reduced, frozen, self.relative).forces(sigma, motion, adjoint)
+
+    def _linearised(self, sigma: complex) -> "LinearisedMemory":
+        """K near sigma: a new one where the last one is too far."""
+        if not self._known or abs(self._known[0].sigma - sigma) > SAME_SIGMA:
+            jacobian, derivative = self.contact.at(sigma)
+            assert derivative is not None
+            matrix, change = (
+                self.reduced.projected(self.reduced.in_harmonics(part), self.relative)
+                for part in (jacobian, derivative)
+            )
+            self._known[:] = [LinearisedMemory(sigma, jacobian, matrix, change)]
+        return self._known[0]
+
+    @cached_property
+    def _known(self) -> "list[LinearisedMemory]":
+        return []
+
+
+class LinearisedMemory(NamedTuple):
+    """K around one sigma: itself (n_c, 3, 3, 2H+1, 2H+1), in modal coordinates (D, D), and its derivative there."""
+
+    sigma: complex
+    jacobian: Matrix
+    matrix: ComplexArray
+    derivative: ComplexArray
