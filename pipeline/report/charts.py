@@ -67,6 +67,7 @@ def _response(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint]) -> d
         "marks": marks,
         "parts": [value_label(keys[1].name, value) for value in keys[1].values] if keys else [],
         "replaces": few,
+        "note": "" if few else "The curves with the highest, the median and the lowest worst motion.",
     }
 
 
@@ -124,6 +125,7 @@ def _sweep(points: Sequence[SweepPoint]) -> dict[str, Any]:
         "dots": True,
         "parts": [],
         "replaces": True,
+        "note": "Worst motion of each curve. At the pointer: the curve and the frequency of its worst motion.",
         "lines": lines,
         "names": None if _even(key) else {number: key.text(value) for number, value in enumerate(key.values)},
     }
