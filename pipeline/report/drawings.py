@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +71,7 @@ class Face:
 def _label(axes: Axes, face: Face, beside: float) -> None:
     """The name of a face above the ring, on the side where the face is, with a line to its middle."""
     look = {"arrowstyle": "-", "color": face.colour, "linewidth": 1.0}
-    where = {"ha": "right" if beside < 0.0 else "left", "color": face.colour, "fontsize": 10}
+    where: dict[str, Any] = {"ha": "right" if beside < 0.0 else "left", "color": face.colour, "fontsize": 10}
     place = face.places.mean(axis=0)
     hidden = "" if face.in_view else ", behind the shroud"
     axes.annotate(
