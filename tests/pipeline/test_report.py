@@ -32,6 +32,13 @@ TITLE = "A < B & C: $x^{$"  # markup to a browser, half a formula to matplotlib
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 VOID = {"meta", "link", "img", "input", "br", "rect", "line"}
 SWATCH = re.compile(r'<span style="background: [^"]*"></span>')  # of a name in the legend of a chart
+POINTER = """<script>(async () => {
+const canvas = document.querySelector("#chart-response canvas"), box = canvas.getBoundingClientRect();
+const tip = document.querySelector("#chart-response .tip");
+for (let y = 20; y < canvas.clientHeight && tip.hidden; y += 20) {  // down the middle until a curve is met
+  canvas.dispatchEvent(new PointerEvent("pointermove", { clientX: box.left + box.width / 2, clientY: box.top + y }));
+  await new Promise((done) => requestAnimationFrame(done));
+}})();</script>"""
 CHROMIUM = next(filter(None, map(shutil.which, TEST_PROGRAMS["chromium"])), None)
 
 
@@ -281,7 +288,9 @@ def test_a_browser_opens_the_page_without_a_complaint(reported: Path, tmp_path: 
     assert CHROMIUM is not None
     options = ["--headless", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader"]
     options += ["--enable-unsafe-swiftshader", "--enable-logging=stderr", "--v=0", "--virtual-time-budget=2000"]
-    options += [f"--user-data-dir={tmp_path}", "--dump-dom", (reported / "report.html").as_uri()]
+    pointed = tmp_path / "pointed.html"
+    pointed.write_text((reported / "report.html").read_text(encoding="utf-8").replace("</body>", f"{POINTER}</body>"))
+    options += [f"--user-data-dir={tmp_path}", "--dump-dom", pointed.as_uri()]
     done = subprocess.run([CHROMIUM, *options], capture_output=True, text=True, timeout=120, check=True)
     assert "CONSOLE" not in done.stderr
     seen = Page(done.stdout)
