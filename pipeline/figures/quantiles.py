@@ -109,7 +109,7 @@ def quantile_figure(points: Sequence[SweepPoint], title: str) -> Figure | None:
             _draw_quantiles(axes, x, values, key)
         lower.set_xlabel(key.axis)
         set_abscissa(lower, key)
-    rows[0, 0].set_ylabel(f"worst motion, largest displacement [{unit}]")
+    rows[0, 0].set_ylabel(f"worst motion [{unit}]")
     rows[1, 0].set_ylabel("its frequency [Hz]")
     _set_heights(rows[0, 0], heights)
     figure.legend(*rows[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=9)

@@ -79,7 +79,7 @@
       });
       pen.strokeStyle = INK; pen.beginPath(); pen.moveTo(p.x + 0.5, p.y); pen.lineTo(p.x + 0.5, p.y + p.h + 0.5); pen.lineTo(p.x + p.w, p.y + p.h + 0.5); pen.stroke();
       pen.fillStyle = PALE; pen.textAlign = "center"; pen.textBaseline = "bottom";
-      pen.fillText(data.xlabel, p.x + p.w / 2, p.y + p.h + 44);
+      pen.fillText((data.xlabels && data.xlabels[parts() || 0]) || data.xlabel, p.x + p.w / 2, p.y + p.h + 44);
       pen.save(); pen.translate(12, p.y + p.h / 2); pen.rotate(-Math.PI / 2); pen.textBaseline = "middle"; pen.fillText(data.ylabel, 0, 0); pen.restore();
     }
     function path(line, at) {
