@@ -11,10 +11,12 @@ The picture of the report needs a browser. A test fails where a picture is old (
 from __future__ import annotations
 
 import argparse
+import base64
 import json
 import shutil
 import subprocess
 import sys
+import tempfile
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -64,6 +66,7 @@ def pictures() -> dict[str, Picture]:
             (f"{tutorials}/own_reduced_model.md", FIGURES),
             _of_page("own_reduced_model"),
         ),
+        Picture("friction_map", (f"{tutorials}/friction_map.toml", FIGURES), _of_notebook("friction_map")),
     ]
     for study in ("whole", "mesh", "modes", "harmonics", "integration", "continuation"):
         made.append(Picture(f"bench_{study}", (f"docs/performance.md#{study}",), _of_table(study)))
@@ -120,6 +123,32 @@ def _of_page(name: str) -> Maker:
     def make(path: Path) -> bool:
         page = DOCS / "tutorials" / f"{name}.md"
         subprocess.run([sys.executable, DOCS / "execute.py", "--update", page], cwd=ROOT, check=True)
+        return True
+
+    return make
+
+
+def _of_notebook(name: str) -> Maker:
+    """The last picture of a notebook, which keeps what its cells show."""
+
+    def make(path: Path) -> bool:
+        import nbformat
+        from nbclient import NotebookClient
+
+        page = DOCS / "tutorials" / f"{name}.ipynb"
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copy(page.with_suffix(".toml"), folder)
+            notebook = NotebookClient(
+                nbformat.read(page, as_version=4), timeout=600, resources={"metadata": {"path": folder}}
+            ).execute()
+        cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
+        for cell in cells:  # without the lines of progress, and without the times of the cells
+            cell.outputs = [output for output in cell.outputs if output.output_type != "stream"]
+            cell.metadata = {}
+        nbformat.write(notebook, page)
+        data = [output.data for cell in cells for output in cell.outputs]
+        shown = [each["image/png"] for each in data if "image/png" in each]
+        path.write_bytes(base64.b64decode(shown[-1]))
         return True
 
     return make

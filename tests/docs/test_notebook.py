@@ -16,10 +16,10 @@ NOTEBOOK = ROOT / "docs" / "tutorials" / "friction_map.ipynb"
 
 
 def printed(cell: Any) -> list[str]:
-    """Texts that a cell shows; a picture by its kind."""
-    data = [output.get("data", {}) for output in cell.get("outputs", ())]
-    texts = ["picture" if "image/png" in each else each.get("text/plain", "") for each in data]
-    return [text or output.get("text", "") for text, output in zip(texts, cell.get("outputs", ()), strict=True)]
+    """Values that a cell shows, a picture by its kind; without the lines of progress."""
+    shown = [output for output in cell.get("outputs", ()) if output.output_type != "stream"]
+    data = [output.get("data", {}) for output in shown]
+    return ["picture" if "image/png" in each else each.get("text/plain", "") for each in data]
 
 
 def test_the_notebook_is_true(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
