@@ -45,6 +45,7 @@ LAYERS = {
         {"output_paths"},
         {"scene", "process"},
         {"store"},
+        {"executor"},
         {"stages"},
         {"results"},
         {"figures", "render", "export", "verify"},
