@@ -282,17 +282,24 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
         print(file.accuracy.text())
 
 
-@app.command()
+@app.command(epilog="Example: shroud new my-blade, then shroud run my-blade/scene.toml")
 def new(
     folder: Annotated[
         Path,
         typer.Argument(metavar="DIR", parser=_output("DIR"), help="Folder to make; the scene takes its name."),
     ],
+    title: Annotated[
+        str | None, typer.Option("--title", help="Heading of the figures; asked for at a terminal, else left out.")
+    ] = None,
 ) -> None:
-    """Write a commented scene to start from, and its schema for editors."""
-    from pipeline.scene.templates import write_new_scene
+    """Write a scene to start from."""
+    from pipeline.scene.templates import check_title, write_new_scene
 
-    scene, schema = write_new_scene(folder)
+    if title is None:
+        at_terminal = sys.stdin is not None and sys.stdin.isatty() and sys.stdout.isatty()
+        asked = "Heading of the figures (Enter: the name of the folder)"
+        title = typer.prompt(asked, default="", show_default=False) if at_terminal else ""
+    scene, schema = write_new_scene(folder, check_title(title.strip()))
     print(f"written: {scene}, {schema}")
     print(f"next: shroud run {scene}")
 
