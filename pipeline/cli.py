@@ -215,10 +215,12 @@ def check(
 
 @app.command()
 def info(
-    file: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.", readable=False)],
+    file: Annotated[
+        Path, typer.Argument(metavar="SOURCE", help="Output folder, response.h5 or rom.h5.", readable=False)
+    ],
     as_json: JsonOption = False,
 ) -> None:
-    """Print what a result or a reduced model holds."""
+    """Print what results or a model hold."""
     from pipeline.results.file_info import contents, described
     from pipeline.results.outputs import as_json as json_text
 
@@ -228,13 +230,15 @@ def info(
 
 @app.command()
 def export(
-    source: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.", readable=False)],
+    source: Annotated[
+        Path, typer.Argument(metavar="SOURCE", help="Output folder, response.h5 or rom.h5.", readable=False)
+    ],
     to: Annotated[
         Path,
         typer.Option("--to", metavar="FILE", parser=_output("--to"), help="Ends with .mat, .uff, .unv or .vtu."),
     ],
     mesh: Annotated[
-        Path | None, typer.Option("--mesh", metavar="FILE", help="For .vtu: mesh.vtu of the model.", readable=False)
+        Path | None, typer.Option("--mesh", metavar="FILE", help="Mesh of a rom.h5, for .vtu.", readable=False)
     ] = None,
     quiet: QuietOption = False,
 ) -> None:
