@@ -51,7 +51,8 @@ LAYERS = {
         {"report"},
         {"run", "terminal"},
         {"check"},
-        {"python_interface", "cli"},
+        {"python_interface", "command_usage"},
+        {"cli"},
     ],
 }
 MOST_PARAMETERS = 8
