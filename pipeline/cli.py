@@ -6,15 +6,25 @@ import errno
 import signal
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pipeline.command_usage import MOST_JOBS, TOLERANCES, examples, refuse_twice, wrong_usage
-from pipeline.output_paths import output_path
+from pipeline.command_options import (
+    ClusterOption,
+    ForceOption,
+    JobsOption,
+    JsonOption,
+    OutOption,
+    QuietOption,
+    SceneArgument,
+    SchedulerOption,
+)
+from pipeline.command_usage import TOLERANCES, examples, output_parser, print_version, refuse_twice, wrong_usage
+from pipeline.process.garbage_collection import collect_rarely
 from pipeline.process.streams import flush_stdout, prepare_streams
 from pipeline.stages.stage_names import Stage
 from pipeline.terminal import print_error, print_notes, print_outcome, print_problems, print_verification
@@ -35,40 +45,10 @@ app = typer.Typer(
 )
 
 
-def _output(option: str) -> Callable[[str], Path]:
-    """A parser of paths that are written to."""
-    return lambda text: output_path(text, option)
-
-
-# readable=False: a file that may not be read is told of by the code that reads it, like everything else about a file
-SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.", readable=False)]
-OutOption = Annotated[
-    Path | None,
-    typer.Option("--out", metavar="DIR", parser=_output("--out"), help="Output folder; out/<scene name> by default."),
-]
-ForceOption = Annotated[bool, typer.Option("--force", help="Compute everything again, even what has not changed.")]
-JobsOption = Annotated[
-    int | None,
-    typer.Option(
-        "--jobs", min=1, max=MOST_JOBS, help="Curves solved at once; one for each core by default, if worth it."
-    ),
-]
-QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else on stdout.")]
-
-
-def _print_version(asked: bool) -> None:
-    from pipeline import __version__
-
-    if asked:
-        print(f"shroud {__version__}")
-        raise typer.Exit
-
-
 @app.callback()
 def common(
     version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+        bool, typer.Option("--version", callback=print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
     """Nonlinear forced response of shrouded turbine blades, from blade geometry to response curves."""
@@ -91,6 +71,9 @@ def run(
     jobs: JobsOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
+    *,
+    scheduler: SchedulerOption = None,
+    cluster: ClusterOption = None,
 ) -> None:
     """Run a scene, recomputing only what has changed."""
     from pipeline.scene.reading import read_scene
@@ -98,7 +81,8 @@ def run(
 
     file = read_scene(scene)
     target = out or Path("out") / file.first.name
-    _finish(Request(file, target, until.value if until else None, force, jobs), quiet, as_json)
+    last = until.value if until else None
+    _finish(Request(file, target, last, force, jobs, None, scheduler, cluster), quiet, as_json)
 
 
 @app.command(epilog=examples("shroud respond my.toml --rom rom.h5"))
@@ -110,6 +94,9 @@ def respond(
     jobs: JobsOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
+    *,
+    scheduler: SchedulerOption = None,
+    cluster: ClusterOption = None,
 ) -> None:
     """Solve on any reduced model, without a mesh.
 
@@ -119,7 +106,8 @@ def respond(
     from pipeline.stages.request import Request
 
     file = read_scene(scene, given_model=True)
-    _finish(Request(file, out or Path("out") / file.first.name, None, force, jobs, rom), quiet, as_json)
+    target = out or Path("out") / file.first.name
+    _finish(Request(file, target, None, force, jobs, rom, scheduler, cluster), quiet, as_json)
 
 
 @app.command(epilog=examples("shroud verify my.toml", "shroud verify my.toml --tolerance 0.01 --json"))
@@ -163,12 +151,15 @@ def report(
     jobs: JobsOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
+    *,
+    scheduler: SchedulerOption = None,
+    cluster: ClusterOption = None,
 ) -> None:
     """Run a scene and write a page about it.
 
     The page is report.html in the output folder; it needs no other file.
     """
-    run(scene, out, Stage.REPORT, force, jobs, quiet, as_json)
+    run(scene, out, Stage.REPORT, force, jobs, quiet, as_json, scheduler=scheduler, cluster=cluster)
 
 
 @app.command(
@@ -250,7 +241,9 @@ def export(
     ],
     to: Annotated[
         Path,
-        typer.Option("--to", metavar="FILE", parser=_output("--to"), help="Ends with .mat, .uff, .unv or .vtu."),
+        typer.Option(
+            "--to", metavar="FILE", parser=output_parser("--to"), help="Ends with .mat, .uff, .unv or .vtu."
+        ),
     ],
     mesh: Annotated[
         Path | None, typer.Option("--mesh", metavar="FILE", help="Mesh of a rom.h5, for .vtu.", readable=False)
@@ -311,7 +304,7 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
 def new(
     folder: Annotated[
         Path,
-        typer.Argument(metavar="DIR", parser=_output("DIR"), help="Folder to make; the scene takes its name."),
+        typer.Argument(metavar="DIR", parser=output_parser("DIR"), help="Folder to make; the scene takes its name."),
     ],
     title: Annotated[
         str | None, typer.Option("--title", help="Heading of the figures; asked for at a terminal, else left out.")
@@ -361,6 +354,7 @@ def _json(values: dict[str, Any]) -> str:
 
 def main() -> None:
     """Entry point: exit status 0 all computed, 1 something not reached, 2 bad input, 128 + a signal's number."""
+    collect_rarely()
     prepare_streams()
     status = command(sys.argv[1:])
     error = flush_stdout()
@@ -375,7 +369,7 @@ def command(arguments: list[str]) -> int:
     """Run one command line; returns its exit status. Errors of any kind are one line on stderr."""
     from typer.exceptions import Abort, Exit, TyperException
 
-    from pipeline.errors import InputError, advice_on, reason_of
+    from pipeline.errors import ExecutorLost, InputError, advice_on, reason_of
     from pipeline.process.interrupts import Stopped
     from pipeline.scene.key_lines import with_line_of_file
     from pipeline.store.disk_errors import StorageError
@@ -394,7 +388,7 @@ def command(arguments: list[str]) -> int:
     except InputError as error:
         print_error(with_line_of_file(error))
         return BAD_INPUT
-    except StorageError as error:
+    except (StorageError, ExecutorLost) as error:
         print_error(str(error))
         return NOT_REACHED
     except (KeyboardInterrupt, Abort):
@@ -428,9 +422,11 @@ def _stoppable() -> Iterator[Interrupts]:
 
 def _finish(request: Request, quiet: bool, as_json: bool) -> None:
     """Execute, print the results, and exit with the status that stands for them."""
+    from pipeline.process.deferred_modules import defer_unused
     from pipeline.process.progress import Reporter
     from pipeline.run import execute
 
+    defer_unused()
     with _stoppable() as interrupts:
         outcome = execute(request, Reporter(quiet, interrupts=interrupts))
     print_outcome(request, outcome, quiet, as_json)

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
+
+from pipeline.output_paths import output_path
 from pipeline.stages.stage_names import Stage
 
 if TYPE_CHECKING:
@@ -26,6 +31,20 @@ ALLOWED = {  # values of options by their names
 def examples(*lines: str) -> str:
     """The end of a help text: command lines, one on each line."""
     return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
+
+
+def output_parser(option: str) -> Callable[[str], Path]:
+    """A parser of paths that are written to."""
+    return lambda text: output_path(text, option)
+
+
+def print_version(asked: bool) -> None:
+    """Print the version and end, where that is asked for."""
+    from pipeline import __version__
+
+    if asked:
+        print(f"shroud {__version__}")
+        raise typer.Exit
 
 
 def wrong_usage(error: TyperException) -> str:

@@ -30,6 +30,10 @@ class InputError(Exception):
     source = key = ""
 
 
+class ExecutorLost(Exception):
+    """No further task can run: the scheduler or all workers are gone, or a worker has another version."""
+
+
 class StageError(Exception):
     """A stage that could not compute its result.
 

@@ -10,24 +10,35 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, input_error, reason_of
+from pipeline.executor.cluster_address import check_cluster
 from pipeline.process.clock import seconds_since
 from pipeline.process.isolated_reading import read_given_model
 from pipeline.process.progress import Reporter
-from pipeline.process.workers import kept_workers
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
-from pipeline.results.outputs import curve_summary, write_results, write_summary
+from pipeline.results.outputs import LISTED, curve_summary, write_results, write_summary
+from pipeline.results.point_reader import TABLE_HASH
+from pipeline.results.provenance import provenance
 from pipeline.results.publishing import PicturesMissing
+from pipeline.results.statistics import statistics
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.stages.cache_keys import curve_key
-from pipeline.stages.carry_branches import BranchCarrier
 from pipeline.stages.code_fingerprint import remember_code
+from pipeline.stages.curve_table import table_of
+from pipeline.stages.open_executor import open_executor
 from pipeline.stages.request import Request, Run, RunOutcome
-from pipeline.stages.respond import CurveJob, CurveResult, CurveSolver
+from pipeline.stages.respond import CurveJob, CurveResult
 from pipeline.stages.scene_to_solver import damped_modes
 from pipeline.stages.stage_log import StageLog
 from pipeline.stages.stage_names import Stage
-from pipeline.stages.sweep_models import Models, model_summaries, models_from_file, models_of_blade
+from pipeline.stages.sweep_curves import SweepCurves
+from pipeline.stages.sweep_models import (
+    Models,
+    given_model_key,
+    model_summaries,
+    models_from_file,
+    models_of_blade,
+)
 from pipeline.stages.worker_start import start_workers
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.output_folder import working_store
@@ -68,9 +79,7 @@ def execute(request: Request, reporter: Reporter) -> RunOutcome:
         reporter.line(f"note: {line}")
     for line in plausibility_warnings(request.scene):
         reporter.line(f"warning: {line}")
-    with working_store(request.out, request.force, reporter) as store, kept_workers() as pool:
-        run = Run(request, store, StageLog(), reporter)
-        start_workers(run, pool)
+    with _running(request, reporter, given) as run:
         return _execute(run, given, start)
 
 
@@ -94,11 +103,22 @@ def solved_curves(request: Request, reporter: Reporter) -> Iterator[tuple[Run, R
     """
     remember_code()
     given = _check(request)
-    with working_store(request.out, request.force, reporter) as store, kept_workers() as pool:
-        run, outcome = Run(request, store, StageLog(), reporter), RunOutcome()
-        start_workers(run, pool)
+    with _running(request, reporter, given) as run:
+        outcome = RunOutcome()
         _respond(run, models_of_blade(run, outcome) if given is None else models_from_file(run, given), outcome)
         yield run, outcome
+
+
+@contextmanager
+def _running(request: Request, reporter: Reporter, given: ReducedModel | None) -> Iterator[Run]:
+    """The context of a run: its output folder is locked, and its workers live, within the block."""
+    with (
+        working_store(request.out, request.force, reporter) as store,
+        open_executor(request, store, reporter) as found,
+    ):
+        run = Run(request, store, StageLog(), reporter, found)
+        start_workers(run, None if given is None else given_model_key(given))
+        yield run
 
 
 def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
@@ -122,6 +142,7 @@ def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
 
 def _check(request: Request) -> ReducedModel | None:
     """Refuse what can be refused before anything is written; returns the given reduced model, where there is one."""
+    check_cluster(request.scheduler, request.cluster, request.jobs)
     if request.rom is None:
         check_scene(request.scene)
         return None
@@ -152,15 +173,12 @@ def _respond(run: Run, models: Models, outcome: RunOutcome) -> None:
         model = models[member.index]
         if model is not None:
             jobs[member.index] = CurveJob(member, curve_key(member.scene, model.key), model.rom)
-    carrier = BranchCarrier(run.store, run.reporter, list(jobs.values()), run.request.jobs)
+    curves = SweepCurves(run, list(jobs.values()))
     with run.log.timed(Stage.RESPOND):
-        solved = carrier.stored()
-        if solved is None:
-            solver = CurveSolver(run.store, run.reporter, run.request.jobs)
-            solved = carrier.carried(solver.solve(list(jobs.values())))
+        solved = curves.results()
     for curve in solved.values():
         run.log.note(Stage.RESPOND, curve.ran)
-    outcome.problems.extend(carrier.problems)
+    outcome.problems.extend(curves.problems)
     for member in run.request.scene.members:
         if member.index in jobs:
             curve = solved[jobs[member.index].key]
@@ -171,10 +189,11 @@ def _respond(run: Run, models: Models, outcome: RunOutcome) -> None:
 
 def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:
     """Write the response with a summary of it, before the stages that follow, which may fail."""
-    out = run.request.out
-    unfinished = RunOutcome(outcome.curves, outcome.models, problems=[*outcome.problems, UNFINISHED])
-    summary = _summary(run, unfinished)
-    outcome.response = write_results(run.store, out, outcome.curves, run.request.scene.swept, summary)
+    out, scene = run.request.out, run.request.scene
+    outcome.table = table_of(outcome.curves, scene.swept, out)
+    unfinished = replace(outcome, problems=[*outcome.problems, UNFINISHED])
+    summary, origin = _summary(run, unfinished), provenance(scene)
+    outcome.response = write_results(run.store, out, outcome.curves, outcome.table, summary, origin)
     if retire_page(out, results_fingerprint(models, outcome)) and Stage.REPORT not in run.request.wanted:
         run.reporter.line(f"{out / PAGE}: was about other results, removed; `shroud report` writes it again")
 
@@ -240,7 +259,7 @@ def _report(run: Run, models: Models, outcome: RunOutcome) -> None:
 
 
 def _summary(run: Run, outcome: RunOutcome) -> dict[str, Any]:
-    out = run.request.out
+    out, table, curves = run.request.out, outcome.table, outcome.curves
     return {
         "scene": run.request.scene.first.name,
         "accuracy": None if run.request.scene.accuracy is None else run.request.scene.accuracy.plain(),
@@ -248,9 +267,12 @@ def _summary(run: Run, outcome: RunOutcome) -> dict[str, Any]:
         "problems": outcome.problems,
         "seconds": round(outcome.seconds, 4),
         "stages": run.log.summary(),
-        "curves": [curve_summary(curve, out) for curve in outcome.curves],
+        "curves": [curve_summary(curve, out) for curve in curves] if len(curves) <= LISTED else None,
+        "statistics": None if table is None else statistics(table),
         "response": outcome.response,
+        TABLE_HASH: None if table is None else table.fingerprint(),
         "models": outcome.models,
         "pictures": outcome.pictures,
         "report": outcome.report,
+        "provenance": provenance(run.request.scene),
     }

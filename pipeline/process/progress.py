@@ -6,7 +6,7 @@ import math
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TextIO
@@ -86,13 +86,21 @@ class Reporter:
     @contextmanager
     def counting(self, text: str, total: int, at_once: int = 1) -> Iterator[Counter]:
         """A counter of `total` pieces of work, `at_once` of them in parallel."""
-        if self.quiet or total == 0:
-            yield Counter()
+        with self.counting_several({text: total}, at_once) as counters:
+            yield counters[text]
+
+    @contextmanager
+    def counting_several(self, totals: Mapping[str, int], at_once: int = 1) -> Iterator[dict[str, Counter]]:
+        """Counters of several kinds of work at the same time, by what each counts."""
+        if self.quiet or not any(totals.values()):
+            yield {text: Counter() for text in totals}
         elif self._live():
             with _bar(self.stream) as progress:
-                yield LiveCounter(progress, progress.add_task(text, total=total, detail=""))
+                tasks = {text: progress.add_task(text, total=total, detail="") for text, total in totals.items()}
+                yield {text: LiveCounter(progress, task) for text, task in tasks.items()}
         else:
-            yield LineCounter(self, text, total, at_once, time.perf_counter())
+            start = time.perf_counter()
+            yield {text: LineCounter(self, text, total, at_once, start) for text, total in totals.items()}
 
     def _live(self) -> bool:
         return not self.quiet and self.stream is not None and (self.live or self.stream.isatty())
@@ -121,6 +129,9 @@ class Counter:
     def done(self, detail: str) -> None:
         """One piece is done."""
 
+    def grow(self, count: int) -> None:
+        """`count` pieces have been begun or wait so far, which may be more than was expected."""
+
 
 @dataclass
 class LineCounter(Counter):
@@ -132,6 +143,13 @@ class LineCounter(Counter):
     at_once: int
     start: float
     count: int = 0
+    grown: int = 0
+
+    def grow(self, count: int) -> None:
+        """More pieces than expected raise the total; the time counts from the first of them."""
+        if not self.grown:
+            self.start = time.perf_counter()
+        self.grown, self.total = count, max(self.total, count)
 
     def done(self, detail: str) -> None:
         """One piece is done."""
@@ -148,6 +166,11 @@ class LiveCounter(Counter):
     progress: Progress
     task: TaskID
     last: float = 0.0
+
+    def grow(self, count: int) -> None:
+        """More pieces than expected raise the total."""
+        if count > (self.progress.tasks[self.task].total or 0):
+            self.progress.update(self.task, total=count)
 
     def within(self, detail: str) -> None:
         """Report the state of the piece being worked on, at most every 0.1 s."""

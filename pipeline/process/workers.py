@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import heapq
+import itertools
 import multiprocessing
 import os
 import signal
 import sys
 import threading
 import warnings
-from collections import deque
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager, suppress
@@ -47,11 +48,12 @@ class Call(Generic[T]):
 
 @dataclass
 class _Worker:
-    """A process with our end of its pipe, the key of its call and the number of the attempt at it."""
+    """A process with our end of its pipe, its call with its key, and the number of the attempt at it."""
 
     process: SpawnProcess
     pipe: Connection
     key: Any = None
+    call: Call[Any] | None = None
     attempt: int = 0
     has_begun: bool = False
 
@@ -65,6 +67,17 @@ class _Worker:
         self.pipe.close()
 
 
+@dataclass(order=True)
+class _Waiting:
+    """A call that waits for a worker; first attempts go before others."""
+
+    attempt: int
+    order: tuple[float, ...]
+    number: int
+    key: Any = field(compare=False)
+    call: Call[Any] = field(compare=False)
+
+
 @dataclass
 class Workers:
     """Up to `count` processes; one that dies is replaced, and takes nothing with it but its own call.
@@ -75,6 +88,8 @@ class Workers:
     count: int
     check: Callable[[], None] = lambda: None
     _all: list[_Worker] = field(default_factory=list)
+    _waiting: list[_Waiting] = field(default_factory=list)
+    _numbers: Iterator[int] = field(default_factory=itertools.count)
 
     @property
     def started(self) -> int:
@@ -93,18 +108,22 @@ class Workers:
                 worker.pipe.send((call.function, call.args, dict(call.kwargs)))
                 worker.key, worker.attempt = _PREPARATION, 1
 
+    def submit(self, key: Any, call: Call[Any], order: tuple[float, ...] = ()) -> None:
+        """Queue a call for `completed`; of those that wait, the one with the smallest `order` is begun first."""
+        self._wait(1, order, key, call)
+
     def completed(
         self,
-        calls: Mapping[K, Call[T]],
+        calls: Mapping[K, Call[T]] | None = None,
         attempts: int = ATTEMPTS,
         retried: Callable[[K, str], None] = lambda key, reason: None,
     ) -> Iterator[tuple[K, Future[T]]]:
-        """The keys of the calls as they are completed, each with its result or exception.
+        """The keys of the calls as they are completed, each with its result or exception; until none is left.
 
         Parameters
         ----------
         calls : mapping of key to Call
-            The calls; they are begun in this order.
+            Calls to submit; they are begun in this order.
         attempts : int
             How often a call is begun whose process dies; afterwards its exception is WorkerDied.
         retried : callable
@@ -117,20 +136,22 @@ class Workers:
         OSError
             No process can be started.
         """
-        waiting = deque((key, 1) for key in calls)
-        while waiting or any(worker.busy and worker.key is not _PREPARATION for worker in self._all):
-            self._hand_out(waiting, calls)
+        for key, call in (calls or {}).items():
+            self.submit(key, call)
+        while self._waiting or any(worker.busy and worker.key is not _PREPARATION for worker in self._all):
+            self._hand_out()
             for worker in self._with_news():
-                future: Future[T] = Future()
+                key, future = worker.key, Future[T]()
                 try:
                     has_result, value = worker.pipe.recv()
                 except (EOFError, OSError):
                     reason = self._end_of(worker)
-                    if worker.key is _PREPARATION:
+                    if key is _PREPARATION:
                         continue
                     if worker.attempt < attempts:
-                        waiting.append((worker.key, worker.attempt + 1))
-                        retried(worker.key, reason)
+                        assert worker.call is not None
+                        self._wait(worker.attempt + 1, (), key, worker.call)
+                        retried(key, reason)
                         continue
                     future.set_exception(WorkerDied(reason + _in_attempts(attempts)))
                 else:
@@ -138,30 +159,33 @@ class Workers:
                         worker.has_begun = True
                         continue
                     worker.attempt = 0
-                    if worker.key is _PREPARATION:
+                    if key is _PREPARATION:
                         continue
                     (future.set_result if has_result else future.set_exception)(value)
-                yield worker.key, future
+                    self._hand_out()  # the worker is busy again while the result is looked at
+                yield key, future
 
-    def _hand_out(self, waiting: deque[tuple[Any, int]], calls: Mapping[Any, Call[Any]]) -> None:
+    def _wait(self, attempt: int, order: tuple[float, ...], key: Any, call: Call[Any]) -> None:
+        heapq.heappush(self._waiting, _Waiting(attempt, order, next(self._numbers), key, call))
+
+    def _hand_out(self) -> None:
         """Give calls to idle workers, new ones where all are busy; a last attempt is given out and runs alone."""
-        while waiting:
-            key, attempt = waiting[0]
+        while self._waiting:
+            first = self._waiting[0]
             busy = [worker for worker in self._all if worker.busy]
-            alone = max((worker.attempt for worker in busy), default=0) == ATTEMPTS or attempt == ATTEMPTS
+            alone = max((worker.attempt for worker in busy), default=0) == ATTEMPTS or first.attempt == ATTEMPTS
             if len(busy) >= self.count or (busy and alone):
                 return
             worker = self._idle()
             if worker is None:
                 return
-            call = calls[key]
             try:
-                worker.pipe.send((call.function, call.args, dict(call.kwargs)))
+                worker.pipe.send((first.call.function, first.call.args, dict(first.call.kwargs)))
             except (BrokenPipeError, ConnectionResetError):  # it died idle: no fault of the call
                 self._end_of(worker)
                 continue
-            worker.key, worker.attempt = key, attempt
-            waiting.popleft()
+            worker.key, worker.call, worker.attempt = first.key, first.call, first.attempt
+            heapq.heappop(self._waiting)
 
     def _idle(self) -> _Worker | None:
         """A worker without a call; None where no further one can be started and others are busy."""
@@ -203,7 +227,8 @@ class Workers:
             self._all.pop().kill()
 
     def end_busy(self) -> None:
-        """Kill the workers that are busy with a call."""
+        """Kill the workers that are busy with a call, and forget the calls that wait."""
+        self._waiting.clear()
         for worker in [each for each in self._all if each.busy and each.key is not _PREPARATION]:
             self._all.remove(worker)
             worker.kill()

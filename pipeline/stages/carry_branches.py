@@ -1,10 +1,9 @@
 """Branches carried across a sweep: solutions of neighbouring members are continued in the parameter that differs.
 
-A detached branch of one member may be an ordinary branch of the next one. In each round every curve is offered the
-branches that its neighbours have got in the round before, at first all that they have. Rounds are repeated until no
-curve gets a new branch. The curves of a round do not depend on each other, so the result depends neither on the order
-of the sweep nor on the number of processes. The curves as they were solved stay as they are: a curve with further
-branches is a result of its own.
+A detached branch of one member may be an ordinary branch of the next one. Branches are carried in rounds
+(`CarryRounds`), at first all that a curve has, then those that it has got in the round before. Rounds are repeated
+until no curve gets a new branch. The result depends neither on the order of the sweep nor on where and when its tasks
+run. The curves as they were solved stay as they are: a curve with further branches is a result of its own.
 """
 
 from __future__ import annotations
@@ -15,21 +14,18 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from pipeline.errors import reason_of
-from pipeline.process.counted_calls import CountedCalls, Work
-from pipeline.process.progress import Reporter
+from pipeline.executor.task import Progress, Task
 from pipeline.scene.labels import member_label
+from pipeline.scene.schema import Scene
 from pipeline.stages.branch_births import Births
 from pipeline.stages.cache_keys import carried_key, extension_key
+from pipeline.stages.carry_rounds import CarryRounds, Turn
 from pipeline.stages.curve_file import CURVE
-from pipeline.stages.extend_curve import ExtensionFacts, Source, extend_curve
+from pipeline.stages.extend_curve import ExtensionFacts, LostBranch, Source, extend_curve
 from pipeline.stages.respond import KIND as SOLVED
 from pipeline.stages.respond import CurveJob, CurveResult, result_from_file
-from pipeline.stages.solve_curve import Progress
 from pipeline.stages.sweep_neighbours import longest_way, neighbouring_curves, sweep_steps
-from pipeline.stages.worker_count import worker_count
 from pipeline.store.content_store import Entry, Store
-from pipeline.store.disk_errors import StorageError
 
 EXTENDED, CARRIED = "extension", "carried"  # kinds of results in the store
 RESULT = "carried.json"
@@ -48,17 +44,20 @@ class CurveState:
         Its file.
     ran : bool
         Whether it was computed in this run.
+    seconds : float
+        How long it was computed.
     """
 
     kind: str
     key: str
     file: Path
     ran: bool
+    seconds: float
 
 
 @dataclass(frozen=True)
 class Extension:
-    """A curve to extend with the branches of neighbours.
+    """A curve to extend with the branches of neighbours, in one round.
 
     Attributes
     ----------
@@ -66,15 +65,18 @@ class Extension:
         Its key in the store.
     job : CurveJob
         The curve.
-    base : Path
-        File of the curve with its branches so far.
+    round : int
+        Number of the round, from 1.
+    base : CurveState
+        The curve with its branches so far.
     sources : tuple of Source
         The neighbours.
     """
 
     key: str
     job: CurveJob
-    base: Path
+    round: int
+    base: CurveState
     sources: tuple[Source, ...]
 
 
@@ -84,20 +86,16 @@ class BranchCarrier:
 
     Attributes
     ----------
-    store, reporter : Store, Reporter
-        Where results are, and who reports on them.
+    store : Store
+        Where results are.
     jobs : sequence of CurveJob
         The curves of all members.
-    processes : int or None
-        Number of processes; None: as many as the cores, where the work is worth it.
     problems : list of str
         What could not be done, one line each.
     """
 
     store: Store
-    reporter: Reporter
     jobs: Sequence[CurveJob]
-    processes: int | None = None
     problems: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -105,8 +103,12 @@ class BranchCarrier:
         self._jobs = {item.key: item for item in reversed(self.jobs)}
         keys = {item.member.index: item.key for item in self.jobs}
         steps = sweep_steps([item.member for item in self.jobs if item.member.scene.response.detached])
-        self._most_rounds = longest_way(steps) * THERE_AND_BACK
         self._neighbours = neighbouring_curves(steps, keys)
+        others = {key: list(dict.fromkeys(n.curve for n in found)) for key, found in self._neighbours.items()}
+        self._rounds = CarryRounds(others, longest_way(steps) * THERE_AND_BACK)
+        self._states: dict[str, dict[int, CurveState]] = {}  # of a curve, after the rounds that have changed it
+        self._lost: dict[tuple[int, str], tuple[LostBranch, ...]] = {}
+        self._failed: dict[tuple[int, str], str] = {}
 
     @property
     def _key(self) -> str:
@@ -130,7 +132,32 @@ class BranchCarrier:
             results[key] = self._completed(key, curve, kept["births"])
         return results
 
-    def carried(self, solved: Mapping[str, CurveResult]) -> dict[str, CurveResult]:
+    @property
+    def waiting(self) -> int:
+        """Number of curves that may still get branches in the first round."""
+        return self._rounds.before_first
+
+    def solved(self, key: str, curve: CurveResult) -> list[Extension]:
+        """A curve has been solved, or could not be; returns the curves that can be extended now."""
+        if curve.file is None or curve.facts is None or not curve.facts.points:
+            return self._extensions(self._rounds.leave_out(key)) if key in self._neighbours else []
+        self._states[key] = {0: CurveState(SOLVED, key, curve.file, curve.ran, curve.facts.seconds)}
+        return self._extensions(self._rounds.finished(key, changed=True)) if key in self._neighbours else []
+
+    def extended(self, item: Extension, entry: Entry | None, reason: str = "") -> list[Extension]:
+        """A curve has been extended, or, for a reason, could not be; returns the curves that can be extended now."""
+        curve, place = item.job.key, (item.round, item.job.key)
+        if entry is None:
+            self._failed[place] = f"branches of {member_label(item.job.member)}: {reason}"
+            return self._extensions(self._rounds.finished(curve, changed=False))
+        facts = ExtensionFacts.read(entry.folder)
+        self._lost[place] = facts.lost
+        if facts.added:
+            file = entry.file(CURVE)
+            self._states[curve][item.round] = CurveState(EXTENDED, item.key, file, entry.ran, entry.seconds)
+        return self._extensions(self._rounds.finished(curve, changed=facts.added > 0))
+
+    def results(self, solved: Mapping[str, CurveResult]) -> dict[str, CurveResult]:
         """The curves with the branches of their neighbours, by key; one that cannot be extended stays as it is.
 
         Parameters
@@ -142,26 +169,14 @@ class BranchCarrier:
         if not self._neighbours:
             return results
         births = Births(self._neighbours)
-        states = {
-            key: CurveState(SOLVED, key, curve.file, curve.ran)
-            for key, curve in solved.items()
-            if curve.file is not None and curve.facts is not None and curve.facts.points
-        }
-        changed, rounds = set(states), 0
-        while changed and rounds < self._most_rounds:
-            rounds += 1
-            entries = self._round(states, changed)
-            changed = set()
-            for key, entry in entries.items():
-                facts = ExtensionFacts.read(entry.folder)
-                births.note(key, facts.lost)
-                if facts.added:
-                    changed.add(key)
-                    states[key] = CurveState(EXTENDED, entry.folder.name, entry.file(CURVE), entry.ran)
-        if changed:
+        for (_, key), lost in sorted(self._lost.items()):
+            births.note(key, lost)
+        self.problems.extend(text for _, text in sorted(self._failed.items()))
+        if self._rounds.are_cut_short:
             self.problems.append(
-                f"branches: still new ones after {rounds} rounds across the sweep, where it was ended"
+                f"branches: still new ones after {self._rounds.most} rounds across the sweep, where it was ended"
             )
+        states = {key: found[max(found)] for key, found in self._states.items()}
         born = {key: births.by_number(key, state.file) for key, state in states.items()}
         for key, state in states.items():
             if state.kind != SOLVED:
@@ -181,42 +196,21 @@ class BranchCarrier:
         )
         return replace(curve, facts=replace(curve.facts, detached=detached), carried_from=labels)
 
-    def _round(self, states: Mapping[str, CurveState], changed: set[str]) -> dict[str, Entry]:
-        """Extend every curve that has a changed neighbour; the results by the keys of the curves."""
-        extensions = {}
-        for key, state in states.items():
-            others = [other for other in self._neighbours.get(key, ()) if other.curve in changed]
-            if others:
-                sources = tuple(Source(states[o.curve].file, self._jobs[o.curve].rom, o.label) for o in others)
-                place = extension_key(state.key, [(states[other.curve].key, other.label) for other in others])
-                extensions[key] = Extension(place, self._jobs[key], state.file, sources)
-        found = {key: self.store.find(EXTENDED, item.key) for key, item in extensions.items()}
-        missing = {key: item for key, item in extensions.items() if found[key] is None}
-        if missing:
-            reasons = self._extend(missing)
-            for key, item in missing.items():
-                entry = self.store.find(EXTENDED, item.key)
-                found[key] = None if entry is None else replace(entry, ran=True)
-                if entry is None:
-                    why = reasons.get(key, "no result")
-                    self.problems.append(f"branches of {member_label(item.job.member)}: {why}")
-        return {key: entry for key, entry in found.items() if entry is not None}
+    def _extensions(self, turns: Sequence[Turn]) -> list[Extension]:
+        """The curves that are due, with the results that they depend on."""
+        found = []
+        for turn in turns:
+            others = [other for other in self._neighbours[turn.curve] if other.curve in turn.sources]
+            before = {other.curve: self._state_after(other.curve, turn.round - 1) for other in others}
+            base = self._state_after(turn.curve, turn.round - 1)
+            sources = tuple(Source(before[o.curve].file, self._jobs[o.curve].rom, o.label) for o in others)
+            key = extension_key(base.key, [(before[other.curve].key, other.label) for other in others])
+            found.append(Extension(key, self._jobs[turn.curve], turn.round, base, sources))
+        return found
 
-    def _extend(self, missing: Mapping[str, Extension]) -> Mapping[str, str]:
-        """Extend curves; the reason of each that raised an exception."""
-        works = {
-            key: Work(member_label(item.job.member), _extend_into, (self.store, item))
-            for key, item in missing.items()
-        }
-        processes = worker_count(self.processes, [item.job.member.scene for item in missing.values()])
-
-        def line(key: str) -> str:
-            entry = self.store.find(EXTENDED, missing[key].key, thorough=False)
-            added = 0 if entry is None else ExtensionFacts.read(entry.folder).added
-            took = "" if entry is None else f", {entry.seconds:.2f} s"
-            return (f"{added} more" if added else "no more") + took
-
-        return CountedCalls(self.reporter, "branches", processes).run(works, line)
+    def _state_after(self, curve: str, number: int) -> CurveState:
+        states = self._states[curve]
+        return states[max(each for each in states if each <= number)]
 
     def _keep(self, states: Mapping[str, CurveState], born: Mapping[str, Mapping[str, Any]]) -> None:
         """Store which results the rounds have ended with, so that the next run does not repeat them."""
@@ -229,17 +223,28 @@ class BranchCarrier:
         self.store.get(CARRIED, self._key, write)
 
 
-def _extend_into(store: Store, item: Extension, progress: Progress | None = None) -> str:
-    """Extend one curve into the store; the reason if that was not possible, otherwise an empty text."""
-    job = item.job
-    try:
-        store.get(
-            EXTENDED,
-            item.key,
-            lambda folder: extend_curve(folder, job.rom, job.member.scene, item.base, item.sources, progress),
-        )
-    except StorageError:
-        raise
-    except Exception as error:  # the curve stands without further branches
-        return reason_of(error)
-    return ""
+def extension_task(item: Extension) -> Task:
+    """The task that extends a curve; curves are solved first, then those that took longest are extended."""
+    files = {"rom": item.job.rom, "base": item.base.file}
+    for number, source in enumerate(item.sources):
+        files |= {f"rom {number}": source.rom, f"source {number}": source.file}
+    labels = tuple(source.label for source in item.sources)
+    member, order = item.job.member, (1.0, float(item.round), -item.base.seconds)
+    return Task(member_label(member), _extend, files, (member.scene, labels), order)
+
+
+def extension_line(entry: Entry) -> str:
+    """What to say of a curve that has been extended."""
+    added = ExtensionFacts.read(entry.folder).added
+    return (f"{added} more" if added else "no more") + f", {entry.seconds:.2f} s"
+
+
+def _extend(
+    folder: Path,
+    files: Mapping[str, Path],
+    scene: Scene,
+    labels: Sequence[str],
+    progress: Progress | None = None,
+) -> None:
+    sources = [Source(files[f"source {k}"], files[f"rom {k}"], label) for k, label in enumerate(labels)]
+    extend_curve(folder, files["rom"], scene, files["base"], sources, progress)

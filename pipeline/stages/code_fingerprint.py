@@ -11,9 +11,10 @@ from __future__ import annotations
 import ast
 import hashlib
 import os
+import platform
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -24,7 +25,7 @@ from pipeline.store.fingerprints import LENGTH
 REPOSITORY = Path(__file__).resolve().parents[2]
 PACKAGES = ("geometry", "rom", "nonlinear", "pipeline")
 # They carry results from place to place and have no part in what is in them.
-CARRIERS = ("pipeline.errors", "pipeline.process", "pipeline.store")
+CARRIERS = ("pipeline.errors", "pipeline.process", "pipeline.store", "pipeline.executor")
 _TYPE_CHECKING = re.compile(r"^if TYPE_CHECKING:\n(?:[ \t]+.*\n|\n)+", re.MULTILINE)
 _IMPORT = re.compile(r"^[ \t]*(?:import ([\w., \t]+)|from ([\w.]+) import (\([^)]*\)|[^\n(]+))", re.MULTILINE)
 _BY_NAME = re.compile(r"\bimport_module\(\"([\w.]+)\"\)")
@@ -81,13 +82,26 @@ class SourceTree:
         """
         sources, libraries = self.reached(*modules)
         digest = hashlib.sha256(machine().encode())
-        for module in sorted(sources):
-            digest.update(f"{module}\0{self._text(module)}\0".encode())
-            for name, content in self._data(module).items():
-                digest.update(f"{name}\0".encode() + content + b"\0")
+        self._hash_sources(sources, digest.update)
         for library, version in sorted(versions(libraries).items()):
             digest.update(f"{library} {version}\n".encode())
         return digest.hexdigest()[:LENGTH]
+
+    def versions(self, *modules: str, further: Iterable[str] = ()) -> dict[str, str]:
+        """What `fingerprint` is a hash of, apart: a hash of the source, Python, the processor, each library."""
+        sources, libraries = self.reached(*modules)
+        digest = hashlib.sha256()
+        self._hash_sources(sources, digest.update)
+        processor = hashlib.sha256(machine().encode()).hexdigest()[:LENGTH]
+        own = {"program": digest.hexdigest()[:LENGTH], "Python": platform.python_version(), "processor": processor}
+        return own | dict(sorted(versions({*libraries, *further}).items()))
+
+    def _hash_sources(self, sources: Iterable[str], update: Callable[[bytes], None]) -> None:
+        """Hand over the text of the modules, and the data files that they read."""
+        for module in sorted(sources):
+            update(f"{module}\0{self._text(module)}\0".encode())
+            for name, content in self._data(module).items():
+                update(f"{name}\0".encode() + content + b"\0")
 
     def reached(self, *modules: str) -> tuple[set[str], set[str]]:
         """The modules themselves with all that they import, directly or not; and top-level names of libraries."""
@@ -165,6 +179,11 @@ def code_fingerprint(*modules: str) -> str:
         There is no such module.
     """
     return _tree().fingerprint(*modules)
+
+
+def code_versions(*modules: str, further: Iterable[str] = ()) -> dict[str, str]:
+    """Versions of what computes the results of the given modules by name, see `SourceTree.versions`."""
+    return _tree().versions(*modules, further=further)
 
 
 def remember_code() -> None:

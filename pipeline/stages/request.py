@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from pipeline.executor.task import Executor
 from pipeline.process.progress import Reporter
 from pipeline.scene.reading import SceneFile
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.stage_log import StageLog
 from pipeline.stages.stage_names import Stage
 from pipeline.store.content_store import Store
+
+if TYPE_CHECKING:
+    from pipeline.stages.curve_table import CurveTable
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,10 @@ class Request:
         Curves solved at the same time; None: as many as the cores, where the work is worth it.
     rom : Path or None
         Reduced model from elsewhere, in place of the first three stages.
+    scheduler : str or None
+        Address of the scheduler of a cluster, or its scheduler file.
+    cluster : str or None
+        A cluster to start, as `local:4`.
     """
 
     scene: SceneFile
@@ -40,6 +48,8 @@ class Request:
     force: bool = False
     jobs: int | None = None
     rom: Path | None = None
+    scheduler: str | None = None
+    cluster: str | None = None
 
     @property
     def wanted(self) -> frozenset[str]:
@@ -74,6 +84,7 @@ class Run:
     store: Store
     log: StageLog
     reporter: Reporter
+    executor: Executor
 
 
 @dataclass
@@ -90,6 +101,8 @@ class RunOutcome:
         Figures and renders by their names in the output folder.
     report : str or None
         Name of the report page.
+    table : CurveTable or None
+        Numbers of the curves, once they are published.
     response : dict or None
         SHA-256 of the response files by name; None where the files are not of this run.
     summary : dict
@@ -104,6 +117,7 @@ class RunOutcome:
     models: list[dict[str, Any]] = field(default_factory=list)
     pictures: list[str] = field(default_factory=list)
     report: str | None = None
+    table: CurveTable | None = None
     response: dict[str, str] | None = None
     summary: dict[str, Any] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)

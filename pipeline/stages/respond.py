@@ -1,22 +1,21 @@
-"""Solution of the curves of a sweep, here or in worker processes; each is stored as soon as it is solved."""
+"""The curve of one member of a sweep: found in the store, or solved by a task."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from pipeline.errors import reason_of
-from pipeline.process.counted_calls import CountedCalls, Work
-from pipeline.process.progress import Reporter
+from pipeline.executor.task import Progress, Task
 from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member
+from pipeline.scene.schema import Scene
 from pipeline.stages.curve_file import CURVE
-from pipeline.stages.curve_summary import CurveSummary, read_summary
-from pipeline.stages.solve_curve import Progress, solve_curve
-from pipeline.stages.worker_count import longest_first, worker_count
+from pipeline.stages.curve_summary import CurveSummary, kept_summary
+from pipeline.stages.solve_curve import solve_curve
+from pipeline.stages.worker_count import longest_first
 from pipeline.store.content_store import Store
-from pipeline.store.disk_errors import StorageError
 
 KIND = "curve"
 
@@ -76,69 +75,40 @@ class CurveJob:
     rom: Path
 
 
-@dataclass(frozen=True)
-class CurveSolver:
-    """Finds the curves of a sweep in the store or solves them, `jobs` at a time (see `worker_count`)."""
-
-    store: Store
-    reporter: Reporter
-    jobs: int | None = None
-
-    def solve(self, jobs: Sequence[CurveJob]) -> dict[str, CurveResult]:
-        """The curve of every key; a curve that fails carries its reason and does not stop the others."""
-        solved = {}
-        for item in jobs:
-            if item.key not in solved and (found := self._stored(item)) is not None:
-                solved[item.key] = found
-        missing = {item.key: item for item in jobs if item.key not in solved}
-        reasons = self._run(list(missing.values()))
-        for key, item in missing.items():
-            found = self._stored(item) or CurveResult(
-                item.member, item.rom, None, None, reasons.get(key, "no result")
-            )
-            solved[key] = replace(found, ran=True)
-        return solved
-
-    def _stored(self, item: CurveJob) -> CurveResult | None:
-        entry = self.store.find(KIND, item.key)
-        return None if entry is None else result_from_file(item, entry.file(CURVE))
-
-    def _run(self, missing: list[CurveJob]) -> Mapping[str, str]:
-        """Solve what is missing; returns the reason of every curve that raised an exception."""
-        items = {item.key: item for item in sorted(missing, key=lambda item: longest_first(item.member.scene))}
-        works = {key: Work(member_label(item.member), _solve_into, (self.store, item)) for key, item in items.items()}
-        at_once = worker_count(self.jobs, [item.member.scene for item in missing])
-        return CountedCalls(self.reporter, "curves", at_once).run(works, lambda key: self._line(items[key]))
-
-    def _line(self, item: CurveJob) -> str:
-        found = self._stored(item)
-        if found is None or found.facts is None:
-            return "lost"
-        facts = found.facts
-        peak = f"peak {facts.peak_frequency_hz:.6g} Hz {facts.peak_amplitude_m:.4g} m"
-        return f"{peak}, {facts.points} points, {facts.seconds:.2f} s" + (
-            "" if facts.complete else f" (incomplete: {facts.reason})"
-        )
+def stored_curve(store: Store, item: CurveJob) -> CurveResult | None:
+    """The curve in the store; None where it is not there."""
+    entry = store.find(KIND, item.key)
+    return None if entry is None else result_from_file(item, entry.file(CURVE))
 
 
 def result_from_file(item: CurveJob, file: Path, ran: bool = False) -> CurveResult:
     """The curve in a file of the store."""
-    import h5py
-
-    with h5py.File(file, "r") as source:
-        facts = read_summary(source)
+    facts = kept_summary(file)
     return CurveResult(item.member, item.rom, file, facts, facts.reason, ran)
 
 
-def _solve_into(store: Store, item: CurveJob, progress: Progress | None = None) -> str:
-    """Solve one curve into the store; the reason if that was not possible, otherwise an empty text."""
-    member = item.member
-    try:
-        store.get(
-            KIND, item.key, lambda folder: solve_curve(folder, item.rom, member.scene, member.parameters, progress)
-        )
-    except StorageError:
-        raise
-    except Exception as error:  # whatever happens to one curve, the rest of the sweep goes on
-        return reason_of(error)
-    return ""
+def curve_task(item: CurveJob) -> Task:
+    """The task that solves a curve."""
+    member, files = item.member, {"rom": item.rom}
+    arguments = member.scene, dict(member.parameters)
+    return Task(member_label(member), _solve, files, arguments, (0.0, *longest_first(member.scene)))
+
+
+def curve_line(found: CurveResult) -> str:
+    """What to say of a curve that has been solved."""
+    facts = found.facts
+    assert facts is not None
+    peak = f"peak {facts.peak_frequency_hz:.6g} Hz {facts.peak_amplitude_m:.4g} m"
+    return f"{peak}, {facts.points} points, {facts.seconds:.2f} s" + (
+        "" if facts.complete else f" (incomplete: {facts.reason})"
+    )
+
+
+def _solve(
+    folder: Path,
+    files: Mapping[str, Path],
+    scene: Scene,
+    parameters: Mapping[str, Any],
+    progress: Progress | None = None,
+) -> None:
+    solve_curve(folder, files["rom"], scene, parameters, progress)

@@ -36,13 +36,18 @@ def models_from_file(run: Run, model: ReducedModel) -> Models:
     """
     from rom import write_reduced_model
 
-    key = fingerprint({"model": arrays_fingerprint(vars(model)), "code": code_fingerprint(WRITER)})
+    key = given_model_key(model)
     entry = run.store.get("rom", key, lambda folder: write_reduced_model(folder / REDUCED_MODEL, model))
     dofs = model.size if model.basis is None else model.basis.shape[0]
     facts: dict[str, Any] = {"dofs": dofs, "reduced_dofs": model.size, "n_contacts": model.n_contacts}
     facts |= {"modes": None}
     built = BuiltModel(key, entry.file(REDUCED_MODEL), None, facts)
     return {member.index: built for member in run.request.scene.members}
+
+
+def given_model_key(model: ReducedModel) -> str:
+    """Key of a reduced model from elsewhere."""
+    return fingerprint({"model": arrays_fingerprint(vars(model)), "code": code_fingerprint(WRITER)})
 
 
 def models_of_blade(run: Run, outcome: RunOutcome) -> Models:

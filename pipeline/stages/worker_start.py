@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pipeline.process.workers import Call, Workers
+from pipeline.executor.task import Preparation
+from pipeline.process.deferred_modules import defer_unused
+from pipeline.process.garbage_collection import loading
+from pipeline.process.workers import Call
 from pipeline.stages.cache_keys import curve_key, model_keys
+from pipeline.stages.number_versions import versions
 from pipeline.stages.respond import KIND
 from pipeline.stages.stage_names import Stage
 from pipeline.stages.warm_up import warm_up
@@ -17,30 +21,44 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Run
 
 
-def start_workers(run: Run, pool: Workers) -> None:
-    """Start the processes that the curves of the run need, if they need any; nothing is waited for."""
+def start_workers(run: Run, given: str | None = None) -> None:
+    """Have the workers started that the curves of the run need, if they need any; nothing is waited for.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    given : str or None
+        Key of the reduced model, where it comes from elsewhere.
+    """
     if Stage.RESPOND not in run.request.wanted:
         return
-    missing = [member.scene for member in run.request.scene.members if not _is_stored(run, member.scene)]
-    pool.count = worker_count(run.request.jobs, missing)
-    if pool.count > 1:
-        pool.prepare(Call(prepare, (_cases(missing), Stage.FIGURES in run.request.wanted)))
+    missing = [member.scene for member in run.request.scene.members if not _is_stored(run, member.scene, given)]
+    if missing:
+        prepare_workers(run, missing)
+
+
+def prepare_workers(run: Run, scenes: Sequence[Scene]) -> None:
+    """Have the workers started that curves of these scenes need; nothing is waited for."""
+    preparation = Preparation(Call(prepare, (_cases(scenes), Stage.FIGURES in run.request.wanted)), versions)
+    run.executor.prepare(worker_count(run.request.jobs, scenes), preparation)
 
 
 def prepare(cases: Sequence[tuple[str, str]], figures: bool) -> None:
     """In a worker: load what curves with these friction laws and integrations need, and what figures need."""
-    for law, integration in cases:
-        warm_up(law, integration)
-    if figures:
-        import matplotlib.backends.backend_agg
-        import matplotlib.figure  # noqa: F401
+    with loading():
+        defer_unused()
+        for law, integration in cases:
+            warm_up(law, integration)
+        if figures:
+            import matplotlib.backends.backend_agg
+            import matplotlib.figure  # noqa: F401
 
 
-def _is_stored(run: Run, scene: Scene) -> bool:
-    """Whether the curve of a scene is in the store; not known where the reduced model comes from elsewhere."""
-    if run.request.rom is not None:
-        return False
-    return run.store.find(KIND, curve_key(scene, model_keys(scene).reduce), thorough=False) is not None
+def _is_stored(run: Run, scene: Scene, given: str | None) -> bool:
+    """Whether the curve of a scene is in the store."""
+    key = curve_key(scene, given or model_keys(scene).reduce)
+    return run.store.find(KIND, key, thorough=False) is not None
 
 
 def _cases(scenes: Sequence[Scene]) -> list[tuple[str, str]]:

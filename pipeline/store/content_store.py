@@ -83,10 +83,26 @@ class Store:
         start = time.perf_counter()
         with self.temporary() as folder:
             build(folder)
-            seconds = seconds_since(start)
+            return self.keep(kind, key, folder, seconds_since(start))
+
+    def keep(self, kind: str, key: str, folder: Path, seconds: float) -> Entry:
+        """Make the files in a folder on the store's file system an entry; the folder is moved, or removed.
+
+        Raises
+        ------
+        StorageError
+            The disk takes no more.
+        """
+        target = self.root / kind / key
+        try:
             Manifest.of_files(folder, kind, key, self.run, seconds).write(folder)
-            target = self.root / kind / key
             self._install(folder, target)
+        except Exception as error:
+            if cause := storage_error(error, self.root.parent):
+                raise cause from error
+            raise
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
         return Entry(target, True, seconds)
 
     @contextmanager

@@ -12,6 +12,7 @@ from pipeline.process.progress import Reporter
 from pipeline.scene.consistency import check_scene, parameter_error
 from pipeline.scene.reading import SceneFile
 from pipeline.stages.code_fingerprint import remember_code
+from pipeline.stages.open_executor import open_executor
 from pipeline.stages.request import Request, Run, RunOutcome
 from pipeline.stages.stage_log import StageLog
 from pipeline.stages.sweep_models import models_of_blade
@@ -82,8 +83,8 @@ def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, rep
         raise input_error(file.path, "blade", "missing", allowed)
     check_scene(file)
     request = Request(file, out, "reduce", force)
-    with working_store(out, force, reporter) as store:
-        run, outcome = Run(request, store, StageLog(), reporter), RunOutcome()
+    with working_store(out, force, reporter) as store, open_executor(request, store, reporter) as executor:
+        run, outcome = Run(request, store, StageLog(), reporter, executor), RunOutcome()
         models = models_of_blade(run, outcome)
         verification = Verification(problems=outcome.problems)
         verifier = Verifier(run)

@@ -45,6 +45,7 @@ LAYERS = {
         {"output_paths"},
         {"scene", "process"},
         {"store"},
+        {"executor"},
         {"stages"},
         {"results"},
         {"figures", "render", "export", "verify"},
@@ -52,6 +53,7 @@ LAYERS = {
         {"run", "terminal"},
         {"check"},
         {"python_interface", "command_usage"},
+        {"command_options"},
         {"cli"},
     ],
 }

@@ -271,10 +271,11 @@ def test_an_interrupted_run_goes_on_where_it_was(again: Path) -> None:
 
     with extending(interrupted) as first, pytest.raises(KeyboardInterrupt):
         respond(again, sweep_of(SWEPT))
-    assert first == [-3.0, -2.5, -2.0]
+    assert first[-1] == -2.0
     with extending() as second:
         assert branches(respond(again, sweep_of(SWEPT))) == expected
-    assert second[:2] == [-2.0, -1.5]
+    assert set(second) >= {-2.0, *SWEPT} - set(first[:-1])
+    assert not set(second[: 5 - len(first)]) & set(first[:-1])  # the first round is not repeated
     assert entries(again / "out", "tmp") == []
 
 

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,6 @@ from worker_tasks import attempts_in, beside, fail, fail_stubbornly, work
 import pipeline.stages.respond
 from pipeline import run_scene
 from pipeline.process.workers import ATTEMPTS, Call, WorkerDied, call_apart, kept_workers, workers
-from pipeline.stages.respond import CurveJob
 from pipeline.stages.solve_curve import solve_curve
 
 
@@ -101,12 +101,8 @@ def die_for_friction(folder: Path, rom: Path, scene: object, *rest: object) -> N
     solve_curve(folder, rom, scene, *rest)  # type: ignore[arg-type]
 
 
-def deadly_solve_into(store: object, item: CurveJob, progress: object = None) -> str:
-    pipeline.stages.respond.solve_curve = die_for_friction  # type: ignore[assignment]
-    return REAL(store, item, progress)  # type: ignore[arg-type]
-
-
-REAL = pipeline.stages.respond._solve_into
+def deadly_solve(folder: Path, files: Mapping[str, Path], *rest: object, progress: object = None) -> None:
+    die_for_friction(folder, files["rom"], *rest)
 
 
 def test_a_run_loses_the_curve_of_a_killed_worker_only(
@@ -117,7 +113,7 @@ def test_a_run_loses_the_curve_of_a_killed_worker_only(
     rom, out = write_ground_model(tmp_path / "g.h5"), tmp_path / "out"
     monkeypatch.setenv("SHROUD_TEST_FOLDER", str(tmp_path))
     with monkeypatch.context() as deadly:
-        deadly.setattr(pipeline.stages.respond, "_solve_into", deadly_solve_into)
+        deadly.setattr(pipeline.stages.respond, "_solve", deadly_solve)
         found = run_scene(scene, out, rom=rom, until="respond", jobs=2, quiet=False)
     assert capsys.readouterr().err.count("begun again in another process") == 3
     assert [curve.parameters["contact.friction"] for curve in found.curves] == frictions

@@ -1,0 +1,106 @@
+"""Tasks in this process or in worker processes on this machine: nothing to start, nothing to configure."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import uuid
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pipeline.executor.task import Preparation, Progress, Task, TaskResult, run_task
+from pipeline.process.interrupts import Interrupts
+from pipeline.process.workers import Call, Workers, workers
+
+
+@dataclass
+class LocalExecutor:
+    """Runs tasks one by one here, or `count` at a time in worker processes.
+
+    Attributes
+    ----------
+    pool : Workers
+        The processes of the run.
+    scratch : Path
+        Where the folders of results are made.
+    interrupts : Interrupts
+        Requests to stop.
+    say : callable
+        Takes a line for the user.
+    """
+
+    pool: Workers
+    scratch: Path
+    interrupts: Interrupts
+    say: Callable[[str], None]
+    count: int = 1
+    _here: list[tuple[tuple[float, ...], int, Task]] = field(default_factory=list)
+    _futures: dict[int, tuple[Task, Future[TaskResult]]] = field(default_factory=dict)
+    _numbers: Iterator[int] = field(default_factory=itertools.count)
+
+    def prepare(self, processes: int, preparation: Preparation | None = None) -> None:
+        """Decide on the number of processes; with a preparation they are started now, and nothing is waited for."""
+        self.count = self.pool.count = processes
+        if preparation is not None and processes > 1:
+            self.pool.prepare(preparation.call)
+
+    def submit(self, task: Task) -> Future[TaskResult]:
+        """Queue a task."""
+        number, future = next(self._numbers), Future[TaskResult]()
+        self._futures[number] = task, future
+        if self.count == 1:
+            heapq.heappush(self._here, (task.order, number, task))
+        else:
+            arguments = (self._folder(), task.function, dict(task.files), task.args)
+            self.pool.submit(number, Call(run_task, arguments), task.order)
+        return future
+
+    def completed(self, within: Callable[[str], None]) -> Iterator[Future[TaskResult]]:
+        """The futures as they are done."""
+        with self.interrupts.looking():
+            yield from self._in_workers() if self.count > 1 else self._one_by_one(within)
+
+    def close(self) -> None:
+        """Nothing is left to do: the processes belong to the run."""
+
+    def _one_by_one(self, within: Callable[[str], None]) -> Iterator[Future[TaskResult]]:
+        while self._here:
+            _, number, task = heapq.heappop(self._here)
+            _, future = self._futures.pop(number)
+            try:
+                result = run_task(
+                    self._folder(), task.function, task.files, task.args, self._progress(task.label, within)
+                )
+            except Exception as error:
+                future.set_exception(error)
+            else:
+                future.set_result(result)
+            yield future
+
+    def _progress(self, label: str, within: Callable[[str], None]) -> Progress:
+        def progress(frequency_hz: float, points: int) -> None:
+            self.interrupts.check()
+            within(f"{label} at {frequency_hz:.5g} Hz, {points} points")
+
+        return progress
+
+    def _in_workers(self) -> Iterator[Future[TaskResult]]:
+        with workers(self.count, self.interrupts.check) as pool:
+            done: Future[TaskResult]
+            for number, done in pool.completed(retried=self._retried):
+                _, future = self._futures.pop(number)
+                error = done.exception()
+                if error is None:
+                    future.set_result(done.result())
+                else:
+                    future.set_exception(error)
+                yield future
+
+    def _retried(self, number: int, reason: str) -> None:
+        task, _ = self._futures[number]
+        self.say(f"{task.label}: {reason}; begun again in another process")
+
+    def _folder(self) -> Path:
+        return self.scratch / uuid.uuid4().hex

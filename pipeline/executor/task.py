@@ -1,0 +1,155 @@
+"""A task, and the interface of what runs tasks: this machine or a cluster."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from pipeline.errors import reason_of
+from pipeline.process.clock import seconds_since
+from pipeline.process.workers import Call
+from pipeline.store.disk_errors import storage_error
+
+Progress = Callable[[float, int], None]
+
+
+@dataclass(frozen=True)
+class Task:
+    """One curve or one reduced model: files in, files out, wherever it runs.
+
+    Attributes
+    ----------
+    label : str
+        What messages call it.
+    function : callable
+        `function(folder, files, *args, progress)` writes the result into `folder`; a function of a module. It depends
+        on the contents of `files` and on `args` only. It calls `progress` with the frequency reached, Hz, and the
+        number of points.
+    files : mapping of str to Path
+        The files that it reads, by names of its own.
+    args : tuple
+        Further arguments, which can be pickled.
+    order : tuple of float
+        Of the tasks that wait, the one with the smallest is begun first.
+    """
+
+    label: str
+    function: Callable[..., None]
+    files: Mapping[str, Path]
+    args: tuple[Any, ...] = ()
+    order: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class TaskResult:
+    """Files of a result.
+
+    Attributes
+    ----------
+    folder : Path
+        A folder on this machine with the files, for the receiver to keep or to remove.
+    seconds : float
+        How long the task ran.
+    """
+
+    folder: Path
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """What a worker needs before its first task.
+
+    Attributes
+    ----------
+    call : Call
+        Called once in each worker: imports, and kernels to compile or to load.
+    versions : callable
+        Gives the versions of what decides numbers, by name; a worker with others is refused.
+    """
+
+    call: Call[Any] = field(default_factory=lambda: Call(dict))
+    versions: Callable[[], dict[str, str]] = dict
+
+
+class TaskFailed(Exception):
+    """A task raised an exception; the message says why."""
+
+
+class Executor(Protocol):
+    """Runs tasks."""
+
+    @property
+    def count(self) -> int:
+        """Number of tasks that run at the same time."""
+
+    def prepare(self, processes: int, preparation: Preparation | None = None) -> None:
+        """Get workers ready, for work that is worth this number of processes on one machine.
+
+        Raises
+        ------
+        InputError
+            There is no such cluster, or it cannot run this program.
+        """
+
+    def submit(self, task: Task) -> Future[TaskResult]:
+        """Queue a task.
+
+        Its future gets the result, or an exception: TaskFailed, StorageError, or WorkerDied where the worker was lost
+        in every attempt.
+        """
+
+    def completed(self, within: Callable[[str], None]) -> Iterator[Future[TaskResult]]:
+        """The futures as they are done, until none is left; more may be submitted meanwhile.
+
+        Parameters
+        ----------
+        within : callable
+            Called with the state of a task that is being worked on, where that is known.
+
+        Raises
+        ------
+        Stopped
+            A signal has been received.
+        ExecutorLost
+            No further task can run.
+        """
+
+    def close(self) -> None:
+        """End all tasks, and the workers that were started here."""
+
+
+def run_task(
+    folder: Path,
+    function: Callable[..., None],
+    files: Mapping[str, Path],
+    args: tuple[Any, ...],
+    progress: Progress | None = None,
+) -> TaskResult:
+    """Run a task where its files are; `folder` is made anew, and removed where it fails.
+
+    Raises
+    ------
+    StorageError
+        The disk below `folder` takes no more.
+    TaskFailed
+        The task raised any other exception.
+    """
+    start = time.perf_counter()
+    try:
+        shutil.rmtree(folder, ignore_errors=True)  # of an attempt whose process died
+        folder.mkdir(parents=True)
+        function(folder, files, *args, progress=progress)
+    except BaseException as error:
+        shutil.rmtree(folder, ignore_errors=True)
+        if not isinstance(error, Exception):
+            raise
+        if cause := storage_error(error, folder.parents[2]):
+            raise cause from error
+        raise TaskFailed(reason_of(error)) from error
+    return TaskResult(folder, seconds_since(start))

@@ -1,0 +1,139 @@
+"""All curves of a sweep: found in the store, or computed by tasks; each is stored as soon as it is there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
+
+from pipeline.errors import reason_of
+from pipeline.executor.task import Task, TaskFailed, TaskResult
+from pipeline.process.progress import Counter
+from pipeline.process.workers import WorkerDied
+from pipeline.stages.carry_branches import EXTENDED, BranchCarrier, Extension, extension_line, extension_task
+from pipeline.stages.curve_file import CURVE
+from pipeline.stages.request import Run
+from pipeline.stages.respond import (
+    KIND,
+    CurveJob,
+    CurveResult,
+    curve_line,
+    curve_task,
+    result_from_file,
+    stored_curve,
+)
+from pipeline.stages.worker_start import prepare_workers
+from pipeline.store.content_store import Entry
+
+CURVES, BRANCHES = "curves", "branches"  # what progress counts
+
+
+class SweepCurves:
+    """Finds or computes the curves of a sweep, with the branches of their neighbours.
+
+    A curve that fails carries its reason and does not stop the others. It is extended as soon as its neighbours are
+    there, while others are still being solved.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    jobs : sequence of CurveJob
+        The curves of all members.
+    """
+
+    def __init__(self, run: Run, jobs: Sequence[CurveJob]) -> None:
+        self._run = run
+        self._jobs: dict[str, CurveJob] = {}
+        for item in jobs:
+            self._jobs.setdefault(item.key, item)
+        self._carrier = BranchCarrier(run.store, jobs)
+        self._solved: dict[str, CurveResult] = {}
+        self._tasks: dict[Future[TaskResult], tuple[Task, CurveJob | Extension]] = {}
+        self._submitted = 0  # extensions
+        self._counters: Mapping[str, Counter] = {}
+
+    @property
+    def problems(self) -> list[str]:
+        """What could not be done, one line each."""
+        return self._carrier.problems
+
+    def results(self) -> dict[str, CurveResult]:
+        """The curve of every key."""
+        stored = self._carrier.stored()
+        if stored is not None:
+            return stored
+        missing, extensions = [], []
+        for key, item in self._jobs.items():
+            found = stored_curve(self._run.store, item)
+            if found is None:
+                missing.append(item)
+            else:
+                extensions += self._note(key, found)
+        extensions = self._not_stored(extensions)
+        if missing or extensions:
+            self._compute(missing, extensions)
+        return self._carrier.results({key: self._solved[key] for key in self._jobs})
+
+    def _compute(self, missing: Sequence[CurveJob], extensions: Sequence[Extension]) -> None:
+        executor, reporter = self._run.executor, self._run.reporter
+        pieces = max(len(missing) + len(extensions), self._carrier.waiting)
+        scenes = [item.member.scene for item in self._jobs.values()][:pieces]
+        prepare_workers(self._run, scenes)
+        totals = {CURVES: len(missing), BRANCHES: self._carrier.waiting}
+        with reporter.counting_several(totals, executor.count) as self._counters:
+            for item in missing:
+                self._submit(curve_task(item), item)
+            for extension in extensions:
+                self._submit(extension_task(extension), extension)
+            for future in executor.completed(self._counters[CURVES].within):
+                for extension in self._not_stored(self._finished(future)):
+                    self._submit(extension_task(extension), extension)
+
+    def _submit(self, task: Task, item: CurveJob | Extension) -> None:
+        self._tasks[self._run.executor.submit(task)] = task, item
+        if isinstance(item, Extension):
+            self._submitted += 1
+            self._counters[BRANCHES].grow(self._submitted)
+
+    def _not_stored(self, extensions: Sequence[Extension]) -> list[Extension]:
+        """Those extensions, and what follows from the others, that have to be computed."""
+        waiting, missing = list(extensions), []
+        while waiting:
+            item = waiting.pop(0)
+            entry = self._run.store.find(EXTENDED, item.key)
+            if entry is None:
+                missing.append(item)
+            else:
+                waiting += self._carrier.extended(item, entry)
+        return missing
+
+    def _finished(self, future: Future[TaskResult]) -> list[Extension]:
+        """Store the result of a task; returns the extensions that can be begun."""
+        task, item = self._tasks.pop(future)
+        try:
+            result, reason = future.result(), ""
+        except (TaskFailed, WorkerDied) as error:
+            result, reason = None, reason_of(error)
+        if isinstance(item, Extension):
+            return self._extended(task, item, result, reason)
+        if result is None:
+            found = CurveResult(item.member, item.rom, None, None, reason, ran=True)
+            self._counters[CURVES].done(f"{task.label}: {reason}")
+        else:
+            file = self._kept(KIND, item.key, result).file(CURVE)
+            found = result_from_file(item, file, ran=True)
+            self._counters[CURVES].done(f"{task.label}: {curve_line(found)}")
+        return self._note(item.key, found)
+
+    def _extended(self, task: Task, item: Extension, result: TaskResult | None, reason: str) -> list[Extension]:
+        entry = None if result is None else self._kept(EXTENDED, item.key, result)
+        said = reason if entry is None else extension_line(entry)
+        self._counters[BRANCHES].done(f"{task.label}: {said}")
+        return self._carrier.extended(item, entry, reason)
+
+    def _kept(self, kind: str, key: str, result: TaskResult) -> Entry:
+        return self._run.store.keep(kind, key, result.folder, result.seconds)
+
+    def _note(self, key: str, found: CurveResult) -> list[Extension]:
+        self._solved[key] = found
+        return self._carrier.solved(key, found)
