@@ -12,9 +12,11 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -28,6 +30,7 @@ from docs.picture_record import (  # noqa: E402
     Maker,
     Picture,
     block,
+    code_cells,
     read_record,
     record_of,
     stale,
@@ -64,6 +67,7 @@ def pictures() -> dict[str, Picture]:
             (f"{tutorials}/own_reduced_model.md", FIGURES),
             _of_page("own_reduced_model"),
         ),
+        Picture("friction_map", (f"{tutorials}/friction_map.ipynb", f"{tutorials}/friction_map.toml"), _of_notebook),
     ]
     for study in ("whole", "mesh", "modes", "harmonics", "integration", "continuation"):
         made.append(Picture(f"bench_{study}", (f"docs/performance.md#{study}",), _of_table(study)))
@@ -125,6 +129,17 @@ def _of_page(name: str) -> Maker:
     return make
 
 
+def _of_notebook(path: Path) -> bool:
+    """The figure that the code of the notebook leaves."""
+    notebook = DOCS / "tutorials" / f"{path.stem}.ipynb"
+    code = f"{code_cells(notebook)}\nplt.savefig({str(path)!r})\n"
+    environment = os.environ | {"MPLBACKEND": "Agg", "PYTHONPATH": str(ROOT)}
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copy(notebook.with_suffix(".toml"), folder)
+        subprocess.run([sys.executable, "-W", "ignore", "-c", code], cwd=folder, env=environment, check=True)
+    return True
+
+
 def _shroud(*arguments: Any) -> None:
     subprocess.run([sys.executable, "-m", "pipeline", *map(str, arguments)], cwd=ROOT, check=True)
 
@@ -132,14 +147,15 @@ def _shroud(*arguments: Any) -> None:
 def make_all(wanted: list[Picture], only_record: bool = False) -> None:
     """Make the pictures and record them, or only record them."""
     IMAGES.mkdir(exist_ok=True)
-    record = read_record()
     for picture in wanted:
         if only_record or picture.make(picture.path):
-            record["pictures"][picture.name] = record_of(picture)
+            record = read_record()
+            made = record["pictures"] | {picture.name: record_of(picture)}
+            record["pictures"] = {name: made[name] for name in pictures() if name in made}
+            done = [scene for scene in SCENES if (OUT / scene / "summary.json").exists()]
+            record["peaks"] |= {scene: peaks(OUT / scene) for scene in done}
+            write_record(record)
             print(picture.path.relative_to(ROOT), flush=True)
-    record["peaks"] |= {scene: peaks(OUT / scene) for scene in SCENES if (OUT / scene / "summary.json").exists()}
-    record["pictures"] = {name: record["pictures"][name] for name in pictures() if name in record["pictures"]}
-    write_record(record)
 
 
 def peaks(folder: Path) -> list[list[float]]:
