@@ -41,7 +41,8 @@ OUT = ROOT / "out" / "pictures"
 SCENES = ("dummy", "figure6", "campbell")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 QUIET_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
-FIGURES, PAGE = "pipeline/figures", "pipeline/report"
+STYLE, LINE = "pipeline/figures/style.py", "pipeline/figures/curve_line.py"
+CURVES = (STYLE, LINE, "pipeline/figures/response.py", "pipeline/figures/curve_marks.py")
 DUMMY = "scenes/dummy.toml"
 
 
@@ -52,19 +53,31 @@ def pictures() -> dict[str, Picture]:
         Picture("blade", (drawings, DUMMY), _drawn("blade", "blade_figure")),
         Picture("contact_element", (drawings,), _drawn("contact_element", "element_figure")),
         Picture("frames", (drawings, DUMMY), _drawn("frames", "frames_figure")),
-        Picture("dummy_response", (DUMMY, FIGURES), _of_run("dummy", "figures/response.png")),
-        Picture("dummy_peaks", (DUMMY, FIGURES), _of_run("dummy", "figures/peaks.png")),
-        Picture("dummy_mode_1", (DUMMY, "pipeline/render"), _of_run("dummy", "renders/mode_1.png")),
-        Picture("figure6", ("scenes/figure6.toml", FIGURES), _of_run("figure6", "figures/response.png")),
-        Picture("campbell", ("scenes/campbell.toml", FIGURES), _of_run("campbell", "figures/campbell.png")),
-        Picture("nodal_diameters", (DUMMY, FIGURES), _of_run("dummy", "figures/nodal_diameters.png")),
-        Picture("check_of_a_motion", (DUMMY, "pipeline/check", FIGURES), _check),
-        Picture("report", (DUMMY, PAGE, FIGURES), _report),
+        Picture("dummy_response", (DUMMY, *CURVES), _of_run("dummy", "figures/response.png")),
+        Picture("dummy_peaks", (DUMMY, STYLE, "pipeline/figures/trend.py"), _of_run("dummy", "figures/peaks.png")),
+        Picture(
+            "dummy_mode_1",
+            (DUMMY, "pipeline/render/mode_shapes.py", "pipeline/render/ring.py"),
+            _of_run("dummy", "renders/mode_1.png"),
+        ),
+        Picture("figure6", ("scenes/figure6.toml", *CURVES), _of_run("figure6", "figures/response.png")),
+        Picture(
+            "campbell",
+            ("scenes/campbell.toml", STYLE, "pipeline/figures/campbell.py"),
+            _of_run("campbell", "figures/campbell.png"),
+        ),
+        Picture(
+            "nodal_diameters",
+            (DUMMY, STYLE, "pipeline/figures/nodal_diameters.py"),
+            _of_run("dummy", "figures/nodal_diameters.png"),
+        ),
+        Picture("check_of_a_motion", (DUMMY, STYLE, "pipeline/check/envelope_figure.py"), _check),
+        Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/story.py"), _report),
         Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
-        Picture("first_blade_response", (f"{tutorials}/first_blade.md", FIGURES), _of_page("first_blade")),
+        Picture("first_blade_response", (f"{tutorials}/first_blade.md", STYLE, LINE), _of_page("first_blade")),
         Picture(
             "own_reduced_model_response",
-            (f"{tutorials}/own_reduced_model.md", FIGURES),
+            (f"{tutorials}/own_reduced_model.md", STYLE, LINE),
             _of_page("own_reduced_model"),
         ),
         Picture("friction_map", (f"{tutorials}/friction_map.ipynb", f"{tutorials}/friction_map.toml"), _of_notebook),

@@ -68,7 +68,8 @@ def fingerprint(source: str) -> str:
         return _hash(code_cells(place))
     if place.suffix == ".md":
         return _hash("".join(re.findall(r"^```python\n(.*?)^```", place.read_text(encoding="utf-8"), re.M | re.S)))
-    return _hash("".join(_code(file) for file in sorted(place.rglob("*")) if file.is_file()))
+    files = [place] if place.is_file() else sorted(place.rglob("*"))
+    return _hash("".join(_code(file) for file in files if file.is_file()))
 
 
 def code_cells(notebook: Path) -> str:
