@@ -11,8 +11,8 @@ The picture of the report needs a browser. A test fails where a picture is old (
 from __future__ import annotations
 
 import argparse
-import base64
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -30,6 +30,7 @@ from docs.picture_record import (  # noqa: E402
     Maker,
     Picture,
     block,
+    code_cells,
     read_record,
     record_of,
     stale,
@@ -40,7 +41,8 @@ OUT = ROOT / "out" / "pictures"
 SCENES = ("dummy", "figure6", "campbell")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 QUIET_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
-FIGURES, PAGE = "pipeline/figures", "pipeline/report"
+STYLE, LINE = "pipeline/figures/style.py", "pipeline/figures/curve_line.py"
+CURVES = (STYLE, LINE, "pipeline/figures/response.py", "pipeline/figures/curve_marks.py")
 DUMMY = "scenes/dummy.toml"
 
 
@@ -51,22 +53,34 @@ def pictures() -> dict[str, Picture]:
         Picture("blade", (drawings, DUMMY), _drawn("blade", "blade_figure")),
         Picture("contact_element", (drawings,), _drawn("contact_element", "element_figure")),
         Picture("frames", (drawings, DUMMY), _drawn("frames", "frames_figure")),
-        Picture("dummy_response", (DUMMY, FIGURES), _of_run("dummy", "figures/response.png")),
-        Picture("dummy_peaks", (DUMMY, FIGURES), _of_run("dummy", "figures/peaks.png")),
-        Picture("dummy_mode_1", (DUMMY, "pipeline/render"), _of_run("dummy", "renders/mode_1.png")),
-        Picture("figure6", ("scenes/figure6.toml", FIGURES), _of_run("figure6", "figures/response.png")),
-        Picture("campbell", ("scenes/campbell.toml", FIGURES), _of_run("campbell", "figures/campbell.png")),
-        Picture("nodal_diameters", (DUMMY, FIGURES), _of_run("dummy", "figures/nodal_diameters.png")),
-        Picture("check_of_a_motion", (DUMMY, "pipeline/check", FIGURES), _check),
-        Picture("report", (DUMMY, PAGE, FIGURES), _report),
+        Picture("dummy_response", (DUMMY, *CURVES), _of_run("dummy", "figures/response.png")),
+        Picture("dummy_peaks", (DUMMY, STYLE, "pipeline/figures/trend.py"), _of_run("dummy", "figures/peaks.png")),
+        Picture(
+            "dummy_mode_1",
+            (DUMMY, "pipeline/render/mode_shapes.py", "pipeline/render/ring.py"),
+            _of_run("dummy", "renders/mode_1.png"),
+        ),
+        Picture("figure6", ("scenes/figure6.toml", *CURVES), _of_run("figure6", "figures/response.png")),
+        Picture(
+            "campbell",
+            ("scenes/campbell.toml", STYLE, "pipeline/figures/campbell.py"),
+            _of_run("campbell", "figures/campbell.png"),
+        ),
+        Picture(
+            "nodal_diameters",
+            (DUMMY, STYLE, "pipeline/figures/nodal_diameters.py"),
+            _of_run("dummy", "figures/nodal_diameters.png"),
+        ),
+        Picture("check_of_a_motion", (DUMMY, STYLE, "pipeline/check/envelope_figure.py"), _check),
+        Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/story.py"), _report),
         Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
-        Picture("first_blade_response", (f"{tutorials}/first_blade.md", FIGURES), _of_page("first_blade")),
+        Picture("first_blade_response", (f"{tutorials}/first_blade.md", STYLE, LINE), _of_page("first_blade")),
         Picture(
             "own_reduced_model_response",
-            (f"{tutorials}/own_reduced_model.md", FIGURES),
+            (f"{tutorials}/own_reduced_model.md", STYLE, LINE),
             _of_page("own_reduced_model"),
         ),
-        Picture("friction_map", (f"{tutorials}/friction_map.toml", FIGURES), _of_notebook("friction_map")),
+        Picture("friction_map", (f"{tutorials}/friction_map.ipynb", f"{tutorials}/friction_map.toml"), _of_notebook),
     ]
     for study in ("whole", "mesh", "modes", "harmonics", "integration", "continuation"):
         made.append(Picture(f"bench_{study}", (f"docs/performance.md#{study}",), _of_table(study)))
@@ -128,30 +142,15 @@ def _of_page(name: str) -> Maker:
     return make
 
 
-def _of_notebook(name: str) -> Maker:
-    """The last picture of a notebook, which keeps what its cells show."""
-
-    def make(path: Path) -> bool:
-        import nbformat
-        from nbclient import NotebookClient
-
-        page = DOCS / "tutorials" / f"{name}.ipynb"
-        with tempfile.TemporaryDirectory() as folder:
-            shutil.copy(page.with_suffix(".toml"), folder)
-            notebook = NotebookClient(
-                nbformat.read(page, as_version=4), timeout=600, resources={"metadata": {"path": folder}}
-            ).execute()
-        cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
-        for cell in cells:  # without the lines of progress, and without the times of the cells
-            cell.outputs = [output for output in cell.outputs if output.output_type != "stream"]
-            cell.metadata = {}
-        nbformat.write(notebook, page)
-        data = [output.data for cell in cells for output in cell.outputs]
-        shown = [each["image/png"] for each in data if "image/png" in each]
-        path.write_bytes(base64.b64decode(shown[-1]))
-        return True
-
-    return make
+def _of_notebook(path: Path) -> bool:
+    """The figure that the code of the notebook leaves."""
+    notebook = DOCS / "tutorials" / f"{path.stem}.ipynb"
+    code = f"{code_cells(notebook)}\nplt.savefig({str(path)!r})\n"
+    environment = os.environ | {"MPLBACKEND": "Agg", "PYTHONPATH": str(ROOT)}
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copy(notebook.with_suffix(".toml"), folder)
+        subprocess.run([sys.executable, "-W", "ignore", "-c", code], cwd=folder, env=environment, check=True)
+    return True
 
 
 def _shroud(*arguments: Any) -> None:
@@ -161,14 +160,15 @@ def _shroud(*arguments: Any) -> None:
 def make_all(wanted: list[Picture], only_record: bool = False) -> None:
     """Make the pictures and record them, or only record them."""
     IMAGES.mkdir(exist_ok=True)
-    record = read_record()
     for picture in wanted:
         if only_record or picture.make(picture.path):
-            record["pictures"][picture.name] = record_of(picture)
+            record = read_record()
+            made = record["pictures"] | {picture.name: record_of(picture)}
+            record["pictures"] = {name: made[name] for name in pictures() if name in made}
+            done = [scene for scene in SCENES if (OUT / scene / "summary.json").exists()]
+            record["peaks"] |= {scene: peaks(OUT / scene) for scene in done}
+            write_record(record)
             print(picture.path.relative_to(ROOT), flush=True)
-    record["peaks"] |= {scene: peaks(OUT / scene) for scene in SCENES if (OUT / scene / "summary.json").exists()}
-    record["pictures"] = {name: record["pictures"][name] for name in pictures() if name in record["pictures"]}
-    write_record(record)
 
 
 def peaks(folder: Path) -> list[list[float]]:
