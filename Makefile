@@ -6,6 +6,7 @@
 # make bench  run time against error of every stage, and run times before and after, into out/bench; make bench-docs puts it into docs
 # make bench-peers  beside pyHarm (installed into an environment of its own) and CalculiX (where ccx is)
 # make docs   the documentation site, into out/docs/index.html; make tutorials runs the tutorials and renews their output and pictures
+# make pictures  the pictures of README and pages that are old, made again from the scenes; a test fails where one is old
 # make stress the stability matrix: hard cases solved, every one recorded, into out/stress
 #
 # SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes
@@ -25,7 +26,7 @@ BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) $(if $(JOBS),--jobs $(JOBS))
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond render figures report test test-lowest test-newest lock docs tutorials stress bench bench-peers bench-docs clean
+.PHONY: setup run mesh assemble reduce respond render figures report test test-lowest test-newest lock docs tutorials pictures stress bench bench-peers bench-docs clean
 
 setup: $(VENV)/.installed
 
@@ -85,6 +86,11 @@ docs: setup
 tutorials: export OPENBLAS_NUM_THREADS = 1
 tutorials: setup
 	@$(BIN)/python docs/execute.py --update
+	@$(BIN)/python docs/make_pictures.py --record first_blade_shrouds first_blade_response own_reduced_model_response
+
+pictures: export OPENBLAS_NUM_THREADS = 1
+pictures: setup
+	@$(BIN)/python docs/make_pictures.py
 
 stress: setup
 	@$(BIN)/python benchmarks/stress.py $(if $(JOBS),--jobs $(JOBS)) $(STRESS)
@@ -106,6 +112,7 @@ bench-peers: setup
 
 bench-docs: setup
 	@$(BIN)/python benchmarks/bench.py --docs
+	@$(BIN)/python docs/make_pictures.py $(addprefix bench_,whole mesh modes harmonics integration continuation)
 
 clean:
 	rm -rf out build dist .pytest_cache .mypy_cache .ruff_cache

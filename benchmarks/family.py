@@ -58,7 +58,7 @@ def measure(scene_file: Path, interferences: list[float], repeats: int, store: P
             "complete": sum(curve.termination.complete for curve, _ in runs[0]),
             "points": sum(curve.points for curve, _ in runs[0]),
             "seconds": round(statistics.median(family), 3),
-            "least": round(min(family), 3),
+            "least seconds": round(min(family), 3),
             "ms a point, median": round(statistics.median(a_point), 3),
         }
         rows.append(row)

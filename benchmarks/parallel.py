@@ -61,7 +61,7 @@ def measure(scene_file: str, count: int, jobs: int, folder: str) -> dict[str, An
     results = run_scene(sweep, out, until="respond", jobs=jobs)
     seconds = json.loads((out / "summary.json").read_text(encoding="utf-8"))["stages"]["respond"]["seconds"]
     complete = sum(curve.complete for curve in results.curves)
-    row = {"curves": count, "processes": jobs, "seconds": seconds, "a curve": round(seconds / count, 3)}
+    row = {"curves": count, "processes": jobs, "seconds": seconds, "seconds a curve": round(seconds / count, 3)}
     return row | {"speed-up": 1.0, "complete": complete}
 
 

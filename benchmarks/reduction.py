@@ -34,13 +34,13 @@ TIMED = (
     "rom.reduction.craig_bampton:craig_bampton_model",
 )
 PHASES = {
-    "mesh": ("mesh_of",),
-    "assembly": ("full_model_of",),
-    "ordering": ("analyse",),
-    "factorisation": ("factor",),
-    "constraint modes": ("partition_at_boundary", "-full_model_of", "-analyse", "-factor"),
-    "fixed-interface modes": ("lowest_modes",),
-    "projection": ("craig_bampton_model",),
+    "mesh s": ("mesh_of",),
+    "assembly s": ("full_model_of",),
+    "ordering s": ("analyse",),
+    "factorisation s": ("factor",),
+    "constraint modes s": ("partition_at_boundary", "-full_model_of", "-analyse", "-factor"),
+    "fixed-interface modes s": ("lowest_modes",),
+    "projection s": ("craig_bampton_model",),
 }
 
 
@@ -56,7 +56,7 @@ def main(arguments: list[str] | None = None) -> int:
     for size in [*options.sizes, *([LARGEST] if options.full else [])]:
         for modes in options.modes:
             rows.append(in_a_process("reduction", options.scene, size, modes, options.backend))
-            print(f"{size:g} mm: {rows[-1]['total']:.1f} s, {rows[-1]['memory_gb']:.1f} GB", file=sys.stderr)
+            print(f"{size:g} mm: {rows[-1]['total s']:.1f} s, {rows[-1]['memory_gb']:.1f} GB", file=sys.stderr)
     write_results(options.out, "reduction", rows, report(rows))
     return 0
 
@@ -86,7 +86,7 @@ def measure(scene_file: str, size: float, modes: int, backend: str) -> dict[str,
     solver = str(reduction.model.producer).rsplit(", ", maxsplit=1)[-1]
     return {
         **row,
-        "total": round(sum(row[phase] for phase in PHASES), 3),
+        "total s": round(sum(row[phase] for phase in PHASES), 3),
         "memory_gb": round(peak_memory_gb(), 3),
         "backend": solver,
     }
@@ -119,7 +119,7 @@ def report(rows: list[dict[str, Any]]) -> str:
     for row in rows:
         phases = [f"{row[phase]:.2f}" for phase in PHASES]
         sizes = (f"{row['size_mm']:g}", row["dofs"], row["modes"])
-        lines.append((*sizes, *phases, f"{row['total']:.1f}", f"{row['memory_gb']:.2f}", row["backend"]))
+        lines.append((*sizes, *phases, f"{row['total s']:.1f}", f"{row['memory_gb']:.2f}", row["backend"]))
     return f"# From blade to reduced model\n\n{machine_line()}. Seconds.\n\n{markdown_table(heads, lines)}\n"
 
 

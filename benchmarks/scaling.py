@@ -123,7 +123,7 @@ def limits(by_nodes: Rows, by_harmonics: Rows, bench: Path) -> Iterator[tuple[st
     jobs = max((int(row["processes"]) for row in curves), default=0)
     curves = [row for row in curves if int(row["processes"]) == jobs]
     for rows, size, column, cost, (practical, most) in (
-        (dofs, "dofs", "total", "seconds to the reduced model", TEN_MINUTES),
+        (dofs, "dofs", "total s", "seconds to the reduced model", TEN_MINUTES),
         (dofs, "dofs", "memory_gb", "memory, GB", MEMORY_LIMIT),
         (by_nodes, NODES, MODEL, "seconds to the reduced model", TEN_MINUTES),
         (by_nodes, NODES, MEMORY, "memory, GB", MEMORY_LIMIT),

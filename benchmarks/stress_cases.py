@@ -79,8 +79,8 @@ class StressCase:
         return f"{self.angle:g}", *shown, f"{self.friction:g}", f"{self.damping_ratio:g}", self.harmonics
 
     def values(self) -> dict[str, Any]:
-        """Field name -> value."""
-        return asdict(self)
+        """Column with its unit -> value."""
+        return {UNITS.get(name, name): value for name, value in asdict(self).items()}
 
     def level(self, factor: str) -> str:
         """The factor's level as a table shows it."""
@@ -90,6 +90,7 @@ class StressCase:
         return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
+UNITS = {"angle": "angle_deg", "normal_stiffness": "normal_stiffness_n_per_m", "interference": "interference_m_per_n"}
 FACTORS = tuple(field.name for field in fields(StressCase) if field.name not in ("seed", "index", "hard", "law"))
 
 

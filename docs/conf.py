@@ -7,6 +7,7 @@ from typing import Any
 DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS))
 
+from formulas import add_formulas  # noqa: E402
 from site_text import commands_text, short_signature  # noqa: E402
 
 project = "shroud"
@@ -16,7 +17,8 @@ exclude_patterns = ["images/*"]
 needs_sphinx = "9.0"
 
 myst_heading_anchors = 4
-myst_enable_extensions = ["deflist"]
+myst_enable_extensions = ["deflist", "dollarmath"]
+myst_fence_as_directive = ["math"]  # ```math, as GitHub writes a formula of its own line
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
@@ -60,3 +62,4 @@ def setup(app: Any) -> None:
     """Called by Sphinx."""
     app.connect("autodoc-process-signature", process_signature)
     app.connect("source-read", read_source)
+    add_formulas(app)

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from pipeline.figures.curve_line import plot_curve
     from pipeline.figures.style import ordered_colours, styled
     from pipeline.python_interface import run_scene
-    from pipeline.results.results import Curve, DetachedBranch, Results, read_results
+    from pipeline.results.curves import Curve, DetachedBranch
+    from pipeline.results.results import Results, read_results
     from pipeline.scene.reading import Member, SceneFile, read_scene
 
 __version__ = "0.2.0"
@@ -33,8 +34,8 @@ __all__ = [
 ]
 
 _PLACES = {
-    "Curve": "pipeline.results.results",
-    "DetachedBranch": "pipeline.results.results",
+    "Curve": "pipeline.results.curves",
+    "DetachedBranch": "pipeline.results.curves",
     "InputError": "pipeline.errors",
     "Member": "pipeline.scene.reading",
     "Results": "pipeline.results.results",

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pipeline.output_paths import output_path
+from pipeline.process.garbage_collection import collect_rarely
 from pipeline.process.streams import flush_stdout, prepare_streams
 from pipeline.stages.stage_names import Stage
 from pipeline.terminal import print_error, print_notes, print_outcome, print_problems, print_verification
@@ -265,19 +266,21 @@ def export(
 
 @app.command()
 def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
-    """Check a scene and run nothing."""
+    """Check a scene and run nothing; all errors are listed, with their lines."""
     from pipeline.errors import InputError
-    from pipeline.scene.consistency import check_scene
+    from pipeline.scene.all_errors import all_errors
     from pipeline.scene.plausibility import plausibility_warnings
-    from pipeline.scene.reading import read_scene
 
     try:
-        file = read_scene(scene)
-        check_scene(file)
+        file, errors = all_errors(scene)
     except InputError as error:
+        file, errors = None, [str(error)]
+    if file is None:
         if as_json:
-            print(_json({"valid": False, "errors": [str(error)], "warnings": []}))
-        raise
+            print(_json({"valid": False, "errors": errors, "warnings": []}))
+        for line in errors:
+            print_error(line)
+        raise typer.Exit(BAD_INPUT)
     remarks = plausibility_warnings(file)
     if as_json:
         accuracy = None if file.accuracy is None else file.accuracy.plain()
@@ -341,6 +344,7 @@ def _json(values: dict[str, Any]) -> str:
 
 def main() -> None:
     """Entry point: exit status 0 all computed, 1 something not reached, 2 bad input, 128 + a signal's number."""
+    collect_rarely()
     prepare_streams()
     status = command(sys.argv[1:])
     error = flush_stdout()
@@ -357,6 +361,7 @@ def command(arguments: list[str]) -> int:
 
     from pipeline.errors import ExecutorLost, InputError, advice_on, reason_of
     from pipeline.process.interrupts import Stopped
+    from pipeline.scene.key_lines import with_line_of_file
     from pipeline.store.disk_errors import StorageError
 
     if not sys.warnoptions:  # warnings of libraries are shown with python -W only
@@ -371,7 +376,7 @@ def command(arguments: list[str]) -> int:
         print_error(f"shroud: {_of_usage(error)} (shroud --help)")
         return BAD_INPUT
     except InputError as error:
-        print_error(str(error))
+        print_error(with_line_of_file(error))
         return BAD_INPUT
     except (StorageError, ExecutorLost) as error:
         print_error(str(error))
@@ -438,9 +443,11 @@ def _stoppable() -> Iterator[Interrupts]:
 
 def _finish(request: Request, quiet: bool, as_json: bool) -> None:
     """Execute, print the results, and exit with the status that stands for them."""
+    from pipeline.process.deferred_modules import defer_unused
     from pipeline.process.progress import Reporter
     from pipeline.run import execute
 
+    defer_unused()
     with _stoppable() as interrupts:
         outcome = execute(request, Reporter(quiet, interrupts=interrupts))
     print_outcome(request, outcome, quiet, as_json)

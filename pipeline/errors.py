@@ -19,7 +19,15 @@ _SYSTEM_LIBRARIES = "python -m pipeline.bootstrap installs the system libraries 
 
 
 class InputError(Exception):
-    """Bad input; the message names the file, the dotted key, the value found and the values allowed."""
+    """Bad input; the message names the file, the dotted key, the value found and the values allowed.
+
+    Attributes
+    ----------
+    source, key : str
+        The file and the dotted key as in the message; empty where it names none.
+    """
+
+    source = key = ""
 
 
 class ExecutorLost(Exception):
@@ -49,7 +57,9 @@ class StageError(Exception):
 def input_error(source: str | os.PathLike[str], key: str, found: str, allowed: str) -> InputError:
     """An InputError with the one line of all messages about input: `source: key: found, allowed: ...`."""
     place = f"{os.fspath(source)}: {key}" if key else os.fspath(source)
-    return InputError(one_line(f"{place}: {found}, allowed: {allowed}"))
+    error = InputError(one_line(f"{place}: {found}, allowed: {allowed}"))
+    error.source, error.key = one_line(os.fspath(source)), one_line(key)
+    return error
 
 
 def shown(value: Any) -> str:

@@ -3,35 +3,42 @@
 from __future__ import annotations
 
 import os
+import sys
+from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import input_error, shown
 from pipeline.output_paths import output_path
-from pipeline.scene.reading import SceneFile, read_scene
+from pipeline.scene.reading import SceneFile
 
 if TYPE_CHECKING:
+    from pipeline.process.progress import Reporter
     from pipeline.results.results import Results
+
+KEYWORDS = "name title accuracy blade shroud material mesh rom load contact excitation response render figures sweep"
 
 
 def run_scene(
-    scene: SceneFile | str | os.PathLike[str],
+    scene: SceneFile | Mapping[str, Any] | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,
     *,
     rom: str | os.PathLike[str] | None = None,
     until: str | None = None,
     force: bool = False,
     jobs: int = 1,
-    quiet: bool = True,
+    quiet: bool | None = None,
     scheduler: str | None = None,
-    cluster: str | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    **tables: Any,
 ) -> Results:
     """Run a scene like `shroud run`, recomputing only what has changed.
 
     Parameters
     ----------
-    scene : SceneFile, str or path
-        The scene file, or the result of `read_scene`.
+    scene : SceneFile, mapping, str or path
+        The scene file, its tables as a dict, or the result of `read_scene`.
     out : str or path
         Output folder, by default out/NAME with the scene's name; it is created where it does not exist.
     rom : str or path
@@ -45,12 +52,16 @@ def run_scene(
         Curves solved at the same time, in processes of their own. With more than one the calling script needs
         `if __name__ == "__main__":`.
     quiet : bool
-        Whether nothing is printed; otherwise progress goes to stderr.
+        Whether nothing is printed. By default progress is shown at a terminal and in a notebook only.
     scheduler : str
         A cluster of dask.distributed to solve the curves on: the address of its scheduler, tcp://HOST:PORT, or its
-        scheduler file.
-    cluster : str
-        "local:N" starts a cluster of N workers on this machine for this run; the calling script needs the same line.
+        scheduler file. "local:N" starts a cluster of N workers on this machine for this run; the calling script then
+        needs the same line as with several jobs.
+    overrides : mapping of str to value
+        Dotted keys with values that replace those of the scene, such as {"contact.friction": 0.3}; None removes a
+        key. A swept key that is replaced is swept no longer.
+    **tables : mapping or value
+        The same by tables: `contact={"friction": 0.3}`, `accuracy="draft"`, `sweep={"shroud.angle": [70.0, 90.0]}`.
 
     Returns
     -------
@@ -69,16 +80,33 @@ def run_scene(
     -----
     A curve that could not be completed does not raise: its `complete` is False and its `reason` says why.
     """
-    from pipeline.process.progress import Reporter
     from pipeline.results.results import read_results
     from pipeline.run import execute
+    from pipeline.scene.given_in_python import given_scene
     from pipeline.stages.request import Request
     from pipeline.stages.stage_names import Stage
 
     if until is not None and until not in tuple(Stage):
         raise input_error("until", "", shown(until), ", ".join(Stage))
-    file = scene if isinstance(scene, SceneFile) else read_scene(scene, given_model=rom is not None)
+    if unknown := [name for name in tables if name not in KEYWORDS.split()]:
+        raise TypeError(f"run_scene() got an unexpected keyword argument '{unknown[0]}'; tables: {KEYWORDS}")
+    file = given_scene(scene, {**(overrides or {}), **tables}, given_model=rom is not None)
     folder = Path("out") / file.first.name if out is None else output_path(out, "out")
-    given, own = None if rom is None else Path(rom), jobs if scheduler is None and cluster is None else None
-    execute(Request(file, folder, until, force, own, given, scheduler, cluster), Reporter(quiet))
+    given, own = None if rom is None else Path(rom), jobs if scheduler is None else None
+    started = scheduler is not None and scheduler.startswith("local:")
+    engine = (None, scheduler) if started else (scheduler, None)
+    execute(Request(file, folder, until, force, own, given, *engine), _reporter(quiet))
     return read_results(folder)
+
+
+def _reporter(quiet: bool | None) -> Reporter:
+    """What shows the progress: a bar at a terminal and in a notebook that can show one, lines in other notebooks."""
+    from pipeline.process.progress import Reporter
+
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    notebook = type(shell).__name__ == "ZMQInteractiveShell"  # a notebook's, not that of a terminal
+    if quiet is None:
+        quiet = not notebook and not (sys.stderr is not None and sys.stderr.isatty())
+    if notebook:
+        return Reporter(quiet, sys.stdout, live=find_spec("ipywidgets") is not None)
+    return Reporter(quiet)

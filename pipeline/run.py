@@ -15,12 +15,16 @@ from pipeline.process.clock import seconds_since
 from pipeline.process.isolated_reading import read_given_model
 from pipeline.process.progress import Reporter
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
-from pipeline.results.outputs import curve_summary, write_results, write_summary
+from pipeline.results.outputs import LISTED, curve_summary, write_results, write_summary
+from pipeline.results.point_reader import TABLE_HASH
+from pipeline.results.provenance import provenance
 from pipeline.results.publishing import PicturesMissing
+from pipeline.results.statistics import statistics
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.stages.cache_keys import curve_key
 from pipeline.stages.code_fingerprint import remember_code
+from pipeline.stages.curve_table import table_of
 from pipeline.stages.open_executor import open_executor
 from pipeline.stages.request import Request, Run, RunOutcome
 from pipeline.stages.respond import CurveJob, CurveResult
@@ -185,10 +189,11 @@ def _respond(run: Run, models: Models, outcome: RunOutcome) -> None:
 
 def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:
     """Write the response with a summary of it, before the stages that follow, which may fail."""
-    out = run.request.out
-    unfinished = RunOutcome(outcome.curves, outcome.models, problems=[*outcome.problems, UNFINISHED])
-    summary = _summary(run, unfinished)
-    outcome.response = write_results(run.store, out, outcome.curves, run.request.scene.swept, summary)
+    out, scene = run.request.out, run.request.scene
+    outcome.table = table_of(outcome.curves, scene.swept, out)
+    unfinished = replace(outcome, problems=[*outcome.problems, UNFINISHED])
+    summary, origin = _summary(run, unfinished), provenance(scene)
+    outcome.response = write_results(run.store, out, outcome.curves, outcome.table, summary, origin)
     if retire_page(out, results_fingerprint(models, outcome)) and Stage.REPORT not in run.request.wanted:
         run.reporter.line(f"{out / PAGE}: was about other results, removed; `shroud report` writes it again")
 
@@ -254,7 +259,7 @@ def _report(run: Run, models: Models, outcome: RunOutcome) -> None:
 
 
 def _summary(run: Run, outcome: RunOutcome) -> dict[str, Any]:
-    out = run.request.out
+    out, table, curves = run.request.out, outcome.table, outcome.curves
     return {
         "scene": run.request.scene.first.name,
         "accuracy": None if run.request.scene.accuracy is None else run.request.scene.accuracy.plain(),
@@ -262,9 +267,12 @@ def _summary(run: Run, outcome: RunOutcome) -> dict[str, Any]:
         "problems": outcome.problems,
         "seconds": round(outcome.seconds, 4),
         "stages": run.log.summary(),
-        "curves": [curve_summary(curve, out) for curve in outcome.curves],
+        "curves": [curve_summary(curve, out) for curve in curves] if len(curves) <= LISTED else None,
+        "statistics": None if table is None else statistics(table),
         "response": outcome.response,
+        TABLE_HASH: None if table is None else table.fingerprint(),
         "models": outcome.models,
         "pictures": outcome.pictures,
         "report": outcome.report,
+        "provenance": provenance(run.request.scene),
     }

@@ -76,11 +76,11 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
 def _print_results(request: Request, outcome: RunOutcome) -> None:
     """The table of the curves, with notes and warnings on them."""
     from pipeline.results.frequency_range import range_warning
+    from pipeline.results.overview import abbreviated
     from pipeline.results.residual_notes import residual_notes
     from pipeline.results.tables import (
         branch_warning,
         coriolis_notes,
-        curve_table,
         harmonics_warning,
         mode_notes,
         motion_notes,
@@ -88,10 +88,9 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
     )
     from pipeline.results.worst import search_notes, worst_warning
 
-    if outcome.curves:
-        _console().print(curve_table(outcome))
+    _print_curves(outcome)
     searches = [*residual_notes(outcome.curves), *search_notes(outcome.curves)]
-    for note in [*mode_notes(outcome), *coriolis_notes(outcome), *motion_notes(outcome), *searches]:
+    for note in abbreviated([*mode_notes(outcome), *coriolis_notes(outcome), *motion_notes(outcome), *searches]):
         print(note)
     if request.scene.accuracy is not None:
         print(request.scene.accuracy.text())
@@ -107,6 +106,25 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         print_notes([warning], "warning")
     page = f", {outcome.report}" if outcome.report else ""
     print(f"{outcome.seconds:.2f} s, results in {request.out}{page}")
+
+
+def _print_curves(outcome: RunOutcome) -> None:
+    """A row for each curve; of many curves the first, with quantiles, best and worst."""
+    from pipeline.results.overview import FIRST_ROWS, MOST_ROWS, key_table, overview_lines, quantile_table
+    from pipeline.results.tables import curve_table
+
+    if outcome.curves and len(outcome.curves) <= MOST_ROWS:
+        _console().print(curve_table(outcome))
+    if len(outcome.curves) <= MOST_ROWS or outcome.table is None:
+        return
+    console = _console()
+    console.print(curve_table(outcome, FIRST_ROWS))
+    lines, found = overview_lines(outcome.table)
+    print(f"... {lines[0]}")
+    console.print(quantile_table(found))
+    if found["keys"]:
+        console.print(key_table(found))
+    print("\n".join(lines[1:]))
 
 
 def _console() -> Console:

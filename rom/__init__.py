@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion
     from rom.cyclic.expansion import expand_to_mesh
     from rom.cyclic.modal_model import ModalModel, modal_model
+    from rom.cyclic.mode_names import mode_names
     from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
     from rom.cyclic.receptance import RelativeReceptance, coupled_frequencies, linear_response
     from rom.cyclic.reduced_model import ReducedModel
@@ -88,6 +89,7 @@ __all__ = [
     "load_full_model",
     "load_sector",
     "modal_model",
+    "mode_names",
     "mode_shapes",
     "natural_frequencies",
     "new_hdf5",
@@ -148,6 +150,7 @@ _PLACES = {
     "load_full_model": "rom.files.full_model_file",
     "load_sector": "rom.files.sector_file",
     "modal_model": "rom.cyclic.modal_model",
+    "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",
     "natural_frequencies": "rom.cyclic.natural_frequencies",
     "new_hdf5": "rom.files.hdf5_writing",

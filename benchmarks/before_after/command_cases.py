@@ -14,7 +14,7 @@ from before_after.state import PACKAGES, CaseError, State
 
 REPEATS = 5
 SWEEP = (-20e-6, 5e-6, 10e-6, 20e-6, 40e-6, 60e-6, 100e-6, 400e-6)  # m
-TIMES = {"seconds"}  # attributes of response.h5 that are no results
+TIMES = {"seconds", "date", "table_hash"}  # datasets and attributes of response.h5 that depend on the time
 
 
 def from_nothing(state: State, scene: str, limit: float) -> dict[str, Any]:
@@ -79,7 +79,7 @@ def results(out: Path) -> dict[str, bytes]:
     found = {"csv": (out / "response.csv").read_bytes()}
 
     def visit(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset):
+        if isinstance(item, h5py.Dataset) and name.rpartition("/")[2] not in TIMES:
             found[name] = stored(item[()])
         found.update({f"{name}@{key}": stored(item.attrs[key]) for key in item.attrs if key not in TIMES})
 

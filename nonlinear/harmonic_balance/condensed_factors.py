@@ -12,12 +12,14 @@ A solution with P costs one of the size of Q: with y = Q^H K x,
 
 and its determinant is that of P. B x = b is solved by the iteration x += P^-1 (b - B x), to round-off.
 
-The norm of M = P^-1 E is bounded by n random vectors g: norm(M) <= a sqrt(2 / pi) max norm(M g) fails with
-probability a^-n (N. Halko, P. G. Martinsson, J. A. Tropp, SIAM Review 53, 2011, lemma 4.1). Where this is below 1,
-the iteration converges and det B = det P det(I - M) has the sign of det P.
+The norm of a power of M = P^-1 E is bounded by n random vectors g: norm(M^k) <= a sqrt(2 / pi) max norm(M^k g)
+fails with probability a^-n (N. Halko, P. G. Martinsson, J. A. Tropp, SIAM Review 53, 2011, lemma 4.1). Where the
+bound is below 1 for some k, so are all eigenvalues of M: the iteration converges, and det B = det P det(I - M) has
+the sign of det P. Stiff contacts make M far from normal: its norm may be above 1 where its eigenvalues are below 0.1.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -27,14 +29,18 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
+from nonlinear.harmonic_balance.dense_factors import DenseFactors
 from rom import RelativeReceptance
 
 SMALLEST_PROBLEM = 250  # unknowns, below which dense factors cost less
-NEGLECTED = (3e-3, 3e-4)  # G K outside the interface modes: two attempts
-LARGEST_SHARE = 0.4  # interface modes over relative displacements, above which dense factors cost less
+NEGLECTED = 3e-2  # G K outside the interface modes
+LARGEST_SHARE = 0.4  # of interface modes in relative displacements: with more, dense factors cost less
 PROBES, BOUND = 8, 20.0  # the bound fails with probability 4e-11
+MOST_POWERS = 8  # of M
+STAGNATION = 3  # corrections without gain, after which the solution is as exact as round-off allows
 ROUND_OFF = 1e-15
 MOST_CORRECTIONS = 60
+SOLVED = 1e-9  # relative residual of a solution, above which the iteration has failed
 
 
 @dataclass(frozen=True)
@@ -49,25 +55,22 @@ class InterfaceBasis:
         Modes Q of harmonic 0.
     dynamic : (H, 2, 3 n_c, 2, r) float
         Q of harmonics 1 .. H: [h, part of the displacement, dof, part of the coordinate, mode].
-    static_receptance : (r, r) float
-        G^ of harmonic 0.
-    dynamic_receptance : (H, 2 r, 2 r) float
-        G^ of harmonics 1 .. H.
+    static_motion : (3 n_c, r) float
+        Q G^ of harmonic 0.
+    dynamic_motion : (H, 2, 3 n_c, 2, r) float
+        Q G^ of harmonics 1 .. H.
     """
 
     static: Array
     dynamic: Array
-    static_receptance: Array
-    dynamic_receptance: Array
+    static_motion: Array
+    dynamic_motion: Array
 
     @classmethod
     def of(cls, modes: ComplexArray, matrix: ComplexArray) -> "InterfaceBasis":
         """From the interface modes Q (H+1, 3 n_c, r) and the receptance G (H+1, 3 n_c, 3 n_c)."""
-        reduced = modes.conj().transpose(0, 2, 1) @ (matrix @ modes)
-        n_h, _, r = modes.shape
-        dynamic = _real_form(modes[1:])
-        receptance = _real_form(reduced[1:]).reshape(n_h - 1, 2 * r, 2 * r)
-        return cls(modes[0].real.copy(), dynamic, reduced[0].real.copy(), receptance)
+        motion = modes @ (modes.conj().transpose(0, 2, 1) @ (matrix @ modes))
+        return cls(modes[0].real.copy(), _real_form(modes[1:]), motion[0].real.copy(), _real_form(motion[1:]))
 
     def to_modes(self, force: Array) -> Array:
         """Q^H f: (2H+1, 3 n_c, q) to (2H+1, r, q)."""
@@ -84,17 +87,16 @@ class InterfaceBasis:
         n_h, _, dofs, _, r = self.dynamic.shape
         columns = coordinates.shape[-1]
         result = np.empty((2 * n_h + 1, dofs, columns))
-        result[0] = self.static @ (self.static_receptance @ coordinates[0])
-        weighted = self.dynamic_receptance @ coordinates[1:].reshape(n_h, 2 * r, columns)
-        result[1:] = (self.dynamic.reshape(n_h, 2 * dofs, 2 * r) @ weighted).reshape(2 * n_h, dofs, columns)
+        result[0] = self.static_motion @ coordinates[0]
+        matrix = self.dynamic_motion.reshape(n_h, 2 * dofs, 2 * r)
+        result[1:] = (matrix @ coordinates[1:].reshape(n_h, 2 * r, columns)).reshape(2 * n_h, dofs, columns)
         return result
 
     def transposed(self, row: Array) -> Array:
         """(t Q G^) of a row t, (2H+1, 3 n_c), as (2H+1, r)."""
-        coordinates = self.to_modes(row[..., None])[..., 0]
-        n_h, r = self.dynamic.shape[0], self.static.shape[1]
-        paired = coordinates[1:].reshape(n_h, 1, 2 * r) @ self.dynamic_receptance
-        return np.concatenate([(coordinates[0] @ self.static_receptance)[None], paired.reshape(2 * n_h, r)])
+        n_h, _, dofs, _, r = self.dynamic.shape
+        paired = row[1:].reshape(n_h, 1, 2 * dofs) @ self.dynamic_motion.reshape(n_h, 2 * dofs, 2 * r)
+        return np.concatenate([(row[0] @ self.static_motion)[None], paired.reshape(2 * n_h, r)])
 
 
 def _real_form(matrices: ComplexArray) -> Array:
@@ -142,67 +144,89 @@ class ContactStiffness:
         return product.transpose(2, 0, 1, 3).reshape(rows, dofs, columns)
 
     def in_modes(self, basis: InterfaceBasis) -> Array:
-        """Q^H K Q, (R, R) with R = (2H+1) r."""
+        """Q^H K Q G^, (R, R) with R = (2H+1) r."""
         n_contacts, r = self.matrix.shape[0], basis.static.shape[1]
         n_h = basis.dynamic.shape[0]
         rows = 2 * n_h + 1
         columns = self.matrix.reshape(n_contacts, 3 * rows, 3, rows)
-        product = np.empty((n_contacts, 3 * rows, rows * r))
-        product[..., :r] = columns[..., 0] @ basis.static.reshape(n_contacts, 3, r)
+        static = columns[..., 0] @ basis.static_motion.reshape(n_contacts, 3, r)
         pairs = columns[..., 1:].reshape(n_contacts, 3 * rows, 3, n_h, 2).transpose(0, 3, 1, 2, 4)
-        modes = basis.dynamic.reshape(n_h, 2, n_contacts, 3, 2 * r).transpose(2, 0, 3, 1, 4)
-        right = pairs.reshape(n_contacts, n_h, 3 * rows, 6) @ modes.reshape(n_contacts, n_h, 6, 2 * r)
-        product[..., r:] = right.transpose(0, 2, 1, 3).reshape(n_contacts, 3 * rows, 2 * r * n_h)
-        by_row = (
-            product.reshape(n_contacts, 3, rows, rows * r)
-            .transpose(2, 0, 1, 3)
-            .reshape(rows, 3 * n_contacts, rows * r)
-        )
-        return basis.to_modes(by_row).reshape(rows * r, rows * r)
+        motion = basis.dynamic_motion.reshape(n_h, 2, n_contacts, 3, 2 * r).transpose(2, 0, 3, 1, 4)
+        dynamic = pairs.reshape(n_contacts, n_h, 3 * rows, 6) @ motion.reshape(n_contacts, n_h, 6, 2 * r)
+        by_row = np.empty((rows, n_contacts, 3, rows * r))
+        by_row[..., :r] = static.reshape(n_contacts, 3, rows, r).transpose(2, 0, 1, 3)
+        by_harmonic = by_row[..., r:].reshape(rows, n_contacts, 3, n_h, 2 * r)  # a view
+        by_harmonic[:] = dynamic.reshape(n_contacts, n_h, 3, rows, 2 * r).transpose(3, 0, 2, 1, 4)
+        return basis.to_modes(by_row.reshape(rows, 3 * n_contacts, rows * r)).reshape(rows * r, rows * r)
 
 
-def _mode_counts(neglected: Array, dofs: int) -> list[int]:
-    """Numbers of interface modes to try; `neglected`: bounds of G K in each mode, descending."""
-    counts = sorted({max(int(np.count_nonzero(neglected > limit)), 1) for limit in NEGLECTED})
-    return [count for count in counts if count < min(LARGEST_SHARE * dofs, neglected.size)]
+def _mode_count(neglected: Array, dofs: int) -> int:
+    """Number of interface modes; `neglected`: bounds of G K in each mode, descending."""
+    most = min(int(LARGEST_SHARE * dofs), neglected.size - 1)
+    return min(max(int(np.count_nonzero(neglected > NEGLECTED)), 1), most)
+
+
+def _condensed_matrix(
+    matrix: ComplexArray,
+    stiffness: ContactStiffness,
+    basis: InterfaceBasis,
+    border: tuple[Array, Array, float],
+    first: int,
+) -> Array:
+    """P condensed to the interface modes, (R + 1, R + 1), see the head of the file."""
+    column, row, corner = border
+    rows, dofs = 2 * matrix.shape[0] - 1, matrix.shape[1]
+    shaped = np.zeros((2, rows, dofs))
+    shaped[:, first:] = np.stack([column, row]).reshape(2, rows - first, dofs)
+    size = rows * basis.static.shape[1]
+    condensed = np.empty((size + 1, size + 1))
+    np.negative(stiffness.in_modes(basis), out=condensed[:-1, :-1])
+    condensed.flat[: size * (size + 2) : size + 2] += 1.0
+    condensed[:-1, -1] = basis.to_modes(stiffness.times(shaped[0][..., None])).reshape(-1)
+    condensed[-1, :-1] = basis.transposed(shaped[1]).reshape(-1)
+    condensed[-1, -1] = corner - row @ column
+    return condensed
 
 
 @dataclass(frozen=True)
 class CondensedFactors:
-    """Solver of the bordered system B, see the head of the file.
+    """Solver of the bordered system B, see the head of the file; by dense factors where the iteration fails.
 
     Attributes
     ----------
+    build_dense : callable
+        Dense factors of B.
     matrix : (H+1, 3 n_c, 3 n_c) complex
         G.
     stiffness : ContactStiffness
         K.
     basis : InterfaceBasis
-        Q and G^.
-    column, row, corner : (n,) float, (n,) float, float
-        c, t and e.
+        Q and Q G^.
+    column, row : (n,) float
+        c and t.
     first : int
         First unknown row of coefficients, 0 or 1.
     factors, pivots : (R + 1, R + 1) float, (R + 1,) int
-        LU factors of the condensed matrix.
-    sign : int
-        Sign of det B.
+        LU factors of the condensed matrix, transposed.
+    condensed_sign : int
+        Sign of det P.
     """
 
+    build_dense: Callable[[], DenseFactors]
     matrix: ComplexArray
     stiffness: ContactStiffness
     basis: InterfaceBasis
     column: Array
     row: Array
-    corner: float
     first: int
     factors: Array
     pivots: NDArray[np.int32]
-    sign: int
+    condensed_sign: int
 
     @classmethod
     def of(
         cls,
+        build_dense: Callable[[], DenseFactors],
         receptance: RelativeReceptance,
         omega: float,
         jacobian: Array,
@@ -211,10 +235,12 @@ class CondensedFactors:
         first: int,
         odd: bool,
     ) -> "CondensedFactors | None":
-        """The factors for c, t and e; None where dense factors are as fast or the bound of M is not below 1.
+        """The factors for c, t and e; None where there are too few contact nodes.
 
         Parameters
         ----------
+        build_dense : callable
+            Dense factors of B, where the iteration fails.
         receptance : RelativeReceptance
             The structure.
         omega : float
@@ -229,68 +255,56 @@ class CondensedFactors:
             Whether the even harmonics are not unknown.
         """
         modes, values = receptance.interface_modes(omega)
-        counts = _mode_counts(values.max(axis=0) * float(np.abs(jacobian).max()), modes.shape[1])
-        if not counts:
+        count = _mode_count(values.max(axis=0) * float(np.abs(jacobian).max()), modes.shape[1])
+        if count == 0:
             return None
         matrix, stiffness = receptance.matrix(omega), ContactStiffness.of(jacobian, first, odd)
-        for count in counts:
-            found = cls._factorised(matrix, stiffness, InterfaceBasis.of(modes[..., :count], matrix), border, first)
-            if found._norm_bound() < 1.0:
-                return found
-        return None
-
-    @classmethod
-    def _factorised(
-        cls,
-        matrix: ComplexArray,
-        stiffness: ContactStiffness,
-        basis: InterfaceBasis,
-        border: tuple[Array, Array, float],
-        first: int,
-    ) -> "CondensedFactors":
-        column, row, corner = border
-        rows, dofs = 2 * matrix.shape[0] - 1, matrix.shape[1]
-        shaped = np.zeros((2, rows, dofs))
-        shaped[:, first:] = np.stack([column, row]).reshape(2, rows - first, dofs)
-        r = basis.static.shape[1]
-        reduced = stiffness.in_modes(basis)
-        size = rows * r
-        condensed = np.empty((size + 1, size + 1))
-        condensed[:-1, :r] = -reduced[:, :r] @ basis.static_receptance
-        paired = reduced[:, r:].reshape(size, rows // 2, 2 * r).transpose(1, 0, 2) @ basis.dynamic_receptance
-        condensed[:-1, r:-1] = -paired.transpose(1, 0, 2).reshape(size, size - r)
-        condensed.flat[: size * (size + 2) : size + 2] += 1.0
-        condensed[:-1, -1] = basis.to_modes(stiffness.times(shaped[0][..., None])).reshape(-1)
-        condensed[-1, :-1] = basis.transposed(shaped[1]).reshape(-1)
-        condensed[-1, -1] = corner - row @ column
-        factors, pivots, _ = dgetrf(condensed)
-        swaps = int(np.count_nonzero(pivots != np.arange(size + 1)))
+        basis = InterfaceBasis.of(modes[..., :count], matrix)
+        condensed = _condensed_matrix(matrix, stiffness, basis, border, first)
+        factors, pivots, _ = dgetrf(condensed.T, overwrite_a=True)
+        swaps = int(np.count_nonzero(pivots != np.arange(pivots.size)))
         sign = int(np.prod(np.sign(factors.diagonal()))) * (-1) ** swaps
-        return cls(matrix, stiffness, basis, column, row, corner, first, factors, pivots, sign)
+        return cls(build_dense, matrix, stiffness, basis, border[0], border[1], first, factors, pivots, sign)
 
-    def _norm_bound(self) -> float:
-        """Bound of the norm of M = P^-1 E, see the head of the file."""
-        probes = np.random.default_rng(0).standard_normal((self.column.size, PROBES))
-        neglected = self._neglected(self.stiffness.times(self._rows(probes)))
-        image, last = self._condensed_solution(neglected, np.zeros(PROBES))
-        largest = float(np.sqrt((image**2).sum(axis=0) + last**2).max())
-        return BOUND * math.sqrt(2.0 / math.pi) * largest if math.isfinite(largest) else math.inf
+    @cached_property
+    def contracts(self) -> bool:
+        """Whether the bound of a power of M is below 1, see the head of the file."""
+        images = np.random.default_rng(0).standard_normal((self.column.size, PROBES))
+        smallest = math.inf
+        for _ in range(MOST_POWERS):
+            neglected = self._neglected(self.stiffness.times(self._rows(images)))
+            images, last = self._condensed_solution(neglected, np.zeros(PROBES))
+            bound = BOUND * math.sqrt(2.0 / math.pi) * float(np.sqrt((images**2).sum(axis=0) + last**2).max())
+            if bound < 1.0 or not bound < smallest:
+                return bound < 1.0
+            smallest = bound
+        return False
+
+    @cached_property
+    def _dense(self) -> DenseFactors:
+        return self.build_dense()
+
+    @cached_property
+    def sign(self) -> int:
+        """Sign of det B."""
+        return self.condensed_sign if self.contracts else self._dense.sign
 
     def solve(self, right: Array, last: float) -> tuple[Array, float]:
         """Solution (x, z) of B (x, z) = (b, b_e); NaN for a singular system."""
         residual, lasts = right[:, None], np.array([last])
-        goal = ROUND_OFF * math.hypot(math.sqrt(right @ right), last)
+        whole = math.hypot(math.sqrt(right @ right), last)
         solution, z = np.zeros_like(right), 0.0
-        smallest = math.inf
+        smallest, stagnations = math.inf, 0
         for _ in range(MOST_CORRECTIONS):
             change, change_z = self._condensed_solution(residual, lasts)
             solution, z = solution + change[:, 0], z + float(change_z[0])
             residual, lasts = self._neglected(self.stiffness.times(self._rows(change))), np.zeros(1)
             size = math.sqrt(residual[:, 0] @ residual[:, 0])
-            if not goal < size < smallest:
+            stagnations = 0 if size < smallest else stagnations + 1
+            smallest = min(size, smallest)
+            if not size > ROUND_OFF * whole or stagnations == STAGNATION:
                 break
-            smallest = size
-        return solution, z
+        return (solution, z) if size <= SOLVED * whole else self._dense.solve(right, last)
 
     @cached_property
     def static(self) -> Array:
@@ -329,7 +343,7 @@ class CondensedFactors:
         reduced[:-1] = self.basis.to_modes(self.stiffness.times(self._rows(right))).reshape(-1, columns)
         reduced[-1] = last - self.row @ right
         with np.errstate(all="ignore"):
-            solution, _ = dgetrs(self.factors, self.pivots, reduced)
+            solution, _ = dgetrs(self.factors, self.pivots, reduced, trans=1)
         coordinates = solution[:-1].reshape(-1, self.basis.static.shape[1], columns)
         motion = right + self._unknowns(self.basis.to_motion(coordinates)) - np.outer(self.column, solution[-1])
         return motion, solution[-1]

@@ -115,6 +115,7 @@ class LinearisedResidual:
         if self.residual.size >= SMALLEST_PROBLEM:
             balance, border = self.balance, (column, row, corner)
             found = CondensedFactors.of(
+                lambda: DenseFactors.of(self.coupling, *border),
                 balance.receptance,
                 self.omega,
                 self.contact.jacobian,

@@ -76,11 +76,13 @@ class HarmonicSelection:
         if self.points_without_estimate:
             self.points_without_estimate -= 1
             return point
+        if not self._higher(point) and self.points_to_trial > 1:  # an estimate could not raise the number
+            self.points_to_trial -= 1
+            return self._lower_harmonics(continuation, point)
         while (error := self.estimate(continuation, point)) > self.tolerance:
             self.negligible_points = 0
             self.points_to_trial = self.trial_interval
-            feasible = feasible_harmonic_numbers(self.balances.base.n_contacts)
-            higher = [n for n in feasible if n > point.balance.n_harmonics]
+            higher = self._higher(point)
             if not higher:
                 break
             raised = self._raise_harmonics(continuation, point, higher)
@@ -162,6 +164,11 @@ class HarmonicSelection:
         if point.balance.n_harmonics == n_harmonics:
             return point
         return continuation.with_balance(self.balances.balance(n_harmonics)).solver.refit(point)
+
+    def _higher(self, point: SolutionPoint) -> list[int]:
+        """The numbers of harmonics above that of the point."""
+        feasible = feasible_harmonic_numbers(self.balances.base.n_contacts)
+        return [n for n in feasible if n > point.balance.n_harmonics]
 
     def _raise_harmonics(
         self, continuation: Continuation, point: SolutionPoint, higher: list[int]

@@ -16,6 +16,7 @@ All formulas stand on one page, docs/stability_algebra.md, in the notation of th
     reduced_problem       the eigenvalue problem in few modes
     modal_contact         the contact Jacobian in modal coordinates, its memory as a matrix of low rank
     reduced_refinement    one exponent in few modes, corrected for the others
+    reduced_wave          the exponents of the wave in few modes
     full_scan             pattern_scan with all modes, for stiff contacts
     linear_poles          poles of the ring while no contact changes its state
 

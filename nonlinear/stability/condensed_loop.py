@@ -68,7 +68,11 @@ class CondensedLoop:
 
     @classmethod
     def closed(
-        cls, poles: CondensedPoles, contact: ComplexArray, memory: ComplexArray | None, shift: complex = 0.0
+        cls,
+        poles: CondensedPoles,
+        contact: ComplexArray,
+        memory: tuple[ComplexArray, ComplexArray] | ComplexArray | None,
+        shift: complex = 0.0,
     ) -> "CondensedLoop":
         """Close the loop.
 
@@ -78,8 +82,8 @@ class CondensedLoop:
             The poles.
         contact : (D, D)
             K(shift).
-        memory : (D, D) or None
-            dK / dsigma there; None: zero.
+        memory : (D, D), or (D, M) and (M, D), or None
+            dK / dsigma there, or two factors of it; None: zero.
         shift : complex
             sigma around which K is linearised.
         """
@@ -94,7 +98,10 @@ class CondensedLoop:
         change = contact @ (poles.derivative[:, None] * force)
         matrix = force[state]
         if memory is not None:  # dS = Y dK X
-            change_of_memory = memory @ (poles.flexibility[:, None] * force) + memory[:, state]
+            inputs, outputs = memory if isinstance(memory, tuple) else (None, memory)
+            change_of_memory = outputs @ (poles.flexibility[:, None] * force) + outputs[:, state]
+            if inputs is not None:
+                change_of_memory = inputs @ change_of_memory
             if shift:
                 change_of_memory = zgetrs(upper, pivots, change_of_memory, trans=1)[0][state]
                 matrix = matrix - shift * change_of_memory
@@ -111,4 +118,4 @@ class CondensedLoop:
 
     def eigenvalues(self) -> ComplexArray:
         """All of them."""
-        return np.linalg.eigvals(np.linalg.solve(self.descriptor, self.matrix))
+        return np.asarray(np.linalg.eigvals(np.linalg.solve(self.descriptor, self.matrix)), dtype=complex)

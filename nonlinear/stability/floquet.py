@@ -6,8 +6,11 @@ A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, Wiley, 1995.
 A. Ruhe, Algorithms for the nonlinear eigenvalue problem, SIAM Journal on Numerical Analysis 10(4), 1973.
 """
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +18,15 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.stability.hill import HillEigenproblem, HillProblem, Memory
+from nonlinear.stability.point_contact import PointContact
+from nonlinear.stability.reduced_refinement import ReducedRefinement
+from nonlinear.stability.reduced_wave import ReducedWave
 from nonlinear.stability.slider_memory import MemorySampler
 from rom import RelativeReceptance
 
 SLICE_WIDTH = 0.25  # of the slices that the strip is cut into; this and all below in units of omega
+WIDE_SLICE = 1.0 / 3.0  # the same with few modes
+IN_DOUBT = 2e-3  # decay up to which an eigenvalue of few modes is refined: three times the largest error seen
 OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
 CONVERGED = 1e-6  # change of an eigenvalue at which the iteration ends
 SAME = 1e-5  # distance up to which two converged eigenvalues are one
@@ -97,7 +105,33 @@ class FloquetAnalysis:
         omega : float
             Excitation frequency, rad/s.
         """
-        return floquet_exponents(self.problem, jacobian, omega, self.sampler.memory(displacement))
+        memory = self.sampler.memory(displacement)
+        if self.problem.kappa == 0.0 and self.refinement.applies(omega):
+            return self._in_few_modes(PointContact(jacobian, omega, memory))
+        return floquet_exponents(self.problem, jacobian, omega, memory)
+
+    @cached_property
+    def refinement(self) -> ReducedRefinement:
+        """The problem in few modes, for any kappa."""
+        return ReducedRefinement(self.problem, self.sampler.parameters)
+
+    def _in_few_modes(self, contact: PointContact) -> ComplexArray:
+        """The exponents in few modes; those that may grow are refined to those of all modes."""
+        wave = ReducedWave(self.refinement, contact)
+
+        def refined(value: complex) -> complex | None:
+            found = wave.converged(value)
+            if found is None:
+                return None
+            if found[1] and abs(found[0]) > SAME:
+                return found[0]
+            # the sign of a real exponent next to zero is that of all modes
+            return converged(self.problem.eigenproblem(contact.jacobian, contact.omega, contact.memory), found[0])
+
+        sigma = _eigenvalues_by_slices(wave, WIDE_SLICE)
+        doubtful = sigma.real > -IN_DOUBT
+        sigma = np.append(sigma[~doubtful], _refined(refined, sigma[doubtful], wave.conjugate_pairs))
+        return _in_strip(sigma, contact.omega)
 
 
 def floquet_exponents(
@@ -128,23 +162,29 @@ def floquet_exponents(
     if memory is None:
         sigma = eigenproblem.eigenvalues()
     else:
-        sigma = _eigenvalues_by_slices(eigenproblem)
+        sigma = _eigenvalues_by_slices(eigenproblem, SLICE_WIDTH)
         grows = sigma.real > 0.0
-        sigma = np.append(sigma[~grows], _refined(eigenproblem, sigma[grows]))
+        refined = _refined(partial(converged, eigenproblem), sigma[grows], eigenproblem.conjugate_pairs)
+        sigma = np.append(sigma[~grows], refined)
+    return _in_strip(sigma, omega)
+
+
+def _in_strip(sigma: ComplexArray, omega: float) -> ComplexArray:
+    """The exponents of the strip, the least stable first."""
     sigma = sigma[np.abs(sigma.imag) <= 0.5 + OVERLAP]
     return omega * sigma[np.argsort(-sigma.real)]
 
 
-def _eigenvalues_by_slices(problem: HillEigenproblem) -> ComplexArray:
+def _eigenvalues_by_slices(problem: HillEigenproblem | ReducedWave, width: float) -> ComplexArray:
     """Eigenvalues in the strip, slice by slice; of two that come near each other at a border one is taken."""
-    inside, beside = [], []
-    for centre in SLICE_WIDTH * np.arange(0 if problem.conjugate_pairs else -2, 3):
+    inside, beside, last = [], [], math.ceil(0.5 / width - 0.51)
+    for centre in width * np.arange(0 if problem.conjugate_pairs else -last, last + 1):
         values = problem.eigenvalues(1j * float(centre) if centre else 0.0)
         distance = np.abs(values.imag - centre)
         if problem.conjugate_pairs and centre > 0.0:
             values, distance = np.append(values, values.conj()), np.append(distance, distance)
-        inside.append(values[distance <= SLICE_WIDTH / 2])
-        beside.append(values[(distance > SLICE_WIDTH / 2) & (distance <= SLICE_WIDTH / 2 + OVERLAP)])
+        inside.append(values[distance <= width / 2])
+        beside.append(values[(distance > width / 2) & (distance <= width / 2 + OVERLAP)])
     found = np.concatenate(inside)
     for value in np.concatenate(beside):
         if not np.any(np.abs(found - value) < OVERLAP):
@@ -152,16 +192,18 @@ def _eigenvalues_by_slices(problem: HillEigenproblem) -> ComplexArray:
     return found
 
 
-def _refined(problem: HillEigenproblem, values: ComplexArray) -> ComplexArray:
+def _refined(
+    refine: Callable[[complex], complex | None], values: ComplexArray, conjugate_pairs: bool
+) -> ComplexArray:
     """The eigenvalues that successive linear problems lead to from `values`; what leads to none is spurious."""
     found: list[complex] = []
-    if problem.conjugate_pairs:  # the others are the complex conjugates
+    if conjugate_pairs:  # the others are the complex conjugates
         values = values[values.imag > -CONVERGED]
     for start in values[np.argsort(np.abs(values))]:  # spurious ones are large and may lead to true ones
-        value = converged(problem, complex(start))
+        value = refine(complex(start))
         if value is not None and all(abs(value - other) > SAME for other in found):
             found.append(value)
-    mirrored = [value.conjugate() for value in found if problem.conjugate_pairs and abs(value.imag) > SAME]
+    mirrored = [value.conjugate() for value in found if conjugate_pairs and abs(value.imag) > SAME]
     return np.array(found + mirrored, dtype=complex)
 
 

@@ -5,7 +5,7 @@ The sliders change it by a matrix of low rank, as many as there are stick interv
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,31 +19,9 @@ from nonlinear.stability.slider_memory import SliderMemory
 SAME_SIGMA = 1e-4  # distance over which K(sigma) is linear to 1e-7
 
 
-class ModalContact(Protocol):
-    """B^H K(sigma) B, (D, D), D unknowns: harmonics times modes."""
-
-    reduced: ReducedProblem
-    contact: PointContact
-    relative: ComplexArray
-
-    def matrix(self, sigma: complex) -> ComplexArray:
-        """The matrix, (D, D)."""
-        ...
-
-    def product(self, sigma: complex, x: ComplexArray) -> ComplexArray:
-        """The matrix times `x` (D,)."""
-        ...
-
-    def derivative(self, sigma: complex) -> tuple[ComplexArray, ComplexArray]:
-        """Two factors of its derivative in sigma, (D, M) and (M, D)."""
-        ...
-
-    def forces(self, sigma: complex, motion: ComplexArray, adjoint: bool = False) -> ComplexArray:
-        """K(sigma) times a relative contact motion (S, 3 n_c); `adjoint`: K^T times it."""
-        ...
-
-
-def modal_contact(reduced: ReducedProblem, contact: PointContact, relative: ComplexArray) -> ModalContact:
+def modal_contact(
+    reduced: ReducedProblem, contact: PointContact, relative: ComplexArray
+) -> "LowRankMemoryContact | FullMemoryContact":
     """The contact Jacobian of a point.
 
     Parameters
@@ -233,3 +211,6 @@ class LinearisedMemory(NamedTuple):
     jacobian: Matrix
     matrix: ComplexArray
     derivative: ComplexArray
+
+
+ModalContact = LowRankMemoryContact | FullMemoryContact

@@ -14,22 +14,19 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.stability.block_matrices import Matrix
-from nonlinear.stability.condensed_loop import CondensedLoop, CondensedPoles
+from nonlinear.stability.condensed_loop import CondensedLoop
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.kappa_interpolation import KappaInterpolation
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
 
-NODES = 5  # kappas between 0 and pi at which the matrices are formed
+NODES = 4  # kappas between 0 and pi at which the matrices are formed
 NEGLIGIBLE = 6e-3  # flexibility times contact stiffness that is left out
 UNKNOWNS = 120  # harmonics times modes
+LEAST = 2  # residual modes
 # distances in units of omega
 WIDTH = 1.0 / 3.0  # of the slices of the strip
 OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
-ABOVE = 0.8  # from the middle of a slice: poles that far away are condensed, as contacts move them farther
-MARGIN = 0.3  # the same on the other side, beyond the largest rise of a natural frequency by the contacts
-FARTHEST = 2.0
-NEAREST = 0.5  # a condensed pole nearer than that has a flexibility without derivative
 
 
 @dataclass(frozen=True)
@@ -95,7 +92,7 @@ class PatternScan:
 
     @cached_property
     def _reduced(self) -> ReducedProblems:
-        return ReducedProblems(self.problem, self.contact, NEGLIGIBLE, UNKNOWNS)
+        return ReducedProblems(self.problem, self.contact, NEGLIGIBLE, UNKNOWNS, LEAST)
 
     @cached_property
     def _interpolation(self) -> KappaInterpolation:
@@ -147,9 +144,8 @@ def _slice(
 ) -> SliceMatrices:
     """The matrices around sigma = i `centre`."""
     omega = contact.omega
-    retained = _retained(reduced, parameters, omega, centre)
-    poles = reduced.poles[0] / omega - 1j * (reduced.harmonics[:, None, None] + centre)
-    condensed = CondensedPoles.of(poles, reduced.poles[1] / omega, retained, NEAREST)
+    retained = reduced.near(parameters, omega, centre)
+    condensed = reduced.condensed_around(centre, retained, omega)
     jacobian, memory = contact.at(1j * centre if centre else 0.0)
     faces = FaceJacobian.of(reduced, jacobian)
     memory_faces = None if memory is None else FaceJacobian.of(reduced, memory)
@@ -160,27 +156,6 @@ def _slice(
     return SliceMatrices(
         retained, np.stack([loop.matrix for loop in loops]), np.stack([loop.descriptor for loop in loops])
     )
-
-
-def _retained(
-    reduced: ReducedProblem, parameters: ContactParameters, omega: float, centre: float
-) -> NDArray[np.bool_]:
-    """The poles that may come into the slice around `centre`, (S, 2, q).
-
-    A contact raises a natural frequency omega_m at most to sqrt(omega_m^2 + phi_m^T k phi_m): it moves the poles
-    above the real axis up, those below down.
-    """
-    modal, p = reduced.modal, reduced.problem
-    assert modal.left is not None
-    kt, kn = parameters.tangential_stiffness, parameters.normal_stiffness
-    springs = np.stack([kt, kt, kn], axis=1).ravel()
-    stiffness = springs @ (np.abs(modal.right) + np.abs(modal.left)) ** 2
-    rise = (np.sqrt(modal.angular_frequency**2 + stiffness) - modal.angular_frequency) / omega
-    poles = reduced.poles[0]
-    distance = poles.imag / omega - reduced.harmonics[:, None, None] - centre
-    distance = np.where(poles.imag >= 0.0, distance, -distance)
-    low = np.abs(poles) <= (p.retention_harmonic + p.retention_radius) * omega
-    return np.asarray((distance <= ABOVE) & (distance >= -np.minimum(rise + MARGIN, FARTHEST)) & low)
 
 
 @dataclass(frozen=True)

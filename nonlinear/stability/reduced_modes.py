@@ -16,7 +16,7 @@ LEAST = 4  # residual modes
 
 
 def reduced_modes(
-    modal: ModalModel, contact: ContactParameters, kept: int, negligible: float, most: int
+    modal: ModalModel, contact: ContactParameters, kept: int, negligible: float, most: int, least: int = LEAST
 ) -> tuple[ModalModel, float]:
     """The lowest modes, and the static motions of all others that give most of the flexibility of the contact faces.
 
@@ -35,7 +35,9 @@ def reduced_modes(
     negligible : float
         Flexibility times contact stiffness for which no residual mode is needed.
     most : int
-        Largest number of residual modes, where `negligible` asks for more than `LEAST`.
+        Largest number of residual modes, where `negligible` asks for more than `least`.
+    least : int
+        Least number of them.
 
     Returns
     -------
@@ -44,7 +46,7 @@ def reduced_modes(
     omitted : float
         Largest flexibility times contact stiffness that none of its modes has.
     """
-    if kept + LEAST >= modal.damping.size:
+    if kept + least >= modal.damping.size:
         return modal, 0.0
     assert modal.left is not None
     kt, kn = contact.tangential_stiffness, contact.normal_stiffness
@@ -52,7 +54,7 @@ def reduced_modes(
     frequency = modal.angular_frequency[kept:]
     faces = np.concatenate([weight * modal.right[:, kept:], weight * modal.left[:, kept:]])
     _, sizes, shapes = np.linalg.svd(faces / frequency, full_matrices=False)
-    count = min(max(int(np.count_nonzero(sizes**2 > negligible)), LEAST), max(most, LEAST))
+    count = min(max(int(np.count_nonzero(sizes**2 > negligible)), least), max(most, least))
     static = shapes[:count].T / frequency[:, None]
     mass, vectors = np.linalg.eigh(static.T @ static)  # their stiffness is 1
     residual = (static @ vectors / np.sqrt(mass))[:, ::-1]

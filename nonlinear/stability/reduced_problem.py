@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
@@ -15,8 +16,14 @@ from nonlinear.stability.condensed_loop import CondensedPoles
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.modal_condensation import ContactFreeModel, poles_and_residues
 from nonlinear.stability.point_contact import in_harmonics
-from nonlinear.stability.reduced_modes import reduced_modes
+from nonlinear.stability.reduced_modes import LEAST, reduced_modes
 from rom import ModalModel, relative_contact_motion
+
+# distances in units of omega, of the poles retained around the middle of a slice of the strip
+ABOVE = 0.8  # poles that far above it are condensed, as contacts move them farther
+MARGIN = 0.3  # the same below it, beyond the largest rise of a natural frequency by the contacts
+FARTHEST = 2.0
+NEAREST = 0.5  # a condensed pole nearer than that has a flexibility without derivative
 
 
 @dataclass(frozen=True)
@@ -74,6 +81,39 @@ class ReducedProblem:
             self._condensed.clear()  # only those of one point are asked for again
         self._condensed[key] = CondensedPoles.of(distance, residues / omega, retained, rho)
         return self._condensed[key]
+
+    def near(self, contact: ContactParameters, omega: float, centre: float) -> NDArray[np.bool_]:
+        """The poles that may come near sigma = i `centre`, (S, 2, q).
+
+        A contact raises a natural frequency omega_m at most to sqrt(omega_m^2 + phi_m^T k phi_m): it moves the poles
+        above the real axis up, those below down.
+
+        Parameters
+        ----------
+        contact : ContactParameters
+            The contact stiffnesses k.
+        omega : float
+            Excitation frequency, rad/s.
+        centre : float
+            In units of omega.
+        """
+        modal, p = self.modal, self.problem
+        assert modal.left is not None
+        kt, kn = contact.tangential_stiffness, contact.normal_stiffness
+        springs = np.stack([kt, kt, kn], axis=1).ravel()
+        stiffness = springs @ (np.abs(modal.right) + np.abs(modal.left)) ** 2
+        rise = (np.sqrt(modal.angular_frequency**2 + stiffness) - modal.angular_frequency) / omega
+        poles = self.poles[0]
+        distance = poles.imag / omega - self.harmonics[:, None, None] - centre
+        distance = np.where(poles.imag >= 0.0, distance, -distance)
+        low = np.abs(poles) <= (p.retention_harmonic + p.retention_radius) * omega
+        return np.asarray((distance <= ABOVE) & (distance >= -np.minimum(rise + MARGIN, FARTHEST)) & low)
+
+    def condensed_around(self, centre: float, retained: NDArray[np.bool_], omega: float) -> CondensedPoles:
+        """The poles in sigma - i `centre`, those `retained` (S, 2, q) as states, at `omega` (rad/s)."""
+        poles, residues = self.poles
+        distance = poles / omega - 1j * (self.harmonics[:, None, None] + centre)
+        return CondensedPoles.of(distance, residues / omega, retained, NEAREST)
 
     def relative(self, modal: ModalModel, kappa: float) -> ComplexArray:
         """B_h of the modes, (S, 3 n_c, q).
@@ -133,12 +173,15 @@ class ReducedProblems:
         Flexibility of the contact faces times their stiffness that may be left out.
     unknowns : int
         Number of unknowns, harmonics times modes, that is not passed for that.
+    least : int
+        Least number of residual modes.
     """
 
     problem: HillProblem
     contact: ContactParameters
     negligible: float
     unknowns: int
+    least: int = LEAST
     _known: dict[int, ReducedProblem] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def at(self, omega: float) -> ReducedProblem:
@@ -154,5 +197,6 @@ class ReducedProblems:
         kept = int(np.count_nonzero(p.modal.angular_frequency <= highest))
         if kept not in self._known:
             most = self.unknowns // (2 * p.n_harmonics + 1) - kept
-            self._known[kept] = ReducedProblem(p, *reduced_modes(p.modal, self.contact, kept, self.negligible, most))
+            reduced = reduced_modes(p.modal, self.contact, kept, self.negligible, most, self.least)
+            self._known[kept] = ReducedProblem(p, *reduced)
         return self._known[kept]

@@ -92,9 +92,8 @@ class ModalPencil:
 
     def nearest_of_all(self) -> complex:
         """The eigenvalue next to the shift of those that the states of the retained poles have."""
-        inputs, outputs = self._memory
         contact = self.contact.matrix(self.shift)
-        values = CondensedLoop.closed(self.poles, contact, inputs @ outputs, self.shift).eigenvalues()
+        values = CondensedLoop.closed(self.poles, contact, self._memory, self.shift).eigenvalues()
         return complex(values[np.argmin(np.abs(values - self.shift))])
 
     def left_vector(self, x: ComplexArray) -> tuple[ComplexArray, bool]:
@@ -182,7 +181,14 @@ class ReducedRefinement:
     def _at(self, omega: float) -> ReducedProblem:
         return self._reduced.at(omega)
 
-    def converged(self, contact: PointContact, kappa: float, value: complex) -> tuple[complex, bool] | None:
+    def modal_contact(self, contact: PointContact, kappa: float) -> ModalContact:
+        """The contact of a point in the modal coordinates of one kappa (rad)."""
+        reduced = self._at(contact.omega)
+        return modal_contact(reduced, contact, reduced.relative(reduced.modal, kappa))
+
+    def converged(
+        self, contact: PointContact, kappa: float, value: complex, modal: ModalContact | None = None
+    ) -> tuple[complex, bool] | None:
         """The eigenvalue that successive linear problems lead to from `value`, and whether it is exact.
 
         Exact to about 1e-7; None if they lead to none.
@@ -195,10 +201,12 @@ class ReducedRefinement:
             Phase shift, rad.
         value : complex
             An approximate eigenvalue sigma.
+        modal : ModalContact or None
+            `modal_contact`, where it is known.
         """
         reduced, pairs = self._at(contact.omega), abs(np.sin(kappa)) < 1e-12
-        poles, relative = reduced.condensed(reduced.modal, contact.omega), reduced.relative(reduced.modal, kappa)
-        modal = modal_contact(reduced, contact, relative)
+        poles = reduced.condensed(reduced.modal, contact.omega)
+        modal = modal or self.modal_contact(contact, kappa)
         x: ComplexArray | None = None
         for _ in range(MAX_ITERATIONS):
             before = complex(value.real) if pairs and abs(value.imag) < CONVERGED else value

@@ -9,14 +9,15 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.floquet import NEUTRAL, OVERLAP, FloquetAnalysis, converged
 from nonlinear.stability.full_scan import FullScan
 from nonlinear.stability.hill import HillProblem, Memory
 from nonlinear.stability.pattern_scan import PatternScan
 from nonlinear.stability.point_contact import PointContact
-from nonlinear.stability.reduced_refinement import ReducedRefinement
 from rom import ModalModel
 
 SCAN_ERROR = 0.005  # of an eigenvalue that leads a scan, in units of omega, before it is refined
@@ -80,14 +81,15 @@ class ScanErrors:
         if abs(refined - sigma) < FAMILY:
             self._known.append((sigma, k, refined.real - sigma.real))
 
-    def corrected(self, sigma: complex, k: int) -> float:
-        """The real part of an eigenvalue of the scan, corrected by the error of the nearest one refined."""
-        near = [
-            (abs(abs(other.imag) - abs(sigma.imag)) + 0.01 * abs(n - k) + abs(other.real - sigma.real), error)
-            for other, n, error in self._known
-        ]
-        distance, error = min(near, default=(FAMILY, 0.0))
-        return sigma.real + (error if distance < FAMILY else 0.0)
+    def corrected(self, sigma: ComplexArray, k: NDArray[np.int64]) -> Array:
+        """The real parts of eigenvalues of the scan (n,), corrected by the error of the nearest one refined."""
+        result, nearest = sigma.real.copy(), np.full(sigma.size, FAMILY)
+        for other, n, error in self._known:
+            distance = np.abs(np.abs(sigma.imag) - abs(other.imag)) + 0.01 * np.abs(k - n)
+            distance += np.abs(sigma.real - other.real)
+            nearer = distance < nearest
+            result[nearer], nearest[nearer] = sigma.real[nearer] + error, distance[nearer]
+        return result
 
 
 @dataclass(frozen=True)
@@ -120,17 +122,17 @@ class RingStability:
         memory = self.wave.sampler.memory(contact.displacement)
         best: PatternExponent | None = None
         left, errors = self.approximate(contact, memory), ScanErrors()
-        for _ in range(MAX_REFINED):
-            if not left:
-                break
-            index = int(np.argmax([errors.corrected(*item) for item in left]))
-            rate = errors.corrected(*left[index])
+        values, diameters = (np.array([item[part] for item in left]) for part in (0, 1))
+        for _ in range(min(MAX_REFINED, len(left))):
+            rates = errors.corrected(values, diameters)
+            index = int(np.argmax(rates))
             if best is not None:
                 highest = best.exponent.real / contact.omega
-                in_doubt = highest <= NEUTRAL and left[index][0].real > -SCAN_ERROR
-                if rate <= highest + (0.0 if in_doubt else SAME_RATE * abs(highest)):
+                in_doubt = highest <= NEUTRAL and values[index].real > -SCAN_ERROR
+                if rates[index] <= highest + (0.0 if in_doubt else SAME_RATE * abs(highest)):
                     break
-            sigma, k = left.pop(index)
+            sigma, k = complex(values[index]), int(diameters[index])
+            values, diameters = np.delete(values, index), np.delete(diameters, index)
             found = self._refined(contact, memory, sigma, k)
             if found is not None:
                 errors.add(sigma, k, found.exponent / contact.omega)
@@ -191,10 +193,6 @@ class RingStability:
     def _full_scan(self) -> FullScan:
         return FullScan(self.wave.problem, self.n_blades)
 
-    @cached_property
-    def _refinement(self) -> ReducedRefinement:
-        return ReducedRefinement(self.wave.problem, self.wave.sampler.parameters)
-
     def _refined(
         self, contact: LinearisedContact, memory: Memory | None, sigma: complex, k: int
     ) -> PatternExponent | None:
@@ -213,12 +211,12 @@ class RingStability:
         self, contact: LinearisedContact, memory: Memory | None, sigma: complex, k: int
     ) -> tuple[complex | None, bool]:
         """The eigenvalue in few modes, and whether it is exact; `sigma` itself where they are of no use."""
-        if not self._refinement.applies(contact.omega):
+        if not self.wave.refinement.applies(contact.omega):
             return sigma, False
         point = PointContact(contact.jacobian, contact.omega, memory)
         kappa = 2.0 * np.pi * k / self.n_blades
-        found = self._refinement.converged(point, kappa, sigma)
-        return found or self._refinement.converged(point, kappa, sigma + OFF_AXIS) or (None, True)
+        found = self.wave.refinement.converged(point, kappa, sigma)
+        return found or self.wave.refinement.converged(point, kappa, sigma + OFF_AXIS) or (None, True)
 
 
 def largest_nodal_diameter(modal: ModalModel) -> int:

@@ -27,7 +27,8 @@ def nodal_diameter_figure(curve: PlottedCurve, title: str, orders: Collection[in
     if model.n_blades is None:
         return None
     diameters = np.arange(model.n_blades // 2 + 1)
-    found = [spectrum(model, curve, int(diameter)) for diameter in diameters]
+    free = spectrum(model, curve, 0, ("free",))  # that of one blade, whatever the nodal diameter
+    found = [free | spectrum(model, curve, int(diameter), ("sliding", "stuck")) for diameter in diameters]
     figure, axes = subplots(size=(7.2, 4.8))
     for name, look in LOOKS.items():
         lines = np.array([item[name] for item in found])

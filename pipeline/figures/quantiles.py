@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 LEVELS = (0.0, 0.1, 0.5, 0.9, 1.0)
 BANDS = ((0, 4, 0.16, "all curves"), (1, 3, 0.34, "10 % to 90 %"))
 BAND_COLOUR = DISTINCT[0]
+ENDS = ("highest", "median", "lowest")
 FREQUENCIES = 500
 MOST_READ = 300  # curves whose points are read for the quantiles over frequency
 MOST_BINS, MOST_KEYS, MOST_DOTS = 16, 4, 3000
@@ -53,8 +54,7 @@ def band_figure(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint], ti
     heights = np.array([highest_at(curve, frequency) for curve in curves]) * factor
     _draw_bands(axes, frequency, heights)
     by_index = {curve.index: curve for curve in curves}
-    names = ("highest", "median", "lowest")
-    for point, name, colour in zip(ends(points), names, ("#D55E00", "0.25", "#009E73"), strict=False):
+    for point, name, colour in zip(ends(points), ENDS, ("#D55E00", "0.25", "#009E73"), strict=False):
         curve, look = by_index.get(point.index), {"color": colour, "linewidth": 1.3}
         if curve is not None:
             label = f"{name} worst motion: {curve.label}"
@@ -109,7 +109,7 @@ def quantile_figure(points: Sequence[SweepPoint], title: str) -> Figure | None:
             _draw_quantiles(axes, x, values, key)
         lower.set_xlabel(key.axis)
         set_abscissa(lower, key)
-    rows[0, 0].set_ylabel(f"worst motion, largest displacement [{unit}]")
+    rows[0, 0].set_ylabel(f"worst motion [{unit}]")
     rows[1, 0].set_ylabel("its frequency [Hz]")
     _set_heights(rows[0, 0], heights)
     figure.legend(*rows[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=9)

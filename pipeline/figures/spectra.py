@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +20,9 @@ LOOKS: dict[str, dict[str, Any]] = {
 }
 
 
-def spectrum(model: ReducedModel, curve: PlottedCurve, nodal_diameter: int) -> dict[str, Array]:
+def spectrum(
+    model: ReducedModel, curve: PlottedCurve, nodal_diameter: int, states: Collection[str] = tuple(LOOKS)
+) -> dict[str, Array]:
     """Lowest natural frequencies (Hz) by state of the shrouds: normal springs only when sliding, all when stuck."""
     from rom import natural_frequencies
 
@@ -31,7 +34,7 @@ def spectrum(model: ReducedModel, curve: PlottedCurve, nodal_diameter: int) -> d
         "stuck": {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness},
     }
     count = min(MODES, model.size)
-    return {name: natural_frequencies(model, phase, count=count, **values) for name, values in springs.items()}
+    return {name: natural_frequencies(model, phase, count=count, **springs[name]) for name in states}
 
 
 def aliased(engine_order: int, n_blades: int) -> int:

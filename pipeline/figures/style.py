@@ -142,14 +142,21 @@ def save(figure: Figure, folder: Path, name: str, formats: Sequence[str] = ("png
 def drawn(figure: Figure, form: str) -> bytes:
     """The figure as "png" or "svg", the same bytes for the same content.
 
-    The layout is computed once: in `savefig` it costs as much as the drawing, for each format anew.
+    The layout is computed once, and the figure drawn once: `savefig` computes the layout for each format anew, and
+    draws everything twice.
     """
     import io
+
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
         figure.set_layout_engine("none")
     stream = io.BytesIO()
-    figure.savefig(stream, format=form, metadata={"Date": None} if form == "svg" else {"Software": None})
+    if form == "svg":
+        FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None})
+    else:
+        FigureCanvasAgg(figure).print_png(stream, metadata={"Software": None})
     return stream.getvalue()

@@ -80,7 +80,12 @@ def _write_numbers(axes: Axes, at: Any, values: Array, drawn: Any) -> None:
         if np.isfinite(value):
             red, green, blue, _ = drawn.cmap(drawn.norm(value))
             bright = 0.3 * red + 0.59 * green + 0.11 * blue > 0.5
-            look = {"ha": "center", "va": "center", "fontsize": 7.5, "color": "black" if bright else "white"}
+            look: dict[str, Any] = {
+                "ha": "center",
+                "va": "center",
+                "fontsize": 7.5,
+                "color": "black" if bright else "white",
+            }
             axes.text(column + 0.5, row + 0.5, f"{value:.3g}", **look)
 
 

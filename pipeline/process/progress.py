@@ -34,11 +34,14 @@ class Reporter:
         Where to write, stderr by default; None, as stderr is where it was closed, writes nothing.
     interrupts : Interrupts
         Requests to stop the run.
+    live : bool
+        Whether a live line can be shown though the stream is no terminal, as in a notebook with widgets.
     """
 
     quiet: bool = False
     stream: TextIO | None = field(default_factory=lambda: sys.stderr)
     interrupts: Interrupts = field(default_factory=Interrupts)
+    live: bool = False
 
     def line(self, text: str) -> None:
         """Write one plain line. A closed pipe or a full log does not stop the run."""
@@ -100,7 +103,7 @@ class Reporter:
             yield {text: LineCounter(self, text, total, at_once, start) for text, total in totals.items()}
 
     def _live(self) -> bool:
-        return not self.quiet and self.stream is not None and self.stream.isatty()
+        return not self.quiet and self.stream is not None and (self.live or self.stream.isatty())
 
 
 def time_left(elapsed: float, done: int, total: int, at_once: int = 1) -> float:

@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from pipeline.errors import one_line
+from pipeline.process.deferred_modules import defer_unused
+from pipeline.process.garbage_collection import loading
 from pipeline.process.interrupts import kept_from_children
 from pipeline.render.job import Job
 
@@ -131,7 +133,8 @@ def drawing_main(draw: Callable[[J], None], kind: type[J], libraries: Sequence[s
 
 def _awaited_job(libraries: Sequence[str]) -> str:
     """The job that comes on stdin; the process ends where its parent does before that."""
-    with suppress(ImportError):  # drawing will tell
+    with loading(), suppress(ImportError):  # drawing will tell
+        defer_unused()
         for library in libraries:
             import_module(library)
     return sys.stdin.readline() or sys.exit("no job")

@@ -45,6 +45,8 @@ class RenderJob(Job):
         Inter-blade phase angle, rad.
     normal, tangential : tuple of float
         Contact springs of each node, N/m.
+    stuck_normal, stuck_tangential : tuple of float
+        Those of stuck shrouds, whose modes are drawn too; empty where they are not.
     """
 
     sector: str
@@ -59,6 +61,8 @@ class RenderJob(Job):
     phase: float
     normal: tuple[float, ...]
     tangential: tuple[float, ...]
+    stuck_normal: tuple[float, ...] = ()
+    stuck_tangential: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

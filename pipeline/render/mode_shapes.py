@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,31 +16,66 @@ from pipeline.render.job import RenderJob
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
+    from rom import ReducedModel
 
 Array = NDArray[np.float64]
 WINDOW = (1900, 1050)
-SPLIT = 0.62  # share of the width that the first view has
-TIP_VIEW_ASPECT = (1.0 - SPLIT) * WINDOW[0] / WINDOW[1]
+SPLITS = {1: (0.62, 0.38), 2: (0.38, 0.38, 0.24)}  # shares of the width, by the number of states of the shrouds
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One mode as it is drawn: shape (N, 3), scaled to 1, and what the picture says of it."""
+
+    shape: NDArray[np.complex128]
+    heading: str
 
 
 def draw(job: RenderJob) -> None:
     """One picture for every mode of the job, `<prefix>mode_<number>.png` in its folder."""
-    from rom import load_sector, mode_shapes, read_reduced_model
+    from rom import load_sector, read_reduced_model
 
     sector, model = load_sector(job.sector), read_reduced_model(job.rom)
-    frequency, shapes = mode_shapes(
-        model,
-        job.phase,
-        normal=np.asarray(job.normal),
-        tangential=np.asarray(job.tangential),
-        count=min(max(job.modes), model.size),
-    )
+    states = [_modes(job, sector, model, job.contact, job.normal, job.tangential)]
+    if job.stuck_normal:
+        states.append(_modes(job, sector, model, "stuck", job.stuck_normal, job.stuck_tangential))
     for mode in job.modes:
-        if mode > len(frequency):
-            raise ValueError(f"mode {mode}: the reduced model has {len(frequency)}")
-        shape = at_largest(shapes[mode - 1, : len(sector.points)])
-        heading = f"{job.title}: mode {mode}, shrouds {job.contact}, {frequency[mode - 1]:.1f} Hz"
-        _picture(job, sector, shape, heading, Path(job.folder) / f"{job.prefix}mode_{mode}.png")
+        if mode > len(states[0]):
+            raise ValueError(f"mode {mode}: the reduced model has {len(states[0])}")
+        shown = [state[mode - 1] for state in states]
+        _picture(job, sector, shown, Path(job.folder) / f"{job.prefix}mode_{mode}.png")
+
+
+def _modes(
+    job: RenderJob,
+    sector: SectorMesh,
+    model: ReducedModel,
+    contact: str,
+    normal: Sequence[float],
+    tangential: Sequence[float],
+) -> list[Mode]:
+    """The lowest modes of one state of the shrouds."""
+    from rom import mode_shapes
+
+    springs = {"normal": np.asarray(normal), "tangential": np.asarray(tangential)}
+    frequency, shapes = mode_shapes(model, job.phase, count=min(max(job.modes), model.size), **springs)
+    names = names_of(sector, shapes)
+    return [
+        Mode(
+            at_largest(shape[: len(sector.points)]),
+            f"mode {number} ({name}), shrouds {contact}, {value:.1f} Hz",
+        )
+        for number, (name, value, shape) in enumerate(zip(names, frequency, shapes, strict=True), start=1)
+    ]
+
+
+def names_of(sector: SectorMesh, shapes: NDArray[np.complex128]) -> list[str]:
+    """Names 1F, 1E, 1T, ... of mode shapes (M, at least N, 3), by the motion of the airfoil."""
+    from rom import mode_names
+
+    below = min(float(sector.points[face.nodes, 2].min()) for face in (sector.right, sector.left))
+    airfoil = np.flatnonzero(sector.points[:, 2] < below)
+    return mode_names(sector.points[airfoil], shapes[:, airfoil])
 
 
 def at_largest(shape: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -48,27 +85,31 @@ def at_largest(shape: NDArray[np.complex128]) -> NDArray[np.complex128]:
     return turned / np.linalg.norm(np.real(turned), axis=1).max()
 
 
-def _picture(job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128], heading: str, path: Path) -> None:
-    """Two views: the blade with its neighbours from the side, and the shrouds from the tip with the contact nodes."""
+def _picture(job: RenderJob, sector: SectorMesh, modes: Sequence[Mode], path: Path) -> None:
+    """The blade with its neighbours from the side, in each state of the shrouds, and the shrouds from the tip."""
     import pyvista as pv
 
+    widths = SPLITS[len(modes)]
     plotter: Any = pv.Plotter(
-        off_screen=True, window_size=list(WINDOW), shape="1|1", splitting_position=SPLIT, border=False
+        off_screen=True, window_size=list(WINDOW), shape=(1, len(widths)), col_weights=widths, border=False
     )
     plotter.set_background("white", all_renderers=True)
-    for view in (0, 1):
-        plotter.subplot(view)
+    for view, mode in enumerate(modes):
+        plotter.subplot(0, view)
         plotter.enable_anti_aliasing("ssaa")
-        _add_ring(plotter, job, sector, shape, from_tip=view == 1)
-    plotter.subplot(0)
-    ring.add_outline(plotter, sector)
-    plotter.add_text(heading, position="upper_left", font_size=15, color="black")
-    ring.aim_from_side(plotter, sector)
-    plotter.subplot(1)
-    plotter.add_text("at rest, from the tip", position="upper_left", font_size=13, color="black")
-    entries = [["right contact nodes", ring.RIGHT_COLOUR], ["left contact nodes", ring.LEFT_COLOUR]]
-    plotter.add_legend(entries, bcolor="white", face="circle", size=(0.36, 0.09), loc="lower left")
-    _aim_from_tip(plotter, sector, job.blades)
+        _add_ring(plotter, job, sector, mode.shape, from_tip=False)
+        ring.add_outline(plotter, sector)
+        ring.add_axes(plotter, sector, 17)
+        first = f"{job.title}\n" if view == 0 else "\n"
+        plotter.add_text(f"{first}{mode.heading}", position="upper_left", font_size=13, color="black")
+        ring.aim_from_side(plotter, sector)
+        plotter.camera.zoom(1.0 if len(modes) == 1 else 1.2)  # the views are narrow, their labels stand inside
+    plotter.subplot(0, len(modes))
+    plotter.enable_anti_aliasing("ssaa")
+    _add_ring(plotter, job, sector, modes[0].shape, from_tip=True)
+    drawn = f"drawn: at most {1e3 * job.deformation:.3g} mm\nhere: at rest, from the tip"
+    plotter.add_text(drawn, position="upper_left", font_size=13, color="black")
+    _aim_from_tip(plotter, sector, job.blades, widths[-1])
     plotter.screenshot(str(path))
     plotter.close()
 
@@ -86,6 +127,7 @@ def _add_ring(
         if blade == 0:
             _add_own(plotter, surface, from_tip)
             ring.add_contacts(plotter, sector, mesh.points)
+            ring.label_faces(plotter, sector, mesh.points, 18)
         else:
             ring.add_neighbour(plotter, surface)
 
@@ -106,12 +148,12 @@ def _add_own(plotter: Any, surface: Any, from_tip: bool) -> None:
     plotter.add_mesh(ring.edges(surface), color="black", line_width=2.0)
 
 
-def _aim_from_tip(plotter: Any, sector: SectorMesh, blades: int) -> None:
-    """Camera along -z without perspective, circumference upwards, as for the shroud angle; legend below."""
+def _aim_from_tip(plotter: Any, sector: SectorMesh, blades: int, width: float) -> None:
+    """Camera along -z without perspective, circumference upwards; the view has this share of the window's width."""
     low, high = sector.points.min(axis=0), sector.points.max(axis=0)
     pitch = 2.0 * np.pi / sector.n_blades * high[2]
     height = (blades - 1) * pitch + (high[1] - low[1])
-    scale = max(0.5 * height / 0.76, 0.55 * (high[0] - low[0]) / TIP_VIEW_ASPECT)
+    scale = max(0.5 * height / 0.76, 0.55 * (high[0] - low[0]) / (width * WINDOW[0] / WINDOW[1]))
     upwards = 0.5 * pitch if blades % 2 == 0 else 0.0  # an even number has one more neighbour on the +y side
     middle = np.array([(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0 + upwards - 0.12 * scale, high[2]])
     plotter.enable_parallel_projection()

@@ -203,7 +203,15 @@ def _job(model: BuiltModel, scene: Scene, prefix: str) -> RenderJob:
         blades=render.blades,
         phase=inter_blade_phase(scene.excitation.engine_order, scene.blade.n_blades),
         **_springs(model, scene, render.contact),
+        **_stuck_springs(model, scene, render.contact),
     )
+
+
+def _stuck_springs(model: BuiltModel, scene: Scene, contact: str) -> dict[str, Any]:
+    """Springs of stuck shrouds, whose modes stand beside those of free ones."""
+    if contact != "free":
+        return {}
+    return {f"stuck_{name}": values for name, values in _springs(model, scene, "stuck").items()}
 
 
 def _springs(model: BuiltModel, scene: Scene, contact: str) -> dict[str, Any]:

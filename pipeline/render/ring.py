@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 HEXAHEDRON = 12  # VTK's cell type
 RIGHT_COLOUR, LEFT_COLOUR = "#D55E00", "#56B4E9"
+LEFT_DARK, ROTATION_COLOUR = "#1f78b4", "#7a1fa2"  # of text: light blue is hard to read on white
+_SLIM: dict[str, Any] = {"shaft_radius": 0.02, "tip_radius": 0.06, "tip_length": 0.2}
 VIEW = (-0.62, -0.38, 0.68)  # from the fundamental blade to the camera
 _NEIGHBOUR: dict[str, Any] = {"color": "#9aa7b5", "opacity": 0.25}
 _NEIGHBOUR_EDGES: dict[str, Any] = {"color": "#708090", "line_width": 1.5}
@@ -64,6 +66,48 @@ def add_contacts(plotter: Any, sector: SectorMesh, points: Array) -> None:
         plotter.add_mesh(spheres, color=colour, ambient=0.3)
 
 
+def label_faces(plotter: Any, sector: SectorMesh, points: Array, size: int) -> None:
+    """Names of both contact faces of the fundamental blade, on the side where each is; `points` (N, 3) as drawn."""
+    sideways = np.array([0.0, 0.25 * float(np.ptp(sector.points[:, 1])), 0.0])
+    look = {"shape": None, "always_visible": True, "show_points": False, "font_size": size, "bold": True}
+    for face, name, colour, out in (
+        (sector.right, "right face (+y)", RIGHT_COLOUR, sideways),
+        (sector.left, "left face (-y)", LEFT_DARK, -sideways),
+    ):
+        at = points[face.nodes].mean(axis=0)
+        plotter.add_point_labels([at + out], [name], text_color=colour, justification_horizontal="center", **look)
+        plotter.add_mesh(_line(at, at + 0.8 * out), color=colour, line_width=1.5)
+
+
+def add_axes(plotter: Any, sector: SectorMesh, size: int) -> None:
+    """Axes x (axial), y, z (radial) beside the root; an arrow at the tip: the sense of rotation, towards +y."""
+    import pyvista as pv
+
+    low, high = sector.points.min(axis=0), sector.points.max(axis=0)
+    length = 0.2 * float(high[2] - low[2])
+    corner = np.array([low[0] - 0.6 * length, low[1] - 2.5 * length, low[2] + 0.6 * length])
+    look = {"shape": None, "always_visible": True, "show_points": False, "font_size": size, "text_color": "black"}
+    for direction, name in zip(np.eye(3), "xyz", strict=True):
+        plotter.add_mesh(pv.Arrow(start=corner, direction=direction, scale=length, **_SLIM), color="#303030")
+        plotter.add_point_labels([corner + 1.15 * length * direction], [name], **look)
+    radius = high[2] + 0.16 * length
+    angles = np.linspace(-0.9, 0.9, 25) * length / radius
+    arc = np.column_stack([np.full(25, high[0] + 0.3 * length), radius * np.sin(angles), radius * np.cos(angles)])
+    plotter.add_mesh(pv.lines_from_points(arc), color=ROTATION_COLOUR, line_width=3.0)
+    head = arc[-1] - arc[-2]
+    tip = pv.Cone(center=arc[-1], direction=head, height=0.25 * length, radius=0.08 * length)
+    plotter.add_mesh(tip, color=ROTATION_COLOUR)
+    plotter.add_point_labels(
+        [arc[-1] + [0.0, 0.2 * length, 0.0]], ["rotation"], **look | {"text_color": ROTATION_COLOUR}
+    )
+
+
+def _line(first: Array, last: Array) -> Any:
+    import pyvista as pv
+
+    return pv.Line(first, last)
+
+
 def add_outline(plotter: Any, sector: SectorMesh) -> None:
     """Sharp edges of the undeformed blade, as a reference for the deformation."""
     rest = grid(sector, np.zeros_like(sector.points), 0.0, 0.0)
@@ -86,10 +130,10 @@ def scalar_bar(title: str, labels: str = "%.1f") -> dict[str, Any]:
         "title": f"{title}\n",
         "color": "black",
         "vertical": False,
-        "position_x": 0.2,
+        "position_x": 0.05,
         "position_y": 0.03,
         "height": 0.1,
-        "width": 0.6,
+        "width": 0.55,
         "title_font_size": 20,
         "label_font_size": 18,
         "n_labels": 6,

@@ -11,13 +11,17 @@ import numpy as np
 from pipeline.figures.curve_line import KINDS, stability_segments
 from pipeline.figures.curve_marks import MARKS, SAME_HEIGHT
 from pipeline.figures.data import PlottedCurve, SweepPoint
-from pipeline.figures.quantiles import ends
+from pipeline.figures.hysteresis import spread
+from pipeline.figures.quantiles import ENDS, MOST_KEYS, ends
 from pipeline.figures.response import has_lines, panel_keys
 from pipeline.figures.style import LOG_FROM, ordered_colours, scale
 from pipeline.figures.sweep_keys import SweepKey, sweep_keys
+from pipeline.figures.trend import MOST_LINES
 from pipeline.scene.labels import value_label
 
 MOST_POINTS = 60_000  # of all curves of a chart
+MOST_DOTS = 2000  # of a chart over sampled keys
+MOST_NAMED = 40  # values with a name of their own on an axis
 DIGITS = 6
 UNEVEN = 8.0  # ratio of the largest step between swept values to the median one
 _SHAPES = dict(zip(MARKS, ("diamond", "square", "triangle"), strict=True))
@@ -36,16 +40,17 @@ def charts(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint]) -> dict
 def _response(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint]) -> dict[str, Any]:
     """Amplitude over frequency; of many curves those with the highest, the median and the lowest worst motion."""
     few = has_lines(points)
+    kinds: dict[int, str] = {}
     if not few:
-        chosen = {point.index for point in ends(points)}
-        curves = [curve for curve in curves if curve.index in chosen]
+        kinds = {p.index: f"{name} worst motion: " for p, name in zip(ends(points), ENDS, strict=False)}
+        curves = [curve for curve in curves if curve.index in kinds]
     keys = panel_keys(sweep_keys(points)) if few else None
     factor, unit = scale(np.concatenate([curve.amplitude_m for curve in curves]), "m")
     shades = [_hex(colour) for colour in ordered_colours(len(keys[0].values) if keys else len(curves))]
     step = -(-sum(len(curve.frequency_hz) for curve in curves) // MOST_POINTS)
     lines, marks = [], []
     for number, curve in enumerate(curves):
-        name, part = curve.label, None
+        name, part = f"{kinds.get(curve.index, '')}{curve.label}", None
         if keys:
             number, part = (key.number(curve.parameters[key.name]) for key in keys)
             name = value_label(keys[0].name, curve.parameters[keys[0].name])
@@ -65,6 +70,9 @@ def _response(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint]) -> d
         "lines": lines,
         "marks": marks,
         "parts": [value_label(keys[1].name, value) for value in keys[1].values] if keys else [],
+        "xlabels": [],
+        "replaces": few,
+        "note": "" if few else "The curves with the highest, the median and the lowest worst motion.",
     }
 
 
@@ -102,7 +110,7 @@ def _sweep(points: Sequence[SweepPoint]) -> dict[str, Any]:
     keys = sweep_keys(points)
     key, others = keys[0], keys[1:]
     factor, unit = scale([height for point in points for height in (point.peak[1], point.worst[1])], "m")
-    joined = len(others) == 1 and len(others[0].values) <= 12
+    joined = len(others) == 1 and len(others[0].values) <= MOST_LINES and len(key.values) < len(points)
     lines = []
     if not others or joined:
         groups = others[0].values if others else (None,)
@@ -112,7 +120,13 @@ def _sweep(points: Sequence[SweepPoint]) -> dict[str, Any]:
             name = value_label(others[0].name, value) if others else "worst motion"
             lines.append(_sweep_line(members, key, factor, name=name, colour=_hex(colour)))
     else:
-        lines.append(_sweep_line(points, key, factor, name="curve", colour="#0072B2") | {"width": 0})
+        dots = spread(points, MOST_DOTS)
+        for part, of in enumerate(keys[:MOST_KEYS]):
+            line = _sweep_line(dots, of, factor, name="curve", colour="#0072B2")
+            lines.append(line | {"width": 0, "part": part})
+    sampled = (
+        "" if lines[0].get("part") is None or len(points) <= MOST_DOTS else f" {MOST_DOTS} of {len(points)} curves."
+    )
     return {
         "xlabel": key.axis,
         "ylabel": f"worst motion [{unit}]",
@@ -120,9 +134,12 @@ def _sweep(points: Sequence[SweepPoint]) -> dict[str, Any]:
         "yunit": unit,
         "log": _spans_decades([point.height for point in points]),
         "dots": True,
-        "parts": [],
+        "parts": [] if lines[0].get("part") is None else [f"over {of.axis}" for of in keys[:MOST_KEYS]],
+        "xlabels": [of.axis for of in keys[:MOST_KEYS]],
+        "replaces": True,
+        "note": f"Worst motion of each curve; the pointer shows the curve and the frequency.{sampled}",
         "lines": lines,
-        "names": None if _even(key) else {number: key.text(value) for number, value in enumerate(key.values)},
+        "names": None if _even(key) or lines[0].get("part") is not None else _names(key),
     }
 
 
@@ -148,10 +165,14 @@ def _sweep_line(
     }
 
 
+def _names(key: SweepKey) -> dict[int, str]:
+    return {number: key.text(value) for number, value in enumerate(key.values)}
+
+
 def _even(key: SweepKey) -> bool:
     """Whether the values stand on a linear axis; otherwise each has the same room, as where they are no numbers."""
-    if not key.numeric:
-        return False
+    if not key.numeric or len(key.values) > MOST_NAMED:
+        return key.numeric
     steps = np.diff([key.position(value) for value in key.values])
     return bool(steps.max() <= UNEVEN * np.median(steps))
 

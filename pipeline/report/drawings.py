@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,12 +11,14 @@ from numpy.typing import NDArray
 from pipeline.figures.data import PlottedCurve
 from pipeline.figures.hysteresis import node_figure
 from pipeline.figures.style import drawn, styled, subplots
-from pipeline.render.ring import LEFT_COLOUR, RIGHT_COLOUR, VIEW, blades_of, turned
+from pipeline.render.ring import LEFT_DARK, RIGHT_COLOUR, VIEW, blades_of, turned
 from pipeline.report.surface import Surface, outer_surface
 from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.model_chain import BuiltModel
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from geometry import SectorMesh
 
 Array = NDArray[np.float64]
@@ -45,17 +48,39 @@ def ring_drawing(model: BuiltModel, blades: int) -> bytes:
     with styled():
         figure, axes = subplots(size=(7.6, 5.6))
         axes.add_collection(PolyCollection(list(flat), facecolors=colours, edgecolors=colours, linewidths=0.3))
-        for places, colour, name in contacts:
-            axes.plot(*places.T, "o", color=colour, markersize=4, markeredgecolor="white", label=f"{name} nodes")
+        for face in contacts:
+            if face.in_view:
+                axes.plot(*face.places.T, "o", color=face.colour, markersize=4, markeredgecolor="white")
+            _label(axes, face, beside=-1.0 if "right" in face.name else 1.0)
         axes.set_aspect("equal")
         axes.autoscale_view()
         axes.set_axis_off()
-        axes.legend(loc="lower left", fontsize=10)
         return drawn(figure, "png")
 
 
-def _projected(sector: SectorMesh, surface: Surface, blades: int, nodes: Array) -> tuple[Array, Array, list[Any]]:
-    """Triangles (t, 3, 2) from back to front, their colours (t, 3), and the blade's contact nodes in view.
+@dataclass(frozen=True)
+class Face:
+    """The contact nodes of a face on the picture, its colour and name, and whether they are in view."""
+
+    places: Array
+    colour: str
+    name: str
+    in_view: bool
+
+
+def _label(axes: Axes, face: Face, beside: float) -> None:
+    """The name of a face above the ring, on the side where the face is, with a line to its middle."""
+    look = {"arrowstyle": "-", "color": face.colour, "linewidth": 1.0}
+    where: dict[str, Any] = {"ha": "right" if beside < 0.0 else "left", "color": face.colour, "fontsize": 10}
+    place = face.places.mean(axis=0)
+    hidden = "" if face.in_view else ", behind the shroud"
+    axes.annotate(
+        face.name + hidden, place, (45.0 * beside, 75.0), textcoords="offset points", arrowprops=look, **where
+    )
+
+
+def _projected(sector: SectorMesh, surface: Surface, blades: int, nodes: Array) -> tuple[Array, Array, list[Face]]:
+    """Triangles (t, 3, 2) from back to front, their colours (t, 3), and the blade's contact faces.
 
     `nodes` (n_c, 3): the right contact nodes; the left ones are those turned back by one pitch.
     """
@@ -77,12 +102,11 @@ def _projected(sector: SectorMesh, surface: Surface, blades: int, nodes: Array) 
     # both faces have the right one's frame: its normal points out of the right one and into the left one
     back = turned(nodes, -2.0 * np.pi / sector.n_blades)
     faces = (
-        (sector.right, nodes, RIGHT_COLOUR, "right contact", 1.0),
-        (sector.left, back, LEFT_COLOUR, "left contact", -1.0),
+        (sector.right, nodes, RIGHT_COLOUR, "right contact face (+y)", 1.0),
+        (sector.left, back, LEFT_DARK, "left contact face (-y)", -1.0),
     )
     contacts = [
-        (places @ screen.T, colour, name)
+        Face(places @ screen.T, colour, name, outward * float(face.frame[:, 2].mean(axis=0) @ view) > 0.0)
         for face, places, colour, name, outward in faces
-        if outward * float(face.frame[:, 2].mean(axis=0) @ view) > 0.0
     ]
     return (corners @ screen.T)[order], colours[order], contacts

@@ -10,7 +10,9 @@ from pipeline.figures.sweep_keys import SweepKey, sweep_keys
 from pipeline.report.error_budget import FAIR, LARGE, SMALL, UNKNOWN, ErrorRow
 from pipeline.report.report_source import ReportSource
 from pipeline.results.worst import with_unit
-from pipeline.scene.labels import quantity, value_label
+from pipeline.scene.labels import quantity
+
+SHORT = 60  # characters of a finding that the sentence has room for
 
 
 def story(source: ReportSource, points: Sequence[SweepPoint], errors: Sequence[ErrorRow]) -> list[tuple[str, str]]:
@@ -40,7 +42,7 @@ def _computed(source: ReportSource, points: Sequence[SweepPoint]) -> str:
     low, high = scene.response.frequency
     of = ""
     if scene.blade is not None and scene.shroud is not None:
-        of = f" of a ring of {scene.blade.n_blades} blades, {value_label('shroud.angle', scene.shroud.angle)}"
+        of = f" of a ring of {scene.blade.n_blades} blades, shroud angle {scene.shroud.angle:g}°"
     if "shroud.angle" in source.swept:
         of = of.partition(", ")[0]
     curves = f"{count} response curves" if count > 1 else "One response curve"
@@ -85,7 +87,8 @@ def _best(known: Sequence[SweepPoint]) -> str:
 def _how_sure(errors: Sequence[ErrorRow], unsure: int, known: int) -> str:
     named: dict[str, list[str]] = {LARGE: [], FAIR: [], UNKNOWN: [], SMALL: []}
     for row in errors:
-        named[row.verdict].append(f"{row.name} ({row.found})" if row.verdict in (LARGE, FAIR) else row.name)
+        said = row.verdict in (LARGE, FAIR) and len(row.found) <= SHORT
+        named[row.verdict].append(f"{row.name} ({row.found})" if said else row.name)
     text = "; ".join(f"{verdict}: {', '.join(names)}" for verdict, names in named.items() if names)
     text = f"Errors, as the section Errors judges them: {text}."
     if unsure:

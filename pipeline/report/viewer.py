@@ -44,7 +44,7 @@ class ViewerData:
 
     def add_modes(self, model: BuiltModel, scene: Scene, springs: dict[str, dict[str, Any]], label: str) -> None:
         """Mode shapes of a model; `springs`: for each contact condition the springs of the nodes, N/m."""
-        from pipeline.render.mode_shapes import at_largest
+        from pipeline.render.mode_shapes import at_largest, names_of
         from rom import inter_blade_phase, mode_shapes, read_reduced_model
 
         wanted = (1, 2, 3) if scene.render is None else scene.render.modes
@@ -53,10 +53,11 @@ class ViewerData:
         phase = inter_blade_phase(scene.excitation.engine_order, sector.n_blades)
         for state, values in springs.items():
             frequency, found = mode_shapes(reduced, phase, count=min(max(wanted), reduced.size), **values)
+            names = names_of(sector, found)
             for mode in wanted:
                 if mode <= len(frequency):
                     shape = at_largest(found[mode - 1][surface.vertices])
-                    name = f"mode {mode}, shrouds {state}, {frequency[mode - 1]:.1f} Hz{label}"
+                    name = f"mode {mode} ({names[mode - 1]}), shrouds {state}, {frequency[mode - 1]:.1f} Hz{label}"
                     harmonics = np.stack([np.zeros_like(shape), shape])
                     self._add(name, "modes", at, phase, harmonics, None)
 

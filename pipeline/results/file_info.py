@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import InputError, input_error, one_line, reason_of
 from pipeline.process.isolated_reading import read_apart, read_model
 from pipeline.results.outputs import number_or_null
+from pipeline.results.overview import MOST_ROWS, end_lines
+from pipeline.results.statistics import statistics
 from pipeline.stages.curve_summary import CurveSummary, read_summary
+from pipeline.stages.curve_table import TABLE, CurveTable, read_table
 
 if TYPE_CHECKING:
     import h5py
@@ -42,7 +45,7 @@ def _read(path: Path) -> dict[str, Any] | ReducedModel:
     try:
         with opened(path) as file:
             if "curve" in file:
-                return {"file": str(path), "kind": "response", "curves": list(_curves(file["curve"]))}
+                return {"file": str(path), "kind": "response", **_response(file)}
             if "mass" not in file:
                 raise input_error(path, "", f"holds {', '.join(list(file)[:8]) or 'nothing'}", _ALLOWED)
     except UNREADABLE as error:
@@ -53,8 +56,11 @@ def _read(path: Path) -> dict[str, Any] | ReducedModel:
 def described(found: dict[str, Any]) -> list[str]:
     """The result of `contents` as lines of text."""
     if found["kind"] == "response":
-        lines = [line for curve in found["curves"] for line in _curve_lines(curve)]
-        return [f"{found['file']}: response, {len(found['curves'])} curves", *lines]
+        lines = [line for curve in found["curves"][:MOST_ROWS] for line in _curve_lines(curve)]
+        if (more := len(found["curves"]) - MOST_ROWS) > 0:
+            lines.append(f"{more} more curves: --json, or curves.csv beside the file")
+        head = f"{found['file']}: response, {len(found['curves'])} curves"
+        return [head, *end_lines(found["statistics"]), *lines]
     blades = found["n_blades"]
     lines = [
         f"{found['file']}: reduced model by {found['producer']}, {found['coordinates']} coordinates",
@@ -67,13 +73,35 @@ def described(found: dict[str, Any]) -> list[str]:
     return [one_line(line) for line in lines]
 
 
+def _response(file: h5py.File) -> dict[str, Any]:
+    """Curves of a response, of many curves with their swept keys only; with their statistics."""
+    if TABLE not in file:  # written by an earlier version
+        return {"curves": list(_curves(file["curve"])), "statistics": None}
+    table = read_table(file[TABLE])
+    many = len(table) > MOST_ROWS
+    curves = _rows(table) if many else _curves(file["curve"])
+    return {"curves": list(curves), "statistics": statistics(table) if many else None}
+
+
+def _rows(table: CurveTable) -> Iterator[dict[str, Any]]:
+    """The curves of a table that have a result."""
+    for number in range(len(table)):
+        facts = table.summary_of(number)
+        if facts is not None:
+            yield {"curve": str(number), "parameters": table.parameters_of(number), **_outcome(facts)}
+
+
+def _outcome(facts: CurveSummary) -> dict[str, Any]:
+    """A summary as values for JSON."""
+    return {key: number_or_null(value) if isinstance(value, float) else value for key, value in asdict(facts).items()}
+
+
 def _curves(group: h5py.Group) -> Iterator[dict[str, Any]]:
     names = set(CurveSummary.__dataclass_fields__)
     for name in sorted(group, key=lambda n: (len(n), n)):
-        attributes, facts = group[name].attrs, asdict(read_summary(group[name]))
+        attributes = group[name].attrs
         values = {key: _plain(attributes[key]) for key in sorted(attributes) if key not in names}
-        outcome = {key: number_or_null(value) if isinstance(value, float) else value for key, value in facts.items()}
-        yield {"curve": name, "parameters": values, **outcome}
+        yield {"curve": name, "parameters": values, **_outcome(read_summary(group[name]))}
 
 
 def _curve_lines(curve: dict[str, Any]) -> Iterator[str]:

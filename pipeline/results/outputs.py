@@ -1,17 +1,22 @@
-"""The output files of a run: response.h5, response.csv and summary.json, each replaced in one step."""
+"""The output files of a run: response.h5, response.csv, curves.csv and summary.json, each replaced in one step."""
 
 from __future__ import annotations
 
 import csv
 import json
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.results.frames import number_columns, swept_columns
+from pipeline.results.point_columns import WHOLE, csv_names
+from pipeline.results.point_reader import TABLE_HASH
+from pipeline.scene.units import column_name
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.stages.curve_file import BRANCHES, COLUMNS, cell_value
+from pipeline.stages.curve_file import BRANCHES, cell_value
 from pipeline.stages.curve_summary import NO_RESIDUAL
+from pipeline.stages.curve_table import TABLE, CurveTable, write_table
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.stored_curve import ADDED
 from pipeline.store.content_store import Store
@@ -23,29 +28,55 @@ if TYPE_CHECKING:
 
     from pipeline.stages.curve_summary import CurveSummary
 
-_RESPONSE = ("response.h5", "response.csv")
+_RESPONSE = ("response.h5", "response.csv", "curves.csv")
 _KIND, _HASHES = "response", "sha256.json"  # kind of the store entry, and its file
-WHOLE_COLUMNS = ("stable", "sticking", "slipping", "separating", "iterations", "kept_harmonics")
+LISTED = 1000  # curves that summary.json lists
 
 
 def write_results(
-    store: Store, out: Path, curves: Sequence[CurveResult], swept: Sequence[str], summary: dict[str, Any]
+    store: Store,
+    out: Path,
+    curves: Sequence[CurveResult],
+    table: CurveTable,
+    summary: dict[str, Any],
+    provenance: Mapping[str, str],
 ) -> dict[str, str]:
-    """Write response.h5, response.csv and summary.json, replaced together; returns SHA-256 of the first two by name.
+    """Write response.h5, response.csv, curves.csv and summary.json, replaced together.
 
-    The summary contains these hashes as `response`; they tell whether the three files belong together. Where the
-    first two stand there already with the same content, only the summary is written.
+    Curves are read and written one by one, whatever their number.
+
+    Parameters
+    ----------
+    store : Store
+        The store, for temporary files.
+    out : Path
+        The output folder.
+    curves : sequence of CurveResult
+        The curves, n.
+    table : CurveTable
+        Their table, n rows.
+    summary : dict
+        Content of summary.json; the hashes of the other files are added as `response`. They tell whether the files
+        belong together.
+    provenance : mapping of str to str
+        Attributes of response.h5. Where the files stand there already with the same curves, they stay as they are.
+
+    Returns
+    -------
+    dict of str to str
+        SHA-256 of the first three files by name.
     """
-    key = _results_key(curves, swept)
+    key = _results_key(curves, table)
     there = _written_before(store, out, key)
     if there is not None:
         write_summary(store, out, summary | {"response": there})
         return there
     targets = [out / name for name in (*_RESPONSE, "summary.json")]
-    with store.replacing(*targets) as (binary, table, text):
-        _write_binary(binary, curves)
-        _write_table(table, curves, swept)
-        response = {path.name: file_sha256(path) for path in (binary, table)}
+    with store.replacing(*targets) as (binary, points, rows, text):
+        _write_binary(binary, curves, table, provenance)
+        _write_points(points, curves, table)
+        write_rows(rows, table)
+        response = {path.name: file_sha256(path) for path in (binary, points, rows)}
         _write_summary(text, summary | {"response": response})
 
     def keep(folder: Path) -> None:
@@ -55,20 +86,18 @@ def write_results(
     return response
 
 
-def _results_key(curves: Sequence[CurveResult], swept: Sequence[str]) -> str:
-    """Hash of all that response.h5 and response.csv are made of; a file of a curve counts by its size and time."""
+def _results_key(curves: Sequence[CurveResult], table: CurveTable) -> str:
+    """Hash of all that the files are made of; a file of a curve counts by its size and time."""
     entries = []
     for curve in curves:
         status = None if curve.file is None else curve.file.stat()
         place = None if curve.file is None or status is None else [str(curve.file.parent.name), status.st_size]
-        time = None if status is None else status.st_mtime_ns
-        detached = curve.facts.detached if curve.facts else ()
-        entries.append([place, time, list(detached), dict(curve.member.parameters)])
-    return fingerprint({"curves": entries, "swept": list(swept), "code": code_fingerprint(__name__)})
+        entries.append([place, None if status is None else status.st_mtime_ns])
+    return fingerprint({"curves": entries, "table": table.fingerprint(), "code": code_fingerprint(__name__)})
 
 
 def _written_before(store: Store, out: Path, key: str) -> dict[str, str] | None:
-    """SHA-256 of response.h5 and response.csv in the output folder, if an earlier run has written just these."""
+    """SHA-256 of the files in the output folder, if an earlier run has written just these."""
     entry = store.find(_KIND, key)
     if entry is None or not all((out / name).is_file() for name in _RESPONSE):
         return None
@@ -76,53 +105,33 @@ def _written_before(store: Store, out: Path, key: str) -> dict[str, str] | None:
     return written if {name: file_sha256(out / name) for name in _RESPONSE} == written else None
 
 
-def _write_binary(path: Path, curves: Sequence[CurveResult]) -> None:
-    """response.h5: a group for every curve with a result."""
+def _write_binary(
+    path: Path, curves: Sequence[CurveResult], table: CurveTable, provenance: Mapping[str, str]
+) -> None:
+    """response.h5: the table of curves, and a group for every curve with a result."""
     import h5py
 
     from rom import new_hdf5
 
     with new_hdf5(path) as target:
         target.attrs["format"] = "1"
+        target.attrs[TABLE_HASH] = table.fingerprint()
+        for name, value in provenance.items():
+            target.attrs[name] = value
+        write_table(target.create_group(TABLE), table)
         groups = target.create_group("curve")
         for index, curve in enumerate(curves):
             if curve.file is not None:
                 with h5py.File(curve.file, "r") as source:
-                    _copy(source, groups.create_group(str(index)), curve)
+                    source.copy(source["/"], groups, name=str(index))
+                _complete(groups[str(index)], curve)
 
 
-def _write_table(path: Path, curves: Sequence[CurveResult], swept: Sequence[str]) -> None:
-    """response.csv: a row for every point."""
-    highest = max((curve.facts.harmonics for curve in curves if curve.facts), default=1)
-    with path.open("w", newline="", encoding="utf-8") as text:
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(csv_header(swept, highest))
-        for index, curve in enumerate(curves):
-            head = [index, *(cell_value(curve.member.parameters[key]) for key in swept)]
-            writer.writerows(_curve_rows(curve, head, highest))
-
-
-def csv_header(swept: Iterable[str], harmonics: int) -> list[str]:
-    """Names of the columns: curve, the swept parameters, the quantities of a point, and the branch it is on."""
-    first, *rest = (name for name in COLUMNS if name != "amplitude_m")
-    return [
-        "curve",
-        *swept,
-        first,
-        "amplitude_m",
-        *(f"harmonic_{h + 1}_m" for h in range(harmonics)),
-        *rest,
-        "branch",
-    ]
-
-
-def _copy(source: h5py.File, group: h5py.Group, curve: CurveResult) -> None:
-    for name in source:
-        source.copy(name, group)
-    for key, value in source.attrs.items():
-        group.attrs[key] = value
+def _complete(group: h5py.Group, curve: CurveResult) -> None:
+    """Add to the copied group of a curve what its file in the store does not know."""
     detached = curve.facts.detached if curve.facts else ()
-    group.attrs["detached"] = json.dumps(list(detached))
+    if detached:
+        group.attrs["detached"] = json.dumps(list(detached))
     for number, branch in enumerate(detached, start=1):
         attributes = group[f"{BRANCHES}/{number}"].attrs
         attributes["born_between"] = json.dumps(branch["born_between"])
@@ -131,6 +140,40 @@ def _copy(source: h5py.File, group: h5py.Group, curve: CurveResult) -> None:
     for key, value in curve.member.parameters.items():
         if key not in group.attrs:
             group.attrs[key] = value
+
+
+def _write_points(path: Path, curves: Sequence[CurveResult], table: CurveTable) -> None:
+    """response.csv: a row for every point."""
+    highest = max((curve.facts.harmonics for curve in curves if curve.facts), default=1)
+    swept = tuple(table.parameters)
+    with path.open("w", newline="", encoding="utf-8") as text:
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(csv_header(swept, highest))
+        for index, curve in enumerate(curves):
+            head = [index, *(cell_value(curve.member.parameters[key]) for key in swept)]
+            writer.writerows(_curve_rows(curve, head, highest))
+
+
+def write_rows(path: Path, table: CurveTable) -> None:
+    """curves.csv: a row for every curve; a cell is empty where the number is not known."""
+    columns = {column_name(key): values for key, values in swept_columns(table).items()} | number_columns(table)
+    with path.open("w", newline="", encoding="utf-8") as text:
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["curve", *columns])
+        cells = [_cells(values.tolist()) for values in columns.values()]
+        writer.writerows(zip(range(len(table)), *cells, strict=True))
+
+
+def _cells(values: list[Any]) -> list[Any]:
+    """A column as cells: true and false as 1 and 0, unknown numbers empty."""
+    if values and isinstance(values[0], bool):
+        return [int(value) for value in values]
+    return ["" if isinstance(value, float) and math.isnan(value) else value for value in values]
+
+
+def csv_header(swept: Iterable[str], harmonics: int) -> list[str]:
+    """Names of the columns of response.csv: curve, the swept keys, the quantities of a point, and its branch."""
+    return ["curve", *(column_name(key) for key in swept), *csv_names(harmonics).values(), "branch"]
 
 
 def _curve_rows(curve: CurveResult, head: list[Any], harmonics: int) -> Iterator[list[Any]]:
@@ -149,12 +192,12 @@ def _rows(head: list[Any], branch: int, source: h5py.Group, harmonics: int) -> I
     """The points of a curve (branch 0) or of one of its detached branches."""
     points = len(source["frequency_hz"])
     columns: list[list[Any]] = []
-    for name in csv_header((), harmonics)[1:-1]:
+    for name in csv_names(harmonics):
         if name not in source:  # a curve with fewer harmonics than the others of its sweep
             columns.append([""] * points)
             continue
         values = source[name][()]
-        columns.append([int(v) for v in values] if name in WHOLE_COLUMNS else [repr(float(v)) for v in values])
+        columns.append(values.astype(int).tolist() if name in WHOLE else values.astype(float).tolist())
     for row in zip(*columns, strict=True):
         yield [*head, *row, branch]
 

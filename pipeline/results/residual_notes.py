@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from pipeline.results.worst import MOST_NAMED
 from pipeline.scene.labels import prefixed
 from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.respond import CurveResult
@@ -26,7 +27,7 @@ def residual_notes(curves: Sequence[CurveResult]) -> list[str]:
     open_ = [number for number in open_ if number not in failed]
     if not open_:
         return notes
-    numbers = f"curve{'s' if len(open_) > 1 else ''} {_listed(open_)}: " if len(curves) > 1 else ""
+    numbers = f"{_listed(open_)}: " if len(curves) > 1 else ""
     return [
         *notes,
         f"{numbers}at the peak contact nodes stick all the time, and friction leaves their static traction "
@@ -61,7 +62,9 @@ def change(value: float, reference: float) -> str:
 
 
 def _listed(numbers: Sequence[int]) -> str:
-    """Numbers of curves, with ranges in place of long lists."""
+    """Numbers of curves, with ranges in place of long lists, or how many they are."""
     if len(numbers) > 2 and list(numbers) == list(range(numbers[0], numbers[-1] + 1)):
-        return f"{numbers[0]} to {numbers[-1]}"
-    return ", ".join(map(str, numbers))
+        return f"curves {numbers[0]} to {numbers[-1]}"
+    if len(numbers) > MOST_NAMED:
+        return f"{len(numbers)} curves"
+    return f"curve{'s' if len(numbers) > 1 else ''} {', '.join(map(str, numbers))}"

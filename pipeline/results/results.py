@@ -2,136 +2,30 @@
 
 from __future__ import annotations
 
-import hashlib
-import io
+import html
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pipeline.errors import input_error, reason_of
-from pipeline.stages.curve_file import BRANCHES
-from pipeline.stages.curve_summary import stored_worst
+from pipeline.results.curves import Curve, Curves
+from pipeline.results.point_reader import TABLE_HASH, PointReader
+from pipeline.scene.labels import prefixed, quantity
+from pipeline.stages.curve_table import TABLE, CurveTable, read_table
 
 if TYPE_CHECKING:
-    import h5py
-
-    from nonlinear import Peak, WorstMotion
+    import pandas
+    import xarray
 
 SUMMARY, RESPONSE = "summary.json", "response.h5"
-Array = NDArray[Any]
 
 
-@dataclass(frozen=True)
-class DetachedBranch:
-    """One detached branch of a curve.
-
-    Attributes
-    ----------
-    frequency_hz, amplitude_m, stable : (P,) arrays
-        As in `Curve`.
-    datasets : mapping of str to array
-        Every dataset of the branch by its name in `response.h5`.
-    truncation_error : float
-        Estimated relative error of its highest amplitude from the neglected harmonics; NaN: not known.
-    truncation_branch : str
-        As in `Curve`.
-    """
-
-    frequency_hz: Array
-    amplitude_m: Array
-    stable: Array
-    datasets: Mapping[str, Array]
-    truncation_error: float = float("nan")
-    truncation_branch: str = ""
-
-
-@dataclass(frozen=True)
-class Curve:
-    """One response curve of a run: P solution points in the order of the arc length.
-
-    Attributes
-    ----------
-    parameters : mapping
-        Swept scene keys and their values on this curve, {} without a sweep.
-    frequency_hz : (P,) array
-        Excitation frequency, Hz.
-    amplitude_m : (P,) array
-        Largest displacement of the output over a period, m.
-    stable : (P,) bool array
-        Whether the periodic motion is stable.
-    peak : Peak or None
-        The highest peak of the main branch, None without points.
-    worst : WorstMotion or None
-        The highest motion that can persist, on any branch; None where it is not known.
-    complete : bool
-        Whether the whole frequency range was covered.
-    reason : str
-        Why the continuation ended.
-    energy_error : float
-        Relative mismatch of work input and dissipation per cycle, the largest over the points; NaN: not known.
-    truncation_error : float
-        Estimated relative error of the peak from the neglected harmonics; NaN: not known.
-    truncation_branch : str
-        Where the peak lies with more harmonics: "kept" (on the main branch), "detached" (on a detached branch; the
-        error compares with what the main branch reaches), "lost" (not known: the error may be larger than estimated);
-        "" without an estimate.
-    truncation_frequency_hz : float
-        Frequency of the highest amplitude of the main branch with more harmonics, Hz; NaN: not known.
-    motion_truncation_error : float
-        Estimated relative error of the motion at the peak, on whatever branch it lies with more harmonics; NaN: not
-        known.
-    sampling_error, sampling_frequency_error : float
-        Estimated relative errors of the peak's amplitude and frequency from time sampling, 0 with
-        `contact.integration = "exact"`; NaN: not known.
-    residual_lowest_m, residual_highest_m : float
-        Lowest and highest peak over the admissible residual tractions, m; NaN unless asked for.
-    harmonics : int
-        Largest number of harmonics balanced at a point.
-    datasets : mapping of str to array
-        Every dataset of the curve by its name in `response.h5` (docs/outputs.md).
-    detached : tuple of DetachedBranch
-        Detached branches, numbered 1, 2, ... in this order.
-    rom : Path or None
-        File of its reduced model, None where that could not be computed.
-    """
-
-    parameters: Mapping[str, Any]
-    frequency_hz: Array
-    amplitude_m: Array
-    stable: Array
-    peak: Peak | None
-    worst: WorstMotion | None
-    complete: bool
-    reason: str
-    energy_error: float
-    truncation_error: float
-    truncation_branch: str
-    truncation_frequency_hz: float
-    motion_truncation_error: float
-    sampling_error: float
-    sampling_frequency_error: float
-    residual_lowest_m: float
-    residual_highest_m: float
-    harmonics: int
-    datasets: Mapping[str, Array]
-    detached: tuple[DetachedBranch, ...]
-    rom: Path | None
-
-    @property
-    def growth_nodal_diameter(self) -> Array:
-        """Nodal diameter of the perturbation that grows most, beside that of the wave, (P,); -1: not known."""
-        return self.datasets.get("growth_nodal_diameter", np.full(self.frequency_hz.size, -1))
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class Results:
-    """The results in the output folder of a run.
+    """The results in the output folder of a run; points of curves are read when they are asked for.
 
     Attributes
     ----------
@@ -141,17 +35,82 @@ class Results:
         Whether everything requested was computed.
     problems : tuple of str
         What was not computed, apart from curves, one line each.
-    curves : tuple of Curve
-        One for each combination of the sweep, in its order.
+    curves : sequence of Curve
+        One for each point of the sweep, in its order.
     summary : mapping
         Content of `summary.json` (docs/outputs.md): times, natural frequencies, pictures.
+    table : CurveTable or None
+        Numbers of all curves, a column each; None where the run was not asked for curves.
     """
 
     folder: Path
     complete: bool
     problems: tuple[str, ...]
-    curves: tuple[Curve, ...]
+    curves: Sequence[Curve]
     summary: Mapping[str, Any]
+    table: CurveTable | None = None
+
+    def to_dataframe(self, points: bool = False) -> pandas.DataFrame:
+        """The results as a table of pandas: a row for each curve, or for each point.
+
+        Parameters
+        ----------
+        points : bool
+            Whether a row is a point, as in `response.csv`; otherwise it is a curve, as in `curves.csv`.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Names of columns end with their units; SI units, angles in degrees.
+
+        Raises
+        ------
+        InputError
+            The package pandas is missing.
+        """
+        from pipeline.results.frames import curves_frame, points_frame
+
+        return points_frame(self.curves, self.table) if points else curves_frame(self.table)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Numbers of the curves as labelled arrays of xarray.
+
+        Returns
+        -------
+        xarray.Dataset
+            Variables as in `curves.csv`. Where the sweep is a grid the dimensions are the swept keys; otherwise there
+            is one dimension "curve", with the swept keys as coordinates. Attribute `units` where there is one.
+
+        Raises
+        ------
+        InputError
+            The package xarray is missing.
+        """
+        from pipeline.results.frames import curves_dataset
+
+        return curves_dataset(self.table)
+
+    def __repr__(self) -> str:
+        return f"<Results {self.folder}: {self._said()}>"
+
+    def _repr_html_(self) -> str:
+        """A small table for notebooks: what was run, and its first curves."""
+        from pipeline.results.frames import html_rows
+
+        head = f"<b>{html.escape(str(self.folder))}</b>: {html.escape(self._said())}"
+        return head if self.table is None else head + html_rows(self.table)
+
+    def _said(self) -> str:
+        """What was computed, in a few words."""
+        count = len(self.curves)
+        said = f"{count} curve{'s' * (count != 1)}"
+        if self.table is not None and self.table.parameters:
+            said += f" over {', '.join(quantity(key).symbol for key in self.table.parameters)}"
+        if self.table is not None and (heights := self.table.heights)[heights == heights].size:
+            highest = heights[heights == heights].max()
+            factor, unit = prefixed(highest, "m")
+            said += f", up to {highest * factor:.4g} {unit}"
+        return said if self.complete else f"{said}, not complete"
 
 
 def read_results(folder: str | os.PathLike[str]) -> Results:
@@ -176,99 +135,14 @@ def read_results(folder: str | os.PathLike[str]) -> Results:
     allowed = "the output folder of a run"
     try:
         summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-        return Results(
-            folder=folder,
-            complete=bool(summary["complete"]),
-            problems=tuple(summary["problems"]),
-            curves=tuple(_curves(folder, summary)),
-            summary=summary,
-        )
+        values = folder, bool(summary["complete"]), tuple(summary["problems"])
+        if summary["response"] is None:
+            return Results(*values, (), summary)
+        reader = PointReader(folder / RESPONSE, summary[TABLE_HASH], summary["response"][RESPONSE])
+        table = read_table(reader.file[TABLE])
+        return Results(*values, Curves(folder, table, reader), summary, table)
     except FileNotFoundError as error:
         missing = Path(error.filename).name if error.filename else RESPONSE
         raise input_error(folder, "", f"holds no {missing}", allowed) from None
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise input_error(folder, "", f"cannot be read: {reason_of(error)}", allowed) from None
-
-
-def _curves(folder: Path, summary: dict[str, Any]) -> list[Curve]:
-    """The curves that the summary names, with their arrays from response.h5."""
-    entries: list[dict[str, Any]] = summary["curves"]
-    if not entries:
-        return []
-    import h5py
-
-    content = (folder / RESPONSE).read_bytes()  # once: a run may replace the files meanwhile
-    if hashlib.sha256(content).hexdigest() != summary["response"][RESPONSE]:
-        raise ValueError(f"{SUMMARY} and {RESPONSE} are not of one run")
-    with h5py.File(io.BytesIO(content), "r") as file:
-        groups = file["curve"]
-        return [_curve(folder, entry, groups.get(str(index))) for index, entry in enumerate(entries)]
-
-
-def _curve(folder: Path, entry: dict[str, Any], group: h5py.Group | None) -> Curve:
-    """One curve; without points where it has no group."""
-    datasets = {} if group is None else _datasets(group)
-    none = np.empty(0)
-    return Curve(
-        parameters=entry["parameters"],
-        frequency_hz=datasets.get("frequency_hz", none),
-        amplitude_m=datasets.get("amplitude_m", none),
-        stable=datasets.get("stable", none.astype(bool)).astype(bool),
-        peak=_peak(entry, group),
-        worst=_worst(entry, group),
-        complete=entry["complete"],
-        reason=entry["reason"],
-        energy_error=_number(entry["energy_error"]),
-        truncation_error=_number(entry["truncation_error"]),
-        truncation_branch=entry.get("truncation_branch") or "",
-        truncation_frequency_hz=_number(entry.get("truncation_frequency_hz")),
-        motion_truncation_error=_number(entry.get("motion_truncation_error")),
-        sampling_error=_number(entry["sampling_error"]),
-        sampling_frequency_error=_number(entry["sampling_frequency_error"]),
-        residual_lowest_m=_number(entry.get("residual_lowest_m")),
-        residual_highest_m=_number(entry.get("residual_highest_m")),
-        harmonics=0 if group is None else int(entry["harmonics"]),
-        datasets=datasets,
-        detached=_detached(group),
-        rom=None if entry["rom"] is None else folder / entry["rom"],
-    )
-
-
-def _peak(entry: dict[str, Any], group: h5py.Group | None) -> Peak | None:
-    from nonlinear import Peak
-
-    if group is None or entry["peak_amplitude_m"] is None:
-        return None
-    index, located = int(group.attrs["peak_index"]), bool(group.attrs["peak_located"])
-    return Peak(entry["peak_frequency_hz"], entry["peak_amplitude_m"], index, located)
-
-
-def _worst(entry: dict[str, Any], group: h5py.Group | None) -> WorstMotion | None:
-    return None if group is None or entry.get("worst_amplitude_m") is None else stored_worst(group.attrs)
-
-
-def _datasets(group: h5py.Group) -> dict[str, Array]:
-    return {name: item[()] for name, item in group.items() if hasattr(item, "dtype")}
-
-
-def _detached(group: h5py.Group | None) -> tuple[DetachedBranch, ...]:
-    """The detached branches in the order of their numbers."""
-    if group is None or BRANCHES not in group:
-        return ()
-    groups = [group[BRANCHES][number] for number in sorted(group[BRANCHES], key=int)]
-    found = [(_datasets(each), each.attrs) for each in groups]
-    return tuple(
-        DetachedBranch(
-            values["frequency_hz"],
-            values["amplitude_m"],
-            values["stable"].astype(bool),
-            values,
-            float(attributes.get("truncation_error", float("nan"))),
-            str(attributes.get("truncation_branch", "")),
-        )
-        for values, attributes in found
-    )
-
-
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else float(value)

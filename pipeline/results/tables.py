@@ -20,24 +20,29 @@ TOLERATED = 0.05  # truncation error of a peak above which a run warns
 TOLERATED_SAMPLING = 0.01  # the same of the sampling error of its amplitude or frequency
 
 
-def curve_table(outcome: RunOutcome) -> Table:
-    """One row a curve: swept parameters, worst motion, peak of the main branch, its errors, points and seconds."""
+def curve_table(outcome: RunOutcome, most: int | None = None) -> Table:
+    """One row a curve: swept parameters, worst motion, peak of the main branch, its errors, points and seconds.
+
+    `most` is the number of curves, the first ones, that have a row; None: all.
+    """
+    from rich.markup import escape
     from rich.table import Table
 
     swept = list(outcome.curves[0].member.parameters) if outcome.curves else []
     table = Table(header_style="bold", pad_edge=False)
     table.add_column("curve", justify="right")
     for key in swept:
-        table.add_column(quantity(key).axis(), justify="right")
+        table.add_column(escape(quantity(key).axis()), justify="right")
     factor, unit = amplitude_scale(outcome.curves)
     sampled = any(is_sampled(c) for c in outcome.curves)
     errors = ("trunc.\nerror", *(("sampling\nerror",) * sampled), "energy\nerror")
     worst = ("worst\n[Hz]", f"worst\n[{unit}]", "on\nbranch")
     peak = ("main\npeak [Hz]", f"main\npeak [{unit}]")
     for heading in (*worst, *peak, "har-\nmonics", *errors, "points", "seconds"):
-        table.add_column(heading, justify="right")
-    for index, curve in enumerate(outcome.curves):
-        values = [bare_value(key, value) for key, value in curve.member.parameters.items()]
+        table.add_column(escape(heading), justify="right")
+    for index, curve in enumerate(outcome.curves[:most]):
+        text = bare_value if most is None else short_value
+        values = [text(key, value) for key, value in curve.member.parameters.items()]
         table.add_row(str(index), *values, *_numbers(curve, factor, sampled))
     return table
 
@@ -67,6 +72,12 @@ def bare_value(key: str, value: Any) -> str:
     """A value without its unit, which the heading has."""
     named = quantity(key)
     return named.value(value).replace(f" {named.unit}", "") if named.unit else named.value(value)
+
+
+def short_value(key: str, value: Any) -> str:
+    """A value without its unit, a number with four digits: sampled values have many."""
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return f"{value * quantity(key).factor:.4g}" if number else bare_value(key, value)
 
 
 def _numbers(curve: CurveResult, factor: float, sampled: bool) -> list[str]:

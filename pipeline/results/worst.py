@@ -12,6 +12,7 @@ from pipeline.stages.respond import CurveResult
 
 SEARCHED = "searched: "  # beginning of each sentence
 _NUMBER = re.compile(r"\d+")
+MOST_NAMED = 10  # curves whose numbers are listed
 NOTICEABLE = 1.03  # ratio of the worst motion to the peak of the main branch above which a run warns
 
 
@@ -84,7 +85,11 @@ def search_notes(curves: Sequence[CurveResult]) -> list[str]:
     if any(curve.facts is not None and curve.facts.worst_motion == "quasi-periodic" for curve in curves):
         notes.append("* quasi-periodic: the largest displacement of a long time integration of the ring")
     if low := unstable_peak_numbers(curves):
-        named = f"curve{'s' if len(low) > 1 else ''} {', '.join(map(str, low))}"
+        named = (
+            f"{len(low)} curves"
+            if len(low) > MOST_NAMED
+            else f"curve{'s' if len(low) > 1 else ''} {', '.join(map(str, low))}"
+        )
         notes.append(f"{named}: the peak of the main branch is unstable and does not persist")
     for number, curve in enumerate(curves):
         if curve.facts is not None and curve.facts.worst_unresolved:

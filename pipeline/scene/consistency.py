@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping, Set
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from pipeline.scene.validation_errors import allowed_values
 
 PER_NODE = ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload")
 BLADE_SECTIONS = ("blade", "shroud", "material", "mesh")
+Unfit = Iterator[InputError]
 
 
 def check_scene(file: SceneFile) -> None:
@@ -26,28 +28,70 @@ def check_scene(file: SceneFile) -> None:
     InputError
         The first key that is missing or does not fit.
     """
-    _check_pictured_curves(file)
+    for error in unfit_keys(file, {}):
+        raise error
+
+
+def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
+    """Every key of a scene that is missing or does not fit the others.
+
+    Parameters
+    ----------
+    file : SceneFile
+        The scene; it describes a blade.
+    broken : mapping of int to set of str
+        By the index of a member: its sections that do not obey the schema. Checks that need one of them are left out.
+
+    Yields
+    ------
+    InputError
+        As soon as it is found: only the first costs no more than the checks up to it.
+    """
+    if not broken.get(0):
+        yield from _raised(_check_pictured_curves, file)
+    absent = {name for name in BLADE_SECTIONS if getattr(file.first, name) is None} - set(broken.get(0, ()))
+    for section in BLADE_SECTIONS:
+        if section in absent:
+            allowed = f"a table [{section}] (only `shroud respond --rom` does without)"
+            yield input_error(file.path, section, "missing", allowed)
+    if not absent and not any(broken.values()):
+        yield from _raised(check_sweep, file)
     checked_shapes: set[object] = set()  # a sweep has few different ones
     for member in file.members:
-        for section in BLADE_SECTIONS:
-            if getattr(member.scene, section) is None:
-                allowed = f"a table [{section}] (only `shroud respond --rom` does without)"
-                raise input_error(file.path, section, "missing", allowed)
-    check_sweep(file)
-    for member in file.members:
-        scene = member.scene
-        _check_keys(file.path, member)
-        shape = scene.blade, scene.shroud, scene.mesh
-        if shape not in checked_shapes:
-            _check_geometry(file.path, member)
+        wrong = absent | broken.get(member.index, set())
+        yield from _unfit_keys(file.path, member, wrong)
+        if not wrong & {"blade", "shroud", "mesh"}:
+            shape = member.scene.blade, member.scene.shroud, member.scene.mesh
+            if shape not in checked_shapes:
+                yield from _raised(_check_geometry, file.path, member)
             checked_shapes.add(shape)
-        check_size(file.path, member)
-        check_speed(file.path, member)
-        assert scene.mesh is not None  # checked above; for the type checker
-        n_contacts = scene.mesh.contact_grid[0] * scene.mesh.contact_grid[1]
-        check_node_lists(file.path, member, n_contacts)
-        check_modes(file.path, member, n_contacts)
-        check_balance(file.path, member, n_contacts)
+        yield from _unfit_sizes(file.path, member, wrong)
+
+
+def _unfit_sizes(path: Path, member: Member, wrong: Set[str]) -> Unfit:
+    """Keys that make the model too large, or that do not fit its numbers of contact nodes and modes."""
+    if not wrong & {"blade", "shroud", "mesh", "excitation"}:
+        yield from _raised(check_size, path, member)
+    if not wrong & {"blade", "material", "load"}:
+        yield from _raised(check_speed, path, member)
+    if "mesh" in wrong:
+        return
+    assert member.scene.mesh is not None  # checked above; for the type checker
+    n_contacts = member.scene.mesh.contact_grid[0] * member.scene.mesh.contact_grid[1]
+    if "contact" not in wrong:
+        yield from unfit_node_lists(path, member, n_contacts)
+    if not wrong & {"rom", "excitation", "response", "render"}:
+        yield from _raised(check_modes, path, member, n_contacts)
+    if "response" not in wrong:
+        yield from _raised(check_balance, path, member, n_contacts)
+
+
+def _raised(check: Callable[..., None], *arguments: Any) -> Unfit:
+    """The error that a check raises, if any."""
+    try:
+        check(*arguments)
+    except InputError as error:
+        yield error
 
 
 def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> None:
@@ -59,8 +103,10 @@ def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> N
         The first key that does not fit the model.
     """
     for member in file.members:
-        _check_keys(file.path, member)
-        check_node_lists(file.path, member, n_contacts)
+        for error in _unfit_keys(file.path, member, set()):
+            raise error
+        for error in unfit_node_lists(file.path, member, n_contacts):
+            raise error
         check_balance(file.path, member, n_contacts)
         if member.scene.contact.uses_punch and (member.scene.material is None or not has_area):
             allowed = "numbers (the punch formula needs [material] and contact/area in the reduced model)"
@@ -79,46 +125,46 @@ def _check_pictured_curves(file: SceneFile) -> None:
             raise input_error(file.path, "render.operating", shown(list(render.operating)), allowed)
 
 
-def check_node_lists(path: Path, member: Member, n_contacts: int) -> None:
-    """Lists that go node by node must have one number for each of the `n_contacts` nodes of a face.
-
-    Raises
-    ------
-    InputError
-        A list of another length.
-    """
+def unfit_node_lists(path: Path, member: Member, n_contacts: int) -> Unfit:
+    """Lists that go node by node and have not one number for each of the `n_contacts` nodes of a face."""
     for name in PER_NODE:
         value = getattr(member.scene.contact, name)
         if isinstance(value, tuple) and len(value) != n_contacts:
-            found = f"a list of {len(value)}"
-            raise input_error(
-                path, key_in_file(member, f"contact.{name}"), found, f"a number or a list of {n_contacts}"
-            )
+            found, allowed = f"a list of {len(value)}", f"a number or a list of {n_contacts}"
+            yield input_error(path, key_in_file(member, f"contact.{name}"), found, allowed)
 
 
-def _check_keys(path: Path, member: Member) -> None:
+def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
+    """Keys that do not fit each other, of the sections that obey the schema."""
     scene = member.scene
-    response = scene.response
+    if "response" not in wrong:
+        yield from _unfit_response(path, member)
+    if "rom" not in wrong and scene.rom.modes is not None and scene.rom.frequency_limit is not None:
+        yield input_error(path, "rom.frequency_limit", "given beside modes", "one of the two")
+    if "excitation" not in wrong and not any(scene.excitation.unit_direction):
+        yield _refused(path, member, "excitation.direction", list(scene.excitation.direction))
+    if not wrong & {"response", "contact"}:
+        harmonics = scene.response.harmonics
+        least = least_samples(1 if harmonics == "auto" else harmonics)
+        if scene.contact.samples < least:
+            allowed = f"{least} or more with {harmonics} harmonics"
+            yield input_error(path, key_in_file(member, "contact.samples"), shown(scene.contact.samples), allowed)
+
+
+def _unfit_response(path: Path, member: Member) -> Unfit:
+    response = member.scene.response
     low, high = response.frequency
     if not low < high:
-        raise _refused(path, member, "response.frequency", [low, high])
+        yield _refused(path, member, "response.frequency", [low, high])
     if response.rayleigh is not None and not any(response.rayleigh):
-        raise _refused(path, member, "response.rayleigh", list(response.rayleigh))
+        yield _refused(path, member, "response.rayleigh", list(response.rayleigh))
     if response.damping_ratio is not None and response.rayleigh is not None:
-        raise input_error(path, "response.rayleigh", "given beside damping_ratio", "one of the two")
+        yield input_error(path, "response.rayleigh", "given beside damping_ratio", "one of the two")
     if response.damping_ratio is None and response.rayleigh is None:
-        raise input_error(path, "response.damping_ratio", "missing", allowed_values("response.damping_ratio"))
+        yield input_error(path, "response.damping_ratio", "missing", allowed_values("response.damping_ratio"))
     if response.residual_tractions == "bounds" and response.method != "coupled":
         allowed = '"projected" with response.method = "static-first"'
-        raise input_error(path, key_in_file(member, "response.residual_tractions"), '"bounds"', allowed)
-    if scene.rom.modes is not None and scene.rom.frequency_limit is not None:
-        raise input_error(path, "rom.frequency_limit", "given beside modes", "one of the two")
-    if not any(scene.excitation.unit_direction):
-        raise _refused(path, member, "excitation.direction", list(scene.excitation.direction))
-    least = least_samples(1 if response.harmonics == "auto" else response.harmonics)
-    if scene.contact.samples < least:
-        allowed = f"{least} or more with {response.harmonics} harmonics"
-        raise input_error(path, key_in_file(member, "contact.samples"), shown(scene.contact.samples), allowed)
+        yield input_error(path, key_in_file(member, "response.residual_tractions"), '"bounds"', allowed)
 
 
 def _check_geometry(path: Path, member: Member) -> None:

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from pipeline.errors import input_error, reason_of, shown, system_reason
+from pipeline.errors import InputError, input_error, reason_of, shown, system_reason
 from pipeline.scene.deprecated_values import with_current_values
 from pipeline.scene.presets import Accuracy, with_preset
-from pipeline.scene.schema import Scene
+from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.sweep import GRID, Sweep, read_sweep
 from pipeline.scene.toml_errors import parsed
-from pipeline.scene.validation_errors import scene_error
+from pipeline.scene.validation_errors import scene_error, scene_errors
 
 LARGEST_FILE = 1_000_000
 IGNORED_WITH_MODEL = ("blade", "shroud", "mesh", "rom", "render")
@@ -107,7 +108,34 @@ def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> Scene
         The file cannot be read, is not TOML, or a value is missing, unknown or not allowed.
     """
     path = Path(path)
-    raw, text = _load(path)
+    raw, text = load_tables(path)
+    return scene_of_tables(path, raw, text, given_model)
+
+
+def scene_of_tables(
+    path: Path,
+    raw: Mapping[str, Any],
+    text: str = "",
+    given_model: bool = False,
+    broken: Callable[[int, list[InputError]], None] | None = None,
+) -> SceneFile:
+    """The scene of the tables of a file, as `read_scene` reads it.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    raw : mapping
+        Its tables.
+    text : str
+        Its text.
+    given_model : bool
+        As for `read_scene`.
+    broken : callable
+        Gets the index of a member that does not obey the schema and its errors; the member then has only the sections
+        that do. By default the first error is raised.
+    """
+    raw = dict(raw)
     sweep = read_sweep(path, raw.pop("sweep", {}))
     if given_model:
         _refuse_without_effect(path, sweep)
@@ -122,12 +150,16 @@ def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> Scene
         try:
             scene = Scene.model_validate(merged)
         except ValidationError as error:
-            raise scene_error(path, merged, error.errors(include_url=False), sweep.places(index)) from None
+            found = error.errors(include_url=False)
+            if broken is None:
+                raise scene_error(path, merged, found, sweep.places(index)) from None
+            broken(index, scene_errors(path, merged, found, sweep.places(index)))
+            scene = _valid_sections(merged)
         members.append(Member(index, scene, chosen, sweep.place(index)))
     return SceneFile(path, tuple(members), tuple(lists), presets[0], notes, text, sweep.kind)
 
 
-def _load(path: Path) -> tuple[dict[str, Any], str]:
+def load_tables(path: Path) -> tuple[dict[str, Any], str]:
     """The tables of the file, and its text."""
     allowed = "a readable scene file in TOML"
     try:
@@ -146,6 +178,16 @@ def _load(path: Path) -> tuple[dict[str, Any], str]:
         reason = system_reason(error) if isinstance(error, OSError) else reason_of(error)
         raise input_error(path, "", f"cannot be read: {reason}", allowed) from None
     return parsed(path, text), text
+
+
+def _valid_sections(merged: Mapping[str, Any]) -> Scene:
+    """A scene of the sections that obey the schema; the others have their defaults, or None."""
+    valid: dict[str, Any] = {name: None for name, field in Scene.model_fields.items() if field.is_required()}
+    for name, model in SECTIONS.items():
+        with suppress(ValidationError):
+            if name in merged:
+                valid[name] = model.model_validate(merged[name])
+    return Scene.model_construct(**valid)
 
 
 def _refuse_without_effect(path: Path, sweep: Sweep) -> None:

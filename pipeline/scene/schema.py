@@ -35,7 +35,7 @@ POSITIVE = "a number above 0, 1e-12 to 1e15"
 LENGTH = "a number above 0, 1e-6 to 1000"
 FILLET = "a number, 0 to 10"
 STIFFNESS = (
-    "a number, 0 or more (whole face, shared by the nodes as their areas), a list of such numbers node by node, "
+    "a number, 0 to 1e15 (whole face, shared by the nodes as their areas), a list of such numbers node by node, "
     'or "punch"'
 )
 
@@ -57,10 +57,10 @@ class Blade(Section):
     tip_thickness: Length | None = _key("thickness at the shroud, m; tapers linearly", LENGTH, None)
     twist: Number = _key(
         "rotation of the section from the root to the shroud about the radius, degrees",
-        "a number, -90 to 90",
+        "a number, -80 to 80",
         0.0,
-        ge=-90.0,
-        le=90.0,
+        ge=-80.0,
+        le=80.0,
     )
     section: Literal["rectangle", "lens"] = _key("shape of the section", '"rectangle" or "lens"', "rectangle")
     root_stagger: Number = _key(
@@ -179,7 +179,7 @@ class Contact(Section):
     normal_stiffness: Literal["punch"] | NotNegative | Positives = _key("kn, N/m", STIFFNESS)
     tangential_stiffness: Literal["punch"] | NotNegative | Positives = _key("kt, N/m", STIFFNESS)
     friction: NotNegative | Positives = _key(
-        "friction coefficient", "a number, 0 or more, or a list of such numbers node by node"
+        "friction coefficient", "a number, 0 to 1e15, or a list of such numbers node by node"
     )
     interference: Distance | Distances = _key(
         "v0, m: above 0 pressed together, below 0 a gap",
@@ -188,7 +188,7 @@ class Contact(Section):
     )
     preload: NotNegative | Positives = _key(
         "N0, N for each node (a number: on average): normal load already in equilibrium",
-        "a number, 0 or more, or a list of such numbers node by node",
+        "a number, 0 to 1e15, or a list of such numbers node by node",
         0.0,
     )
     law: Literal["two_sliders", "cone"] = _key(
@@ -214,11 +214,13 @@ class Excitation(Section):
     force: Positive = _key("amplitude, N", POSITIVE)
     direction: Literal["x", "-x", "y", "-y", "z", "-z"] | Vector = _key(
         "direction of the force and of the default output",
-        '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers that are not all 0',
+        '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, -1000 to 1000, not all 0',
         "y",
     )
     at: Literal["tip"] | Vector = _key(
-        "loaded and observed point, m", '"tip" or a list of three numbers, x, y and z of a point of the blade', "tip"
+        "loaded and observed point, m",
+        '"tip" or a list of three numbers, -1000 to 1000: x, y and z of a point of the blade',
+        "tip",
     )
 
     @property
@@ -258,7 +260,7 @@ class Response(Section):
         None,
     )
     rayleigh: tuple[NotNegative, NotNegative] | None = _key(
-        "[a, b] of C = a M + b K, 1/s and s", "two numbers, 0 or more, not both 0 (give this or damping_ratio)", None
+        "[a, b] of C = a M + b K, 1/s and s", "two numbers, 0 to 1e15, not both 0 (give this or damping_ratio)", None
     )
     method: Literal["coupled", "static-first"] = _key(
         "statics and dynamics together, or a static contact analysis first", '"coupled" or "static-first"', "coupled"

@@ -11,9 +11,11 @@ from pydantic import BaseModel
 
 from pipeline.errors import InputError, input_error, one_line, shown
 from pipeline.scene.schema import SECTIONS, Scene
+from pipeline.scene.suggestions import meant
 
 MISSING = object()
 LONGEST_KEY = 60
+MOST_ERRORS = 50  # that are listed at once
 
 
 def allowed_values(key: str) -> str:
@@ -24,9 +26,9 @@ def allowed_values(key: str) -> str:
 
 
 def unknown_key(path: Path, key: str, known: Sequence[str], place: str = "") -> InputError:
-    """Error about a key that does not exist, with the nearest one that does."""
-    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-    hint = f"unknown key, did you mean {near[0]}?" if near else "unknown key"
+    """Error about a key that does not exist, with the one that it may stand for."""
+    near = meant(key, known, place)
+    hint = f"unknown key, did you mean {near}?" if near else "unknown key"
     dotted = f"{place}.{shown_key(key)}" if place else shown_key(key)
     return input_error(path, dotted, hint, ", ".join(known))
 
@@ -43,7 +45,24 @@ def scene_error(path: Path, raw: Mapping[str, Any], errors: Sequence[Any], place
     `places` says for each swept dotted key how the line names its value, such as `sweep."contact.friction"[2]`.
     """
     # a misspelt key explains a missing one, so it is the more helpful of the two
-    error = min(errors, key=lambda e: e["type"] != "extra_forbidden")
+    first = min(errors, key=lambda e: e["type"] != "extra_forbidden")
+    return _in_terms_of_the_file(path, raw, first, errors, places)
+
+
+def scene_errors(
+    path: Path, raw: Mapping[str, Any], errors: Sequence[Any], places: Mapping[str, str]
+) -> list[InputError]:
+    """All of pydantic's `errors`, one for each key, `MOST_ERRORS` at most, as `scene_error` says the first."""
+    firsts: dict[tuple[Any, ...], Any] = {}
+    for error in errors:
+        firsts.setdefault(tuple(error["loc"][:2]), error)
+    listed = list(firsts.values())[:MOST_ERRORS]
+    return [_in_terms_of_the_file(path, raw, error, errors, places) for error in listed]
+
+
+def _in_terms_of_the_file(
+    path: Path, raw: Mapping[str, Any], error: Any, errors: Sequence[Any], places: Mapping[str, str]
+) -> InputError:
     location = tuple(part for part in error["loc"])
     said = _said_by_validator(error)
     if not location:

@@ -19,7 +19,13 @@ FACTS = "facts.json"
 
 
 def make_reduced_model(
-    folder: Path, sector_file: Path, full_file: Path, scene: Scene, *, store_basis: bool = True
+    folder: Path,
+    sector_file: Path,
+    full_file: Path,
+    scene: Scene,
+    *,
+    store_basis: bool = True,
+    assembled: list[FullModel] | None = None,
 ) -> None:
     """Reduce the blade to `rom.h5`, at its speed, and write its sizes into `facts.json`.
 
@@ -33,6 +39,8 @@ def make_reduced_model(
         The scene that the model is for.
     store_basis : bool
         Whether the model gets its basis, which expands shapes to the mesh and is many times the size of all the rest.
+    assembled : list of FullModel or None
+        The full model itself, where it is in memory: it is taken out of the list, and the file not read.
 
     Notes
     -----
@@ -51,7 +59,7 @@ def make_reduced_model(
     sector = load_sector(sector_file)
 
     def full() -> FullModel:
-        return at_speed(load_full_model(full_file), sector, scene)
+        return at_speed(assembled.pop() if assembled else load_full_model(full_file), sector, scene)
 
     modes, limit = scene.rom.fixed_interface_modes, scene.rom.frequency_limit
     boundary = boundary_choice(scene)

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -208,3 +209,29 @@ def read_summary(group: h5py.Group) -> CurveSummary:
         free_nodes=int(attributes.get("free_nodes", -1)),
         **_bounds(attributes),
     )
+
+
+def keep_summary(file: Path) -> None:
+    """Write the summary of a curve as JSON beside its file: thousands of curves are then compared without HDF5."""
+    import h5py
+
+    with h5py.File(file, "r") as source:
+        _beside(file).write_text(json.dumps(asdict(read_summary(source))), encoding="utf-8")
+
+
+def kept_summary(file: Path) -> CurveSummary:
+    """The summary of a curve: as `keep_summary` wrote it beside its file, or else from the file itself."""
+    beside = _beside(file)
+    if not beside.is_file():
+        import h5py
+
+        with h5py.File(file, "r") as source:
+            return read_summary(source)
+    values = json.loads(beside.read_text(encoding="utf-8"))
+    return CurveSummary(
+        **{name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+    )
+
+
+def _beside(file: Path) -> Path:
+    return file.with_suffix(".json")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from pipeline.process.clock import seconds_since
 from pipeline.scene import schema
 from pipeline.stages.curve_file import CURVE, section_from_attributes
+from pipeline.stages.curve_summary import keep_summary
 from pipeline.stages.scene_to_solver import contact_parameters, nonlinear_problem
 from pipeline.stages.solve_curve import Progress
 from pipeline.stages.stored_curve import branch_mark, read_added, read_curve, write_extended
@@ -123,6 +124,7 @@ def extend_curve(
     if added:
         seconds = before.seconds + seconds_since(start)
         write_extended(folder / CURVE, base, before, replace(after, seconds=seconds))
+        keep_summary(folder / CURVE)
     facts = ExtensionFacts(added, tuple(_lost(offers, found)))
     (folder / FACTS).write_text(json.dumps(asdict(facts)), encoding="utf-8")
 

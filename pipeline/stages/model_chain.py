@@ -7,7 +7,7 @@ from collections.abc import Callable
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import StageError
 from pipeline.process.progress import Reporter
@@ -20,6 +20,9 @@ from pipeline.stages.cache_keys import ModelKeys
 from pipeline.stages.stage_log import StageLog
 from pipeline.store.content_store import Entry, Store
 from pipeline.store.disk_errors import StorageError
+
+if TYPE_CHECKING:
+    from rom import FullModel
 
 LARGE = 60_000_000  # bytes of a full model, some 60 000 dofs
 WITH_BASIS = "reduce-with-basis"  # kind of the reduced models that can be expanded to the mesh
@@ -71,11 +74,13 @@ class ModelChain:
         """The sector's mesh."""
         return self._get("mesh", keys.mesh, "meshing", lambda folder: make_mesh(folder, scene))
 
-    def full_model(self, scene: Scene, keys: ModelKeys, mesh: Entry) -> Entry:
-        """The assembled matrices of a mesh."""
+    def full_model(
+        self, scene: Scene, keys: ModelKeys, mesh: Entry, keep: Callable[[FullModel], None] = lambda full: None
+    ) -> Entry:
+        """The assembled matrices of a mesh; where they are assembled now, `keep` gets them as well."""
         sector = mesh.file(SECTOR)
         return self._get(
-            "assemble", keys.assemble, "assembling", lambda folder: make_full_model(folder, sector, scene)
+            "assemble", keys.assemble, "assembling", lambda folder: keep(make_full_model(folder, sector, scene))
         )
 
     def reduced_model(self, scene: Scene, keys: ModelKeys) -> BuiltModel:
@@ -88,25 +93,28 @@ class ModelChain:
         if entry is None and not self.expands:
             entry = self._find("reduce", keys.reduce)
         if entry is None:
-            full = self.full_model(scene, keys, mesh).file(FULL_MODEL)
+            assembled: list[FullModel] = []  # to read it from its file takes as long as to assemble half of it
+            full = self.full_model(scene, keys, mesh, assembled.append).file(FULL_MODEL)
             kind = WITH_BASIS if self.expands else "reduce"
-            entry = self._make("reduce", kind, keys.reduce, "reducing", self._reducer(mesh.file(SECTOR), full, scene))
+            reducer = self._reducer(mesh.file(SECTOR), full, scene, assembled)
+            entry = self._make("reduce", kind, keys.reduce, "reducing", reducer)
         elif full_model := self.store.find("assemble", keys.assemble, thorough=False):
             self.log.note("assemble", ran=False, seconds=full_model.seconds)
         facts = json.loads(entry.file(FACTS).read_text())
         return BuiltModel(keys.reduce, entry.file(REDUCED_MODEL), mesh.file(MESH_FILES[0]), facts)
 
-    def _reducer(self, sector: Path, full: Path, scene: Scene) -> Callable[[Path], None]:
-        """A function that writes the reduced model into a folder.
+    def _reducer(self, sector: Path, full: Path, scene: Scene, assembled: list[FullModel]) -> Callable[[Path], None]:
+        """A function that writes the reduced model into a folder, of the full model `assembled` if it is not large.
 
         The factorisation of a large one takes many seconds in C code that ignores Ctrl-C: it runs in another process.
         """
 
         def reduce(folder: Path) -> None:
             if full.stat().st_size > LARGE:
+                assembled.clear()
                 call_apart(make_reduced_model, folder, sector, full, scene, store_basis=self.expands)
             else:
-                make_reduced_model(folder, sector, full, scene, store_basis=self.expands)
+                make_reduced_model(folder, sector, full, scene, store_basis=self.expands, assembled=assembled)
 
         return reduce
 

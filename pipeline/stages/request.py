@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline.executor.task import Executor
 from pipeline.process.progress import Reporter
@@ -13,6 +13,9 @@ from pipeline.stages.respond import CurveResult
 from pipeline.stages.stage_log import StageLog
 from pipeline.stages.stage_names import Stage
 from pipeline.store.content_store import Store
+
+if TYPE_CHECKING:
+    from pipeline.stages.curve_table import CurveTable
 
 
 @dataclass(frozen=True)
@@ -98,6 +101,8 @@ class RunOutcome:
         Figures and renders by their names in the output folder.
     report : str or None
         Name of the report page.
+    table : CurveTable or None
+        Numbers of the curves, once they are published.
     response : dict or None
         SHA-256 of the response files by name; None where the files are not of this run.
     summary : dict
@@ -112,6 +117,7 @@ class RunOutcome:
     models: list[dict[str, Any]] = field(default_factory=list)
     pictures: list[str] = field(default_factory=list)
     report: str | None = None
+    table: CurveTable | None = None
     response: dict[str, str] | None = None
     summary: dict[str, Any] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)

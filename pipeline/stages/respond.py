@@ -12,7 +12,7 @@ from pipeline.scene.labels import member_label
 from pipeline.scene.reading import Member
 from pipeline.scene.schema import Scene
 from pipeline.stages.curve_file import CURVE
-from pipeline.stages.curve_summary import CurveSummary, read_summary
+from pipeline.stages.curve_summary import CurveSummary, kept_summary
 from pipeline.stages.solve_curve import solve_curve
 from pipeline.stages.worker_count import longest_first
 from pipeline.store.content_store import Store
@@ -83,10 +83,7 @@ def stored_curve(store: Store, item: CurveJob) -> CurveResult | None:
 
 def result_from_file(item: CurveJob, file: Path, ran: bool = False) -> CurveResult:
     """The curve in a file of the store."""
-    import h5py
-
-    with h5py.File(file, "r") as source:
-        facts = read_summary(source)
+    facts = kept_summary(file)
     return CurveResult(item.member, item.rom, file, facts, facts.reason, ran)
 
 

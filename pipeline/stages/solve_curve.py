@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.stages.curve_file import CURVE, used_parameters, write_curve
+from pipeline.stages.curve_summary import keep_summary
 from pipeline.stages.scene_to_solver import face_area, nonlinear_problem, resolved_contact
 
 if TYPE_CHECKING:
@@ -18,12 +19,12 @@ Progress = Callable[[float, int], None]
 def solve_curve(
     folder: Path, rom: Path, scene: Scene, parameters: Mapping[str, Any], progress: Progress | None = None
 ) -> None:
-    """Solve one curve on one BLAS thread and write `curve.h5`.
+    """Solve one curve on one BLAS thread and write `curve.h5`, with its summary in `curve.json`.
 
     Parameters
     ----------
     folder : Path
-        Where the file goes.
+        Where the files go.
     rom : Path
         File of the reduced model.
     scene : Scene
@@ -46,3 +47,4 @@ def solve_curve(
         contact = resolved_contact(scene, face_area(model))
         response = forced_response(*nonlinear_problem(scene, model), progress)
     write_curve(folder / CURVE, response, used_parameters(scene, contact, parameters))
+    keep_summary(folder / CURVE)

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from pipeline.executor.task import Preparation
+from pipeline.process.deferred_modules import defer_unused
+from pipeline.process.garbage_collection import loading
 from pipeline.process.workers import Call
 from pipeline.stages.cache_keys import curve_key, model_keys
 from pipeline.stages.number_versions import versions
@@ -44,11 +46,13 @@ def prepare_workers(run: Run, scenes: Sequence[Scene]) -> None:
 
 def prepare(cases: Sequence[tuple[str, str]], figures: bool) -> None:
     """In a worker: load what curves with these friction laws and integrations need, and what figures need."""
-    for law, integration in cases:
-        warm_up(law, integration)
-    if figures:
-        import matplotlib.backends.backend_agg
-        import matplotlib.figure  # noqa: F401
+    with loading():
+        defer_unused()
+        for law, integration in cases:
+            warm_up(law, integration)
+        if figures:
+            import matplotlib.backends.backend_agg
+            import matplotlib.figure  # noqa: F401
 
 
 def _is_stored(run: Run, scene: Scene, given: str | None) -> bool:

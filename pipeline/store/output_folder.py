@@ -18,7 +18,7 @@ from pipeline.store.folder_lock import SOFT, locked
 from pipeline.store.own_folder import check_output_folder
 
 LOCK = "lock"
-_FILES = ("response.h5", "response.csv", "summary.json", "report.html")
+_FILES = ("response.h5", "response.csv", "curves.csv", "summary.json", "report.html")
 _FOLDERS = ("figures", "renders", "check")
 ROOM = 100  # characters of the longest path inside an output folder, with room to spare
 _PROBE = bytes(8192)  # a full disk may still have room for a name

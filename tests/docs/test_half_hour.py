@@ -1,6 +1,6 @@
-"""The README's first half hour: every command of it, in a copy of the sources whose scenes are small ones.
+"""The first half hour: every command of it, in a copy of the sources whose scenes are small ones.
 
-Then the recipe for results in Python, on what that has left.
+Then the README's Python and the recipe for results in Python, on what that has left.
 """
 
 import os
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from docs.execute import check, run_page
+from docs.execute import HALF_HOUR, check, run_page
 
 ROOT = Path(__file__).parents[2]
 QUICK = {
@@ -30,7 +30,8 @@ def copied_repository(tmp_path: Path) -> Path:
     ignored = shutil.ignore_patterns(".venv", ".git", "out", "build", "*.egg-info", "*_cache", "tests")
     copy = Path(shutil.copytree(ROOT, tmp_path / "shroud", ignore=ignored))
     (copy / ".venv").symlink_to(sys.prefix)
-    os.utime(copy / "pyproject.toml", (0, 0))  # older than the environment: there is nothing to set up
+    for name in ("pyproject.toml", "requirements.lock"):
+        os.utime(copy / name, (0, 0))  # older than the environment: there is nothing to set up
     for scene in (copy / "scenes" / "dummy.toml", copy / "pipeline" / "scene" / "template" / "scene.toml"):
         text = scene.read_text()
         for old, new in QUICK.items():
@@ -40,17 +41,18 @@ def copied_repository(tmp_path: Path) -> Path:
     return copy
 
 
-def test_the_first_half_hour(copied_repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = (ROOT / "README.md").read_text()
-    page = tmp_path / "half_hour.md"
-    page.write_text(text.partition("<!-- half hour -->")[2].partition("<!-- half hour ends -->")[0])
+def test_the_first_half_hour(copied_repository: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(copied_repository))  # the copy's own packages and templates
-    pieces = run_page(page, copied_repository)
+    pieces = run_page(HALF_HOUR, copied_repository)
     assert len(pieces) == 9
-    check(page, pieces, numbers=False)
+    check(HALF_HOUR, pieces, numbers=False)
     for name in ("figures/response.png", "figures/peaks.png"):
         assert (copied_repository / "out" / "dummy" / name).is_file()
     assert (copied_repository / "out" / "mine" / "report.html").is_file()
+    (said,) = run_page(ROOT / "README.md", copied_repository)
+    assert re.fullmatch(
+        r"(v0 .* m: peak .* Hz\n(  but .* m can occur.*\n)?){3}lowest: .*interference.*\n", said.printed
+    )
     run_page(ROOT / "docs" / "howto.md", copied_repository)
     assert (copied_repository / "one_curve.png").is_file()
     assert "angle = 180.0" in (copied_repository / "scenes" / "mine" / "scene.toml").read_text()

@@ -5,8 +5,7 @@ import pytest
 from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
-from nonlinear.harmonic_balance.condensed_factors import CondensedFactors, ContactStiffness
-from nonlinear.harmonic_balance.dense_factors import DenseFactors
+from nonlinear.harmonic_balance.condensed_factors import ContactStiffness
 from rom import modal_model
 
 
@@ -48,7 +47,7 @@ def test_solutions_and_signs_are_those_of_the_full_matrix(stiffness, normal, met
         size = state.residual.size
         column, row, corner = random_border(size, seed)
         factors = state.factorise(column, row, corner)
-        condensed += isinstance(factors, CondensedFactors)
+        condensed += factors.contracts
         matrix = np.block([[state.jacobian, column[:, None]], [row, corner]])
         right = np.random.default_rng(seed + 100).normal(size=size + 1)
         expected = np.linalg.solve(matrix, right)
@@ -64,17 +63,28 @@ def test_solutions_and_signs_are_those_of_the_full_matrix(stiffness, normal, met
     assert condensed >= 6  # a state near a singular one has dense factors
 
 
-@pytest.mark.parametrize("stiffness", [40.0, 4000.0])
-def test_stiff_contacts_have_dense_factors(stiffness):
-    """All receptance counts there: few interface modes do not hold it."""
-    state = linearised(stiffness)
-    column, row, corner = random_border(state.residual.size, 1)
-    factors = state.factorise(column, row, corner)
-    assert isinstance(factors, DenseFactors)
-    matrix = np.block([[state.jacobian, column[:, None]], [row, corner]])
-    found, last = factors.solve(-column, 0.5)
-    assert matrix @ np.append(found, last) == pytest.approx(np.append(-column, 0.5), abs=1e-9)
-    assert factors.sign == np.linalg.slogdet(matrix)[0]
+@pytest.mark.parametrize(("stiffness", "contracts"), [(40.0, True), (4000.0, False)])
+def test_stiff_contacts_are_condensed_while_the_iteration_converges(stiffness, contracts):
+    """The iteration matrix is far from normal there: its norm is above 1, its eigenvalues are below."""
+    for seed in range(3):
+        state = linearised(stiffness, seed=seed)
+        column, row, corner = random_border(state.residual.size, seed + 1)
+        factors = state.factorise(column, row, corner)
+        matrix = np.block([[state.jacobian, column[:, None]], [row, corner]])
+        found, last = factors.solve(-column, 0.5)
+        expected = np.linalg.solve(matrix, np.append(-column, 0.5))
+        assert np.append(found, last) == pytest.approx(expected, abs=1e-8 * np.linalg.norm(expected))
+        assert factors.sign == np.linalg.slogdet(matrix)[0]
+        assert factors.contracts == contracts
+        if contracts:
+            iteration = iteration_matrix(factors, matrix)
+            assert np.linalg.norm(iteration, 2) > 1.0 > np.abs(np.linalg.eigvals(iteration)).max()
+
+
+def iteration_matrix(factors, matrix):
+    """M = I - P^-1 B, with P^-1 column by column."""
+    images, last = factors._condensed_solution(matrix[:-1], matrix[-1])
+    return np.eye(len(matrix)) - np.vstack([images, last])
 
 
 def test_stiffness_of_the_nodes_is_the_force_jacobian():

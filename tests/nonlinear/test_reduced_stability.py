@@ -8,18 +8,19 @@ from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
 from nonlinear.stability import reduced_refinement
-from nonlinear.stability.floquet import FloquetAnalysis
+from nonlinear.stability.floquet import FloquetAnalysis, floquet_exponents, grows
 from nonlinear.stability.full_scan import FullScan
 from nonlinear.stability.pattern_scan import WIDTH, FaceJacobian, PatternScan, _slice
 from nonlinear.stability.point_contact import PointContact, in_harmonics
 from nonlinear.stability.reduced_modes import LEAST, reduced_modes
 from nonlinear.stability.reduced_refinement import ReducedRefinement
+from nonlinear.stability.reduced_wave import ReducedWave
 from rom import modal_model
 
 N_BLADES, HARMONICS, OMEGA = 12, 2, 1.3
 
 
-def case(law="two_sliders"):
+def case(law="two_sliders", seed=2, omega=OMEGA):
     """The analysis of a motion with slip and lift-off, its contact, and the contact parameters."""
     modal = modal_model(lumped_blade(N_BLADES), damping_ratio=0.02)
     contact = ContactParameters.shared(
@@ -27,10 +28,10 @@ def case(law="two_sliders"):
     )
     options = SolverOptions((0.1, 0.8), harmonics=HARMONICS)
     balance = build_harmonic_balance(modal, contact, Excitation(5, 1.0), options)
-    displacement = 0.3 * np.random.default_rng(2).normal(size=(2 * HARMONICS + 1, 2, 3))
+    displacement = 0.3 * np.random.default_rng(seed).normal(size=(2 * HARMONICS + 1, 2, 3))
     analysis = FloquetAnalysis.of(balance.receptance, contact)
     jacobian = balance.element.evaluate(displacement).jacobian
-    return analysis, PointContact(jacobian, OMEGA, analysis.sampler.memory(displacement)), contact
+    return analysis, PointContact(jacobian, omega, analysis.sampler.memory(displacement)), contact
 
 
 def face_flexibility(modal, contact):
@@ -127,12 +128,33 @@ def test_refined_exponents_are_those_of_all_modes(law, unknowns, monkeypatch):
     assert checked >= 2
 
 
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
+@pytest.mark.parametrize("omega", [1.7, 2.2])  # a pair grows; a real exponent
+def test_growing_exponents_of_the_wave_in_few_modes(law, omega, monkeypatch):
+    """As many as with all modes, and each an eigenvalue of the dense problem."""
+    monkeypatch.setattr(reduced_refinement, "LEAST_SIZE", 0)
+    analysis, point, contact = case(law, 7, omega)
+    wave = ReducedWave(ReducedRefinement(analysis.problem, contact), point)
+    full = floquet_exponents(analysis.problem, point.jacobian, omega, point.memory)
+    full = full[grows(full, omega)] / omega
+    assert full.size
+    approximate = np.concatenate([wave.eigenvalues(0.0), wave.eigenvalues(1j / 3)])
+    for sigma in full[full.imag >= 0.0]:
+        nearest = approximate[np.argmin(np.abs(approximate - sigma))]
+        assert abs(nearest - sigma) < 0.02
+        value, exact = wave.converged(complex(nearest))
+        assert exact
+        assert abs(value - sigma) < 1e-3
+        # a kappa that is not quite 0, so that the dense problem is written in the amplitudes of h and -h
+        assert distance_to_eigenvalue(analysis.problem, 1e-9, point, value) < 1e-6
+
+
 def distance_to_eigenvalue(problem, kappa, point, sigma):
     """By the eigenvalue of I - G(sigma) K(sigma) next to 0, with dense matrices of all contact dofs and harmonics."""
     nodes, size = len(point.jacobian), 2 * HARMONICS + 1
     harmonics = np.array([0, *np.ravel([(h, -h) for h in range(1, HARMONICS + 1)])])
     every = np.ones(3 * nodes, dtype=bool)
-    model = replace(problem, kappa=kappa).contact_free.condensed(OMEGA, every)
+    model = replace(problem, kappa=kappa).contact_free.condensed(point.omega, every)
     assert (replace(problem, kappa=kappa).contact_free.harmonics == harmonics).all()
 
     def smallest(value):

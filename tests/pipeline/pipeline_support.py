@@ -145,6 +145,11 @@ def shroud(*arguments: object) -> tuple[int, str, str]:
     return status, out.getvalue(), err.getvalue()
 
 
+def without_lines(error: str) -> str:
+    """Complaints about scenes without the numbers of their lines."""
+    return re.sub(r"\.toml:\d+: ", ".toml: ", error)
+
+
 @contextmanager
 def changing_when_locked(change: Callable[[], object]) -> Iterator[None]:
     """Within the block a run calls `change` when it asks for its output folder, as if it had to wait for it."""

@@ -155,10 +155,10 @@ def said_of_files(cases: list[Case]) -> Iterator[tuple[str, str]]:
 
 
 def _shown(status: int, error: str, path: Path) -> str:
-    assert error.count("\n") == 1, error
-    line = error.strip().replace(str(path.parent) + "/", "").replace("|", "\\|")
+    first, *others = error.splitlines()
+    line = first.replace(str(path.parent) + "/", "").replace("|", "\\|")
     line = line if len(line) <= LONGEST else line[: LONGEST - 3] + "..."
-    return f"{status}: `{line}`"
+    return f"{status}: `{line}`" + (f", and {len(others)} more" if others else "")
 
 
 def tables() -> dict[str, str]:

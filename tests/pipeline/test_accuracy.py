@@ -125,7 +125,7 @@ def test_a_given_model_takes_the_harmonics_only(tmp_path: Path) -> None:
 def test_a_preset_that_does_not_exist(tmp_path: Path, value: Any, said: str) -> None:
     path = write_scene(tmp_path / "s.toml", bare() | {"accuracy": value})
     status, _, error = shroud("validate", path)
-    assert (status, error) == (2, f"{path}: {said}\n")
+    assert (status, error) == (2, f"{path}:1: {said}\n")
 
 
 @pytest.mark.parametrize("chord", [None, "wide", -1.0, True])

@@ -96,7 +96,7 @@ def test_a_cluster_started_here_gives_the_same_bits(
 ) -> None:
     scene, rom = local / "scene.toml", local / "model.h5"
     options = {"rom": rom, "until": "respond"}
-    found = run_scene(scene, tmp_path / "out", cluster="local:2", quiet=False, **options)
+    found = run_scene(scene, tmp_path / "out", scheduler="local:2", quiet=False, **options)
     assert found.complete
     assert numbers(tmp_path / "out") == numbers(local / "out")
     said = capsys.readouterr().err

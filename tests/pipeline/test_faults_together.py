@@ -20,7 +20,7 @@ from pipeline.store.folder_lock import locked
 def belong_together(out: Path) -> bool:
     """Whether summary.json and the response files are of one run."""
     hashes = {name: hashlib.sha256((out / name).read_bytes()).hexdigest() for name in summary_of(out)["response"]}
-    return set(hashes) == {"response.csv", "response.h5"} and summary_of(out)["response"] == hashes
+    return set(hashes) == {"response.csv", "response.h5", "curves.csv"} and summary_of(out)["response"] == hashes
 
 
 def test_two_scenes_of_one_name(tmp_path: Path) -> None:

@@ -253,3 +253,11 @@ def test_charts_have_the_points_of_the_curves() -> None:
     few = cast(Any, charts([curve(each) for each in many[::50]], many))
     assert len(few["response"]["lines"]) <= 3
     assert len(few["peaks"]["lines"][0]["x"]) == 500
+    rng = np.random.default_rng(5)
+    sampled = [point(i, {V0: x * 1e-6, MU: y}, 1e-6 * (1.0 + x)) for i, (x, y) in enumerate(rng.random((3000, 2)))]
+    dots = cast(Any, charts([curve(ends(sampled)[0])], sampled))["peaks"]
+    assert dots["parts"] == ["over interference v0 [µm], gap below 0", "over friction coefficient"]
+    assert [len(line["x"]) for line in dots["lines"]] == [2000, 2000]
+    over_v0, over_mu = dots["lines"]
+    assert over_v0["y"] == over_mu["y"] == pytest.approx([1.0 + x for x in over_v0["x"]], rel=1e-4)
+    assert 0.0 <= min(over_mu["x"]) < max(over_mu["x"]) <= 1.0

@@ -1,9 +1,9 @@
 """`pipeline` from Python: run a scene, read its results back, draw a curve; cheap until it is used."""
 
 import csv
-import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -49,17 +49,21 @@ def test_a_scene_run_from_python_is_the_one_of_the_command_line(tmp_path: Path) 
     assert again.summary["stages"]["respond"]["status"] == "reused"
 
 
-def test_a_curve_that_could_not_be_solved_says_why(tmp_path: Path) -> None:
-    scene = write_scene(tmp_path / "g.toml", ground_scene() | {"sweep": {"response.rayleigh": [[0.0, 0.02]]}})
-    results = run_scene(scene, tmp_path / "out", rom=write_ground_model(tmp_path / "g.h5"))
-    (folder := tmp_path / "none").mkdir()
-    summary = dict(results.summary)
-    lost = dict(summary["curves"][0]) | {"complete": False, "reason": "lost", "peak_amplitude_m": None, "rom": None}
-    (folder / "summary.json").write_text(json.dumps(summary | {"curves": [lost, lost], "complete": False}))
-    (folder / "response.h5").write_bytes((tmp_path / "out" / "response.h5").read_bytes())
-    curve = read_results(folder).curves[1]
-    assert (curve.complete, curve.reason, curve.peak, curve.rom) == (False, "lost", None, None)
+def test_a_curve_that_could_not_be_solved_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = write_scene(tmp_path / "g.toml", ground_scene() | {"sweep": {"contact.friction": [0.1, 0.2]}})
+    file = read_scene(scene, given_model=True)
+
+    def lost(folder: Path, rom: Path, scene: object, parameters: dict[str, float], progress: object) -> None:
+        raise ArithmeticError(f"lost at {parameters['contact.friction']}")
+
+    monkeypatch.setattr("pipeline.stages.respond.solve_curve", lost)
+    results = run_scene(file, tmp_path / "out", rom=write_ground_model(tmp_path / "g.h5"))
+    curve = results.curves[1]
+    assert not results.complete
+    assert (curve.complete, curve.reason, curve.peak, curve.harmonics) == (False, "lost at 0.2", None, 0)
     assert curve.frequency_hz.size == curve.stable.size == 0
+    assert curve.detached == curve.bifurcations == ()
+    assert "incomplete: lost at 0.2" in repr(curve)
 
 
 def test_what_is_no_result_is_refused_in_one_line(tmp_path: Path, finished: Path) -> None:
@@ -99,7 +103,8 @@ def test_a_curve_is_drawn_dashed_where_it_is_unstable(finished: Path) -> None:
     curve = read_results(finished).curves[0]
     stable = curve.stable.copy()
     stable[3:6] = False
-    shown = pipeline.Curve(**{**vars(curve), "stable": stable})
+    datasets = {**curve.datasets, "stable": stable}
+    shown = replace(curve, datasets=datasets)
     with pipeline.styled():
         figure, axes = plt.subplots()
         plot_curve(axes, shown, label="one", unit="mm")

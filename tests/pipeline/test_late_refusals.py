@@ -4,7 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pipeline_support import ground_model, ground_scene, shroud, small_scene, write_ground_model, write_scene
+from pipeline_support import (
+    ground_model,
+    ground_scene,
+    shroud,
+    small_scene,
+    without_lines,
+    write_ground_model,
+    write_scene,
+)
 
 import geometry
 import rom.reduction.fixed_interface_modes
@@ -22,7 +30,8 @@ def test_a_mesh_that_cannot_be_made_leaves_no_folder(tmp_path: Path, monkeypatch
     monkeypatch.setattr(geometry, "build_sector", none)
     path = write_scene(tmp_path / "s.toml", small_scene())
     out = tmp_path / "out"
-    expected = (2, "", f"{path}: mesh.size: 0.009, allowed: gives no valid mesh\n")
+    line = 1 + path.read_text().splitlines().index('"size" = 0.009')
+    expected = (2, "", f"{path}:{line}: mesh.size: 0.009, allowed: gives no valid mesh\n")
     assert shroud("run", path, "--out", out, "--quiet") == expected
     assert not out.exists()
     out.mkdir()
@@ -68,5 +77,5 @@ def test_titles_of_more_than_a_line_are_refused(tmp_path: Path, title: str) -> N
     path = write_scene(tmp_path / "s.toml", small_scene(title=title))
     status, _, error = shroud("validate", path)
     assert status == 2
-    assert error.startswith(f"{path}: title: ")
+    assert without_lines(error).startswith(f"{path}: title: ")
     assert error.endswith("allowed: one line of text, 200 characters at most\n")

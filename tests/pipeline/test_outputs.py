@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import shutil
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 from pipeline_support import SMALL, ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
 from geometry import import_sector
+from pipeline.stages.curve_summary import kept_summary
 from rom import read_reduced_model
 
 POINT_COLUMNS = [
@@ -28,7 +30,7 @@ POINT_COLUMNS = [
     "iterations",
     "arc",
     "kept_harmonics",
-    "growth_rate",
+    "growth_rate_per_s",
     "growth_nodal_diameter",
 ]
 CURVE_KEYS = {
@@ -79,17 +81,30 @@ def rows_of(folder: Path) -> list[dict[str, str]]:
 
 def test_csv_and_hdf5_hold_the_same_points(finished: Path) -> None:
     rows = rows_of(finished)
-    assert list(rows[0]) == ["curve", "contact.interference", *POINT_COLUMNS, "branch"]
+    assert list(rows[0]) == ["curve", "contact.interference_m", *POINT_COLUMNS, "branch"]
     with h5py.File(finished / "response.h5") as file:
         assert sorted(file["curve"]) == ["0", "1"]
         for index, v0 in enumerate((1e-5, 1e-3)):
             mine = [row for row in rows if row["curve"] == str(index) and row["branch"] == "0"]
             group = file[f"curve/{index}"]
             assert (
-                {float(row["contact.interference"]) for row in mine} == {v0} == {group.attrs["contact.interference"]}
+                {float(row["contact.interference_m"]) for row in mine}
+                == {v0}
+                == {group.attrs["contact.interference"]}
             )
             for name in POINT_COLUMNS:
-                np.testing.assert_array_equal([float(row[name]) for row in mine], group[name][()], err_msg=name)
+                values = group[name.removesuffix("_per_s")][()]
+                np.testing.assert_array_equal([float(row[name]) for row in mine], values, err_msg=name)
+
+
+def test_a_summary_beside_its_curve_is_that_of_the_file(finished: Path, tmp_path: Path) -> None:
+    """Types included, and nan where there is no number."""
+    files = [*(finished / "store" / "curve").glob("*/curve.h5")]
+    assert files
+    for file in files:
+        assert file.with_suffix(".json").is_file()
+        alone = Path(shutil.copy(file, tmp_path))
+        assert repr(kept_summary(file)) == repr(kept_summary(alone))
 
 
 def test_hdf5_holds_the_coefficients(finished: Path) -> None:
@@ -176,9 +191,9 @@ def test_lists_and_several_keys_in_the_csv(tmp_path: Path) -> None:
     path = write_scene(tmp_path / "s.toml", scene)
     assert shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")[0] == 0
     rows = rows_of(tmp_path / "out")
-    assert list(rows[0])[:4] == ["curve", "contact.interference", "response.harmonics", "frequency_hz"]
+    assert list(rows[0])[:4] == ["curve", "contact.interference_m", "response.harmonics", "frequency_hz"]
     assert "harmonic_3_m" in rows[0]
-    cases = {(row["curve"], row["contact.interference"], row["response.harmonics"]) for row in rows}
+    cases = {(row["curve"], row["contact.interference_m"], row["response.harmonics"]) for row in rows}
     assert cases == {(str(2 * i + j), json.dumps(v0[i]), str(h)) for i in (0, 1) for j, h in ((0, 1), (1, 3))}
     assert all((row["harmonic_3_m"] == "") == (row["response.harmonics"] == "1") for row in rows)
 

@@ -31,6 +31,14 @@ pytestmark = pytest.mark.xdist_group("report")  # one worker: what the module ma
 TITLE = "A < B & C: $x^{$"  # markup to a browser, half a formula to matplotlib
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 VOID = {"meta", "link", "img", "input", "br", "rect", "line"}
+SWATCH = re.compile(r'<span style="background: [^"]*"></span>')  # of a name in the legend of a chart
+POINTER = """<script>(async () => {
+const canvas = document.querySelector("#chart-response canvas"), box = canvas.getBoundingClientRect();
+const tip = document.querySelector("#chart-response .tip");
+for (let y = 20; y < canvas.clientHeight && tip.hidden; y += 20) {  // down the middle until a curve is met
+  canvas.dispatchEvent(new PointerEvent("pointermove", { clientX: box.left + box.width / 2, clientY: box.top + y }));
+  await new Promise((done) => requestAnimationFrame(done));
+}})();</script>"""
 CHROMIUM = next(filter(None, map(shutil.which, TEST_PROGRAMS["chromium"])), None)
 
 
@@ -224,11 +232,10 @@ def test_the_viewer_has_a_closed_surface_and_the_shapes_of_the_run(page: Page, r
     assert {tuple(edge) for edge in directed} == {tuple(edge[::-1]) for edge in directed}
     corners = points[triangles]
     assert np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) > 0.0
-    assert [shape["name"].split(",")[0] for shape in data["shapes"]] == [
-        *["mode 1", "mode 2", "mode 3"] * 2,
-        "v0 = 10 µm",
-        "v0 = 1000 µm",
-    ]
+    names = [shape["name"].split(",")[0] for shape in data["shapes"]]
+    assert names[0] == "mode 1 (1F)"  # a cantilever as thin as this bends first
+    assert all(re.fullmatch(r"mode [123] \([1-3][FETR]\)", name) for name in names[:6])
+    assert names[6:] == ["v0 = 10 µm", "v0 = 1000 µm"]
     tip = np.argmin(np.linalg.norm(points - [0.0, 0.0, points[:, 2].max()], axis=1))
     last = data["shapes"][-1]
     first = next(row for row in last["harmonics"] if row["order"] == 1)
@@ -281,16 +288,26 @@ def test_a_browser_opens_the_page_without_a_complaint(reported: Path, tmp_path: 
     assert CHROMIUM is not None
     options = ["--headless", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader"]
     options += ["--enable-unsafe-swiftshader", "--enable-logging=stderr", "--v=0", "--virtual-time-budget=2000"]
-    options += [f"--user-data-dir={tmp_path}", "--dump-dom", (reported / "report.html").as_uri()]
+    pointed = tmp_path / "pointed.html"
+    pointed.write_text((reported / "report.html").read_text(encoding="utf-8").replace("</body>", f"{POINTER}</body>"))
+    options += [f"--user-data-dir={tmp_path}", "--dump-dom", pointed.as_uri()]
     done = subprocess.run([CHROMIUM, *options], capture_output=True, text=True, timeout=120, check=True)
     assert "CONSOLE" not in done.stderr
     seen = Page(done.stdout)
     hidden = {
         values["id"]: "hidden" in values for _, values in seen.tags if values.get("id", "").startswith("viewer")
     }
+    charts = {
+        values["id"]: "hidden" in values for _, values in seen.tags if values.get("id", "").startswith("chart-")
+    }
+    assert not charts["chart-response"]  # the charts are drawn, with a name for each curve
+    assert not charts["chart-peaks"]
+    assert {"v0 = 10 µm", "v0 = 1000 µm"} <= {
+        seen.text[m.end() : m.end() + 12].partition("<")[0] for m in SWATCH.finditer(seen.text)
+    }
     assert hidden["viewer"] != hidden["viewer-still"]  # one of the two, whether there is WebGL or not
     if not hidden["viewer"]:
-        assert seen.inside["viewer-said"].startswith("mode 1, shrouds free")
+        assert seen.inside["viewer-said"].startswith("mode 1 (1F), shrouds free")
 
 
 def test_a_fine_surface_is_thinned_out_with_its_corners_where_they_were() -> None:

@@ -22,8 +22,9 @@ def contents(path: Path) -> dict[str, object]:
     found: dict[str, object] = {}
 
     def visit(name: str, item: h5py.Group | h5py.Dataset) -> None:
-        if isinstance(item, h5py.Dataset):
-            found[name] = item[()].tobytes()
+        if isinstance(item, h5py.Dataset) and name.rpartition("/")[2] not in NOT_NUMBERS_OF_THE_SOLUTION:
+            text = h5py.check_string_dtype(item.dtype)
+            found[name] = item.asstr()[()].tolist() if text else item[()].tobytes()
         for key, value in item.attrs.items():
             if key not in NOT_NUMBERS_OF_THE_SOLUTION:
                 found[f"{name}@{key}"] = repr(np.asarray(value).tolist())  # nan is nan here

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -18,6 +19,7 @@ from pipeline.errors import InputError
 from pipeline.scene.json_schema import scene_schema
 from pipeline.scene.reading import LARGEST_FILE, read_scene
 from pipeline.scene.schema import SECTIONS
+from pipeline.scene.validation_errors import MOST_ERRORS
 
 REPOSITORY = Path(__file__).parents[2]
 KEYS = [(section, key) for section, model in SECTIONS.items() for key in model.model_fields]
@@ -66,18 +68,19 @@ def whole_scene(section: str, key: str, value: Any) -> dict[str, Any]:
 
 
 def judged(path: Path, scene: dict[str, Any]) -> str:
-    """The complaint of `shroud validate`, empty where there is none; checks that it is a tidy one."""
+    """The complaints of `shroud validate`, empty where there are none; checks that they are tidy."""
     status, said, error = shroud("validate", write_scene(path, scene))
     if status == 0:
         assert "valid" in said
         assert all(line.startswith("warning: ") for line in error.splitlines()), error
         return ""
     assert (status, said) == (2, ""), error
-    assert error.count("\n") == 1, error
-    assert error.startswith(f"{path}: "), error
-    assert ", allowed: " in error
-    assert not RAW_TEXT.search(error), error
-    assert len(error) < len(str(path)) + (1200 if "unknown key" in error else 500)
+    for line in error.splitlines():
+        assert re.match(rf"{re.escape(str(path))}(:\d+)?: ", line), error
+        assert ", allowed: " in line
+        assert not RAW_TEXT.search(line), error
+        assert len(line) < len(str(path)) + (1200 if "unknown key" in line else 500)
+    assert error
     return error
 
 
@@ -120,7 +123,7 @@ def test_missing_and_misspelt_keys(tmp_path: Path, validator: Draft202012Validat
     misspelt = whole_scene(section, key, None)
     misspelt[section][f"{key}x"] = 1
     complaint = judged(path, misspelt)
-    assert f"{section}.{key}x: unknown key, did you mean {key}?" in complaint
+    assert f"{section}.{key}x: unknown key, did you mean {section}.{key}?" in complaint
     assert not fits(validator, path)
 
 
@@ -210,10 +213,12 @@ def test_broken_files(tmp_path: Path, kind: str, command: str) -> None:
     BROKEN[kind](path)
     status, said, error = shroud(command, path, *([] if command == "validate" else ["--out", out]))
     assert (status, said) == (2, ""), error
-    assert error.count("\n") == 1, error
-    assert error.startswith(f"{path}: "), error
-    assert not RAW_TEXT.search(error), error
-    assert len(error) < len(str(path)) + 500
+    assert error.count("\n") == 1 or command == "validate", error
+    assert error.count("\n") <= MOST_ERRORS
+    for line in error.splitlines():
+        assert line.startswith(f"{path}:"), error
+        assert not RAW_TEXT.search(line), error
+        assert len(line) < len(str(path)) + 500
     assert not out.exists()
 
 
@@ -273,7 +278,7 @@ def test_names_cannot_lead_elsewhere(tmp_path: Path, name: str, monkeypatch: pyt
     path.write_text(to_toml(small_scene(name="NAME")).replace('"NAME"', _escaped(name)))
     status, said, error = shroud("run", path)
     assert (status, said) == (2, ""), error
-    assert error.startswith(f"{path}: name: "), error
+    assert error.startswith(f"{path}:1: name: "), error
     assert error.count("\n") == 1
     assert list(tmp_path.iterdir()) == [path]
 

@@ -118,9 +118,8 @@ def test_what_fits_the_schema_is_read(tmp_path_factory: pytest.TempPathFactory, 
         assert "valid" in said
         assert all(line.startswith("warning: ") for line in error.splitlines())
     else:
-        assert (status, said, error.count("\n")) == (2, "", 1), error
-        assert error.startswith(f"{path}: ")
-        assert ", allowed: " in error
+        assert (status, said) == (2, ""), error
+        assert all(line.startswith(f"{path}:") and ", allowed: " in line for line in error.splitlines())
 
 
 @BOUNDED
@@ -148,8 +147,9 @@ def test_what_the_schema_refuses_is_refused(
     path = write_scene(tmp_path_factory.mktemp("changed") / "scene.toml", scene)
     if not VALIDATOR.is_valid(scene):
         status, said, error = shroud("validate", path)
-        assert (status, said, error.count("\n")) == (2, "", 1)
-        assert error.startswith(f"{path}: {key[0]}.{key[1]}")
+        assert (status, said) == (2, "")
+        found = [line.partition(": ")[2] for line in error.splitlines()]
+        assert any(line.startswith(f"{key[0]}.{key[1]}") for line in found), error
     elif not _whole_as_fraction(value):
         read_scene(path)
 

@@ -7,8 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from pipeline_support import RAW_TEXT, small_scene, summary_of, write_scene
+from pipeline_support import RAW_TEXT, small_scene, write_scene
 
+from pipeline import read_results
 from pipeline.process.progress import Reporter
 from pipeline.process.streams import prepare_streams
 from pipeline.terminal import print_error
@@ -60,11 +61,11 @@ def test_streams_that_cannot_be_written(given: Path, line: str, expected: tuple[
 def test_a_run_with_no_streams_at_all_writes_its_results_and_nothing_else(copied: Path, finished: Path) -> None:
     """No file that a library opens gets the number of a stream."""
     write_scene(copied.parent / "s.toml", small_scene(sweep={"contact.interference": [1e-5, 1e-3]}))
-    names = ("response.csv", "response.h5")
-    for name in (*names, "summary.json"):
+    names = ("response.csv", "curves.csv")
+    for name in (*names, "response.h5", "summary.json"):
         (copied / name).unlink()
     assert shell("$S run s.toml --out out <&- >&- 2>&-", copied.parent) == (0, b"", b"")
-    assert summary_of(copied)["complete"]
+    assert read_results(copied).complete
     for name in names:
         assert (copied / name).read_bytes() == (finished / name).read_bytes()
 

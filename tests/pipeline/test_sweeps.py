@@ -114,7 +114,7 @@ RANGE = 'ranges = { "contact.friction" = [0.1, 0.6] }\n'
         ),
         (
             LISTED + '[{"contact.friction" = 0.1}, {"contact.friction" = -1}]',
-            'sweep.points[1]."contact.friction": -1, allowed: a number, 0 or more',
+            'sweep.points[1]."contact.friction": -1, allowed: a number, 0 to 1e15',
         ),
         (
             LISTED + '[{"contact.friction" = 0.1}]\n"contact.preload" = [1]',

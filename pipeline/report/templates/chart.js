@@ -79,7 +79,7 @@
       });
       pen.strokeStyle = INK; pen.beginPath(); pen.moveTo(p.x + 0.5, p.y); pen.lineTo(p.x + 0.5, p.y + p.h + 0.5); pen.lineTo(p.x + p.w, p.y + p.h + 0.5); pen.stroke();
       pen.fillStyle = PALE; pen.textAlign = "center"; pen.textBaseline = "bottom";
-      pen.fillText(data.xlabel, p.x + p.w / 2, p.y + p.h + 44);
+      pen.fillText((data.xlabels && data.xlabels[parts() || 0]) || data.xlabel, p.x + p.w / 2, p.y + p.h + 44);
       pen.save(); pen.translate(12, p.y + p.h / 2); pen.rotate(-Math.PI / 2); pen.textBaseline = "middle"; pen.fillText(data.ylabel, 0, 0); pen.restore();
     }
     function path(line, at) {
@@ -133,15 +133,25 @@
       if (!moving || held) { return null; }
       const at = place(v, p);
       let best = null, least = NEAR * NEAR;
-      const look = (one, better) => {
+      const offer = (one, k, x, y, t, better) => {
+        const dx = x - moving.x, dy = y - moving.y, far = (dx * dx + dy * dy) * better;
+        if (far < least) { least = far; best = { one: one, k: k, t: t, x: x, y: y }; }
+      };
+      const look = (one, better, joined) => {
+        let last = null;
         for (let k = 0; k < one.x.length; k++) {
-          if (!drawable(one.y[k])) { continue; }
-          const dx = at.x(one.x[k]) - moving.x, dy = at.y(one.y[k]) - moving.y, far = (dx * dx + dy * dy) * better;
-          if (far < least) { least = far; best = { one: one, k: k, x: at.x(one.x[k]), y: at.y(one.y[k]) }; }
+          if (!drawable(one.y[k])) { last = null; continue; }
+          const x = at.x(one.x[k]), y = at.y(one.y[k]);
+          offer(one, k, x, y, 0, better);
+          if (joined && last) {  // between two points: the foot of the perpendicular
+            const dx = x - last[0], dy = y - last[1], t = ((moving.x - last[0]) * dx + (moving.y - last[1]) * dy) / (dx * dx + dy * dy || 1);
+            if (t > 0 && t < 1) { offer(one, k - 1, last[0] + t * dx, last[1] + t * dy, t, better); }
+          }
+          last = [x, y];
         }
       };
-      shown().forEach((line) => { if (!line.silent) { look(line, 1); } });
-      marks().forEach((one) => look(one, 0.6));
+      shown().forEach((line) => look(line, 1, !data.dots));
+      marks().forEach((one) => look(one, 0.6, false));
       return best;
     }
     function say(found, p) {
@@ -149,8 +159,8 @@
       if (!found) { return; }
       const one = found.one, lines = [one.said ? one.said[found.k] : one.name];
       if (one.what) { lines.push(one.what); }
-      const height = digits(one.y[found.k], 4) + " " + data.yunit;
-      lines.push(one.said ? height : digits(one.x[found.k], 7) + " " + data.xunit + ", " + height);
+      const at = place(view || extent(), p), height = digits(found.t ? at.backY(found.y) : one.y[found.k], 4) + " " + data.yunit;
+      lines.push(one.said ? height : digits(found.t ? at.backX(found.x) : one.x[found.k], 6) + " " + data.xunit + ", " + height);
       if (one.kinds) { lines.push(KINDS[one.kinds.find(([first, last]) => found.k >= first && found.k < last)[2]]); }
       tip.textContent = lines.join("\n");
       const left = found.x + 14 + tip.offsetWidth > canvas.clientWidth ? found.x - 14 - tip.offsetWidth : found.x + 14;
@@ -233,7 +243,7 @@
     window.addEventListener("resize", soon);
     const still = document.getElementById(box.id + "-still");
     box.hidden = false;
-    if (still) { still.classList.add("printed-only"); }
+    if (still && data.replaces) { still.classList.add("printed-only"); }
     draw();
   }
   const all = JSON.parse(document.getElementById("chart-data").textContent);

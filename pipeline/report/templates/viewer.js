@@ -68,6 +68,7 @@
   }
   const data = JSON.parse(get("data").textContent);
   data.surfaces.forEach((surface) => {
+    surface.rows = { right: decoded(surface.right, Uint16Array), left: decoded(surface.left, Uint16Array) };
     surface.points = decoded(surface.points, Float32Array);
     ["triangles", "edges", "sharp", "right", "left"].forEach((name) => { surface[name] = indexBuffer(surface[name]); });
   });
@@ -144,6 +145,56 @@
     const n = Math.max(distance - 2.5 * surface.height, 0.1 * distance), f = distance + 2.5 * surface.height;
     gl.uniformMatrix4fv(uniform.projection, false, [
       focal * canvas.height / canvas.width, 0, 0, 0, 0, focal, 0, 0, 0, 0, (f + n) / (n - f), -1, 0, 0, 2 * f * n / (n - f), 0]);
+    return { right: right, up: up, back: back, middle: middle, distance: distance, focal: focal, low: low, high: high };
+  }
+
+  // Names of the faces, axes and the sense of rotation, over the picture.
+  function annotate(surface, frame, at, width, height) {
+    const over = get("over"), pen = over.getContext("2d"), ratio = Math.min(window.devicePixelRatio || 1, 2);
+    over.width = Math.round(width * ratio); over.height = Math.round(height * ratio);
+    over.style.width = width + "px"; over.style.height = height + "px";
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.font = "13px 'DejaVu Sans', Verdana, sans-serif";
+    pen.lineWidth = 1.6;
+    const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    const project = (point) => {
+      const d = point.map((value, k) => value - frame.middle[k]), far = frame.distance - dot(frame.back, d);
+      const scale = frame.focal * height / 2 / far;
+      return [width / 2 + scale * dot(frame.right, d), height / 2 - scale * dot(frame.up, d)];
+    };
+    const line = (from, to, colour) => { pen.strokeStyle = colour; pen.beginPath(); pen.moveTo(...from); pen.lineTo(...to); pen.stroke(); };
+    const head = (from, to, colour) => {
+      const angle = Math.atan2(to[1] - from[1], to[0] - from[0]);
+      pen.fillStyle = colour; pen.beginPath(); pen.moveTo(...to);
+      [2.7, -2.7].forEach((turn) => pen.lineTo(to[0] + 9 * Math.cos(angle + turn), to[1] + 9 * Math.sin(angle + turn)));
+      pen.fill();
+    };
+    const write = (text, spot, colour) => {
+      const x = Math.min(Math.max(spot[0] - pen.measureText(text).width / 2, 2), width - pen.measureText(text).width - 2);
+      pen.lineWidth = 3.5; pen.strokeStyle = "#fff"; pen.strokeText(text, x, spot[1]);
+      pen.lineWidth = 1.6; pen.fillStyle = colour; pen.fillText(text, x, spot[1]);
+    };
+    const out = 0.35 * (frame.high[1] - frame.low[1]);
+    [["right", "right face (+y)", 1, "#B34700"], ["left", "left face (−y)", -1, "#1f78b4"]].forEach(([side, name, way, colour]) => {
+      const rows = surface.rows[side], mean = [0, 1, 2].map((k) => rows.reduce((sum, row) => sum + at[3 * row + k], 0) / rows.length);
+      const beside = project([mean[0], mean[1] + way * out, mean[2]]);
+      line(project(mean), beside, colour);
+      write(name, [beside[0], beside[1] - 4], colour);
+    });
+    const radius = frame.high[2] + 0.07 * surface.height, spread = 0.12 * surface.height / radius;
+    let before = null;
+    for (let k = -8; k <= 8; k++) {
+      const angle = spread * k / 8, spot = project([frame.high[0] + 0.04 * surface.height, radius * Math.sin(angle), radius * Math.cos(angle)]);
+      if (before) { line(before, spot, "#7a1fa2"); }
+      if (k === 8) { head(before, spot, "#7a1fa2"); write("rotation", [spot[0], spot[1] - 8], "#7a1fa2"); }
+      before = spot;
+    }
+    const corner = [58, height - 52];
+    [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]].forEach(([name, e]) => {
+      const x = dot(frame.right, e), y = -dot(frame.up, e), end = [corner[0] + 38 * x, corner[1] + 38 * y];
+      line(corner, end, "#1b1f24");
+      if (Math.hypot(x, y) > 0.2) { head(corner, end, "#1b1f24"); write(name, [corner[0] + 50 * x, corner[1] + 50 * y + 4], "#1b1f24"); }
+    });
   }
 
   function render() {
@@ -157,9 +208,11 @@
     gl.clearColor(1, 1, 1, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.uniform1f(uniform.pointSize, 7.0 * ratio);
-    aim(surface);
+    const frame = aim(surface);
+    let own = surface.points;
     blades().forEach((blade) => {
       const found = moved(one, surface, blade, angle, scale);
+      if (blade === 0) { own = found.at; }
       fill(positions, found.at);
       fill(values, found.size);
       drawn(gl.TRIANGLES, surface.triangles, null, blade === 0 ? 0.0 : 0.62);
@@ -172,12 +225,13 @@
     });
     fill(positions, moved(one, surface, 0, 0.0, 0.0).at);
     drawn(gl.LINES, surface.sharp, [0.62, 0.62, 0.62, 1]);
+    annotate(surface, frame, own, canvas.clientWidth, canvas.clientHeight);
     tell(one, scale);
   }
   function tell(one, scale) {
     const times = scale ? String(Number(scale.toPrecision(3))) : "0";
     get("largest").textContent = one.shown || "largest";
-    get("said").textContent = one.name + (one.shown ? ", drawn " + times + " times as large." : ".");
+    get("said").textContent = one.name + (one.shown ? ", drawn " + times + " times as large." : ", drawn up to " + Number((scale * one.largest * 1000).toPrecision(3)) + " mm.");
   }
   function step(now) {
     waiting = false;

@@ -1,0 +1,174 @@
+"""Make the pictures of README and pages again, and record what they were made from: `make pictures`.
+
+    python docs/make_pictures.py               # those that are old; scenes run into out/pictures (minutes)
+    python docs/make_pictures.py blade report  # these, old or not
+    python docs/make_pictures.py --all         # all
+    python docs/make_pictures.py --stale       # only list those that are old
+
+The picture of the report needs a browser. A test fails where a picture is old (picture_record.py).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).resolve().parent
+ROOT = DOCS.parent
+sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
+
+from docs.picture_record import (  # noqa: E402
+    IMAGES,
+    Maker,
+    Picture,
+    block,
+    read_record,
+    record_of,
+    stale,
+    write_record,
+)
+
+OUT = ROOT / "out" / "pictures"
+SCENES = ("dummy", "figure6", "campbell")
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+QUIET_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
+FIGURES, PAGE = "pipeline/figures", "pipeline/report"
+DUMMY = "scenes/dummy.toml"
+
+
+def pictures() -> dict[str, Picture]:
+    """All pictures of README and pages."""
+    drawings, tutorials = "docs/drawings", "docs/tutorials"
+    made = [
+        Picture("blade", (drawings, DUMMY), _drawn("blade", "blade_figure")),
+        Picture("contact_element", (drawings,), _drawn("contact_element", "element_figure")),
+        Picture("frames", (drawings, DUMMY), _drawn("frames", "frames_figure")),
+        Picture("dummy_response", (DUMMY, FIGURES), _of_run("dummy", "figures/response.png")),
+        Picture("dummy_peaks", (DUMMY, FIGURES), _of_run("dummy", "figures/peaks.png")),
+        Picture("dummy_mode_1", (DUMMY, "pipeline/render"), _of_run("dummy", "renders/mode_1.png")),
+        Picture("figure6", ("scenes/figure6.toml", FIGURES), _of_run("figure6", "figures/response.png")),
+        Picture("campbell", ("scenes/campbell.toml", FIGURES), _of_run("campbell", "figures/campbell.png")),
+        Picture("nodal_diameters", (DUMMY, FIGURES), _of_run("dummy", "figures/nodal_diameters.png")),
+        Picture("check_of_a_motion", (DUMMY, "pipeline/check", FIGURES), _check),
+        Picture("report", (DUMMY, PAGE, FIGURES), _report),
+        Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
+        Picture("first_blade_response", (f"{tutorials}/first_blade.md", FIGURES), _of_page("first_blade")),
+        Picture(
+            "own_reduced_model_response",
+            (f"{tutorials}/own_reduced_model.md", FIGURES),
+            _of_page("own_reduced_model"),
+        ),
+    ]
+    for study in ("whole", "mesh", "modes", "harmonics", "integration", "continuation"):
+        made.append(Picture(f"bench_{study}", (f"docs/performance.md#{study}",), _of_table(study)))
+    return {picture.name: picture for picture in made}
+
+
+def _drawn(module: str, function: str) -> Maker:
+    def make(path: Path) -> bool:
+        draw = getattr(import_module(f"docs.drawings.{module}"), function)
+        draw(ROOT / DUMMY).savefig(path, dpi=130)
+        return True
+
+    return make
+
+
+def _of_run(scene: str, name: str) -> Maker:
+    def make(path: Path) -> bool:
+        _shroud("run", f"scenes/{scene}.toml", "--out", OUT / scene, "--quiet")
+        shutil.copyfile(OUT / scene / name, path)
+        return True
+
+    return make
+
+
+def _check(path: Path) -> bool:
+    _shroud("check", DUMMY, "--out", OUT / "dummy", "--curve", "3", "--frequency", "452.5", "--quiet")
+    newest = max((OUT / "dummy" / "check").glob("*.png"), key=lambda file: file.stat().st_mtime)
+    shutil.copyfile(newest, path)
+    return True
+
+
+def _report(path: Path) -> bool:
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if browser is None:
+        print(f"{path.name}: stays as it is, there is no browser ({', '.join(BROWSERS)})", file=sys.stderr)
+        return False
+    _shroud("report", DUMMY, "--out", OUT / "dummy", "--quiet")
+    page = (OUT / "dummy" / "report.html").resolve().as_uri()
+    look = (f"--user-data-dir={OUT / 'browser'}", "--window-size=1280,1500", "--virtual-time-budget=8000")
+    subprocess.run([browser, *QUIET_BROWSER, *look, f"--screenshot={path}", page], check=True, capture_output=True)
+    return True
+
+
+def _of_table(study: str) -> Maker:
+    def make(path: Path) -> bool:
+        figure, tables = import_module("work_precision.figure"), import_module("work_precision.study")
+        figure.save_figure(tables.from_markdown(study, block(study)), path)
+        return True
+
+    return make
+
+
+def _of_page(name: str) -> Maker:
+    def make(path: Path) -> bool:
+        page = DOCS / "tutorials" / f"{name}.md"
+        subprocess.run([sys.executable, DOCS / "execute.py", "--update", page], cwd=ROOT, check=True)
+        return True
+
+    return make
+
+
+def _shroud(*arguments: Any) -> None:
+    subprocess.run([sys.executable, "-m", "pipeline", *map(str, arguments)], cwd=ROOT, check=True)
+
+
+def make_all(wanted: list[Picture], only_record: bool = False) -> None:
+    """Make the pictures and record them, or only record them."""
+    IMAGES.mkdir(exist_ok=True)
+    record = read_record()
+    for picture in wanted:
+        if only_record or picture.make(picture.path):
+            record["pictures"][picture.name] = record_of(picture)
+            print(picture.path.relative_to(ROOT), flush=True)
+    record["peaks"] |= {scene: peaks(OUT / scene) for scene in SCENES if (OUT / scene / "summary.json").exists()}
+    record["pictures"] = {name: record["pictures"][name] for name in pictures() if name in record["pictures"]}
+    write_record(record)
+
+
+def peaks(folder: Path) -> list[list[float]]:
+    """Frequency (Hz) and amplitude (m) of the main peak and of the worst motion of every curve of a run."""
+    names = ("peak_frequency_hz", "peak_amplitude_m", "worst_frequency_hz", "worst_amplitude_m")
+    curves = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["curves"]
+    return [[float(f"{curve[name]:.4g}") for name in names] for curve in curves]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The program; returns its exit status."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("names", nargs="*", metavar="NAME", help="pictures; by default those that are old")
+    parser.add_argument("--all", action="store_true", help="make all")
+    parser.add_argument("--stale", action="store_true", help="list those that are old, and make none")
+    parser.add_argument("--record", action="store_true", help="record the pictures as they are, and make none")
+    options = parser.parse_args(arguments)
+    known = pictures()
+    if unknown := [name for name in options.names if name not in known]:
+        parser.error(f"{unknown[0]}: no picture of this name; known: {', '.join(known)}")
+    chosen = [known[name] for name in options.names or known]
+    old = list(stale(chosen))
+    if options.stale:
+        print("\n".join(old) or "no picture is old")
+        return 1 if old else 0
+    named = {line.partition(":")[0] for line in old}
+    make_all([one for one in chosen if options.names or options.all or one.name in named], options.record)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

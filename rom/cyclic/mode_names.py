@@ -1,0 +1,68 @@
+"""Names of blade modes by their shape: flap, edge, torsion, radial, counted within each family."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FAMILIES = "FETR"
+SLICES = 12  # sections over the height
+FEWEST = 4  # vertices that make a section
+
+
+def mode_names(points: NDArray[np.float64], shapes: NDArray[Any]) -> list[str]:
+    """Names such as 1F, 1E, 1T, 2F of mode shapes of an airfoil.
+
+    Each section over the height moves with its mean (u_x, u_y, u_z) and turns by theta about its centroid. A mode
+    belongs to the family with the largest mean square displacement over the sections: flap F across the chord, edge E
+    along the chord, torsion T with theta^2 <r^2>, radial R. The chord is the longest principal axis of a section.
+
+    Parameters
+    ----------
+    points : (N, 3) array
+        Vertices of the airfoil without its shroud, x axial, y circumferential, z radial, m.
+    shapes : (M, N, 3) array
+        Mode shapes there, real or complex, by ascending frequency.
+
+    Returns
+    -------
+    list of str
+        One name a mode; the number counts the modes of its family.
+
+    Examples
+    --------
+    >>> z = np.repeat(np.linspace(0.0, 0.1, 25), 4)
+    >>> corners = np.tile([[-0.02, -0.002], [0.02, -0.002], [0.02, 0.002], [-0.02, 0.002]], (25, 1))
+    >>> bending = np.column_stack([0.0 * z, z**2, 0.0 * z])
+    >>> mode_names(np.column_stack([corners, z]), bending[None])
+    ['1F']
+    """
+    counts: Counter[str] = Counter()
+    names = []
+    for family in (FAMILIES[int(np.argmax(each))] for each in _mean_squares(points, np.asarray(shapes))):
+        counts[family] += 1
+        names.append(f"{counts[family]}{family}")
+    return names
+
+
+def _mean_squares(points: NDArray[np.float64], shapes: NDArray[Any]) -> NDArray[np.float64]:
+    """Mean squares (M, 4) of flap, edge, torsion and radial motion over the sections."""
+    height = points[:, 2]
+    section = np.digitize(height, np.linspace(height.min(), height.max(), SLICES + 1)[1:-1])
+    found = np.zeros((len(shapes), len(FAMILIES)))
+    for number in range(SLICES):
+        rows = np.flatnonzero(section == number)
+        if len(rows) < FEWEST:
+            continue
+        arm = points[rows, :2] - points[rows, :2].mean(axis=0)
+        chord, normal = np.linalg.svd(arm, full_matrices=False)[2]
+        moved = shapes[:, rows]
+        mean = moved.mean(axis=1)
+        square = np.mean(np.sum(arm**2, axis=1))
+        turned = np.mean(arm[:, 0] * moved[:, :, 1] - arm[:, 1] * moved[:, :, 0], axis=1) / square
+        parts = (mean[:, :2] @ normal, mean[:, :2] @ chord, turned * np.sqrt(square), mean[:, 2])
+        found += np.abs(np.stack(parts, axis=1)) ** 2
+    return found

@@ -1,0 +1,199 @@
+"""`shroud validate` lists every error of a scene, each with its line, and says what an unknown key may stand for."""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from pipeline_support import shroud, small_scene, write_scene
+
+from pipeline.scene.key_lines import key_lines, plain_key
+from pipeline.scene.schema import SECTIONS
+from pipeline.scene.suggestions import MEANINGS
+from pipeline.scene.validation_errors import MOST_ERRORS, allowed_values
+
+SHIPPED = sorted(Path(__file__).parents[2].glob("scenes/*.toml"))
+
+
+def complaints(path: Path) -> dict[str, tuple[int, str]]:
+    """Of each key: the line (0: none) and the rest of its message."""
+    status, said, error = shroud("validate", path)
+    assert (status, said) == (2, "")
+    found = [re.fullmatch(rf"{re.escape(str(path))}(?::(\d+))?: (\S+): (.*)", line) for line in error.splitlines()]
+    assert all(found), error
+    places = [int(each[1] or 0) for each in found if each]
+    assert places == sorted(places), "in the order of the lines"
+    return {each[2]: (int(each[1] or 0), each[3]) for each in found if each}
+
+
+def test_every_error_is_listed_with_the_line_of_its_key(tmp_path: Path) -> None:
+    scene = small_scene(
+        blade__n_blades=2,
+        shroud__angle=190.0,
+        contact__mu=0.3,
+        contact__friction=None,
+        response__harmonics="many",
+        excitation__direction=[0, 0, 0],
+        material=None,
+        sweep={"contact.interferense": [0.0], "contact.preload": [1.0, -1.0]},
+    )
+    path = write_scene(tmp_path / "scene.toml", scene)
+    found = complaints(path)
+    assert set(found) == {
+        "blade.n_blades",
+        "shroud.angle",
+        "contact.mu",
+        "response.harmonics",
+        "excitation.direction",
+        "material",
+        'sweep."contact.interferense"',
+        'sweep."contact.preload"[1]',
+    }
+    lines = path.read_text().splitlines()
+    for key, (number, _) in found.items():
+        name = plain_key(key).removeprefix("sweep.")
+        shown = name if key.startswith("sweep") else name.rpartition(".")[2]
+        assert f'"{shown}" = ' in lines[number - 1] if number else key == "material", key
+    assert found["contact.mu"][1].startswith("unknown key, did you mean contact.friction?")
+
+
+def test_errors_between_keys_are_listed_beside_those_of_the_schema(tmp_path: Path) -> None:
+    scene = small_scene(
+        contact__friction=-1.0, shroud__contact_length=0.2, response__frequency=[9.0, 3.0], rom__frequency_limit=1e3
+    )
+    found = complaints(write_scene(tmp_path / "scene.toml", scene))
+    expected = {"contact.friction", "shroud.contact_length", "response.frequency", "rom.frequency_limit"}
+    assert set(found) == expected
+
+
+def test_an_error_of_every_member_is_listed_once_and_not_without_end(tmp_path: Path) -> None:
+    sweep = {"contact.interference": [1e-6 * k for k in range(100)], "contact.friction": [-1.0, 0.1]}
+    found = complaints(write_scene(tmp_path / "a.toml", small_scene(response__harmonics=0, sweep=sweep)))
+    assert set(found) == {"response.harmonics", 'sweep."contact.friction"[0]'}
+    many = small_scene(sweep={"contact.friction": [-1.0 * k for k in range(1, 200)]})
+    assert len(complaints(write_scene(tmp_path / "b.toml", many))) == MOST_ERRORS
+
+
+def test_other_commands_say_the_first_with_its_line(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "scene.toml", small_scene(contact__friction=-0.1, blade__n_blades=2))
+    status, _, error = shroud("run", path, "--out", tmp_path / "out")
+    assert (status, error.count("\n")) == (2, 1)
+    line = path.read_text().splitlines().index('"n_blades" = 2') + 1
+    assert error.startswith(f"{path}:{line}: blade.n_blades: 2, allowed: ")
+
+
+def test_errors_as_json_are_the_same(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "scene.toml", small_scene(contact__friction=-0.1, blade__n_blades=2))
+    status, said, error = shroud("validate", path, "--json")
+    assert status == 2
+    assert tomllib.loads("errors = " + re.sub(r"\s+", " ", said.split('"errors": ')[1].split("]")[0] + "]"))[
+        "errors"
+    ] == (error.splitlines())
+
+
+SYMBOLS = [("contact", "mu"), ("contact", "kn"), ("shroud", "alpha"), ("excitation", "eo"), ("contact", "v0")]
+WORDS = [(key.partition(".")[0], word) for key, words in MEANINGS.items() for word in words.split()]
+
+
+@pytest.mark.parametrize(("section", "word"), [*SYMBOLS, *WORDS, ("contact", "Mu"), ("material", "E")])
+def test_symbols_and_other_words_lead_to_the_key(tmp_path: Path, section: str, word: str) -> None:
+    (key,) = [key for key, words in MEANINGS.items() if word.lower() in words.split()]
+    path = tmp_path / "scene.toml"
+    path.write_text(f"[{section}]\n{word} = 1.0\n[sweep]\n{word} = [1.0]\n")
+    found = complaints(path)
+    assert found[f"{section}.{word}"] == (2, found[f"{section}.{word}"][1])
+    for place in (f"{section}.{word}", f"sweep.{word}"):
+        assert found[place][1].startswith(f"unknown key, did you mean {key}?"), found[place]
+
+
+def test_a_symbol_stands_for_one_key_that_exists() -> None:
+    words = [word for each in MEANINGS.values() for word in each.split()]
+    assert len(set(words)) == len(words)
+    for key in MEANINGS:
+        section, _, name = key.partition(".")
+        assert name in SECTIONS[section].model_fields
+
+
+def test_a_key_of_another_table_is_found_there(tmp_path: Path) -> None:
+    path = write_scene(tmp_path / "scene.toml", small_scene(blade__friction=0.3))
+    assert "did you mean contact.friction?" in complaints(path)["blade.friction"][1]
+
+
+def places_of(table: dict[str, Any], before: str = "") -> set[str]:
+    """Dotted names of tables and keys."""
+    found = set()
+    for key, value in table.items():
+        found.add(before + key)
+        if isinstance(value, dict):
+            found |= places_of(value, f"{before}{key}.")
+    return found
+
+
+@pytest.mark.parametrize("scene", SHIPPED, ids=lambda path: path.stem)
+def test_lines_of_a_shipped_scene(scene: Path) -> None:
+    text = scene.read_text()
+    lines, rows = key_lines(text), text.splitlines()
+    assert set(lines) == places_of(tomllib.loads(text))
+    for key, number in lines.items():
+        name = key.rpartition(".")[2]
+        assert re.search(rf'[\["]?{re.escape(name)}"?\]? ?(=|\]|$|#)', rows[number - 1].partition("#")[0]), key
+
+
+VALUES = ["1", '"#"', "'\"'", '"""a = 1\n[b]\n\\""" c"""', "'''[x]\ny = 1'''", "[1, # ]\n 2]", '[["]"],\n\n[1]]']
+VALUES += ["{ a = 1, b = [2] }", "[\n]", '"\\""', "1979-05-27", '""', '""""x"""']
+
+
+@settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(
+    drawn=st.lists(
+        st.tuples(st.sampled_from(VALUES), st.sampled_from(["", " # = [", "\n", "\n# k = {\n"])), max_size=8
+    )
+)
+def test_lines_of_keys_after_values_of_every_kind(drawn: list[tuple[str, str]]) -> None:
+    text, expected = "", {}
+    for number, (value, after) in enumerate(drawn):
+        if number == 3:
+            text += '["table"]\n'
+            expected["table"] = text.count("\n")
+        key = f"key{number}"
+        expected[f"table.{key}" if number >= 3 else key] = text.count("\n") + 1
+        text += f"{key} = {value}{after}\n"
+    tomllib.loads(text)  # it is TOML
+    assert key_lines(text) == expected
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_the_words_for_what_is_allowed_have_the_bounds_of_the_schema(section: str) -> None:
+    """So that no value within the words is refused, and the JSON schema and the messages say the same."""
+    for name, field in SECTIONS[section].model_json_schema()["properties"].items():
+        words = allowed_values(f"{section}.{name}")
+        numbers = [float(each) for each in re.findall(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", words)]
+        bounds = set(_bounds(field))
+        for bound in bounds:
+            assert bound in numbers, f"{section}.{name}: {bound} not in: {words}"
+
+
+def _bounds(node: Any) -> list[float]:
+    if isinstance(node, list):
+        return [bound for each in node for bound in _bounds(each)]
+    if not isinstance(node, dict):
+        return []
+    own = [float(node[key]) for key in ("minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum") if key in node]
+    return own + [bound for each in node.values() for bound in _bounds(each)]
+
+
+@pytest.mark.parametrize(
+    "key", ["blade.twist", "blade.root_stagger", "blade.camber", "shroud.edge_angle", "shroud.angle", "mesh.grading"]
+)
+@pytest.mark.parametrize("end", ["minimum", "maximum"])
+def test_the_bounds_of_the_schema_are_those_of_the_geometry(tmp_path: Path, key: str, end: str) -> None:
+    """At a bound the geometry may find that parts do not fit, but not that the number itself is out of range."""
+    section, _, name = key.partition(".")
+    node = SECTIONS[section].model_json_schema()["properties"][name]
+    value = node[end] if end in node else next(each[end] for each in node["anyOf"] if end in each)
+    _, _, error = shroud("validate", write_scene(tmp_path / "s.toml", small_scene(**{f"{section}__{name}": value})))
+    assert f"{key}: " not in error or "must lie within" not in error
+    assert f"{key}: " not in error or "must be above" not in error
