@@ -161,7 +161,7 @@ def test_reduced_models_are_built_by_workers_too(tmp_path: Path) -> None:
     runs = {
         "one": run_scene(scene, outs["one"], until="respond"),
         "two": run_scene(scene, outs["two"], until="respond", jobs=2),
-        "cluster": run_scene(scene, outs["cluster"], until="respond", cluster="local:2"),
+        "cluster": run_scene(scene, outs["cluster"], until="respond", scheduler="local:2"),
     }
     for name, found in runs.items():
         stages = found.summary["stages"]
