@@ -89,7 +89,7 @@ def _picture(job: RenderJob, sector: SectorMesh, modes: Sequence[Mode], path: Pa
     """The blade with its neighbours from the side, in each state of the shrouds, and the shrouds from the tip."""
     import pyvista as pv
 
-    widths = SPLITS[len(modes)]
+    widths: Any = SPLITS[len(modes)]  # proportions; the stubs of pyvista ask for whole numbers
     plotter: Any = pv.Plotter(
         off_screen=True, window_size=list(WINDOW), shape=(1, len(widths)), col_weights=widths, border=False
     )

@@ -228,9 +228,10 @@ def kept_summary(file: Path) -> CurveSummary:
         with h5py.File(file, "r") as source:
             return read_summary(source)
     values = json.loads(beside.read_text(encoding="utf-8"))
-    return CurveSummary(
-        **{name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
-    )
+    held: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in values.items()
+    }
+    return CurveSummary(**held)
 
 
 def _beside(file: Path) -> Path:
