@@ -6,14 +6,26 @@ import errno
 import signal
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pipeline.output_paths import output_path
+from pipeline.cli_options import (
+    ALLOWED,
+    TOLERANCES,
+    ClusterOption,
+    ForceOption,
+    JobsOption,
+    JsonOption,
+    OutOption,
+    QuietOption,
+    SceneArgument,
+    SchedulerOption,
+    path_parser,
+)
 from pipeline.process.garbage_collection import collect_rarely
 from pipeline.process.streams import flush_stdout, prepare_streams
 from pipeline.stages.stage_names import Stage
@@ -37,47 +49,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-
-MOST_JOBS = 256
-TOLERANCES = 1e-6, 0.5
-ALLOWED = {  # values of options by their names
-    "until": ", ".join(Stage),
-    "jobs": f"a whole number, 1 to {MOST_JOBS}",
-    "curve": "a whole number, 0 or more",
-    "frequency": "a number, Hz",
-    "branch": "a whole number, 0 or more",
-    "solution": "a whole number, 1 or more",
-    "tolerance": "a number, {:g} to {:g}".format(*TOLERANCES),
-}
-
-
-def _output(option: str) -> Callable[[str], Path]:
-    """A parser of paths that are written to."""
-    return lambda text: output_path(text, option)
-
-
-# readable=False: a file that may not be read is told of by the code that reads it, like everything else about a file
-SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.", readable=False)]
-OutOption = Annotated[
-    Path | None,
-    typer.Option("--out", metavar="DIR", parser=_output("--out"), help="Output folder; out/<scene name> by default."),
-]
-ForceOption = Annotated[bool, typer.Option("--force", help="Compute everything again, even what has not changed.")]
-JobsOption = Annotated[
-    int | None,
-    typer.Option(
-        "--jobs", min=1, max=MOST_JOBS, help="Curves solved at once; one for each core by default, if worth it."
-    ),
-]
-SchedulerOption = Annotated[
-    str | None, typer.Option("--scheduler", metavar="ADDRESS", help="A cluster to use: tcp://HOST:PORT or its file.")
-]
-ClusterOption = Annotated[
-    str | None, typer.Option("--cluster", metavar="local:N", help="A cluster of N workers to start on this machine.")
-]
-QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else on stdout.")]
 
 
 def _print_version(asked: bool) -> None:
@@ -249,7 +220,7 @@ def export(
     source: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.", readable=False)],
     to: Annotated[
         Path,
-        typer.Option("--to", metavar="FILE", parser=_output("--to"), help="Ends with .mat, .uff, .unv or .vtu."),
+        typer.Option("--to", metavar="FILE", parser=path_parser("--to"), help="Ends with .mat, .uff, .unv or .vtu."),
     ],
     mesh: Annotated[
         Path | None, typer.Option("--mesh", metavar="FILE", help="For .vtu: mesh.vtu of the model.", readable=False)
@@ -304,7 +275,7 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
 def new(
     folder: Annotated[
         Path,
-        typer.Argument(metavar="DIR", parser=_output("DIR"), help="Folder to make; the scene takes its name."),
+        typer.Argument(metavar="DIR", parser=path_parser("DIR"), help="Folder to make; the scene takes its name."),
     ],
 ) -> None:
     """Write a commented scene to start from, and its schema for editors."""

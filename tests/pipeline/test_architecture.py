@@ -50,7 +50,7 @@ LAYERS = {
         {"results"},
         {"figures", "render", "export", "verify"},
         {"report"},
-        {"run", "terminal"},
+        {"run", "terminal", "cli_options"},
         {"check"},
         {"python_interface", "cli"},
     ],
