@@ -39,8 +39,8 @@ def numbers(out: Path) -> dict[str, Any]:
     found: dict[str, Any] = {"table": (out / "response.csv").read_bytes()}
 
     def note(name: str, item: h5py.Group | h5py.Dataset) -> None:
-        if isinstance(item, h5py.Dataset):
-            found[name] = item[()].tobytes()
+        if isinstance(item, h5py.Dataset) and not name.endswith(TIMES):
+            found[name] = repr(item[()].tolist()) if item.dtype.hasobject else item[()].tobytes()
         found.update({f"{name}@{key}": repr(value) for key, value in item.attrs.items() if key not in TIMES})
 
     with h5py.File(out / "response.h5") as file:
