@@ -24,7 +24,7 @@ from rom import ModalModel
 
 MAX_OMITTED = 2e-3  # flexibility times contact stiffness: the error of an eigenvalue is some square of it
 LARGEST_CORRECTION = 2e-4  # of an eigenvalue; the next order is about its square over the distance to the next one
-NEGLIGIBLE = 1e-5  # flexibility times contact stiffness that needs no residual mode
+NEGLIGIBLE = 5e-4  # flexibility times contact stiffness that needs no residual mode
 UNKNOWNS = 120  # harmonics times modes
 LEAST_SIZE = 150  # contact dofs in all harmonics from which the reduced problem is worth its overhead
 MAX_ITERATIONS = 8
