@@ -19,6 +19,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.stability.hill import HillEigenproblem, HillProblem, Memory
 from nonlinear.stability.point_contact import PointContact
+from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
 from nonlinear.stability.reduced_refinement import ReducedRefinement
 from nonlinear.stability.reduced_wave import ReducedWave
 from nonlinear.stability.slider_memory import MemorySampler
@@ -107,17 +108,24 @@ class FloquetAnalysis:
         """
         memory = self.sampler.memory(displacement)
         if self.problem.kappa == 0.0 and self.refinement.applies(omega):
-            return self._in_few_modes(PointContact(jacobian, omega, memory))
+            reduced = self.few_modes.at(omega)
+            if reduced.omitted <= self.few_modes.negligible:
+                return self._in_few_modes(reduced, PointContact(jacobian, omega, memory))
         return floquet_exponents(self.problem, jacobian, omega, memory)
 
     @cached_property
     def refinement(self) -> ReducedRefinement:
-        """The problem in few modes, for any kappa."""
+        """Refines exponents of any kappa in few modes."""
         return ReducedRefinement(self.problem, self.sampler.parameters)
 
-    def _in_few_modes(self, contact: PointContact) -> ComplexArray:
+    @cached_property
+    def few_modes(self) -> ReducedProblems:
+        """The problem in few modes, for approximate exponents of any kappa."""
+        return ReducedProblems.few(self.problem, self.sampler.parameters)
+
+    def _in_few_modes(self, reduced: ReducedProblem, contact: PointContact) -> ComplexArray:
         """The exponents in few modes; those that may grow are refined to those of all modes."""
-        wave = ReducedWave(self.refinement, contact)
+        wave = ReducedWave(reduced, self.refinement, contact)
 
         def refined(value: complex) -> complex | None:
             found = wave.converged(value)
@@ -183,8 +191,10 @@ def _eigenvalues_by_slices(problem: HillEigenproblem | ReducedWave, width: float
         distance = np.abs(values.imag - centre)
         if problem.conjugate_pairs and centre > 0.0:
             values, distance = np.append(values, values.conj()), np.append(distance, distance)
-        inside.append(values[distance <= width / 2])
-        beside.append(values[(distance > width / 2) & (distance <= width / 2 + OVERLAP)])
+        near = distance <= width / 2 + OVERLAP
+        within = near & ((distance <= width / 2) | (np.abs(values.imag) > 0.5))  # beyond the strip there is no slice
+        inside.append(values[within])
+        beside.append(values[near & ~within])
     found = np.concatenate(inside)
     for value in np.concatenate(beside):
         if not np.any(np.abs(found - value) < OVERLAP):

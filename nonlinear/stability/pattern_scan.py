@@ -15,15 +15,11 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.stability.block_matrices import Matrix
 from nonlinear.stability.condensed_loop import CondensedLoop
-from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.kappa_interpolation import KappaInterpolation
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
 
 NODES = 4  # kappas between 0 and pi at which the matrices are formed
-NEGLIGIBLE = 6e-3  # flexibility times contact stiffness that is left out
-UNKNOWNS = 120  # harmonics times modes
-LEAST = 2  # residual modes
 # distances in units of omega
 WIDTH = 1.0 / 3.0  # of the slices of the strip
 OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
@@ -75,8 +71,8 @@ class PatternScan:
 
     Attributes
     ----------
-    problem : HillProblem
-        Perturbations of the wave.
+    reduced : ReducedProblems
+        Perturbations of the wave in few modes.
     contact : ContactParameters
         Parameters of the contact nodes.
     n_blades : int
@@ -85,14 +81,10 @@ class PatternScan:
         J, number of kappas between 0 and pi at which the matrices are formed; those of -kappa follow from them.
     """
 
-    problem: HillProblem
+    reduced: ReducedProblems
     contact: ContactParameters
     n_blades: int
     nodes: int = NODES
-
-    @cached_property
-    def _reduced(self) -> ReducedProblems:
-        return ReducedProblems(self.problem, self.contact, NEGLIGIBLE, UNKNOWNS, LEAST)
 
     @cached_property
     def _interpolation(self) -> KappaInterpolation:
@@ -106,7 +98,7 @@ class PatternScan:
         omega : float
             Excitation frequency, rad/s.
         """
-        return self._reduced.at(omega).omitted <= NEGLIGIBLE
+        return self.reduced.at(omega).omitted <= self.reduced.negligible
 
     def eigenvalues(self, contact: PointContact) -> list[tuple[complex, int]]:
         """Eigenvalues sigma = lambda / omega in the strip and their k, those of all k, the least stable first.
@@ -125,7 +117,7 @@ class PatternScan:
 
     def _slices(self, contact: PointContact) -> list[tuple[float, SliceMatrices]]:
         """Middle and matrices of the slices, at all nodes."""
-        reduced, static = self._reduced.at(contact.omega), self.problem.static
+        reduced, static = self.reduced.at(contact.omega), self.reduced.problem.static
         half = _slice(reduced, contact, 0.0, self._interpolation.kappas[: self.nodes], self.contact)
         other = half.mirrored(static)
         whole = SliceMatrices(

@@ -19,6 +19,10 @@ from nonlinear.stability.point_contact import in_harmonics
 from nonlinear.stability.reduced_modes import LEAST, reduced_modes
 from rom import ModalModel, relative_contact_motion
 
+# of the approximate exponents
+FEW_NEGLIGIBLE = 6e-3  # flexibility times contact stiffness that is left out
+FEW_UNKNOWNS = 120  # harmonics times modes
+FEW_LEAST = 2  # residual modes
 # distances in units of omega, of the poles retained around the middle of a slice of the strip
 ABOVE = 0.8  # poles that far above it are condensed, as contacts move them farther
 MARGIN = 0.3  # the same below it, beyond the largest rise of a natural frequency by the contacts
@@ -183,6 +187,11 @@ class ReducedProblems:
     unknowns: int
     least: int = LEAST
     _known: dict[int, ReducedProblem] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    @classmethod
+    def few(cls, problem: HillProblem, contact: ContactParameters) -> "ReducedProblems":
+        """Those for approximate exponents."""
+        return cls(problem, contact, FEW_NEGLIGIBLE, FEW_UNKNOWNS, FEW_LEAST)
 
     def at(self, omega: float) -> ReducedProblem:
         """The reduced problem at a frequency.

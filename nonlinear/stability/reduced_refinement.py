@@ -24,7 +24,7 @@ from rom import ModalModel
 
 MAX_OMITTED = 2e-3  # flexibility times contact stiffness: the error of an eigenvalue is some square of it
 LARGEST_CORRECTION = 2e-4  # of an eigenvalue; the next order is about its square over the distance to the next one
-NEGLIGIBLE = 1e-5  # flexibility times contact stiffness that needs no residual mode
+NEGLIGIBLE = 5e-4  # flexibility times contact stiffness that needs no residual mode
 UNKNOWNS = 120  # harmonics times modes
 LEAST_SIZE = 150  # contact dofs in all harmonics from which the reduced problem is worth its overhead
 MAX_ITERATIONS = 8
@@ -181,14 +181,7 @@ class ReducedRefinement:
     def _at(self, omega: float) -> ReducedProblem:
         return self._reduced.at(omega)
 
-    def modal_contact(self, contact: PointContact, kappa: float) -> ModalContact:
-        """The contact of a point in the modal coordinates of one kappa (rad)."""
-        reduced = self._at(contact.omega)
-        return modal_contact(reduced, contact, reduced.relative(reduced.modal, kappa))
-
-    def converged(
-        self, contact: PointContact, kappa: float, value: complex, modal: ModalContact | None = None
-    ) -> tuple[complex, bool] | None:
+    def converged(self, contact: PointContact, kappa: float, value: complex) -> tuple[complex, bool] | None:
         """The eigenvalue that successive linear problems lead to from `value`, and whether it is exact.
 
         Exact to about 1e-7; None if they lead to none.
@@ -201,12 +194,10 @@ class ReducedRefinement:
             Phase shift, rad.
         value : complex
             An approximate eigenvalue sigma.
-        modal : ModalContact or None
-            `modal_contact`, where it is known.
         """
         reduced, pairs = self._at(contact.omega), abs(np.sin(kappa)) < 1e-12
         poles = reduced.condensed(reduced.modal, contact.omega)
-        modal = modal or self.modal_contact(contact, kappa)
+        modal = modal_contact(reduced, contact, reduced.relative(reduced.modal, kappa))
         x: ComplexArray | None = None
         for _ in range(MAX_ITERATIONS):
             before = complex(value.real) if pairs and abs(value.imag) < CONVERGED else value

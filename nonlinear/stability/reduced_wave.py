@@ -5,8 +5,9 @@ from functools import cached_property
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.stability.condensed_loop import CondensedLoop
-from nonlinear.stability.modal_contact import ModalContact
+from nonlinear.stability.modal_contact import ModalContact, modal_contact
 from nonlinear.stability.point_contact import PointContact
+from nonlinear.stability.reduced_problem import ReducedProblem
 from nonlinear.stability.reduced_refinement import ReducedRefinement
 
 
@@ -18,19 +19,22 @@ class ReducedWave:
 
     Attributes
     ----------
+    reduced : ReducedProblem
+        The modes of the approximate eigenvalues.
     refinement : ReducedRefinement
-        The modes.
+        Refines them.
     contact : PointContact
         The point.
     """
 
+    reduced: ReducedProblem
     refinement: ReducedRefinement
     contact: PointContact
     conjugate_pairs: bool = True
 
     def eigenvalues(self, shift: complex) -> ComplexArray:
         """All eigenvalues sigma of the problem linearised around `shift`; those near it are approximate exponents."""
-        reduced, omega = self._modal.reduced, self.contact.omega
+        reduced, omega = self.reduced, self.contact.omega
         centre = complex(shift).imag
         retained = reduced.near(self.refinement.contact, omega, centre)
         poles = reduced.condensed_around(centre, retained, omega)
@@ -39,8 +43,8 @@ class ReducedWave:
 
     def converged(self, value: complex) -> tuple[complex, bool] | None:
         """The eigenvalue that an approximate one leads to, and whether it is exact: `ReducedRefinement.converged`."""
-        return self.refinement.converged(self.contact, 0.0, value, self._modal)
+        return self.refinement.converged(self.contact, 0.0, value)
 
     @cached_property
     def _modal(self) -> ModalContact:
-        return self.refinement.modal_contact(self.contact, 0.0)
+        return modal_contact(self.reduced, self.contact, self.reduced.relative(self.reduced.modal, 0.0))

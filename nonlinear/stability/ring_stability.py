@@ -187,7 +187,7 @@ class RingStability:
 
     @cached_property
     def _scan(self) -> PatternScan:
-        return PatternScan(self.wave.problem, self.wave.sampler.parameters, self.n_blades)
+        return PatternScan(self.wave.few_modes, self.wave.sampler.parameters, self.n_blades)
 
     @cached_property
     def _full_scan(self) -> FullScan:

@@ -81,10 +81,14 @@ class SliderMemory:
             Coefficients and their derivative in sigma; real for a real sigma.
         """
         value, derivative = self._integral(sigma)
-        weight = self.stiffness[:, None] * np.append(0.5, np.ones(2 * self.n_harmonics)) / np.pi
-        force = weight * _basis(self._powers * (value - self._integral_of_motion))
-        change = weight * _basis(self._powers * -derivative)
+        force = self._weights * _basis(self._powers * (value - self._integral_of_motion))
+        change = self._weights * _basis(self._powers * -derivative)
         return (force, change) if isinstance(sigma, complex) else (force.real, change.real)
+
+    @cached_property
+    def _weights(self) -> Array:
+        """kt, over pi (2 pi for the mean): (M, 2H+1)."""
+        return np.asarray(self.stiffness[:, None] * np.append(0.5, np.ones(2 * self.n_harmonics)) / np.pi)
 
     @cached_property
     def _turns(self) -> Matrix:

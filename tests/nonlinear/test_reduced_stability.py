@@ -1,6 +1,7 @@
 """Perturbations in few modes: against all modes, and against dense matrices."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,14 @@ from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
 from nonlinear.stability import reduced_refinement
-from nonlinear.stability.floquet import FloquetAnalysis, floquet_exponents, grows
+from nonlinear.stability.floquet import (
+    SLICE_WIDTH,
+    WIDE_SLICE,
+    FloquetAnalysis,
+    _eigenvalues_by_slices,
+    floquet_exponents,
+    grows,
+)
 from nonlinear.stability.full_scan import FullScan
 from nonlinear.stability.pattern_scan import WIDTH, FaceJacobian, PatternScan, _slice
 from nonlinear.stability.point_contact import PointContact, in_harmonics
@@ -67,8 +75,8 @@ def test_harmonics_of_a_real_jacobian():
 
 @pytest.mark.parametrize("law", ["two_sliders", "cone"])
 def test_contact_of_both_faces_gives_that_of_every_kappa(law):
-    analysis, point, contact = case(law)
-    reduced = PatternScan(analysis.problem, contact, N_BLADES)._reduced.at(OMEGA)
+    analysis, point, _ = case(law)
+    reduced = analysis.few_modes.at(OMEGA)
     values, _ = point.at(0.2j)
     faces = FaceJacobian.of(reduced, values)
     for kappa in (0.4, -2.0):
@@ -80,7 +88,7 @@ def test_open_contacts_leave_the_poles_of_the_blade():
     """No node touches: the scan finds what the blade has without contact."""
     analysis, point, contact = case()
     open_point = PointContact(np.zeros_like(point.jacobian), OMEGA, None)
-    scan = PatternScan(analysis.problem, contact, N_BLADES)
+    scan = PatternScan(analysis.few_modes, contact, N_BLADES)
     found = scan.eigenvalues(open_point)
     least = analysis.problem.modal.damping.min()  # 2 zeta omega
     assert found[0][0].real * OMEGA == pytest.approx(-least / 2.0, rel=1e-6)
@@ -89,7 +97,7 @@ def test_open_contacts_leave_the_poles_of_the_blade():
 def test_opposite_kappa_is_mirrored():
     """The slice around -i c at -kappa, against its own matrices."""
     analysis, point, contact = case()
-    reduced, kappas = PatternScan(analysis.problem, contact, N_BLADES)._reduced.at(OMEGA), np.array([0.7, -1.9])
+    reduced, kappas = analysis.few_modes.at(OMEGA), np.array([0.7, -1.9])
     mirrored = _slice(reduced, point, WIDTH, kappas, contact).mirrored(analysis.problem.static)
     direct = _slice(reduced, point, -WIDTH, -kappas, contact)
     assert (mirrored.retained == direct.retained).all()
@@ -100,7 +108,7 @@ def test_opposite_kappa_is_mirrored():
 @pytest.mark.parametrize("law", ["two_sliders", "cone"])
 def test_both_scans_find_the_same(law):
     analysis, point, contact = case(law)
-    few = PatternScan(analysis.problem, contact, N_BLADES).eigenvalues(point)
+    few = PatternScan(analysis.few_modes, contact, N_BLADES).eigenvalues(point)
     full = FullScan(analysis.problem, N_BLADES).eigenvalues(point)
     for sigma, k in full[:6]:
         assert min(abs(sigma - other) for other, n in few if n == k) < 0.01
@@ -134,7 +142,7 @@ def test_growing_exponents_of_the_wave_in_few_modes(law, omega, monkeypatch):
     """As many as with all modes, and each an eigenvalue of the dense problem."""
     monkeypatch.setattr(reduced_refinement, "LEAST_SIZE", 0)
     analysis, point, contact = case(law, 7, omega)
-    wave = ReducedWave(ReducedRefinement(analysis.problem, contact), point)
+    wave = ReducedWave(analysis.few_modes.at(omega), ReducedRefinement(analysis.problem, contact), point)
     full = floquet_exponents(analysis.problem, point.jacobian, omega, point.memory)
     full = full[grows(full, omega)] / omega
     assert full.size
@@ -170,3 +178,13 @@ def distance_to_eigenvalue(problem, kappa, point, sigma):
 
     step = 1e-7
     return abs(smallest(sigma) * step / (smallest(sigma + step) - smallest(sigma)))
+
+
+@pytest.mark.parametrize("width", [SLICE_WIDTH, WIDE_SLICE])
+def test_no_eigenvalue_of_the_strip_is_lost_beside_another_one(width):
+    """At a border of two slices, and just beyond the strip."""
+    true = np.array([-0.0025 + 0.5025j, -0.007 + 0.484j, -0.004 + 0.16j, 0.002 + 0.17j, 0.003, -0.001 + 0.376j])
+    problem = SimpleNamespace(conjugate_pairs=True, eigenvalues=lambda shift: np.append(true, true[:-2].conj()))
+    found = _eigenvalues_by_slices(problem, width)
+    for value in true:
+        assert np.count_nonzero(np.abs(found - value) < 1e-12) == 1
