@@ -52,7 +52,9 @@ LAYERS = {
         {"report"},
         {"run", "terminal"},
         {"check"},
-        {"python_interface", "cli"},
+        {"python_interface", "command_usage"},
+        {"command_options"},
+        {"cli"},
     ],
 }
 MOST_PARAMETERS = 8

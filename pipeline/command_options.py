@@ -1,0 +1,34 @@
+"""Options that several commands have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pipeline.command_usage import MOST_JOBS, output_parser
+
+# readable=False: a file that may not be read is told of by the code that reads it, like everything else about a file
+SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.", readable=False)]
+OutOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--out", metavar="DIR", parser=output_parser("--out"), help="Output folder; out/<scene name> by default."
+    ),
+]
+ForceOption = Annotated[bool, typer.Option("--force", help="Compute everything again, even what has not changed.")]
+JobsOption = Annotated[
+    int | None,
+    typer.Option(
+        "--jobs", min=1, max=MOST_JOBS, help="Curves solved at once; one for each core by default, if worth it."
+    ),
+]
+SchedulerOption = Annotated[
+    str | None, typer.Option("--scheduler", metavar="ADDRESS", help="A cluster to use: tcp://HOST:PORT or its file.")
+]
+ClusterOption = Annotated[
+    str | None, typer.Option("--cluster", metavar="local:N", help="A cluster of N workers to start on this machine.")
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else on stdout.")]
