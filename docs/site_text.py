@@ -7,6 +7,8 @@ import subprocess
 import sys
 
 _ARRAY = re.compile(r"(?:ndarray\[tuple\[(?:Any|int), \.\.\.\], dtype\[(\w+)\]\]|NDArray\[(?:np\.)?(\w+)\])")
+# what autodoc makes of numpy.typing.ArrayLike
+_ARRAY_LIKE = re.compile(r"(?:\w+\.)*_Buffer \| .*?_NestedSequence\[complex \| bytes \| str\]")
 _NAMES = {
     "float64": "Array",
     "complex128": "ComplexArray",
@@ -19,10 +21,12 @@ _NAMES = {
 
 
 def short_signature(text: str | None) -> str | None:
-    """A signature with `Array` for a NumPy array of floats, and names without their modules."""
+    """A signature with `Array` for a NumPy array of floats, `ArrayLike`, and names without modules."""
     if text is None:
         return None
     text = re.sub(r"~?\b(?:numpy|typing|collections\.abc)\.", "", text.replace("~", ""))
+    text = _ARRAY_LIKE.sub("ArrayLike", text).replace("<factory>", "...")
+    text = re.sub(r"\b_(?=[A-Z]\w)", "", text)  # a protocol of our own, named as what obeys it
     text = _ARRAY.sub(lambda match: _NAMES.get(match[1] or match[2], "Array"), text)
     return re.sub(r"\b(?:\w+\.)+(?=[A-Z])", "", text)
 

@@ -25,6 +25,15 @@ class InputError(Exception):
     ----------
     source, key : str
         The file and the dotted key as in the message; empty where it names none.
+
+    Examples
+    --------
+    >>> from pipeline import read_scene
+    >>> try:
+    ...     read_scene("nowhere.toml")
+    ... except InputError as error:
+    ...     print(error)
+    nowhere.toml: no such file, allowed: a readable scene file in TOML
     """
 
     source = key = ""

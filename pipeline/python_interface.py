@@ -16,6 +16,7 @@ from pipeline.scene.reading import SceneFile
 if TYPE_CHECKING:
     from pipeline.process.progress import Reporter
     from pipeline.results.results import Results
+    from pipeline.stages.request import Request
 
 KEYWORDS = "name title accuracy blade shroud material mesh rom load contact excitation response render figures sweep"
 
@@ -44,8 +45,7 @@ def run_scene(
     rom : str or path
         File of a reduced model from elsewhere, as `shroud respond --rom`; the scene then needs no blade.
     until : str
-        Last stage to run: "mesh", "assemble", "reduce", "respond", "render", "figures" or "report"; by default
-        everything that the scene asks for.
+        Last stage to run, such as "mesh" or "reduce"; by default everything that the scene asks for.
     force : bool
         Whether everything is computed again, even what has not changed.
     jobs : int
@@ -70,13 +70,16 @@ def run_scene(
     Raises
     ------
     InputError
-        The scene or the reduced model is not usable, the folder cannot be written, `until` is no stage, or there is
-        no such cluster.
+        The scene, the reduced model, the folder, `until` or the cluster is not usable.
     ExecutorLost
         The scheduler, or every worker, is lost; what is done is kept.
+
+    Examples
+    --------
+    >>> results = run_scene("scenes/dummy.toml", "out/try", until="mesh", overrides={"mesh.size": 0.008})
+    >>> results.complete
+    True
     """
-    from pipeline.results.results import read_results
-    from pipeline.run import execute
     from pipeline.scene.given_in_python import given_scene
     from pipeline.stages.request import Request
 
@@ -84,8 +87,16 @@ def run_scene(
     file = given_scene(scene, {**(overrides or {}), **tables}, given_model=rom is not None)
     folder = Path("out") / file.first.name if out is None else output_path(out, "out")
     given, own = None if rom is None else Path(rom), jobs if scheduler is None else None
-    execute(Request(file, folder, until, force, own, given, *_cluster(scheduler)), _reporter(quiet))
-    return read_results(folder)
+    return _results(Request(file, folder, until, force, own, given, *_cluster(scheduler)), quiet)
+
+
+def _results(request: Request, quiet: bool | None) -> Results:
+    """Run what is asked for, and read what it left."""
+    from pipeline.results.results import read_results
+    from pipeline.run import execute
+
+    execute(request, _reporter(quiet))
+    return read_results(request.out)
 
 
 def _cluster(scheduler: str | None) -> tuple[str | None, str | None]:

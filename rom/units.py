@@ -17,5 +17,10 @@ def angular_speed(speed_rpm: float) -> float:
     -------
     float
         Angular speed, rad/s.
+
+    Examples
+    --------
+    >>> round(angular_speed(3000.0), 3)
+    314.159
     """
     return speed_rpm * math.pi / 30.0

@@ -106,6 +106,12 @@ def read_scene(path: str | os.PathLike[str], given_model: bool = False) -> Scene
     ------
     InputError
         The file cannot be read, is not TOML, or a value is missing, unknown or not allowed.
+
+    Examples
+    --------
+    >>> scene = read_scene("scenes/dummy.toml")
+    >>> scene.swept, len(scene.members), scene.first.contact.friction
+    (('contact.interference',), 8, 0.4)
     """
     path = Path(path)
     raw, text = load_tables(path)

@@ -24,6 +24,11 @@ def inter_blade_phase(engine_order: int, n_blades: int | None) -> float:
     -------
     float
         psi in rad, 0 <= psi < 2 pi; 0 for a single structure.
+
+    Examples
+    --------
+    >>> inter_blade_phase(36, 72) == np.pi
+    True
     """
     return 0.0 if n_blades is None else 2.0 * np.pi * (engine_order % n_blades) / n_blades
 

@@ -1,5 +1,6 @@
 """The documentation site builds without a warning, asks nothing of a network, and leaves no public name out."""
 
+import html
 import importlib
 import re
 import subprocess
@@ -67,6 +68,13 @@ def test_links_work_in_a_plain_browser_of_the_repository(page: Path) -> None:
             assert target.is_file(), link
             headings = re.findall(r"^#+ (.*)$", target.read_text(), flags=re.MULTILINE) if anchor else []
             assert not anchor or anchor in {re.sub(r"[^\w -]", "", h).lower().replace(" ", "-") for h in headings}
+
+
+def test_no_signature_shows_a_private_type(site: Path) -> None:
+    for page in (site / "api").glob("*.html"):
+        for found in re.findall(r'<dt class="sig.*?</dt>', page.read_text(), flags=re.DOTALL):
+            shown = html.unescape(re.sub(r"<[^>]+>", "", found))
+            assert not re.search(r"\b_[a-zA-Z]|<factory>", shown), f"{page.name}: {shown}"
 
 
 def test_parameters_become_a_list(site: Path) -> None:
