@@ -54,9 +54,8 @@ def run_scene(
     quiet : bool
         Whether nothing is printed. By default progress is shown at a terminal and in a notebook only.
     scheduler : str
-        A cluster of dask.distributed to solve the curves on: the address of its scheduler, tcp://HOST:PORT, or its
-        scheduler file. "local:N" starts a cluster of N workers on this machine for this run; the calling script then
-        needs the same line as with several jobs.
+        A cluster of dask.distributed: address of its scheduler, tcp://HOST:PORT, or its file. "local:N" starts
+        N workers on this machine for this run; the calling script then needs the same line as with several jobs.
     overrides : mapping of str to value
         Dotted keys with values that replace those of the scene, such as {"contact.friction": 0.3}; None removes a
         key. A swept key that is replaced is swept no longer.
@@ -85,10 +84,14 @@ def run_scene(
     file = given_scene(scene, {**(overrides or {}), **tables}, given_model=rom is not None)
     folder = Path("out") / file.first.name if out is None else output_path(out, "out")
     given, own = None if rom is None else Path(rom), jobs if scheduler is None else None
-    started = scheduler is not None and scheduler.startswith("local:")
-    engine = (None, scheduler) if started else (scheduler, None)
-    execute(Request(file, folder, until, force, own, given, *engine), _reporter(quiet))
+    execute(Request(file, folder, until, force, own, given, *_cluster(scheduler)), _reporter(quiet))
     return read_results(folder)
+
+
+def _cluster(scheduler: str | None) -> tuple[str | None, str | None]:
+    """The options --scheduler and --cluster."""
+    started = scheduler is not None and scheduler.startswith("local:")
+    return (None, scheduler) if started else (scheduler, None)
 
 
 def _check_arguments(until: str | None, tables: Mapping[str, Any]) -> None:

@@ -33,7 +33,7 @@ from nonlinear.harmonic_balance.dense_factors import DenseFactors
 from rom import RelativeReceptance
 
 SMALLEST_PROBLEM = 250  # unknowns, below which dense factors cost less
-NEGLECTED = 3e-2  # G K outside the interface modes
+NEGLECTED = 3e-2  # bound of G K in an interface mode, below which one more is enough
 LARGEST_SHARE = 0.4  # of interface modes in relative displacements: with more, dense factors cost less
 PROBES, BOUND = 8, 20.0  # the bound fails with probability 4e-11
 MOST_POWERS = 8  # of M
@@ -163,7 +163,7 @@ class ContactStiffness:
 def _mode_count(neglected: Array, dofs: int) -> int:
     """Number of interface modes; `neglected`: bounds of G K in each mode, descending."""
     most = min(int(LARGEST_SHARE * dofs), neglected.size - 1)
-    return min(max(int(np.count_nonzero(neglected > NEGLECTED)), 1), most)
+    return min(int(np.count_nonzero(neglected > NEGLECTED)) + 1, most)
 
 
 def _condensed_matrix(

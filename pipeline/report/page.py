@@ -96,7 +96,7 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
     viewer = attempts.result("shapes", lambda: _viewer(source, shown))
     return {
         "source": source,
-        "provenance": "{program}, {date}, host {host}".format(**origin()),
+        "provenance": _origin(),
         "story": story(source, points, errors),
         "table": curve_table(source, stable, shown_rows(points, source.curves)),
         "quantiles": quantile_rows(source.curves),
@@ -122,6 +122,13 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
         "script": (TEMPLATES / "viewer.js").read_text(encoding="utf-8"),
         "chart_script": (TEMPLATES / "chart.js").read_text(encoding="utf-8"),
     }
+
+
+def _origin() -> str:
+    """Version, date and host of the moment in which the page is made."""
+    found = origin()
+    date = found["date"].replace("T", " ").replace("+00:00", " UTC")
+    return f"{found['program']}, {date}, host {found['host'] or 'unknown'}"
 
 
 def _cards(source: ReportSource, points: Sequence[SweepPoint]) -> list[tuple[str, str, str]]:

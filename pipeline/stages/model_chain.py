@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -59,12 +60,15 @@ class ModelChain:
         Where results are, how they came about, and who reports on it.
     expands : bool
         Whether shapes are expanded to the mesh, for which a reduced model needs its basis.
+    built : set of tuple
+        Results that the log has been told of already, by stage and key.
     """
 
     store: Store
     log: StageLog
     reporter: Reporter
     expands: bool = False
+    built: AbstractSet[tuple[str, str]] = frozenset()
 
     def mesh(self, scene: Scene, keys: ModelKeys) -> Entry:
         """The sector's mesh."""
@@ -117,7 +121,7 @@ class ModelChain:
     def _find(self, stage: str, key: str, kind: str | None = None) -> Entry | None:
         with self.log.timed(stage):
             entry = self.store.find(kind or stage, key)
-        if entry is not None:
+        if entry is not None and (stage, key) not in self.built:
             self.log.note(stage, ran=False, seconds=entry.seconds)
         return entry
 

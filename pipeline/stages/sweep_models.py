@@ -14,6 +14,7 @@ from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.coriolis_error import stored_coriolis_error
 from pipeline.stages.modal_truncation import larger, stored_truncation_error
 from pipeline.stages.model_chain import BuiltModel, ModelChain
+from pipeline.stages.model_tasks import build_models
 from pipeline.stages.natural_frequencies import stored_frequencies
 from pipeline.stages.request import Run, RunOutcome
 from pipeline.stages.stage_names import Stage
@@ -58,7 +59,7 @@ def models_of_blade(run: Run, outcome: RunOutcome) -> Models:
     InputError
         No member's model could be made, and the reason is a value of the scene.
     """
-    chain = ModelChain(run.store, run.log, run.reporter, run.request.expands)
+    chain = ModelChain(run.store, run.log, run.reporter, run.request.expands, build_models(run))
     made: dict[str, BuiltModel | None] = {}
     failures: list[tuple[Member, StageError]] = []
     result: Models = {}
