@@ -12,9 +12,11 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -28,6 +30,7 @@ from docs.picture_record import (  # noqa: E402
     Maker,
     Picture,
     block,
+    code_cells,
     read_record,
     record_of,
     stale,
@@ -38,7 +41,8 @@ OUT = ROOT / "out" / "pictures"
 SCENES = ("dummy", "figure6", "campbell")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 QUIET_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
-FIGURES, PAGE = "pipeline/figures", "pipeline/report"
+STYLE, LINE = "pipeline/figures/style.py", "pipeline/figures/curve_line.py"
+CURVES = (STYLE, LINE, "pipeline/figures/response.py", "pipeline/figures/curve_marks.py")
 DUMMY = "scenes/dummy.toml"
 
 
@@ -49,21 +53,34 @@ def pictures() -> dict[str, Picture]:
         Picture("blade", (drawings, DUMMY), _drawn("blade", "blade_figure")),
         Picture("contact_element", (drawings,), _drawn("contact_element", "element_figure")),
         Picture("frames", (drawings, DUMMY), _drawn("frames", "frames_figure")),
-        Picture("dummy_response", (DUMMY, FIGURES), _of_run("dummy", "figures/response.png")),
-        Picture("dummy_peaks", (DUMMY, FIGURES), _of_run("dummy", "figures/peaks.png")),
-        Picture("dummy_mode_1", (DUMMY, "pipeline/render"), _of_run("dummy", "renders/mode_1.png")),
-        Picture("figure6", ("scenes/figure6.toml", FIGURES), _of_run("figure6", "figures/response.png")),
-        Picture("campbell", ("scenes/campbell.toml", FIGURES), _of_run("campbell", "figures/campbell.png")),
-        Picture("nodal_diameters", (DUMMY, FIGURES), _of_run("dummy", "figures/nodal_diameters.png")),
-        Picture("check_of_a_motion", (DUMMY, "pipeline/check", FIGURES), _check),
-        Picture("report", (DUMMY, PAGE, FIGURES), _report),
+        Picture("dummy_response", (DUMMY, *CURVES), _of_run("dummy", "figures/response.png")),
+        Picture("dummy_peaks", (DUMMY, STYLE, "pipeline/figures/trend.py"), _of_run("dummy", "figures/peaks.png")),
+        Picture(
+            "dummy_mode_1",
+            (DUMMY, "pipeline/render/mode_shapes.py", "pipeline/render/ring.py"),
+            _of_run("dummy", "renders/mode_1.png"),
+        ),
+        Picture("figure6", ("scenes/figure6.toml", *CURVES), _of_run("figure6", "figures/response.png")),
+        Picture(
+            "campbell",
+            ("scenes/campbell.toml", STYLE, "pipeline/figures/campbell.py"),
+            _of_run("campbell", "figures/campbell.png"),
+        ),
+        Picture(
+            "nodal_diameters",
+            (DUMMY, STYLE, "pipeline/figures/nodal_diameters.py"),
+            _of_run("dummy", "figures/nodal_diameters.png"),
+        ),
+        Picture("check_of_a_motion", (DUMMY, STYLE, "pipeline/check/envelope_figure.py"), _check),
+        Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/story.py"), _report),
         Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
-        Picture("first_blade_response", (f"{tutorials}/first_blade.md", FIGURES), _of_page("first_blade")),
+        Picture("first_blade_response", (f"{tutorials}/first_blade.md", STYLE, LINE), _of_page("first_blade")),
         Picture(
             "own_reduced_model_response",
-            (f"{tutorials}/own_reduced_model.md", FIGURES),
+            (f"{tutorials}/own_reduced_model.md", STYLE, LINE),
             _of_page("own_reduced_model"),
         ),
+        Picture("friction_map", (f"{tutorials}/friction_map.ipynb", f"{tutorials}/friction_map.toml"), _of_notebook),
     ]
     for study in ("whole", "mesh", "modes", "harmonics", "integration", "continuation"):
         made.append(Picture(f"bench_{study}", (f"docs/performance.md#{study}",), _of_table(study)))
@@ -125,6 +142,17 @@ def _of_page(name: str) -> Maker:
     return make
 
 
+def _of_notebook(path: Path) -> bool:
+    """The figure that the code of the notebook leaves."""
+    notebook = DOCS / "tutorials" / f"{path.stem}.ipynb"
+    code = f"{code_cells(notebook)}\nplt.savefig({str(path)!r})\n"
+    environment = os.environ | {"MPLBACKEND": "Agg", "PYTHONPATH": str(ROOT)}
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copy(notebook.with_suffix(".toml"), folder)
+        subprocess.run([sys.executable, "-W", "ignore", "-c", code], cwd=folder, env=environment, check=True)
+    return True
+
+
 def _shroud(*arguments: Any) -> None:
     subprocess.run([sys.executable, "-m", "pipeline", *map(str, arguments)], cwd=ROOT, check=True)
 
@@ -132,14 +160,15 @@ def _shroud(*arguments: Any) -> None:
 def make_all(wanted: list[Picture], only_record: bool = False) -> None:
     """Make the pictures and record them, or only record them."""
     IMAGES.mkdir(exist_ok=True)
-    record = read_record()
     for picture in wanted:
         if only_record or picture.make(picture.path):
-            record["pictures"][picture.name] = record_of(picture)
+            record = read_record()
+            made = record["pictures"] | {picture.name: record_of(picture)}
+            record["pictures"] = {name: made[name] for name in pictures() if name in made}
+            done = [scene for scene in SCENES if (OUT / scene / "summary.json").exists()]
+            record["peaks"] |= {scene: peaks(OUT / scene) for scene in done}
+            write_record(record)
             print(picture.path.relative_to(ROOT), flush=True)
-    record["peaks"] |= {scene: peaks(OUT / scene) for scene in SCENES if (OUT / scene / "summary.json").exists()}
-    record["pictures"] = {name: record["pictures"][name] for name in pictures() if name in record["pictures"]}
-    write_record(record)
 
 
 def peaks(folder: Path) -> list[list[float]]:

@@ -64,9 +64,18 @@ def fingerprint(source: str) -> str:
     place = ROOT / path
     if place.suffix == ".toml":
         return _hash(json.dumps(tomllib.loads(place.read_text(encoding="utf-8")), sort_keys=True))
+    if place.suffix == ".ipynb":
+        return _hash(code_cells(place))
     if place.suffix == ".md":
         return _hash("".join(re.findall(r"^```python\n(.*?)^```", place.read_text(encoding="utf-8"), re.M | re.S)))
-    return _hash("".join(_code(file) for file in sorted(place.rglob("*")) if file.is_file()))
+    files = [place] if place.is_file() else sorted(place.rglob("*"))
+    return _hash("".join(_code(file) for file in files if file.is_file()))
+
+
+def code_cells(notebook: Path) -> str:
+    """The Python of a notebook."""
+    cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+    return "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
 
 
 def _code(file: Path) -> str:

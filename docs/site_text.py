@@ -31,5 +31,12 @@ def commands_text() -> str:
     """Every command with its arguments and options, in Markdown, as typer describes them."""
     asked = [sys.executable, "-m", "typer", "pipeline.cli", "utils", "docs", "--name", "shroud"]
     text = subprocess.run(asked, capture_output=True, text=True, check=True).stdout
+    text = re.sub(r"^Examples:\n((?:  .*\n)+)", _console, text, flags=re.MULTILINE)
     outside = re.split(r"(`[^`]*`)", text[text.index("## `shroud run`") :])
     return "".join(piece if piece.startswith("`") else piece.replace("<", "&lt;") for piece in outside)
+
+
+def _console(found: re.Match[str]) -> str:
+    """Examples as a block of commands."""
+    lines = "".join(f"$ {line.strip()}\n" for line in found[1].splitlines())
+    return f"```console\n{lines}```\n"

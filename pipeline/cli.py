@@ -13,9 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pipeline.cli_options import (
-    ALLOWED,
-    TOLERANCES,
+from pipeline.command_options import (
     ClusterOption,
     ForceOption,
     JobsOption,
@@ -24,24 +22,20 @@ from pipeline.cli_options import (
     QuietOption,
     SceneArgument,
     SchedulerOption,
-    path_parser,
 )
+from pipeline.command_usage import TOLERANCES, examples, output_parser, print_version, refuse_twice, wrong_usage
 from pipeline.process.garbage_collection import collect_rarely
 from pipeline.process.streams import flush_stdout, prepare_streams
 from pipeline.stages.stage_names import Stage
 from pipeline.terminal import print_error, print_notes, print_outcome, print_problems, print_verification
 
 if TYPE_CHECKING:
-    from typer.exceptions import TyperException
-
     from pipeline.process.interrupts import Interrupts
     from pipeline.stages.request import Request
 
 COMPUTED, NOT_REACHED, BAD_INPUT, BY_SIGNAL = 0, 1, 2, 128  # the last: and the number of the signal
 
 _NO_OUTPUT = "shroud: the output cannot be written"
-
-FLAGS = ("--force", "--quiet", "--json", "--version", "--help")  # options without a value
 
 app = typer.Typer(
     name="shroud",
@@ -51,24 +45,22 @@ app = typer.Typer(
 )
 
 
-def _print_version(asked: bool) -> None:
-    from pipeline import __version__
-
-    if asked:
-        print(f"shroud {__version__}")
-        raise typer.Exit
-
-
 @app.callback()
 def common(
     version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+        bool, typer.Option("--version", callback=print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
     """Nonlinear forced response of shrouded turbine blades, from blade geometry to response curves."""
 
 
-@app.command()
+@app.command(
+    epilog=examples(
+        "shroud run scenes/dummy.toml",
+        "shroud run my.toml --out out/try --jobs 4",
+        "shroud run my.toml --until reduce",
+    )
+)
 def run(
     scene: SceneArgument,
     out: OutOption = None,
@@ -93,7 +85,7 @@ def run(
     _finish(Request(file, target, last, force, jobs, None, scheduler, cluster), quiet, as_json)
 
 
-@app.command()
+@app.command(epilog=examples("shroud respond my.toml --rom rom.h5"))
 def respond(
     scene: SceneArgument,
     rom: Annotated[Path, typer.Option("--rom", metavar="FILE.h5", help="Reduced model, HDF5.", readable=False)],
@@ -106,7 +98,10 @@ def respond(
     scheduler: SchedulerOption = None,
     cluster: ClusterOption = None,
 ) -> None:
-    """Run the nonlinear stage alone, on any reduced model; the scene needs no blade."""
+    """Solve on any reduced model, without a mesh.
+
+    The nonlinear stage alone; the scene needs no blade.
+    """
     from pipeline.scene.reading import read_scene
     from pipeline.stages.request import Request
 
@@ -115,7 +110,7 @@ def respond(
     _finish(Request(file, target, None, force, jobs, rom, scheduler, cluster), quiet, as_json)
 
 
-@app.command()
+@app.command(epilog=examples("shroud verify my.toml", "shroud verify my.toml --tolerance 0.01 --json"))
 def verify(
     scene: SceneArgument,
     out: OutOption = None,
@@ -129,7 +124,10 @@ def verify(
     force: ForceOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Measure the errors of the reduced models of a scene by modal truncation and mesh, and say which to refine."""
+    """Measure the errors of mesh and reduced models.
+
+    Errors of frequencies and receptances by modal truncation and mesh, and which of the two to refine.
+    """
     from pipeline.process.progress import Reporter
     from pipeline.scene.reading import read_scene
     from pipeline.verify.stage import verify as measure
@@ -145,7 +143,7 @@ def verify(
     raise typer.Exit(NOT_REACHED if found.problems else COMPUTED)
 
 
-@app.command()
+@app.command(epilog=examples("shroud report scenes/dummy.toml"))
 def report(
     scene: SceneArgument,
     out: OutOption = None,
@@ -157,11 +155,18 @@ def report(
     scheduler: SchedulerOption = None,
     cluster: ClusterOption = None,
 ) -> None:
-    """Run a scene and write one self-contained page about it: report.html in the output folder."""
+    """Run a scene and write a page about it.
+
+    The page is report.html in the output folder; it needs no other file.
+    """
     run(scene, out, Stage.REPORT, force, jobs, quiet, as_json, scheduler=scheduler, cluster=cluster)
 
 
-@app.command()
+@app.command(
+    epilog=examples(
+        "shroud check my.toml --frequency 452.5", "shroud check my.toml --frequency 352.8 --curve 3 --branch 1"
+    )
+)
 def check(
     scene: SceneArgument,
     frequency: Annotated[float, typer.Option(metavar="HZ", help="Excitation frequency of the motion, Hz.")],
@@ -180,7 +185,10 @@ def check(
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Integrate the ring in time from one motion of a curve: it stays, or where it goes and how high."""
+    """Integrate a ring in time from a motion of a curve.
+
+    Whether the ring keeps the motion, or where it goes and how high.
+    """
     from pipeline.check.check_point import CheckedPoint
     from pipeline.check.check_run import run_check
     from pipeline.process.progress import Reporter
@@ -202,12 +210,17 @@ def check(
     print_problems(found.problems)
 
 
-@app.command()
+@app.command(epilog=examples("shroud info out/dummy", "shroud info rom.h5 --json"))
 def info(
-    file: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.", readable=False)],
+    file: Annotated[
+        Path, typer.Argument(metavar="SOURCE", help="Output folder, response.h5 or rom.h5.", readable=False)
+    ],
     as_json: JsonOption = False,
 ) -> None:
-    """Print what a result or a reduced model holds."""
+    """Print what results or a model hold.
+
+    With an output folder: its reduced models and the peak and the worst motion of each curve.
+    """
     from pipeline.results.file_info import contents, described
     from pipeline.results.outputs import as_json as json_text
 
@@ -215,19 +228,32 @@ def info(
     print(json_text(found) if as_json else "\n".join(described(found)))
 
 
-@app.command()
+@app.command(
+    epilog=examples(
+        "shroud export out/dummy --to modes.vtu",
+        "shroud export out/dummy --to response.mat",
+        "shroud export rom.h5 --to rom.mat",
+    )
+)
 def export(
-    source: Annotated[Path, typer.Argument(metavar="FILE.h5", help="A response or a reduced model.", readable=False)],
+    source: Annotated[
+        Path, typer.Argument(metavar="SOURCE", help="Output folder, response.h5 or rom.h5.", readable=False)
+    ],
     to: Annotated[
         Path,
-        typer.Option("--to", metavar="FILE", parser=path_parser("--to"), help="Ends with .mat, .uff, .unv or .vtu."),
+        typer.Option(
+            "--to", metavar="FILE", parser=output_parser("--to"), help="Ends with .mat, .uff, .unv or .vtu."
+        ),
     ],
     mesh: Annotated[
-        Path | None, typer.Option("--mesh", metavar="FILE", help="For .vtu: mesh.vtu of the model.", readable=False)
+        Path | None, typer.Option("--mesh", metavar="FILE", help="Mesh of a rom.h5, for .vtu.", readable=False)
     ] = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Write a response or a reduced model for other programs."""
+    """Write results or a model for other programs.
+
+    With an output folder: the response, or for .vtu the mode shapes of its first reduced model on their mesh.
+    """
     from pipeline.export.write import export as write
 
     said = write(source, to, mesh)
@@ -235,9 +261,12 @@ def export(
         print(f"{to}: {said}")
 
 
-@app.command()
+@app.command(epilog=examples("shroud validate my.toml"))
 def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
-    """Check a scene and run nothing; all errors are listed, with their lines."""
+    """List all errors of a scene; nothing is run.
+
+    One line for each error with the line of the file; exit status 2 where there is one.
+    """
     from pipeline.errors import InputError
     from pipeline.scene.all_errors import all_errors
     from pipeline.scene.plausibility import plausibility_warnings
@@ -271,24 +300,34 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
         print(file.accuracy.text())
 
 
-@app.command()
+@app.command(epilog=examples("shroud new my-blade", 'shroud new my-blade --title "Stage 3"'))
 def new(
     folder: Annotated[
         Path,
-        typer.Argument(metavar="DIR", parser=path_parser("DIR"), help="Folder to make; the scene takes its name."),
+        typer.Argument(metavar="DIR", parser=output_parser("DIR"), help="Folder to make; the scene takes its name."),
     ],
+    title: Annotated[
+        str | None, typer.Option("--title", help="Heading of the figures; asked for at a terminal, else left out.")
+    ] = None,
 ) -> None:
-    """Write a commented scene to start from, and its schema for editors."""
-    from pipeline.scene.templates import write_new_scene
+    """Write a commented scene to start from.
 
-    scene, schema = write_new_scene(folder)
+    Its JSON schema, by which editors complete keys, stands beside it.
+    """
+    from pipeline.scene.templates import check_title, write_new_scene
+
+    if title is None:
+        at_terminal = sys.stdin is not None and sys.stdin.isatty() and sys.stdout.isatty()
+        asked = "Heading of the figures (Enter: the name of the folder)"
+        title = typer.prompt(asked, default="", show_default=False) if at_terminal else ""
+    scene, schema = write_new_scene(folder, check_title(title.strip()))
     print(f"written: {scene}, {schema}")
     print(f"next: shroud run {scene}")
 
 
 @app.command("warm-up")
 def warm_up(quiet: QuietOption = False) -> None:
-    """Compile the kernels of all friction laws, so that no run has to."""
+    """Compile the kernels, so that no run has to."""
     from pipeline.process.progress import Reporter
     from pipeline.stages.warm_up import warm_up_all
 
@@ -296,7 +335,7 @@ def warm_up(quiet: QuietOption = False) -> None:
         warm_up_all(Reporter(quiet, interrupts=interrupts))
 
 
-@app.command()
+@app.command(epilog=examples("shroud schema > scene.schema.json"))
 def schema() -> None:
     """Print the JSON schema of a scene, for editors."""
     import json
@@ -338,13 +377,13 @@ def command(arguments: list[str]) -> int:
     if not sys.warnoptions:  # warnings of libraries are shown with python -W only
         warnings.simplefilter("ignore")
     try:
-        _refuse_twice(arguments)
+        refuse_twice(arguments)
         status = app(args=arguments or ["--help"], prog_name="shroud", standalone_mode=False)
         status = int(status) if isinstance(status, int) else COMPUTED
     except Exit as stop:
         status = stop.exit_code
     except TyperException as error:
-        print_error(f"shroud: {_of_usage(error)} (shroud --help)")
+        print_error(f"shroud: {wrong_usage(error)} (shroud --help)")
         return BAD_INPUT
     except InputError as error:
         print_error(with_line_of_file(error))
@@ -367,37 +406,6 @@ def command(arguments: list[str]) -> int:
         said = Stopped(status - BY_SIGNAL).said
         print_error(f"shroud: {said}; what is done is kept, the same command goes on from there")
     return status
-
-
-def _of_usage(error: TyperException) -> str:
-    """What is wrong with a command line; where that is a value, its own words and not those of the library."""
-    from pydantic import ValidationError
-
-    from pipeline.errors import one_line, shown
-
-    name, cause = getattr(getattr(error, "param", None), "name", ""), error.__cause__
-    if not isinstance(cause, ValidationError):
-        return one_line(error.format_message())
-    option = f"--{name}" if name in ALLOWED else str(name).upper()
-    found = shown(str(cause.errors(include_url=False)[0]["input"]))
-    return f"{option}: {found}, allowed: {ALLOWED.get(name, 'a path')}"
-
-
-def _refuse_twice(arguments: list[str]) -> None:
-    """Refuse an option that is given two values, of which the last would be taken in silence.
-
-    Raises
-    ------
-    InputError
-        Names the option.
-    """
-    from pipeline.errors import input_error
-
-    options = arguments[: arguments.index("--")] if "--" in arguments else arguments
-    names = [text.partition("=")[0] for text in options if text.startswith("--")]
-    for name in names:
-        if names.count(name) > 1 and name not in FLAGS:
-            raise input_error("shroud", name, "given twice", "one value")
 
 
 @contextmanager

@@ -54,8 +54,9 @@ def run_scene(
     quiet : bool
         Whether nothing is printed. By default progress is shown at a terminal and in a notebook only.
     scheduler : str
-        A cluster of dask.distributed: address of its scheduler, tcp://HOST:PORT, or its file. "local:N" starts
-        N workers on this machine for this run; the calling script then needs the same line as with several jobs.
+        A cluster of dask.distributed to solve the curves on: the address of its scheduler, tcp://HOST:PORT, or its
+        scheduler file. "local:N" starts a cluster of N workers on this machine for this run; the calling script then
+        needs the same line as with several jobs.
     overrides : mapping of str to value
         Dotted keys with values that replace those of the scene, such as {"contact.friction": 0.3}; None removes a
         key. A swept key that is replaced is swept no longer.
@@ -65,7 +66,7 @@ def run_scene(
     Returns
     -------
     Results
-        Curves and summary of the run.
+        Curves and summary of the run. A curve that is not complete does not raise: its `reason` says why.
 
     Raises
     ------
@@ -74,37 +75,30 @@ def run_scene(
         no such cluster.
     ExecutorLost
         The scheduler, or every worker, is lost; what is done is kept.
-
-    Notes
-    -----
-    A curve that could not be completed does not raise: its `complete` is False and its `reason` says why.
     """
     from pipeline.results.results import read_results
     from pipeline.run import execute
     from pipeline.scene.given_in_python import given_scene
     from pipeline.stages.request import Request
 
-    _check_names(until, tables)
+    _check_arguments(until, tables)
     file = given_scene(scene, {**(overrides or {}), **tables}, given_model=rom is not None)
     folder = Path("out") / file.first.name if out is None else output_path(out, "out")
     given, own = None if rom is None else Path(rom), jobs if scheduler is None else None
-    execute(Request(file, folder, until, force, own, given, *_cluster(scheduler)), _reporter(quiet))
+    started = scheduler is not None and scheduler.startswith("local:")
+    engine = (None, scheduler) if started else (scheduler, None)
+    execute(Request(file, folder, until, force, own, given, *engine), _reporter(quiet))
     return read_results(folder)
 
 
-def _check_names(until: str | None, tables: Mapping[str, Any]) -> None:
+def _check_arguments(until: str | None, tables: Mapping[str, Any]) -> None:
+    """Refuse a stage and tables that there are not."""
     from pipeline.stages.stage_names import Stage
 
     if until is not None and until not in tuple(Stage):
         raise input_error("until", "", shown(until), ", ".join(Stage))
     if unknown := [name for name in tables if name not in KEYWORDS.split()]:
         raise TypeError(f"run_scene() got an unexpected keyword argument '{unknown[0]}'; tables: {KEYWORDS}")
-
-
-def _cluster(scheduler: str | None) -> tuple[str | None, str | None]:
-    """The options --scheduler and --cluster."""
-    started = scheduler is not None and scheduler.startswith("local:")
-    return (None, scheduler) if started else (scheduler, None)
 
 
 def _reporter(quiet: bool | None) -> Reporter:

@@ -20,7 +20,8 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
     Parameters
     ----------
     source : Path
-        A response (response.h5) or a reduced model (rom.h5).
+        A response (response.h5), a reduced model (rom.h5), or the output folder of a run: its response, or for .vtu
+        its first reduced model with its mesh.
     target : Path
         Its suffix chooses the format: .mat for both kinds (`write_matlab`), .uff or .unv for a response
         (`write_universal`), .vtu for a reduced model with its mesh (`write_shapes`).
@@ -38,13 +39,16 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
     from pipeline.export.shapes import write_shapes
     from pipeline.export.universal import write_universal
 
+    suffix = target.suffix.lower()
+    note = ""
+    if source.is_dir() and suffix in (".mat", ".uff", ".unv", ".vtu"):
+        source, sector_file, note = _in_folder(source, sector_file, suffix)
     writers: dict[str, Callable[[Path], str]] = {
         ".mat": lambda path: write_matlab(source, path),
         ".uff": lambda path: write_universal(source, path),
         ".unv": lambda path: write_universal(source, path),
         ".vtu": lambda path: write_shapes(source, sector_file, path),
     }
-    suffix = target.suffix.lower()
     if suffix not in writers:
         raise input_error(target, "", f'ends with "{suffix}"', ", ".join(writers))
     check_output_path(target, "--to")
@@ -67,7 +71,19 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
         with suppress(OSError):  # not empty after an export
             for folder in made:
                 folder.rmdir()
-    return summary
+    return summary + note
+
+
+def _in_folder(folder: Path, sector_file: Path | None, suffix: str) -> tuple[Path, Path | None, str]:
+    """The file of a run to export, the mesh of its model, and a remark."""
+    from pipeline.results.run_folder import models_of_run, response_of_run
+
+    if suffix != ".vtu":
+        return response_of_run(folder), sector_file, ""
+    models = models_of_run(folder)
+    first = models[0]
+    which = f"; the first of {len(models)} models, {first.entry['rom']}" if len(models) > 1 else ""
+    return first.rom, sector_file or first.mesh, which
 
 
 def _remove(path: Path) -> None:

@@ -22,8 +22,10 @@ LEVELS = (0.0, 0.1, 0.5, 0.9, 1.0)
 BANDS = ((0, 4, 0.16, "all curves"), (1, 3, 0.34, "10 % to 90 %"))
 BAND_COLOUR = DISTINCT[0]
 ENDS = ("highest", "median", "lowest")
+LONG = 64  # characters of a name that has a line of the legend to itself
 FREQUENCIES = 500
 MOST_READ = 300  # curves whose points are read for the quantiles over frequency
+FEWEST_BINS, IN_BIN = 4, 12  # values in a bin
 MOST_BINS, MOST_KEYS, MOST_DOTS = 16, 4, 3000
 
 
@@ -73,7 +75,11 @@ def band_figure(curves: Sequence[PlottedCurve], points: Sequence[SweepPoint], ti
     read = "" if len(curves) >= len(points) else f", bands from {len(curves)} of them"
     write_heading(axes, f"{title}: {len(points)} curves{read}")
     axes.set(xlabel="excitation frequency [Hz]", ylabel=f"largest displacement over a period [{unit}]")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), fontsize=9, ncols=2)
+    handles, names = axes.get_legend_handles_labels()
+    long = max(map(len, names)) > LONG
+    figure.legend(handles, names, loc="outside lower center", fontsize=9, ncols=1 if long else 2)
+    if long:
+        figure.set_size_inches(8.4, 5.6)
     return figure
 
 
@@ -122,7 +128,12 @@ def _draw_quantiles(axes: Axes, x: Array, values: Array, key: SweepKey) -> None:
     centre = np.array([x[group].mean() for group in groups])
     table = np.array([np.quantile(values[group], LEVELS) for group in groups])
     if len(x) <= MOST_DOTS:
-        dots: dict[str, Any] = {"color": "0.55", "markersize": 2.0, "markeredgewidth": 0.0, "zorder": 1.5}
+        dots: dict[str, Any] = {
+            "color": "0.55",
+            "markersize": 2.0 if len(x) > 300 else 3.5,
+            "markeredgewidth": 0.0,
+            "zorder": 1.5,
+        }
         axes.plot(x, values, "o", label="curve", rasterized=len(x) > 500, **dots)
     _fill(axes, centre, table.T)
     axes.plot(centre, table[:, 2], "o-", color=BAND_COLOUR, markersize=3 if len(groups) > 1 else 5, label="median")
@@ -132,8 +143,9 @@ def bins(x: Array) -> list[Any]:
     """Rows of equal values of `x`; where there are many, of neighbouring ones, about as many in each bin."""
     order = np.argsort(x, kind="stable")
     edges = np.flatnonzero(np.diff(x[order])) + 1
-    if len(edges) + 1 > MOST_BINS:
-        wanted = np.linspace(0, len(x), MOST_BINS + 1)[1:-1]
+    most = int(np.clip(len(x) // IN_BIN, FEWEST_BINS, MOST_BINS))
+    if len(edges) + 1 > most:
+        wanted = np.linspace(0, len(x), most + 1)[1:-1]
         edges = np.unique(edges[np.abs(edges[None] - wanted[:, None]).argmin(axis=1)])
     return np.split(order, edges)
 

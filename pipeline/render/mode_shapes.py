@@ -57,7 +57,7 @@ def _modes(
     """The lowest modes of one state of the shrouds."""
     from rom import mode_shapes
 
-    springs = {"normal": np.asarray(normal), "tangential": np.asarray(tangential)}
+    springs: dict[str, Any] = {"normal": np.asarray(normal), "tangential": np.asarray(tangential)}
     frequency, shapes = mode_shapes(model, job.phase, count=min(max(job.modes), model.size), **springs)
     names = names_of(sector, shapes)
     return [

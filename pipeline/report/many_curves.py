@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from pipeline.figures.data import SweepPoint
+from pipeline.results.overview import MOST_ROWS
 from pipeline.results.tables import amplitude_scale, share
 from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.respond import CurveResult
 
-MOST_ROWS = 40  # curves with a row of their own
 ENDS = 8  # rows of the lowest and of the highest worst motions, and of curves that failed, where there are more
 MOST_NOTES = 12
 LEVELS = (0.0, 0.1, 0.5, 0.9, 1.0)

@@ -23,7 +23,6 @@ from pipeline.report.drawings import loops_drawing, ring_drawing
 from pipeline.report.error_budget import error_rows
 from pipeline.report.many_curves import LEVELS, first_few, quantile_rows, shown_rows
 from pipeline.report.pictures import inline_figure, inline_render, inline_vector
-from pipeline.report.provenance import provenance
 from pipeline.report.report_source import ReportSource
 from pipeline.report.rows import (
     blade_rows,
@@ -36,6 +35,7 @@ from pipeline.report.rows import (
 )
 from pipeline.report.story import story
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
+from pipeline.results.provenance import origin
 from pipeline.results.publishing import Attempts
 from pipeline.results.worst import search_notes
 from pipeline.scene.labels import member_label, prefixed
@@ -96,7 +96,7 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
     viewer = attempts.result("shapes", lambda: _viewer(source, shown))
     return {
         "source": source,
-        "provenance": provenance(),
+        "provenance": _origin(),
         "story": story(source, points, errors),
         "table": curve_table(source, stable, shown_rows(points, source.curves)),
         "quantiles": quantile_rows(source.curves),
@@ -122,6 +122,13 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
         "script": (TEMPLATES / "viewer.js").read_text(encoding="utf-8"),
         "chart_script": (TEMPLATES / "chart.js").read_text(encoding="utf-8"),
     }
+
+
+def _origin() -> str:
+    """Version, date and host of the moment in which the page is made."""
+    found = origin()
+    date = found["date"].replace("T", " ").replace("+00:00", " UTC")
+    return f"{found['program']}, {date}, host {found['host'] or 'unknown'}"
 
 
 def _cards(source: ReportSource, points: Sequence[SweepPoint]) -> list[tuple[str, str, str]]:

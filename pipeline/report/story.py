@@ -12,6 +12,7 @@ from pipeline.report.report_source import ReportSource
 from pipeline.results.worst import with_unit
 from pipeline.scene.labels import quantity
 
+MANY = 24  # values
 SHORT = 60  # characters of a finding that the sentence has room for
 
 
@@ -34,7 +35,10 @@ def swept_range(key: SweepKey) -> str:
     if not key.numeric:
         return f"{name} {', '.join(key.text(value) for value in key.values[:6])}{' ...' * (len(key.values) > 6)}"
     unit = quantity(key.name).unit
-    return f"{name} from {key.text(first)} to {key.text(last)}{f' {unit}' if unit else ''} ({len(key.values)} values)"
+    low, high = key.text(first), key.text(last)
+    if len(key.values) > MANY:  # sampled, with more digits than anybody reads
+        low, high = f"{key.position(first):.3g}", f"{key.position(last):.3g}"
+    return f"{name} from {low} to {high}{f' {unit}' if unit else ''} ({len(key.values)} values)"
 
 
 def _computed(source: ReportSource, points: Sequence[SweepPoint]) -> str:

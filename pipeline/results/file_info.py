@@ -1,4 +1,4 @@
-"""Contents of an HDF5 file of this program, as values for JSON and as lines of text."""
+"""Contents of an HDF5 file of this program or of a run, as values for JSON and as lines of text."""
 
 from __future__ import annotations
 
@@ -25,13 +25,15 @@ _ALLOWED = "an HDF5 file with a response (response.h5) or a reduced model (rom.h
 
 
 def contents(path: Path) -> dict[str, Any]:
-    """Contents of a response or a reduced model as values for JSON; `kind` says which it is, null: not known.
+    """Contents of a response, a reduced model or a run as values for JSON; `kind` says which it is, null: not known.
 
     Raises
     ------
     InputError
-        The file cannot be read or is neither.
+        The file cannot be read or is neither, or the folder is not of a run.
     """
+    if path.is_dir():
+        return _run(path)
     found = read_apart(path, _ALLOWED, lambda: _read(path))
     return found if isinstance(found, dict) else _reduced_model(path, found)
 
@@ -61,6 +63,8 @@ def described(found: dict[str, Any]) -> list[str]:
             lines.append(f"{more} more curves: --json, or curves.csv beside the file")
         head = f"{found['file']}: response, {len(found['curves'])} curves"
         return [head, *end_lines(found["statistics"]), *lines]
+    if found["kind"] == "run":
+        return [one_line(line) for line in _run_lines(found)]
     blades = found["n_blades"]
     lines = [
         f"{found['file']}: reduced model by {found['producer']}, {found['coordinates']} coordinates",
@@ -71,6 +75,29 @@ def described(found: dict[str, Any]) -> list[str]:
         f"free natural frequencies [Hz]: {', '.join(f'{hz:.6g}' for hz in found['free_hz'])}",
     ]
     return [one_line(line) for line in lines]
+
+
+def _run(folder: Path) -> dict[str, Any]:
+    """Contents of a run: of its summary, and of its response where it has one."""
+    from pipeline.results.run_folder import RESPONSE, read_run_summary
+
+    summary, response = read_run_summary(folder), folder / RESPONSE
+    held = contents(response) if summary["curves"] and response.is_file() else {"curves": [], "statistics": None}
+    named = ("scene", "complete", "problems", "seconds", "stages", "models")
+    found = {name: summary[name] for name in named if name in summary}
+    return {**held, "file": str(folder), "kind": "run", **found}
+
+
+def _run_lines(found: dict[str, Any]) -> Iterator[str]:
+    end = "complete" if found.get("complete") else "not complete"
+    yield f"{found['file']}: run, {end}; reduced models: {len(found['models'])}; curves: {len(found['curves'])}"
+    for problem in found.get("problems", ()):
+        yield f"problem: {problem}"
+    for model in found["models"]:
+        free = ", ".join(f"{hz:.6g}" for hz in model.get("free_hz") or ())
+        yield f"{model.get('rom')}: reduced model, free natural frequencies [Hz]: {free}"
+        yield f"  mesh: {model.get('mesh')}"
+    yield from described({**found, "kind": "response"})[1:]
 
 
 def _response(file: h5py.File) -> dict[str, Any]:

@@ -6,22 +6,31 @@ import json
 import re
 from importlib.resources import files
 from pathlib import Path
+from typing import Annotated
 
-from pipeline.errors import InputError, input_error, system_reason
+from pydantic import TypeAdapter, ValidationError
+
+from pipeline.errors import InputError, input_error, shown, system_reason
 from pipeline.output_paths import check_output_path
 from pipeline.scene.json_schema import scene_schema
+from pipeline.scene.presets import PRESETS, SIZE
+from pipeline.scene.schema import Scene
+from pipeline.scene.validation_errors import allowed_values
 
 SCENE, SCHEMA = "scene.toml", "scene.schema.json"
+PRESET = "standard"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
 
-def write_new_scene(folder: Path) -> list[Path]:
+def write_new_scene(folder: Path, title: str = "") -> list[Path]:
     """Write a scene and its schema into a folder, which is created where it does not exist.
 
     Parameters
     ----------
     folder : Path
         The scene takes its name. Nothing in it is overwritten.
+    title : str
+        Heading of the figures; none where it is empty, then figures have the name.
 
     Returns
     -------
@@ -42,7 +51,7 @@ def write_new_scene(folder: Path) -> list[Path]:
     for target in targets:
         if target.exists() or target.is_symlink():
             raise input_error(target, "", "is there already", f"a folder without {SCENE} and {SCHEMA}")
-    texts = scene_text(name), json.dumps(scene_schema(), indent=1) + "\n"
+    texts = scene_text(name, title), json.dumps(scene_schema(), indent=1) + "\n"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for target, text in zip(targets, texts, strict=True):
@@ -50,6 +59,21 @@ def write_new_scene(folder: Path) -> list[Path]:
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {system_reason(error)}") from None
     return targets
+
+
+def check_title(title: str) -> str:
+    """The title, which is to be one that a scene may have.
+
+    Raises
+    ------
+    InputError
+        It is more than a line, or too long.
+    """
+    try:
+        TypeAdapter(Annotated[str, Scene.model_fields["title"]]).validate_python(title)
+    except ValidationError:
+        raise input_error("--title", "", shown(title), allowed_values("title")) from None
+    return title
 
 
 def _write(target: Path, text: str) -> None:
@@ -63,15 +87,26 @@ def _write(target: Path, text: str) -> None:
             raise
 
 
-def scene_text(name: str) -> str:
-    """The default scene as a user's own: with its name, and a line that tells editors of the schema."""
+def scene_text(name: str, title: str = "") -> str:
+    """The default scene as a user's own: its name and title, a preset, and a line that names the schema."""
     template = files("pipeline").joinpath("scene", "template", SCENE).read_text(encoding="utf-8")
     rest = template.partition("\n#\n")[2]
-    body = re.sub(
-        r'^name = "[^"]*" *#.*$',
+    heading = f"title = {json.dumps(title, ensure_ascii=False)}" if title else '# title = "..."'
+    top = [
         f'name = "{name}"'.ljust(30) + f"# also the output folder: out/{name}",
-        rest,
-        count=1,
-        flags=re.MULTILINE,
-    )
+        heading.ljust(30) + "# heading of the figures",
+        f'accuracy = "{PRESET}"'.ljust(30)
+        + '# of mesh, modes, harmonics and tolerances: "draft", "standard" or "reference";',
+        " " * 30 + "# a key of these that is set below overrides it (shroud validate lists them)",
+    ]
+    lines, table = [], ""
+    for line in rest.splitlines():
+        table = line.strip("[]") if line.startswith("[") else table
+        key = line.partition("=")[0].strip()
+        dotted = f"{table}.{key}" if table else key
+        if dotted == "name":
+            lines += top
+        elif dotted != "title" and dotted not in {SIZE, *PRESETS[PRESET].values}:
+            lines.append(line)
+    body = re.sub(r"^\[\w+\]\n\n", "", "\n".join(lines) + "\n", flags=re.MULTILINE)  # tables without a key
     return f"#:schema ./{SCHEMA}\n#\n# A scene to change; run it with `shroud run {SCENE}`.\n#\n{body}"

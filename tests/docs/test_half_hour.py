@@ -38,6 +38,10 @@ def copied_repository(tmp_path: Path) -> Path:
             text, count = re.subn(old, new, text, count=1, flags=re.MULTILINE)
             assert count == 1, old
         scene.write_text(text)
+    templates = copy / "pipeline" / "scene" / "templates.py"
+    text = templates.read_text()
+    assert 'PRESET = "standard"' in text
+    templates.write_text(text.replace('PRESET = "standard"', 'PRESET = "draft"'))
     return copy
 
 

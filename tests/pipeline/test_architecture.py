@@ -50,9 +50,11 @@ LAYERS = {
         {"results"},
         {"figures", "render", "export", "verify"},
         {"report"},
-        {"run", "terminal", "cli_options"},
+        {"run", "terminal"},
         {"check"},
-        {"python_interface", "cli"},
+        {"python_interface", "command_usage"},
+        {"command_options"},
+        {"cli"},
     ],
 }
 MOST_PARAMETERS = 8

@@ -8,7 +8,8 @@ import typer
 from pipeline_support import RAW_TEXT, ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
 import pipeline.stages.respond
-from pipeline.cli import FLAGS, app
+from pipeline.cli import app
+from pipeline.command_usage import FLAGS
 from pipeline.scene.schema import Scene
 
 
@@ -69,6 +70,17 @@ def test_help(arguments: list[str]) -> None:
     status, said, error = shroud(*arguments)
     assert (status, error) == (0, "")
     assert "Usage: shroud" in said
+
+
+def test_help_of_every_command_has_examples_and_no_text_that_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    assert "..." not in shroud("--help")[1].replace("[ARGS]...", "")
+    for name in commands:
+        text = shroud(name, "--help")[1]
+        assert max(map(len, text.splitlines())) <= 80
+        assert "..." not in text
+        assert f"\n    shroud {name}" in text or name == "warm-up"
 
 
 @pytest.mark.parametrize("content", [None, b"not HDF5", b""])

@@ -97,6 +97,41 @@ def test_shapes_on_the_mesh(ran: Path, tmp_path: Path) -> None:
     assert np.abs(first[tip]).argmax() == 1  # first bending is circumferential
 
 
+@pytest.mark.parametrize("suffix", [".vtu", ".mat"])
+def test_the_output_folder_stands_for_its_files(ran: Path, tmp_path: Path, suffix: str) -> None:
+    rom, mesh = model_of(ran)
+    own = (rom, ["--mesh", mesh]) if suffix == ".vtu" else (ran / "response.h5", [])
+    said = written(own[0], tmp_path / f"a{suffix}", *own[1])
+    assert written(ran, tmp_path / f"b{suffix}").partition(": ")[2] == said.partition(": ")[2]
+    if suffix == ".vtu":  # .mat has the time in its head
+        assert (tmp_path / "a.vtu").read_bytes() == (tmp_path / "b.vtu").read_bytes()
+
+
+def test_a_folder_that_is_no_output_folder(ran: Path, tmp_path: Path) -> None:
+    for command in (["export", tmp_path, "--to", tmp_path / "r.mat"], ["info", tmp_path]):
+        status, said, error = shroud(*command)
+        assert (status, said) == (2, "")
+        assert error == f"{tmp_path}: holds no summary.json, allowed: the output folder of a run, with summary.json\n"
+    (tmp_path / "summary.json").write_text("{")
+    assert shroud("info", tmp_path)[0] == 2
+    (tmp_path / "summary.json").write_text('{"models": [], "curves": []}')
+    assert shroud("export", tmp_path, "--to", tmp_path / "r.vtu")[0] == 2
+    assert shroud("export", tmp_path, "--to", tmp_path / "r.mat")[0] == 2
+    assert [file.name for file in tmp_path.iterdir()] == ["summary.json"]
+
+
+def test_info_on_an_output_folder(ran: Path) -> None:
+    status, said, error = shroud("info", ran)
+    assert (status, error) == (0, "")
+    first, *lines = said.splitlines()
+    assert first == f"{ran}: run, complete; reduced models: 1; curves: 2"
+    of_response = shroud("info", ran / "response.h5")[1].splitlines()[1:]
+    assert lines[-len(of_response) :] == of_response
+    found = json.loads(shroud("info", ran, "--json")[1])
+    assert found["kind"] == "run"
+    assert found["curves"] == json.loads(shroud("info", ran / "response.h5", "--json")[1])["curves"]
+
+
 def test_ground_model_without_a_basis(tmp_path: Path) -> None:
     rom = write_ground_model(tmp_path / "g.h5")
     scene = write_scene(tmp_path / "g.toml", ground_scene())

@@ -12,6 +12,9 @@ import pytest
 from jsonschema import Draft202012Validator
 from pipeline_support import shroud, small_scene, write_scene
 
+from pipeline.scene.presets import PRESETS, preset_values
+from pipeline.scene.reading import read_scene
+
 REPOSITORY = Path(__file__).parents[2]
 
 
@@ -36,7 +39,41 @@ def test_a_new_scene_is_valid_and_has_the_name_of_its_folder(tmp_path: Path) -> 
     assert json.loads((folder / "scene.schema.json").read_text()) == json.loads(shroud("schema")[1])
 
 
-def test_it_is_the_default_scene() -> None:
+@pytest.mark.parametrize("name", PRESETS)
+def test_its_accuracy_decides_all_that_a_preset_gives(tmp_path: Path, name: str) -> None:
+    assert shroud("new", tmp_path / "mine")[0] == 0
+    path = tmp_path / "mine" / "scene.toml"
+    text = path.read_text()
+    assert 'accuracy = "standard"' in text
+    path.write_text(text.replace('accuracy = "standard"', f'accuracy = "{name}"'))
+    found = json.loads(shroud("validate", path, "--json")[1])["accuracy"]
+    assert (found["preset"], found["not_by_preset"]) == (name, [])
+    assert found["values"] == preset_values(name, tomllib.loads(text)["blade"]["chord"])
+
+
+def test_it_is_the_default_blade_but_for_the_preset(tmp_path: Path) -> None:
+    assert shroud("new", tmp_path / "mine")[0] == 0
+    new = read_scene(tmp_path / "mine" / "scene.toml").first.model_dump()
+    default = read_scene(REPOSITORY / "scenes" / "dummy.toml").first.model_dump()
+    by_preset = preset_values("standard", default["blade"]["chord"])
+    for section, keys in default.items():
+        if isinstance(keys, dict):
+            ours = {key for key in keys if f"{section}.{key}" not in by_preset}
+            assert {key: new[section][key] for key in ours} == {key: keys[key] for key in ours}
+
+
+def test_the_title_is_asked_for_or_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert shroud("new", tmp_path / "a")[0] == 0
+    assert "title" not in tomllib.loads((tmp_path / "a" / "scene.toml").read_text())
+    assert shroud("new", tmp_path / "b", "--title", 'Stage "1"')[0] == 0
+    assert tomllib.loads((tmp_path / "b" / "scene.toml").read_text())["title"] == 'Stage "1"'
+    status, _, error = shroud("new", tmp_path / "c", "--title", "x" * 201)
+    assert (status, error.count("\n")) == (2, 1)
+    assert error.endswith("allowed: one line of text, 200 characters at most\n")
+    assert not (tmp_path / "c").exists()
+
+
+def test_its_template_is_the_default_scene() -> None:
     template = (REPOSITORY / "pipeline" / "scene" / "template" / "scene.toml").read_text()
     assert template == (REPOSITORY / "scenes" / "dummy.toml").read_text()
 
