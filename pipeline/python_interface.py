@@ -49,8 +49,7 @@ def run_scene(
     force : bool
         Whether everything is computed again, even what has not changed.
     jobs : int
-        Curves solved at the same time, in processes of their own. With more than one the calling script needs
-        `if __name__ == "__main__":`.
+        Curves solved at the same time, in processes of their own.
     quiet : bool
         Whether nothing is printed. By default progress is shown at a terminal and in a notebook only.
     scheduler : str

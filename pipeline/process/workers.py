@@ -21,6 +21,7 @@ from typing import Any, Generic, ParamSpec, TypeVar
 
 from pipeline.errors import SAVES_MEMORY, reason_of
 from pipeline.process.interrupts import kept_from_children
+from pipeline.process.without_main import without_main
 from rom import one_blas_thread_in_children
 
 P = ParamSpec("P")
@@ -217,8 +218,7 @@ class Workers:
         self._all.remove(worker)
         code = worker.process.exitcode or 0
         if not worker.has_begun and code > 0:
-            guard = 'a script that runs a scene with several jobs needs `if __name__ == "__main__":`'
-            raise RuntimeError(f"worker processes end with exit status {code} before they begin; {guard}")
+            raise RuntimeError(f"worker processes end with exit status {code} before they begin")
         return _ending(code)
 
     def end(self) -> None:
@@ -315,7 +315,7 @@ def _start() -> _Worker:
     try:
         with kept_from_children():
             resource_tracker.ensure_running()  # also a process, the start of which undoes the block
-        with kept_from_children(), one_blas_thread_in_children():
+        with kept_from_children(), one_blas_thread_in_children(), without_main():
             process = context.Process(target=_work, args=(theirs, not sys.warnoptions))
             process.start()
     except BaseException:

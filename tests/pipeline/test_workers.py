@@ -129,17 +129,16 @@ def test_a_run_loses_the_curve_of_a_killed_worker_only(
     assert [curve.complete for curve in again.curves] == [True] * 3
 
 
-def test_a_script_without_a_guard_is_told_so(tmp_path: Path) -> None:
-    script = tmp_path / "script.py"
-    script.write_text(
+def test_a_script_is_not_run_again_by_the_workers(tmp_path: Path) -> None:
+    """Without `if __name__ == "__main__":`, from a file and as a module."""
+    (tmp_path / "script.py").write_text(
         "from pipeline.process.workers import Call, workers\n"
+        "print('script')\n"
         "with workers(2) as pool:\n"
         "    list(pool.completed({1: Call(len, ('x',)), 2: Call(len, ('x',))}))\n"
+        "print(__file__, __spec__ is None)\n"
     )
-    environment = {**os.environ, "PYTHONPATH": str(Path.cwd())}
-    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False, env=environment)
-    assert done.returncode == 1
-    assert done.stderr.splitlines()[-1].startswith(
-        "RuntimeError: worker processes end with exit status 1 before they"
-    )
-    assert 'if __name__ == "__main__":' in done.stderr.splitlines()[-1]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(Path.cwd()), str(tmp_path)])}
+    for command, alone in (([tmp_path / "script.py"], True), (["-m", "script"], False)):
+        done = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=True, env=environment)
+        assert done.stdout.splitlines() == ["script", f"{tmp_path / 'script.py'} {alone}"]
