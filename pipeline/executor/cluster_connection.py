@@ -104,7 +104,8 @@ def check_workers(
         There is no worker, or one cannot be used.
     """
     _wait(cluster, check, say)
-    found: dict[str, Any] = cluster.client.run(described, preparation, on_error="return")
+    answers: dict[str, Any] = cluster.client.run(described, preparation, on_error="return")
+    found = {worker: facts for worker, facts in answers.items() if not isinstance(facts, OSError)}  # others have left
     processors = 0
     for worker, facts in sorted(found.items()):
         if not isinstance(facts, WorkerFacts):
