@@ -6,7 +6,8 @@ import importlib.util
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from pipeline.errors import InputError, input_error, reason_of
 from pipeline.executor.cluster_address import CLUSTER, SCHEDULER, local_workers, scheduler_address
 from pipeline.executor.cluster_task import WorkerFacts, described, other_versions
 from pipeline.process.interrupts import kept_from_children
+from pipeline.process.without_main import without_main
 
 if TYPE_CHECKING:
     from distributed import Client, LocalCluster
@@ -37,17 +39,21 @@ class Cluster:
         The cluster started here.
     name : str
         What messages call it.
+    resources : ExitStack
+        What is left when the cluster has been left.
     """
 
     client: Client
     own: LocalCluster | None
     name: str
+    resources: ExitStack = field(default_factory=ExitStack)
 
     def close(self) -> None:
         """Leave the cluster; end it where it was started here."""
         self.client.close(timeout=PATIENCE)
         if self.own is not None:
             self.own.close(timeout=PATIENCE)
+        self.resources.close()
 
 
 def connected(scheduler: str | None, cluster: str | None, scratch: Path) -> Cluster:
@@ -75,8 +81,10 @@ def connected(scheduler: str | None, cluster: str | None, scratch: Path) -> Clus
     for name in [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]:
         logging.getLogger(name).setLevel(_SILENT)
     if cluster is not None:
-        own = _started(local_workers(cluster), scratch)
-        return Cluster(Client(own, set_as_default=False), own, "on this machine")
+        with ExitStack() as started:
+            started.enter_context(without_main())  # for workers that are replaced, too
+            own = _started(local_workers(cluster), scratch)
+            return Cluster(Client(own, set_as_default=False), own, "on this machine", started.pop_all())
     assert scheduler is not None
     address = scheduler_address(scheduler)
     try:
