@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import heapq
 import itertools
-import pickle
 import queue
 import time
 import uuid
@@ -125,7 +124,7 @@ class ClusterExecutor:
             return
         self._expected = self._preparation.versions()
         self._cluster = connected(*self._place, self._scratch / "workers")
-        check_workers(self._cluster, self._pickled, self._expected, self._interrupts.check, self._say)
+        check_workers(self._cluster, self._preparation, self._expected, self._interrupts.check, self._say)
         client = self._cluster.client
         for topic in ("all", self._topic):
             client.subscribe_topic(topic, lambda event: self._news.put(("event", event[1])))
@@ -156,10 +155,6 @@ class ClusterExecutor:
         self._cluster.close()
         self._cluster = None
 
-    @property
-    def _pickled(self) -> bytes:
-        return pickle.dumps(self._preparation)
-
     def _fill(self) -> None:
         """Send as many tasks as the workers need."""
         assert self._cluster is not None
@@ -182,7 +177,7 @@ class ClusterExecutor:
         there = set().union(*self._known.values()) - set(job.needed)
         paths = {job.names[name]: path for name, path in job.task.files.items() if job.names[name] not in there}
         contents = {content: path.read_bytes() for content, path in paths.items()}
-        parcel = Parcel(self._topic, self._pickled, job.task.function, job.names, job.task.args, contents)
+        parcel = Parcel(self._topic, self._preparation, job.task.function, job.names, job.task.args, contents)
         job.key, job.worker = f"{job.task.function.__name__.strip('_')}-{uuid.uuid4().hex}", ""
         job.only = self._workers - job.avoided if job.avoided else set()
         where: dict[str, Any] = {"workers": sorted(job.only)} if job.only else {}

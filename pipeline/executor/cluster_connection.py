@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import InputError, input_error, reason_of
 from pipeline.executor.cluster_address import CLUSTER, SCHEDULER, local_workers, scheduler_address
 from pipeline.executor.cluster_task import WorkerFacts, described, other_versions
+from pipeline.executor.task import Preparation
 from pipeline.process.interrupts import kept_from_children
 from pipeline.process.without_main import without_main
 
@@ -99,7 +100,7 @@ def connected(scheduler: str | None, cluster: str | None, scratch: Path) -> Clus
 
 def check_workers(
     cluster: Cluster,
-    preparation: bytes,
+    preparation: Preparation,
     expected: Mapping[str, str],
     check: Callable[[], None],
     say: Callable[[str], None],

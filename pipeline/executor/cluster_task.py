@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import pickle
 import shutil
 import uuid
 from collections.abc import Callable, Mapping
@@ -27,8 +26,8 @@ class Parcel:
     ----------
     topic : str
         Where the beginning of the task is reported.
-    preparation : bytes
-        What the worker has to call first, once, pickled.
+    preparation : Preparation
+        What the worker has to call first, once.
     function : callable
         See `Task`.
     names : mapping of str to str
@@ -40,7 +39,7 @@ class Parcel:
     """
 
     topic: str
-    preparation: bytes
+    preparation: Preparation
     function: Callable[..., None]
     names: Mapping[str, str]
     args: tuple[Any, ...]
@@ -151,24 +150,23 @@ class WorkerFacts:
     memory: int
 
 
-def described(preparation: bytes, dask_worker: Any) -> WorkerFacts:
+def described(preparation: Preparation, dask_worker: Any) -> WorkerFacts:
     """What the worker is that calls this."""
     memory = int(dask_worker.memory_manager.memory_limit or 0)
     return WorkerFacts(versions_here(preparation), dask_worker.state.nthreads, memory)
 
 
 @cache
-def versions_here(preparation: bytes) -> Mapping[str, str]:
+def versions_here(preparation: Preparation) -> Mapping[str, str]:
     """Versions of what decides numbers in this process."""
-    found: Preparation = pickle.loads(preparation)
-    return found.versions()
+    return preparation.versions()
 
 
 @cache
-def _prepared(preparation: bytes) -> None:
+def _prepared(preparation: Preparation) -> None:
     """Prepare this process, once."""
-    found: Preparation = pickle.loads(preparation)
-    found.call.function(*found.call.args, **found.call.kwargs)
+    call = preparation.call
+    call.function(*call.args, **call.kwargs)
 
 
 def _files_here(folder: Path, parcel: Parcel) -> tuple[dict[str, Path], tuple[str, ...]]:

@@ -44,7 +44,7 @@ class Call(Generic[T]):
 
     function: Callable[..., T]
     args: tuple[Any, ...] = ()
-    kwargs: Mapping[str, Any] = field(default_factory=dict)
+    kwargs: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
 
 @dataclass

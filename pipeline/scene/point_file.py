@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pipeline.errors import InputError, input_error, shown, system_reason
+from pipeline.errors import InputError, input_error, system_reason
 from pipeline.scene.swept_keys import SWEPT_KEYS
 from pipeline.scene.units import column_name
 from pipeline.scene.validation_errors import unknown_key
@@ -105,4 +105,4 @@ def _value(cell: str) -> Any:
 
 
 def _refused(scene: Path, name: str, found: str, allowed: str) -> InputError:
-    return input_error(scene, f"{PLACE} = {shown(name)}", found, allowed)
+    return input_error(scene, f'{PLACE} = "{name}"', found, allowed)  # the whole name: a path may be long

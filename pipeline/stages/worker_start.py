@@ -61,5 +61,5 @@ def _is_stored(run: Run, scene: Scene, given: str | None) -> bool:
     return run.store.find(KIND, key, thorough=False) is not None
 
 
-def _cases(scenes: Sequence[Scene]) -> list[tuple[str, str]]:
-    return sorted({(scene.contact.law, scene.contact.integration) for scene in scenes})
+def _cases(scenes: Sequence[Scene]) -> tuple[tuple[str, str], ...]:
+    return tuple(sorted({(scene.contact.law, scene.contact.integration) for scene in scenes}))

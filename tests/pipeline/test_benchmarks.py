@@ -15,7 +15,10 @@ from pipeline_support import small_scene, write_scene
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 NAMES = ("mesh", "assembly", "ordering", "factorisation", "constraint modes", "fixed-interface modes", "projection")
 PHASES = tuple(f"{name} s" for name in NAMES)
-PARAMETERS = ("seed", "index", "angle", "order_ratio", "normal_stiffness", "interference", "friction", "harmonics")
+PARAMETERS = (
+    *("seed", "index", "angle_deg", "order_ratio", "normal_stiffness_n_per_m", "interference_m_per_n"),
+    *("friction", "harmonics"),
+)
 HERTZ = tuple(f"{springs}_{k}_hz" for springs in ("free", "scene", "punch", "rigid") for k in (1, 2, 3))
 SMOKE = {  # script, its table, arguments, rows, columns that hold finite numbers
     "family": ("family", "--interferences -0.00001 0.00001 --repeats 1", 2, ("points", "seconds", "least seconds")),
