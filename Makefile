@@ -7,7 +7,7 @@
 # make bench-peers  beside pyHarm (installed into an environment of its own) and CalculiX (where ccx is)
 # make docs   the documentation site, into out/docs/index.html; make tutorials runs the tutorials and renews their output and pictures
 # make pictures  the pictures of README and pages that are old, made again from the scenes; a test fails where one is old
-# make stress the stability matrix: hard cases solved, every one recorded, into out/stress
+# make stress the test matrix: hard cases solved, every one recorded, into out/stress
 #
 # SCENE=scenes/x.toml chooses the scene, OUT=folder the output (out/<scene name> by default), JOBS=n the processes
 # (by default as many as there are cores, where the work is worth it);

@@ -1,4 +1,4 @@
-"""The search for branches against random starts of Newton's method, on hard cases of the stability matrix.
+"""The search for branches against random starts of Newton's method, on hard cases of the test matrix.
 
     python benchmarks/branch_search.py                       # 30 cases with 3 harmonics, some 20 minutes on one core
     python benchmarks/branch_search.py --cases 10 --jobs 2   # fewer, two processes

@@ -1,4 +1,4 @@
-"""The stability matrix: many hard cases solved, every one recorded.
+"""The test matrix: many hard cases solved, every one recorded.
 
     make stress                                     # 200 cases, out/stress
     make stress STRESS="--full --seed 5 --jobs 2"   # 1000 cases

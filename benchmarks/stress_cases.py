@@ -1,4 +1,4 @@
-"""The stability matrix: its factors, and a designed subset of their product."""
+"""The test matrix: its factors, and a designed subset of their product."""
 
 from __future__ import annotations
 

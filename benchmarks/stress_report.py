@@ -1,4 +1,4 @@
-"""The results of the stability matrix: a summary in Markdown, and a picture of one curve."""
+"""The results of the test matrix: a summary in Markdown, and a picture of one curve."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def summary_text(results: Results) -> str:
     incomplete = [result for result in results if not result.complete]
     by_reason = Counter(result.ending for result in results).most_common()
     parts = [
-        f"# Stability matrix, seed {case.seed}{hard}{', cone law' if case.law == 'cone' else ''}",
+        f"# Hard cases, seed {case.seed}{hard}{', cone law' if case.law == 'cone' else ''}",
         f"{len(results)} curves, {len(results) - len(incomplete)} complete, {len(incomplete)} incomplete; "
         f"{sum(r.seconds for r in results):.0f} s of solving, {sum(r.points for r in results)} points; "
         f"{sum(r.detached > 0 for r in results)} curves with detached branches.",

@@ -1,4 +1,4 @@
-"""One case of the stability matrix solved, what is recorded of it, and many cases in worker processes."""
+"""One case of the test matrix solved, what is recorded of it, and many cases in worker processes."""
 
 from __future__ import annotations
 

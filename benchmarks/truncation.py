@@ -1,4 +1,4 @@
-"""The truncation error estimate against 31 harmonics, on cases from the hard corner of the stability matrix.
+"""The truncation error estimate against 31 harmonics, on cases from the hard corner of the test matrix.
 
     python benchmarks/truncation.py                        # 100 cases, some 40 minutes on one core
     python benchmarks/truncation.py --seed 3 --jobs 2      # other cases, two processes

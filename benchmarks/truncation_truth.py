@@ -76,7 +76,7 @@ class Problem:
 
 
 def problem_of(case: StressCase, model: Path) -> Problem:
-    """The problem of a case under 1 N, as the stability matrix poses it."""
+    """The problem of a case under 1 N, as the test matrix poses it."""
     from nonlinear import build_harmonic_balance
     from nonlinear.continuation.arclength_continuation import Continuation
     from nonlinear.continuation.resonances import find_resonances

@@ -92,7 +92,7 @@ def scene_curves(scenes: Sequence[Path], angle: float | None, out: Path) -> Iter
 
 
 def hard_curves(scene: Path, count: int, seed: int, store: Path) -> Iterator[SolvedCurve]:
-    """Curves of cases drawn from the hard corner of the stability matrix."""
+    """Curves of cases drawn from the hard corner of the test matrix."""
     from dataclasses import replace
 
     from nonlinear import Ring, forced_response

@@ -98,7 +98,7 @@ def respond(
     scheduler: SchedulerOption = None,
     cluster: ClusterOption = None,
 ) -> None:
-    """Solve on any reduced model, without a mesh.
+    """Solve the response of any reduced model.
 
     The nonlinear stage alone; the scene needs no blade.
     """
@@ -126,7 +126,7 @@ def verify(
 ) -> None:
     """Measure the errors of mesh and reduced models.
 
-    Errors of frequencies and receptances by modal truncation and mesh, and which of the two to refine.
+    Errors of frequencies and receptances due to modes, contact dofs and mesh, and which keys to change.
     """
     from pipeline.process.progress import Reporter
     from pipeline.scene.reading import read_scene
@@ -155,7 +155,7 @@ def report(
     scheduler: SchedulerOption = None,
     cluster: ClusterOption = None,
 ) -> None:
-    """Run a scene and write a page about it.
+    """Run a scene and write a report page.
 
     The page is report.html in the output folder; it needs no other file.
     """
@@ -185,9 +185,9 @@ def check(
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Integrate a ring in time from a motion of a curve.
+    """Check by time integration whether a motion persists.
 
-    Whether the ring keeps the motion, or where it goes and how high.
+    A ring of blades starts from a solution of a curve, slightly disturbed: it stays, or ends in another motion.
     """
     from pipeline.check.check_point import CheckedPoint
     from pipeline.check.check_run import run_check
@@ -217,7 +217,7 @@ def info(
     ],
     as_json: JsonOption = False,
 ) -> None:
-    """Print what results or a model hold.
+    """Print the contents of results or a reduced model.
 
     With an output folder: its reduced models and the peak and the worst motion of each curve.
     """
@@ -250,7 +250,7 @@ def export(
     ] = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Write results or a model for other programs.
+    """Write results or a reduced model for other programs.
 
     With an output folder: the response, or for .vtu the mode shapes of its first reduced model on their mesh.
     """

@@ -21,11 +21,17 @@ ForceOption = Annotated[bool, typer.Option("--force", help="Compute everything a
 JobsOption = Annotated[
     int | None,
     typer.Option(
-        "--jobs", min=1, max=MOST_JOBS, help="Curves solved at once; one for each core by default, if worth it."
+        "--jobs",
+        min=1,
+        max=MOST_JOBS,
+        help="Curves solved at once; by default one per core, unless the run is short.",
     ),
 ]
 SchedulerOption = Annotated[
-    str | None, typer.Option("--scheduler", metavar="ADDRESS", help="A cluster to use: tcp://HOST:PORT or its file.")
+    str | None,
+    typer.Option(
+        "--scheduler", metavar="ADDRESS", help="An existing cluster: tcp://HOST:PORT, or its scheduler file."
+    ),
 ]
 ClusterOption = Annotated[
     str | None, typer.Option("--cluster", metavar="local:N", help="A cluster of N workers to start on this machine.")

@@ -97,11 +97,11 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
     if warning := worst_warning(outcome.curves):
         print_notes([warning], "warning")
     if warning := harmonics_warning(outcome):
-        print_error(warning)
+        print_notes([warning], "warning")
     if warning := branch_warning(outcome):
         print_notes([warning], "warning")
     if warning := sampling_warning(outcome):
-        print_error(warning)
+        print_notes([warning], "warning")
     if warning := range_warning(outcome, request.scene.first):
         print_notes([warning], "warning")
     page = f", {outcome.report}" if outcome.report else ""

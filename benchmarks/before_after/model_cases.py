@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 SCENES = ("dummy", "figure5", "figure6", "figure7")
-STRESS_ANGLES = (45.0, 70.0, 110.0, 150.0, 180.0)  # of the stability matrix
+STRESS_ANGLES = (45.0, 70.0, 110.0, 150.0, 180.0)  # of the test matrix
 
 
 def model_file(models: str, scene: str, **values: Any) -> Path:

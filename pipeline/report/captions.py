@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 _RESPONSE = (
-    "Largest displacement over a period against frequency. Dashed: unstable; long dashes: against another nodal "
-    "diameter than that of the wave. Circles: peaks of the main branches. Stars: worst motions that are not these "
-    "peaks. Thin lines: isolated and detached branches. Squares: Neimark-Sacker bifurcations, where the motion "
+    "Largest displacement over a period against frequency. Dashed: unstable; long dashes: against perturbations of "
+    "another nodal diameter than the wave. Circles: peaks of the main branches. Stars: worst motions that are not "
+    "these peaks. Thin lines: isolated and detached branches. Squares: Neimark-Sacker bifurcations, where the motion "
     "becomes or stops being quasi-periodic; triangles: period doublings; diamonds: branch points."
 )
 _BANDS = (

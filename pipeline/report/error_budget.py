@@ -15,13 +15,13 @@ from pipeline.results.tables import TOLERATED, TOLERATED_SAMPLING, sampling_erro
 SMALL, FAIR, LARGE, UNKNOWN = "small", "noticeable", "large", "not known"
 
 EXPONENTS = (
-    "Floquet exponents tell whether a small disturbance of the motion dies out. The motion of an unstable (dashed) "
+    "Floquet exponents tell whether a small perturbation of the motion dies out. The motion of an unstable (dashed) "
     "part of a curve does not persist: the worst motion is sought among those that do."
 )
 STABILITY = {
-    "ring": f"{EXPONENTS} Disturbances of every nodal diameter that the ring allows are included.",
-    "wave": f"{EXPONENTS} Only disturbances with the inter-blade phase of the travelling wave are included.",
-    "folds": "From folds only: a curve is unstable between two folds; other bifurcations are not detected.",
+    "ring": f"{EXPONENTS} Perturbations of every nodal diameter that the ring allows are included.",
+    "wave": f"{EXPONENTS} Only perturbations with the inter-blade phase of the travelling wave are included.",
+    "folds": "From folds only: a curve counts as unstable between two folds; other bifurcations are not detected.",
 }
 
 
@@ -78,7 +78,7 @@ def _energy(source: ReportSource) -> ErrorRow:
     meaning = (
         "Relative mismatch of work input and dissipation per cycle, the largest over all points. It shows how "
         "exactly the balance is solved with the harmonics, the contact integration and the model chosen. It does not "
-        "contain the errors of these choices: it is small beside a large truncation error or sampling error too."
+        "contain the errors of these choices: it can be small although the truncation or sampling error is large."
     )
     errors = {i: c.facts.energy_error for i, c in enumerate(source.curves) if c.facts is not None}
     known = {number: error for number, error in errors.items() if math.isfinite(error)}

@@ -120,7 +120,7 @@ def test_a_curve_out_of_time_is_ended_whatever_catches_errors(run_times: Any) ->
         while True:
             try:
                 sum(range(1000))
-            except Exception:  # as around a curve of the stability matrix
+            except Exception:  # as around a curve of the test matrix
                 continue
 
     with pytest.raises(measured_process.OutOfTimeError), measured_process.limited(0.05):

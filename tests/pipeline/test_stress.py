@@ -1,4 +1,4 @@
-"""The stability matrix and the truncation errors of its hard cases: how they are drawn, judged and replayed."""
+"""The test matrix and the truncation errors of its hard cases: how they are drawn, judged and replayed."""
 
 import csv
 import subprocess
