@@ -30,8 +30,8 @@ def residual_notes(curves: Sequence[CurveResult]) -> list[str]:
     numbers = f"{_listed(open_)}: " if len(curves) > 1 else ""
     return [
         *notes,
-        f"{numbers}at the peak contact nodes stick all the time, and friction leaves their static traction "
-        'undetermined; response.residual_tractions = "bounds" gives the lowest and the highest peak that it allows',
+        f"{numbers}some contact nodes stick all the time at the peak, and friction leaves their static "
+        'traction undetermined; response.residual_tractions = "bounds" gives the lowest and the highest peak',
     ]
 
 

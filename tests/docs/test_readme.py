@@ -58,6 +58,6 @@ def test_beside_calculix_and_rings_in_time() -> None:
     table = text.partition("## Frequencies at speed")[2].partition("\n## ")[0]
     lines = [line.strip("|").split("|") for line in table.splitlines() if "e-0" in line and line[:1] == "|"]
     assert max(float(cell) for line in lines for cell in line[3:5]) <= numbers(row("natural frequencies"))[0]
-    right, of, marginal = map(int, numbers(row("stability beside").split("|")[2]))
+    right, of, marginal = map(int, numbers(row("stability compared").split("|")[2]))
     assert f"{right} rings of {of} stay or leave as the exponents say" in text
     assert f"{marginal} are marginal" in text
