@@ -36,7 +36,7 @@ def verdict(check: Check) -> str:
     """Stays, or where the ring goes and how high."""
     motion, stored = check.motion, check.checked.amplitude_m
     if motion.stays:
-        return f"stays: {with_unit(motion.amplitude_m)}, stored {with_unit(stored)}"
+        return f"the ring keeps this motion: {with_unit(motion.amplitude_m)}, solution {with_unit(stored)}"
     kind = "a periodic motion" if motion.periodic else "a quasi-periodic motion"
     if motion.repeats_after > 1:
         kind = f"a motion that repeats after {motion.repeats_after} periods"
@@ -44,10 +44,11 @@ def verdict(check: Check) -> str:
         kind = "a motion that has not settled"
     ratio = motion.amplitude_m / stored if stored > 0.0 else math.inf
     known = matching_solution(check)
-    text = f"leaves to {kind} of {with_unit(motion.amplitude_m)}, {ratio:.3g} times the stored {with_unit(stored)}"
+    height = f"{with_unit(motion.amplitude_m)}, {ratio:.3g} times the {with_unit(stored)} of the solution"
+    text = f"the ring ends in {kind} of {height}"
     if motion.lowest_m < 0.99 * motion.amplitude_m:
-        text += f"; largest displacements of single periods and blades from {with_unit(motion.lowest_m)}"
-    return text if known is None else f"{text}: solution {known}"
+        text += f"; single periods and blades reach {with_unit(motion.lowest_m)} or more"
+    return text if known is None else f"{text}; this is solution {known} above"
 
 
 def matching_solution(check: Check) -> int | None:

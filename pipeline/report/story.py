@@ -84,8 +84,7 @@ def _best(known: Sequence[SweepPoint]) -> str:
         text += f"; the highest is {highest.worst[1] / lowest.worst[1]:.3g} times as high"
     unsure = [point for point in known if point.worst_open and point.worst[1] < lowest.worst[1]]
     if unsure:
-        have = "curve has" if len(unsure) == 1 else "curves have"
-        text += f". {len(unsure)} {have} a lower one so far, but it may be higher than found"
+        text += f". {len(unsure)} curves have a lower one so far, which may be higher than found"
     return f"{text}."
 
 

@@ -81,7 +81,7 @@ def search_notes(curves: Sequence[CurveResult]) -> list[str]:
     said = [curve.facts.worst_searched for curve in curves if curve.facts is not None and curve.facts.worst_searched]
     notes = [f"worst motion: the highest that persists; {_merged(said)}"] if said else []
     if said and any(curve.carried_from for curve in curves):
-        notes.append("branches were searched from solutions of neighbouring members of the sweep too")
+        notes.append("branches of neighbouring curves of the sweep were continued to these curves, too")
     if any(curve.facts is not None and curve.facts.worst_motion == "quasi-periodic" for curve in curves):
         notes.append("* quasi-periodic: the largest displacement of a long time integration of the ring")
     if low := unstable_peak_numbers(curves):

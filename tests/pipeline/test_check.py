@@ -83,8 +83,8 @@ def test_the_answer_in_words_and_its_picture(pair: list[Any], checked: dict[str,
         "unstable",
         "ring of 2 blades",
         "predicted",
-        "leaves to",
-        "times the",
+        "the ring ends in",
+        "of the solution",
     ):
         assert text in said
     picture = Path(said.splitlines()[-1])
