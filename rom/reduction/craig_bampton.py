@@ -52,6 +52,12 @@ class ReductionOptions:
     ------
     RomParameterError
         A value is out of its range.
+
+    Examples
+    --------
+    >>> from rom import ReductionOptions
+    >>> ReductionOptions(modes=20, store_basis=False)
+    ReductionOptions(modes=20, frequency_limit=None, store_basis=False, backend='auto')
     """
 
     modes: int | None = 30

@@ -252,6 +252,17 @@ def static_error(model: ReducedModel, flexibility: NDArray[np.float64]) -> float
     ------
     ReducedModelError
         The model has no left contacts.
+
+    Examples
+    --------
+    A model twice as stiff as it should be has half the flexibility:
+
+    >>> from rom import ReducedModel, static_error
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), 2e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one}, contact_left=n)
+    >>> rows = np.vstack([n, n])
+    >>> round(static_error(model, rows @ rows.T / 1e6), 9)
+    0.5
     """
     if model.contact_left is None:
         raise ReducedModelError("contact/left: missing, allowed: a blade with both faces")
