@@ -27,6 +27,7 @@ def inter_blade_phase(engine_order: int, n_blades: int | None) -> float:
 
     Examples
     --------
+    >>> from rom import inter_blade_phase
     >>> inter_blade_phase(36, 72) == np.pi
     True
     """
