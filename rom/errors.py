@@ -26,10 +26,10 @@ class ReducedModelError(ValueError):
     --------
     >>> from rom import ReducedModelError, read_reduced_model
     >>> try:
-    ...     read_reduced_model("blade.h5")
+    ...     read_reduced_model("missing.h5")
     ... except ReducedModelError as error:
     ...     print(error)
-    blade.h5: no such file, allowed: an HDF5 file with a reduced model
+    missing.h5: no such file, allowed: an HDF5 file with a reduced model
     """
 
 
@@ -55,8 +55,8 @@ class FullModelFileError(ValueError):
     --------
     >>> from rom import FullModelFileError, load_full_model
     >>> try:
-    ...     load_full_model("blade.h5")
+    ...     load_full_model("missing.h5")
     ... except FullModelFileError as error:
     ...     print(error)
-    blade.h5: cannot be read as a full model: No such file or directory
+    missing.h5: cannot be read as a full model: No such file or directory
     """
