@@ -111,7 +111,7 @@ class ResponseCurve:
 
     Examples
     --------
-    With the names of the example of `forced_response`:
+    With the names of the example of `forced_response`.
 
     A slider that slips at mu N0 = 1 N behind a spring of 3 N/m dissipates 4 mu N0 (X - mu N0 / kt) a cycle:
 

@@ -94,7 +94,7 @@ def extend_response(
 
     Examples
     --------
-    With the names of the example of `forced_response`:
+    With the names of the example of `forced_response`.
 
     Solutions of the curve itself lead to no new branch.
 

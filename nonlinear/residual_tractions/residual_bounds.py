@@ -90,7 +90,7 @@ class ResidualBounds:
 
     Examples
     --------
-    With the names of the example of `forced_response`:
+    With the names of the example of `forced_response`.
 
     A contact that can always stick has the resonance of its spring, sqrt(1 + 3) / (2 pi) Hz, whatever its traction.
 

@@ -37,7 +37,7 @@ class RingPatterns:
 
     Examples
     --------
-    With the names of the example of `forced_response`:
+    With the names of the example of `forced_response`.
 
     A stuck contact leaves the damping of the mass: c / 2 = zeta w = 0.01 1/s.
 
