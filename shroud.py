@@ -17,7 +17,19 @@ PACKAGES = ("geometry", "rom", "nonlinear", "pipeline")
 
 
 class PackageNameError(ImportError):
-    """Another module has the name of a package of shroud and stands before it on the search path of Python."""
+    """Another module has the name of a package of shroud and stands before it on the search path of Python.
+
+    Examples
+    --------
+    A file `rom.py` beside the script comes before the package of shroud.
+
+    >>> from shroud import PackageNameError
+    >>> try:
+    ...     raise PackageNameError("/home/me/rom.py: has the name of the package rom of shroud; rename it")
+    ... except ImportError as error:
+    ...     print(error)
+    /home/me/rom.py: has the name of the package rom of shroud; rename it
+    """
 
 
 def _origin(name: str) -> Path | None:

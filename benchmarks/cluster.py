@@ -10,6 +10,7 @@ out/bench/cluster.
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import json
 import math
@@ -247,12 +248,14 @@ def ended(scene: Path, name: str, process: subprocess.Popen[str], start: float) 
     process.returncode = 0
     summary = json.loads((scene.parent / "out" / "summary.json").read_text(encoding="utf-8"))
     stage = summary["stages"]["respond"]
+    with (scene.parent / "out" / "curves.csv").open(encoding="utf-8", newline="") as file:
+        curves = list(csv.DictReader(file))
     print(f"{name}: {stage['seconds']:.1f} s", file=sys.stderr)
     return {
         "case": name,
-        "curves": len(summary["curves"]),
+        "curves": len(curves),
         "computed": stage["ran"],
-        "complete": sum(curve["complete"] for curve in summary["curves"]),
+        "complete": sum(curve["complete"] == "1" for curve in curves),
         "seconds": round(stage["seconds"], 1),
         "whole": round(time.perf_counter() - start, 1),
         "client s": round(usage.ru_utime + usage.ru_stime, 1),

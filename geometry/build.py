@@ -51,6 +51,18 @@ def build_sector(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPar
     Notes
     -----
     gmsh has one state for the whole process: call this from any thread, but not from two at the same time.
+
+    Examples
+    --------
+    The root lies on the hub:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> blade = BladeParameters(n_blades=40, hub_radius=0.3, length=0.1, chord=0.02, thickness=0.008)
+    >>> shroud = ShroudParameters(angle=45.0, thickness=0.01, axial_width=0.04, contact_length=0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(3, 2)))
+    >>> root = sector.points[sector.node_sets["root"]]
+    >>> bool(np.allclose(np.hypot(root[:, 1], root[:, 2]), 0.3))
+    True
     """
     check_parameters(blade, shroud, mesh)
     mirrored = is_mirrored(shroud)

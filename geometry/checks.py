@@ -37,6 +37,15 @@ def check_parameters(blade: BladeParameters, shroud: ShroudParameters, mesh: Mes
     ------
     GeometryError
         The first parameter that is wrong, with the nearest value that would fit.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, check_parameters
+    >>> blade = BladeParameters(n_blades=40, hub_radius=0.3, length=0.1, chord=0.02, thickness=0.008)
+    >>> shroud = ShroudParameters(angle=200.0, thickness=0.01, axial_width=0.04, contact_length=0.01)
+    >>> check_parameters(blade, shroud, MeshParameters(size=0.01))
+    Traceback (most recent call last):
+    geometry.errors.GeometryError: shroud.angle = 200.0: must be above 0 and at most 180 degrees
     """
     _check_blade(blade)
     _check_shroud(shroud)

@@ -14,6 +14,13 @@ class ParameterError(ValueError):
         Value as given.
     allowed : str
         The reason, and what would be accepted.
+
+    Examples
+    --------
+    >>> from geometry import ParameterError
+    >>> error = ParameterError("blade", "length", -0.1, "must be a positive number")
+    >>> error.parameter, str(error)
+    ('length', 'blade.length = -0.1: must be a positive number')
     """
 
     def __init__(self, table: str, parameter: str, value: object, allowed: str) -> None:
@@ -28,8 +35,29 @@ class ParameterError(ValueError):
 
 
 class GeometryError(ParameterError):
-    """A geometric parameter out of its range, or a set of parameters that does not fit together."""
+    """A geometric parameter out of its range, or a set of parameters that does not fit together.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, GeometryError, MeshParameters, ShroudParameters, check_parameters
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> try:
+    ...     check_parameters(blade, shroud, MeshParameters(size=-1.0))
+    ... except GeometryError as error:
+    ...     print(error)
+    mesh.size = -1.0: must be a positive number
+    """
 
 
 class SectorFileError(ValueError):
-    """A file that does not hold a sector; the message is one line and names the file and what is wrong."""
+    """A file that does not hold a sector; the message is one line and names the file and what is wrong.
+
+    Examples
+    --------
+    >>> from geometry import SectorFileError, import_sector
+    >>> try:
+    ...     import_sector("sector.stl")
+    ... except SectorFileError as error:
+    ...     print(error)
+    sector.stl: the suffix must be one of .msh, .vtu
+    """

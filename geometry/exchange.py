@@ -41,6 +41,16 @@ def export_sector(path: str | Path, sector: SectorMesh) -> None:
     ------
     SectorFileError
         The suffix is neither .msh nor .vtu.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector, export_sector
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
+    >>> export_sector("sector.vtu", sector)
+    >>> import meshio
+    >>> len(meshio.read("sector.vtu").points) == len(sector.points)
+    True
     """
     import meshio
 
@@ -81,6 +91,16 @@ def import_sector(path: str | Path) -> SectorMesh:
     ------
     SectorFileError
         The file does not hold a sector.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters
+    >>> from geometry import build_sector, export_sector, import_sector
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
+    >>> export_sector("sector.msh", sector)
+    >>> bool(np.array_equal(import_sector("sector.msh").points, sector.points))
+    True
     """
     import meshio
 

@@ -40,6 +40,15 @@ class BladeParameters:
     camber : float
         Angle by which the camber line, a circular arc, turns between its ends, degrees; above 0 it bulges towards
         +y. The centroids of the sections lie on the stacking axis, the thickness is normal to the camber line.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters
+    >>> blade = BladeParameters(
+    ...     n_blades=40, hub_radius=0.3, length=0.1, chord=0.03, thickness=0.004, root_stagger=30.0, twist=20.0
+    ... )
+    >>> blade.tip_stagger
+    50.0
     """
 
     n_blades: int
@@ -84,6 +93,13 @@ class ShroudParameters:
         where the airfoil fits with axial side edges, else the slant that leaves most room.
     fillet_radius : float
         Radius of the fillet between the airfoil and the inner surface, m; 0: none.
+
+    Examples
+    --------
+    >>> from geometry import ShroudParameters
+    >>> shroud = ShroudParameters(angle=45.0, thickness=0.01, axial_width=0.04, contact_length=0.01)
+    >>> shroud.gap, shroud.edge_angle
+    (0.0, 'auto')
     """
 
     angle: float
@@ -108,6 +124,12 @@ class MeshParameters:
     grading : float
         Ratio of the thickest layer of elements of the airfoil, at mid span, to the thinnest, at the re-entrant
         corners of root and shroud; 1: equal layers.
+
+    Examples
+    --------
+    >>> from geometry import MeshParameters
+    >>> MeshParameters(size=0.002, contact_grid=(4, 3))
+    MeshParameters(size=0.002, contact_grid=(4, 3), grading=4.0)
     """
 
     size: float

@@ -29,6 +29,16 @@ def hexahedron_scaled_jacobian(points: FloatArray, hexahedra: IntArray) -> Float
     -------
     (E,) array
         Scaled Jacobian of each element.
+
+    Examples
+    --------
+    A cube, and a cube sheared by 45 degrees:
+
+    >>> from geometry import hexahedron_scaled_jacobian
+    >>> cube = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1.0]])
+    >>> sheared = cube + np.outer(cube[:, 2], [1.0, 0.0, 0.0])
+    >>> print(hexahedron_scaled_jacobian(np.vstack([cube, sheared]), np.arange(16).reshape(2, 8)).round(4))
+    [1.     0.7071]
     """
     corners = points[hexahedra]
     edges = corners[:, HEXAHEDRON_NEIGHBOURS] - corners[:, :, None, :]

@@ -23,6 +23,16 @@ class ContactFace:
         Contact frames, rows t1, t2, n.
     area : (n_c,) array
         Tributary areas, m^2.
+
+    Examples
+    --------
+    The areas add up to contact length times thickness of the shroud, 1 cm^2:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> face = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(3, 2))).right
+    >>> face.frame.shape, round(1e4 * float(face.area.sum()), 6)
+    ((6, 3, 3), 1.0)
     """
 
     nodes: IntArray
@@ -49,6 +59,16 @@ class SectorMesh:
         The face on the +y side, and its match on the -y side.
     n_blades : int
         Number of blades of the ring.
+
+    Examples
+    --------
+    The top of the shroud is at hub radius plus length; both faces have the same contact nodes:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(3, 2)))
+    >>> print(sector.points[sector.node_sets["tip"]].round(6), len(sector.right.nodes), len(sector.left.nodes))
+    [[0.  0.  0.4]] 6 6
     """
 
     points: FloatArray

@@ -22,6 +22,16 @@ def check_sector(path: str | Path, sector: SectorMesh) -> None:
     ------
     SectorFileError
         A shape is wrong, a point is not finite, or a node number is out of range.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector, check_sector
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
+    >>> check_sector("sector.vtu", replace(sector, points=np.nan * sector.points))
+    Traceback (most recent call last):
+    geometry.errors.SectorFileError: sector.vtu: not a sector: a point is not finite
     """
     points, count = sector.points, len(sector.points)
     shapes = (

@@ -19,12 +19,28 @@ def least_samples(n_harmonics: int) -> int:
     ----------
     n_harmonics : int
         Number of harmonics H.
+
+    Examples
+    --------
+    >>> from nonlinear import least_samples
+    >>> least_samples(3)
+    16
     """
     return 4 * n_harmonics + 4
 
 
 class OptionsError(ValueError):
-    """A solver option out of its range; the message names it, its value and what is allowed."""
+    """A solver option out of its range; the message names it, its value and what is allowed.
+
+    Examples
+    --------
+    >>> from nonlinear import OptionsError, SolverOptions
+    >>> try:
+    ...     SolverOptions((150.0, 600.0), harmonics=0)
+    ... except OptionsError as error:
+    ...     print(error)
+    harmonics: 0, allowed: 1 or more, or "auto"
+    """
 
 
 @dataclass(frozen=True)
@@ -37,6 +53,12 @@ class Excitation:
         Engine order.
     force : float
         Amplitude on one blade, N.
+
+    Examples
+    --------
+    >>> from nonlinear import Excitation
+    >>> Excitation(engine_order=36, force=0.2)
+    Excitation(engine_order=36, force=0.2)
     """
 
     engine_order: int
@@ -87,6 +109,13 @@ class SolverOptions:
         Number of points after which a curve is given up.
     peak_tolerance : float
         Relative error of the frequency of a peak.
+
+    Examples
+    --------
+    >>> from nonlinear import SolverOptions
+    >>> options = SolverOptions((150.0, 600.0), harmonics=3, stability="wave")
+    >>> print(options.fixed_harmonics, "harmonics, from", round(options.omega_range[0], 1), "rad/s")
+    3 harmonics, from 942.5 rad/s
     """
 
     frequency_hz: tuple[float, float]

@@ -108,6 +108,16 @@ class ResponseCurve:
     motion_truncation_error : float
         Estimated relative error of the motion at the peak, on whatever branch it lies with more harmonics. Smaller
         than `truncation_error` where the peak detaches.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`.
+
+    A slider that slips at mu N0 = 1 N behind a spring of 3 N/m dissipates 4 mu N0 (X - mu N0 / kt) a cycle:
+
+    >>> amplitude, work = curve.harmonic_m[:, 0].max(), curve.dissipated_j.max()
+    >>> bool(np.isclose(work, 4.0 * 1.0 * (amplitude - 1.0 / 3.0)))
+    True
     """
 
     termination: TerminationReason

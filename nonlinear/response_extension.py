@@ -55,6 +55,16 @@ class Extension:
         The curve; the same object if there is nothing new.
     lost : tuple of LostStart
         Starts that did not reach the problem of the curve.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import branch_starts, carry_branches
+    >>> starts = branch_starts(curve, contact, excitation, "itself")
+    >>> extension = carry_branches((modal, contact, excitation, options), curve, starts[:1])
+    >>> extension.curve is curve, extension.lost
+    (True, ())
     """
 
     curve: ResponseCurve
@@ -81,6 +91,17 @@ def extend_response(
     -------
     ResponseCurve
         The curve with all branches, by falling highest amplitude; the same object if there is nothing new.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`.
+
+    Solutions of the curve itself lead to no new branch.
+
+    >>> from nonlinear import branch_starts, extend_response
+    >>> starts = branch_starts(curve, contact, excitation, "itself")
+    >>> extend_response((modal, contact, excitation, options), curve, starts[:1]) is curve
+    True
     """
     return carry_branches(problem, curve, starts, progress).curve
 
@@ -103,6 +124,15 @@ def carry_branches(
         Solutions of problems with the same number of contact nodes.
     progress : callable, optional
         Called with the frequency (Hz) and the number of points at each new point.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import branch_starts, carry_branches
+    >>> starts = branch_starts(curve, contact, excitation, "itself")
+    >>> carry_branches((modal, contact, excitation, options), curve, starts[:1]).lost
+    ()
     """
     modal, contact, excitation, options = problem
     if not starts or not curve.points:

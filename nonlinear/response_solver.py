@@ -66,6 +66,24 @@ def forced_response(
     ------
     ContactError
         The number of contact nodes differs from that of the model.
+
+    Examples
+    --------
+    A mass on a spring, 1 kg and 1 N/m, rubs against the ground. Its resonance lies between those with a free and a
+    stuck contact, 1 / (2 pi) and 2 / (2 pi) Hz. Examples of other names of the package go on from here.
+
+    >>> import numpy as np
+    >>> from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
+    >>> from rom import ReducedModel, modal_model
+    >>> one = np.ones(1)
+    >>> parts = np.eye(1), np.eye(1), np.eye(3, 1), np.zeros((1, 3)), one, {"tip": one}  # mass, stiffness, contact
+    >>> blade = ReducedModel(*parts, n_blades=12)
+    >>> modal, excitation = modal_model(blade, damping_ratio=0.01), Excitation(engine_order=3, force=1.0)
+    >>> values = {"normal_stiffness": 0.0, "tangential_stiffness": 3.0, "friction": 0.5, "preload": 2.0}
+    >>> contact, options = ContactParameters.shared(1, **values), SolverOptions((0.1, 0.4))
+    >>> curve = forced_response(modal, contact, excitation, options)
+    >>> print(f"{curve.peak.amplitude_m:.3f} m at {curve.peak.frequency_hz:.3f} Hz")
+    1.380 m at 0.198 Hz
     """
     if contact.n_contacts != modal.n_contacts:
         raise ContactError(
@@ -234,6 +252,15 @@ def build_harmonic_balance(
         Method "static-first" and no static equilibrium.
     OptionsError
         The number of harmonics is "auto".
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import build_harmonic_balance
+    >>> balance = build_harmonic_balance(modal, contact, excitation, options)
+    >>> balance.n_harmonics, balance.n_contacts
+    (1, 1)
     """
     receptance, element = _parts(modal, contact, excitation, options)
     static = static_displacement(receptance, contact, options) if options.method == "static-first" else None

@@ -6,16 +6,57 @@ from geometry import ParameterError
 
 
 class RomParameterError(ParameterError):
-    """A parameter of the finite element model or of the reduction is out of its range; the message is one line."""
+    """A parameter of the finite element model or of the reduction is out of its range; the message is one line.
+
+    Examples
+    --------
+    >>> from rom import Material, RomParameterError
+    >>> try:
+    ...     Material(young_modulus=2e11, poisson_ratio=0.5, density=7800.0)
+    ... except RomParameterError as error:
+    ...     print(error)
+    material.poisson_ratio = 0.5: must lie between -1 and 0.4999
+    """
 
 
 class ReducedModelError(ValueError):
-    """A reduced model that is inconsistent; the message names the quantity, its value and what is allowed."""
+    """A reduced model that is inconsistent; the message names the quantity, its value and what is allowed.
+
+    Examples
+    --------
+    >>> from rom import ReducedModelError, read_reduced_model
+    >>> try:
+    ...     read_reduced_model("missing.h5")
+    ... except ReducedModelError as error:
+    ...     print(error)
+    missing.h5: no such file, allowed: an HDF5 file with a reduced model
+    """
 
 
 class FactorisationError(ArithmeticError):
-    """A stiffness matrix that cannot be factorised; the message is one line and names the likely cause."""
+    """A stiffness matrix that cannot be factorised; the message is one line and names the likely cause.
+
+    Examples
+    --------
+    >>> from rom import FactorisationError, factorise
+    >>> from scipy.sparse import csr_matrix
+    >>> try:
+    ...     factorise(csr_matrix(np.zeros((2, 2))))
+    ... except FactorisationError as error:
+    ...     print(str(error).partition(":")[0])
+    the stiffness matrix is not positive definite
+    """
 
 
 class FullModelFileError(ValueError):
-    """A file that does not hold a full model; the message names the file."""
+    """A file that does not hold a full model; the message names the file.
+
+    Examples
+    --------
+    >>> from rom import FullModelFileError, load_full_model
+    >>> try:
+    ...     load_full_model("missing.h5")
+    ... except FullModelFileError as error:
+    ...     print(error)
+    missing.h5: cannot be read as a full model: No such file or directory
+    """

@@ -20,6 +20,7 @@ def angular_speed(speed_rpm: float) -> float:
 
     Examples
     --------
+    >>> from rom import angular_speed
     >>> round(angular_speed(3000.0), 3)
     314.159
     """

@@ -11,7 +11,14 @@ from nonlinear.stability.floquet import Instability, crossings, growth_limit
 
 
 class BifurcationKind(Enum):
-    """Kind of a bifurcation. The value is its name in text and files."""
+    """Kind of a bifurcation. The value is its name in text and files.
+
+    Examples
+    --------
+    >>> from nonlinear import BifurcationKind
+    >>> BifurcationKind("fold") is BifurcationKind.FOLD
+    True
+    """
 
     FOLD = "fold"
     BRANCH_POINT = "branch point"
@@ -47,6 +54,15 @@ class Bifurcation:
         k of the perturbation that begins or ceases to grow: beside that of the wave, its phase shift from blade to
         blade is 2 pi k / N_b. 0: it has the symmetry of the wave. k > 0: the blades stop moving alike, in another
         periodic motion beyond a branch point, in a quasi-periodic one beyond a Neimark-Sacker bifurcation.
+
+    Examples
+    --------
+    Of a `ResponseCurve` they are `curve.bifurcations`.
+
+    >>> from nonlinear import Bifurcation, BifurcationKind
+    >>> fold = Bifurcation(BifurcationKind.FOLD, frequency_hz=201.5, amplitude_m=3e-4, index=17, nodal_diameter=0)
+    >>> print(f"{fold.kind.value} at {fold.frequency_hz} Hz")
+    fold at 201.5 Hz
     """
 
     kind: BifurcationKind

@@ -30,6 +30,15 @@ class BranchStart:
         Name of that problem, such as "contact.interference = -60 um".
     branch : int
         Number of the branch that it is taken from.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import branch_starts
+    >>> top = branch_starts(curve, contact, excitation, "contact.preload = 2 N")[0]
+    >>> top.label, top.branch, top.displacement.shape  # harmonic 0, Re and Im of harmonic 1
+    ('contact.preload = 2 N', 0, (3, 1, 3))
     """
 
     frequency_hz: float
@@ -93,6 +102,15 @@ def branch_starts(
     -------
     list of BranchStart
         The starts, branch by branch, the top of a branch first.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import branch_starts
+    >>> starts = branch_starts(curve, contact, excitation, "contact.preload = 2 N")
+    >>> starts[0].frequency_hz == curve.peak.frequency_hz
+    True
     """
     starts = []
     for number, branch in enumerate((*curve.detached, curve)):

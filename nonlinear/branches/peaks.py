@@ -22,6 +22,14 @@ class Peak:
     located : bool
         Whether the maximum was solved for, to the peak tolerance. False where the largest amplitude lies at an end of
         the curve.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> peak = curve.peak
+    >>> bool(peak.located), bool(peak.amplitude_m == curve.amplitude_m[peak.index])
+    (True, True)
     """
 
     frequency_hz: float

@@ -20,6 +20,13 @@ class TerminationReason:
         Frequency of the last point, Hz.
     message : str
         The reason in a sentence.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> curve.termination.kind, curve.termination.complete, curve.termination.frequency_hz
+    ('complete', True, 0.4)
     """
 
     kind: Kind

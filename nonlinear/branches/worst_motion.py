@@ -34,6 +34,13 @@ class WorstMotion:
         What was searched and what was not, in a sentence.
     unresolved : str
         What the search left open, so that the worst motion may be higher; "" where nothing.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> curve.worst.motion, curve.worst.branch, curve.worst.amplitude_m == curve.peak.amplitude_m
+    ('periodic', 0, True)
     """
 
     amplitude_m: float

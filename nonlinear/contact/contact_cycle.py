@@ -22,6 +22,15 @@ class ContactCycle(NamedTuple):
         Contact force (T1, T2, N), N; the preload is part of N.
     state : (S, n_c) int
         STICK, SLIP or LIFT_OFF.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import contact_cycle
+    >>> cycle = contact_cycle(curve.relative_displacement[curve.peak.index], contact, samples=64)
+    >>> cycle.force.shape, bool(np.all(np.abs(cycle.force[:, 0, 0]) < 0.5 * cycle.force[:, 0, 2] + 1e-9))
+    ((64, 1, 3), True)
     """
 
     angle: Array
@@ -46,6 +55,17 @@ def contact_cycle(displacement: ComplexArray, contact: ContactParameters, sample
     -------
     ContactCycle
         Displacement, force and state at the instants.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import SLIP, STICK, contact_cycle
+    >>> motion = np.zeros((2, 1, 3), dtype=complex)
+    >>> motion[1, 0, 0] = 0.5  # u1 = 0.5 cos(theta), m
+    >>> cycle = contact_cycle(motion, contact, samples=64)
+    >>> set(cycle.state.ravel().tolist()) == {STICK, SLIP}, float(cycle.force[:, 0, 0].max().round(6))  # mu N0
+    (True, 1.0)
     """
     from nonlinear.contact.return_map import MAX_PERIODS, REPEAT_TOLERANCE, cone_return_map, jenkins_return_map
 

@@ -21,6 +21,17 @@ def contact_element(contact: ContactParameters, n_harmonics: int, options: Solve
     -------
     ContactElement
         The element.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import contact_element
+    >>> motion = np.zeros((3, 1, 3))
+    >>> motion[1, 0, 0] = 0.1  # u1 = 0.1 cos(theta), m: kt u1 = 0.3 N is less than mu N0 = 1 N
+    >>> forces = contact_element(contact, 1, options).evaluate(motion)
+    >>> round(float(forces.force[1, 0, 0]), 6)  # N
+    -0.3
     """
     if n_harmonics == 0:
         return QuasistaticContact(contact)

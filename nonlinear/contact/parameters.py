@@ -13,7 +13,17 @@ STICK, SLIP, LIFT_OFF = 0, 1, 2
 
 
 class ContactError(ValueError):
-    """A contact parameter out of its range; the message names it, its value and what is allowed."""
+    """A contact parameter out of its range; the message names it, its value and what is allowed.
+
+    Examples
+    --------
+    >>> from nonlinear import ContactError, ContactParameters
+    >>> try:
+    ...     ContactParameters.shared(2, normal_stiffness=2e5, tangential_stiffness=1.5e5, friction=-0.4)
+    ... except ContactError as error:
+    ...     print(error)
+    friction: -0.4, allowed: 0 or more
+    """
 
 
 @dataclass(frozen=True)
@@ -43,6 +53,16 @@ class ContactParameters:
     -----
     The normal law, N = max(N0 + kn (v0 + d_n), 0) (Gulisano et al. 2011, eq. 8), stands here only: everything
     else calls `initial_load`, `unclipped_load`, `normal_load` or `load_coefficients`.
+
+    Examples
+    --------
+    Two nodes share a face; the normal load grows with the displacement and never pulls.
+
+    >>> import numpy as np
+    >>> from nonlinear import ContactParameters
+    >>> contact = ContactParameters.shared(2, normal_stiffness=2e5, tangential_stiffness=1.5e5, friction=0.4)
+    >>> contact.normal_load(np.array([1e-5, -1e-5]))  # N
+    array([1., 0.])
     """
 
     normal_stiffness: Array
@@ -248,6 +268,17 @@ class ContactForces:
         [k, a, b, i, j] = d force[i, k, a] / d displacement[j, k, b], N/m; empty where it is not kept.
     state : (n_c,) int
         Worst state of each node in the period: STICK, SLIP or LIFT_OFF.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import contact_element
+    >>> motion = np.zeros((3, 1, 3))
+    >>> motion[1, 0, 0] = 0.1  # u1 = 0.1 cos(theta), m: kt u1 = 0.3 N is less than mu N0 = 1 N
+    >>> forces = contact_element(contact, 1, options).evaluate(motion)
+    >>> round(float(forces.jacobian[0, 0, 0, 1, 1]), 6)  # - kt, N/m
+    -3.0
     """
 
     force: Array
@@ -266,6 +297,17 @@ class ContactElement(Protocol):
     -----
     Both are real Fourier coefficients. Rows 0, 1, 2, 3, ... hold harmonic 0, Re h=1, Im h=1, Re h=2, ..., so that
     d(theta) = d_0 + sum_h Re_h cos(h theta) - Im_h sin(h theta): real and imaginary parts of d^(h).
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import contact_element
+    >>> motion = np.zeros((3, 1, 3))
+    >>> motion[1, 0, 0] = 0.1  # u1 = 0.1 cos(theta), m: kt u1 = 0.3 N is less than mu N0 = 1 N
+    >>> forces = contact_element(contact, 1, options).evaluate(motion)
+    >>> forces.force.shape == motion.shape
+    True
     """
 
     def evaluate(self, displacement: Array) -> ContactForces:
@@ -309,6 +351,14 @@ def punch_stiffness(young_modulus: float, poisson_ratio: float, area: float) -> 
     References
     ----------
     K. L. Johnson, Contact Mechanics, Cambridge University Press, 1985.
+
+    Examples
+    --------
+    >>> import math
+    >>> from nonlinear import punch_stiffness
+    >>> kn, kt = punch_stiffness(210e9, 0.3, math.pi * 0.01**2)  # radius 10 mm: kn = 0.01 m * E / (1 - nu^2)
+    >>> print(f"{kn:.4g} N/m, {kt / kn:.4f}")
+    2.308e+09 N/m, 0.8235
     """
     radius = np.sqrt(area / np.pi)
     normal = 2.0 * radius * young_modulus / (2.0 * (1.0 - poisson_ratio**2))

@@ -59,6 +59,16 @@ class LinearisedResidual:
         Derivative of R with respect to omega at constant x.
     contact : ContactForces
         Contact forces and their Jacobian.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import build_harmonic_balance
+    >>> balance = build_harmonic_balance(modal, contact, excitation, options)
+    >>> at_rest = balance.evaluate(np.zeros(balance.size), omega=1.0)  # R = -d_lin, 1 / (2 zeta k) at resonance
+    >>> print(f"{np.linalg.norm(at_rest.residual):.3f} m")
+    50.000 m
     """
 
     balance: "HarmonicBalance"
@@ -158,6 +168,16 @@ class HarmonicBalance:
         Length far below any displacement of interest, m. It keeps relative errors finite where nothing moves.
     odd : bool
         The contact excites no even harmonics (see `ContactParameters.odd`). They stay zero and are not solved for.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import build_harmonic_balance
+    >>> balance = build_harmonic_balance(modal, contact, excitation, options)
+    >>> unknown = balance.unknown(np.ones((3, 1, 3)))
+    >>> unknown.shape == (balance.size,), balance.displacement(unknown).shape
+    (True, (3, 1, 3))
     """
 
     receptance: RelativeReceptance

@@ -48,6 +48,18 @@ class ResidualExtreme:
         Mean traction (T1, T2) of the nodes over the period at the peak, N.
     curve_frequency_hz, curve_amplitude_m : (P,) float
         The response curve with sliders that start there, Hz and m; amplitudes with the same mean displacement.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from dataclasses import replace
+    >>> from nonlinear import forced_response
+    >>> bounds = replace(options, residual_tractions="bounds")
+    >>> stuck = replace(contact, preload=np.array([600.0]))
+    >>> found = forced_response(modal, stuck, excitation, bounds).residual_bounds
+    >>> bool(abs(found.highest.traction[0, 0]) <= 0.5 * 600.0)  # Coulomb's limit
+    True
     """
 
     frequency_hz: float
@@ -75,6 +87,20 @@ class ResidualBounds:
     band_lowest_m, band_highest_m : (F,) float
         Lowest and highest amplitude at the frequencies of these points that the response reaches from the main branch
         when the residual tractions change, m.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`.
+
+    A contact that can always stick has the resonance of its spring, sqrt(1 + 3) / (2 pi) Hz, whatever its traction.
+
+    >>> from dataclasses import replace
+    >>> from nonlinear import forced_response
+    >>> bounds = replace(options, residual_tractions="bounds")
+    >>> stuck = replace(contact, preload=np.array([600.0]))
+    >>> found = forced_response(modal, stuck, excitation, bounds).residual_bounds
+    >>> print(f"{found.lowest.frequency_hz:.3f} to {found.highest.frequency_hz:.3f} Hz")
+    0.318 to 0.318 Hz
     """
 
     lowest: ResidualExtreme

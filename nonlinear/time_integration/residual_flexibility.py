@@ -18,7 +18,21 @@ MOST_STEPS = 50_000
 
 
 class StepError(ArithmeticError):
-    """The contacts are so stiff for the retained modes that a period needs too many steps."""
+    """The contacts are so stiff for the retained modes that a period needs too many steps.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from dataclasses import replace
+    >>> from nonlinear import Ring, RingIntegrator, StepError
+    >>> stiff = replace(contact, tangential_stiffness=np.array([1e12]))
+    >>> try:
+    ...     RingIntegrator.of(Ring(modal, stiff, excitation), omega=1.0)
+    ... except StepError as error:
+    ...     print(str(error).partition("allowed: ")[2])
+    50000; the contacts are stiff
+    """
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,15 @@ class Ring:
         Engine order and force.
     output : str
         Name of the output of which the amplitude is wanted.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import Ring
+    >>> ring = Ring(modal, contact, excitation)
+    >>> round(ring.shift(3) / np.pi, 6), ring.blades(3)  # one blade suffices where the contact is against ground
+    (0.5, 1)
     """
 
     modal: ModalModel
@@ -102,6 +111,16 @@ class RingState:
         Positions of the sliders, m.
     force : (q, n_c, 3) float
         Contact force on the right nodes, N.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import Ring, RingIntegrator
+    >>> integrator = RingIntegrator.of(Ring(modal, contact, excitation), omega=1.0)
+    >>> rest = integrator.at_rest().repeated(3)
+    >>> rest.n_blades, rest.coordinates.shape
+    (3, (3, 1))
     """
 
     coordinates: Array

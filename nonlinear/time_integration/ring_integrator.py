@@ -19,7 +19,14 @@ CYCLE_SAMPLES = 4096  # instants of the contact cycle from which the sliders sta
 
 
 class ContactIterationError(ArithmeticError):
-    """The contact forces of a step were not found."""
+    """The contact forces of a step were not found.
+
+    Examples
+    --------
+    >>> from nonlinear import ContactIterationError, StepError
+    >>> issubclass(ContactIterationError, ArithmeticError), issubclass(StepError, ArithmeticError)  # caught together
+    (True, True)
+    """
 
 
 @dataclass(frozen=True)
@@ -35,6 +42,16 @@ class RingRecord:
     ends : (P, q, 2 m) float
         Coordinates, and rates divided by omega, of the retained modes at the end of each period: the contact-driven
         part, in the units of modal coordinates.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import Ring, RingIntegrator
+    >>> integrator = RingIntegrator.of(Ring(modal, contact, excitation), omega=1.0)
+    >>> record = integrator.march(integrator.at_rest(), 5)
+    >>> record.envelope_m.shape, record.output_m.shape == (5, integrator.steps, 1)
+    ((5, 1), True)
     """
 
     final: RingState
@@ -69,6 +86,15 @@ class RingIntegrator:
         Steps a period.
     modes : RetainedModes
         Modes that are integrated.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import Ring, RingIntegrator
+    >>> integrator = RingIntegrator.of(Ring(modal, contact, excitation), omega=1.0)
+    >>> round(integrator.period / (2.0 * np.pi), 6), integrator.steps
+    (1.0, 360)
     """
 
     ring: Ring

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -51,6 +52,12 @@ class RingLimits:
         Factor on the number of steps a period.
     floor_m : float
         Amplitude below which a motion of two windows is not followed any further, m; it then counts as not settled.
+
+    Examples
+    --------
+    >>> from nonlinear import RingLimits
+    >>> RingLimits(most_periods=60, window=10).most_periods
+    60
     """
 
     most_periods: int = 1000
@@ -95,6 +102,16 @@ class RingMotion:
         Largest abs(x) of each period and blade, m.
     final : RingState
         State at the end.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import Ring, RingLimits, integrate_ring
+    >>> ring, limits = Ring(modal, contact, excitation), RingLimits(most_periods=60, window=10)
+    >>> motion = integrate_ring(ring, 2.0 * np.pi * 0.2, None, limits=limits)  # from rest, 0.2 Hz
+    >>> motion.settled, motion.periodic, motion.repeats_after, motion.n_blades
+    (True, True, 1, 1)
     """
 
     stays: bool
@@ -179,6 +196,16 @@ def integrate_ring(
     ArithmeticError
         The contacts are too stiff for the retained modes (`StepError`), or the contact forces of a step were not
         found (`ContactIterationError`).
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import Ring, RingLimits, integrate_ring
+    >>> ring, limits = Ring(modal, contact, excitation), RingLimits(most_periods=60, window=10)
+    >>> motion = integrate_ring(ring, 2.0 * np.pi * 0.2, None, limits=limits)  # from rest, 0.2 Hz
+    >>> print(f"{motion.amplitude_m:.2f} m")
+    1.32 m
     """
     limits = limits or RingLimits()
     integrator = RingIntegrator.of(
@@ -190,24 +217,30 @@ def integrate_ring(
         amplitude = float(np.abs(integrator.wave_output(wave)).max())
         stays, rate = _stays(march, wave, nodal_diameter, limits)
     settled = stays or _settle(march, limits)
-    window = min(limits.window, march.periods)
-    repeats = 1 if stays else repeats_after(march.last_ends(window))
-    envelope = march.envelope
     return RingMotion(
         stays=stays,
         growth_rate=rate,
         started_m=amplitude,
-        amplitude_m=float(envelope[-window:].max()),
-        lowest_m=float(envelope[-window:].min()),
-        periodic=repeats > 0,
-        repeats_after=repeats,
         settled=settled,
         n_blades=integrator.n_blades,
         nodal_diameter=nodal_diameter,
         periods=march.periods,
-        envelope_m=envelope,
         final=march.state,
+        **_final_window(march, stays, limits),
     )
+
+
+def _final_window(march: _March, stays: bool, limits: RingLimits) -> dict[str, Any]:
+    """What `RingMotion` tells about the final window, and the envelope."""
+    window, envelope = min(limits.window, march.periods), march.envelope
+    repeats = 1 if stays else repeats_after(march.last_ends(window))
+    return {
+        "amplitude_m": float(envelope[-window:].max()),
+        "lowest_m": float(envelope[-window:].min()),
+        "periodic": repeats > 0,
+        "repeats_after": repeats,
+        "envelope_m": envelope,
+    }
 
 
 def _start(

@@ -63,6 +63,16 @@ class RingIntegration:
         The ring.
     options : SolverOptions
         Options of the curve.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import Ring, RingIntegration, SolutionSearch
+    >>> ring = Ring(modal, contact, excitation)
+    >>> found = SolutionSearch(ring, options, frequency_hz=0.198).solutions([curve])
+    >>> RingIntegration(ring, options).motion(found[0].solution, most_periods=400).stays
+    True
     """
 
     ring: Ring

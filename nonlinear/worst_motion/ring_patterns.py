@@ -34,6 +34,19 @@ class RingPatterns:
         Excitation frequency, rad/s.
     displacement : (2H+1, n_c, 3) float
         Real Fourier coefficients of d, m.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`.
+
+    A stuck contact leaves the damping of the mass: c / 2 = zeta w = 0.01 1/s.
+
+    >>> from nonlinear import Ring, RingPatterns
+    >>> motion = np.zeros((3, 1, 3))
+    >>> motion[1, 0, 0] = 0.1
+    >>> patterns = RingPatterns(Ring(modal, contact, excitation), options, 1.9, motion)
+    >>> round(patterns.growth_rate(0), 6)
+    -0.01
     """
 
     ring: Ring

@@ -44,6 +44,16 @@ class FoundSolution:
         Largest abs(x(t)) of the output, m.
     solution : Solution
         The solution and its worst perturbation.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import Ring, SolutionSearch
+    >>> ring = Ring(modal, contact, excitation)
+    >>> found = SolutionSearch(ring, options, frequency_hz=0.198).solutions([curve])
+    >>> found[0].branch, bool(found[0].solution.growth_rate < 0.0)
+    (0, True)
     """
 
     branch: int
@@ -63,6 +73,16 @@ class SolutionSearch:
         Contact integration, tolerances and output.
     frequency_hz : float
         The frequency, Hz.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import Ring, SolutionSearch
+    >>> ring = Ring(modal, contact, excitation)
+    >>> found = SolutionSearch(ring, options, frequency_hz=0.198).solutions([curve])
+    >>> [f"{each.amplitude_m:.2f} m" for each in found]
+    ['1.38 m']
     """
 
     ring: Ring

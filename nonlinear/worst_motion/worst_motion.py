@@ -48,6 +48,14 @@ def find_worst_motion(problem: Problem, curve: ResponseCurve) -> WorstMotion | N
     WorstMotion or None
         None for a curve without points. Its amplitude is NaN where no solution is stable and there is no time
         integration.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import find_worst_motion
+    >>> find_worst_motion((modal, contact, excitation, options), curve).motion
+    'periodic'
     """
     if curve.points == 0:
         return None

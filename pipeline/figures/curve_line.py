@@ -55,6 +55,17 @@ def plot_curve(axes: Axes, curve: _Curve, *, label: str | None = None, unit: str
     ------
     ValueError
         The unit is none of these.
+
+    Examples
+    --------
+    With the names of the example of `Results`:
+
+    >>> from matplotlib.figure import Figure
+    >>> from pipeline import plot_curve
+    >>> axes = Figure().subplots()
+    >>> plot_curve(axes, results.curves[0], unit="m")
+    >>> round(float(max(line.get_ydata().max() for line in axes.lines)), 2)
+    1.38
     """
     if unit not in UNITS:
         raise ValueError(f"unit = {unit!r}: must be one of {', '.join(UNITS)}")

@@ -49,7 +49,16 @@ _SETTINGS: dict[str, Any] = {
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """matplotlib with the style of the figures whatever the user's own settings are, and without a display."""
+    """matplotlib with the style of the figures whatever the user's own settings are, and without a display.
+
+    Examples
+    --------
+    >>> from pipeline import styled
+    >>> with styled():
+    ...     import matplotlib
+    ...     matplotlib.get_backend().lower()
+    'agg'
+    """
     import gc
 
     import matplotlib as mpl
@@ -77,6 +86,12 @@ def ordered_colours(count: int) -> list[Any]:
     -------
     list
         Colours that matplotlib accepts.
+
+    Examples
+    --------
+    >>> from pipeline import ordered_colours
+    >>> len(set(ordered_colours(8)))
+    8
     """
     from matplotlib.colors import to_rgb
 

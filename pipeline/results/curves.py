@@ -86,6 +86,13 @@ class DetachedBranch(_Points):
         Estimated relative error of its highest amplitude from the neglected harmonics; NaN: not known.
     truncation_branch : str
         As in `Curve`.
+
+    Examples
+    --------
+    With the names of the example of `Results`:
+
+    >>> [branch.peak_amplitude_m for branch in results.curves[0].detached]  # a mass that only rubs has none
+    []
     """
 
     datasets: Mapping[str, Array]
@@ -152,6 +159,16 @@ class Curve(_Points):
         Bifurcations of the main branch in the order of its points.
     rom : Path or None
         File of its reduced model, None where that could not be computed.
+
+    Examples
+    --------
+    With the names of the example of `Results`:
+
+    >>> curve = results.curves[0]
+    >>> print(f"{curve.peak.amplitude_m:.2f} m at {curve.peak.frequency_hz:.3f} Hz")
+    1.38 m at 0.198 Hz
+    >>> bool(curve.amplitude_m.max() == curve.peak.amplitude_m)
+    True
     """
 
     number: int

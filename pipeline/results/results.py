@@ -41,6 +41,25 @@ class Results:
         Content of `summary.json` (docs/outputs.md): times, natural frequencies, pictures.
     table : CurveTable or None
         Numbers of all curves, a column each; None where the run was not asked for curves.
+
+    Examples
+    --------
+    A mass on a spring that rubs against the ground. Examples of other names of the package go on from here.
+
+    >>> import numpy as np
+    >>> from pipeline import run_scene
+    >>> from rom import ReducedModel, write_reduced_model
+    >>> one = np.ones(1)
+    >>> parts = np.eye(1), np.eye(1), np.eye(3, 1), np.zeros((1, 3)), one, {"tip": one}  # mass, stiffness, contact
+    >>> blade = ReducedModel(*parts, n_blades=12)
+    >>> write_reduced_model("blade.h5", blade)
+    >>> contact = {"normal_stiffness": 0.0, "tangential_stiffness": 3.0, "friction": 0.5, "preload": 2.0}
+    >>> response = {"frequency": [0.1, 0.4], "harmonics": 1, "damping_ratio": 0.01}
+    >>> excitation = {"engine_order": 3, "force": 1.0}
+    >>> scene = {"name": "rub", "contact": contact, "excitation": excitation, "response": response}
+    >>> results = run_scene(scene, "out/rub", rom="blade.h5", until="respond")
+    >>> results.complete, len(results.curves), results.summary["curves"][0]["complete"]
+    (True, 1, True)
     """
 
     folder: Path
@@ -130,6 +149,14 @@ def read_results(folder: str | os.PathLike[str]) -> Results:
     ------
     InputError
         There is no `summary.json`, or it and `response.h5` cannot be read or are not of one run.
+
+    Examples
+    --------
+    With the names of the example of `Results`:
+
+    >>> from pipeline import read_results
+    >>> read_results("out/rub").curves[0].peak == results.curves[0].peak
+    True
     """
     folder = Path(folder)
     allowed = "the output folder of a run"

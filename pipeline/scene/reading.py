@@ -38,6 +38,13 @@ class Member:
         The swept dotted keys with their values here.
     place : str
         How messages name the table that these values stand in.
+
+    Examples
+    --------
+    >>> from pipeline import read_scene
+    >>> member = read_scene("scenes/dummy.toml").members[1]
+    >>> member.index, dict(member.parameters), member.scene.contact.interference
+    (1, {'contact.interference': -2e-05}, -2e-05)
     """
 
     index: int
@@ -71,6 +78,13 @@ class SceneFile:
         Text of the file as it was read.
     sweep_kind : str
         "grid" (every combination of lists), "points" or "latin_hypercube".
+
+    Examples
+    --------
+    >>> from pipeline import read_scene
+    >>> scene = read_scene("scenes/dummy.toml")
+    >>> scene.path.name, scene.sweep_kind, scene.first.blade.n_blades
+    ('dummy.toml', 'grid', 72)
     """
 
     path: Path

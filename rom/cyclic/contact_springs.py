@@ -25,6 +25,13 @@ def contact_springs(n_contacts: int, normal: ArrayLike, tangential: ArrayLike) -
         Number of contact nodes n_c.
     normal, tangential : float or (n_c,) array
         Stiffness kn and kt of each node, N/m.
+
+    Examples
+    --------
+    >>> from rom import contact_springs
+    >>> print(contact_springs(2, normal=3e6, tangential=[1e6, 2e6]))
+    [[1000000. 1000000. 3000000.]
+     [2000000. 2000000. 3000000.]]
     """
     springs = np.empty((n_contacts, 3))
     springs[:, :2] = np.broadcast_to(np.asarray(tangential, dtype=float), n_contacts)[:, None]
@@ -46,6 +53,14 @@ def spring_stiffness(motion: NDArray[Any], springs: NDArray[np.float64]) -> NDAr
     -------
     (n, n) array
         Stiffness, N/m in the coordinates of `motion`.
+
+    Examples
+    --------
+    A node that moves along n alone feels kn alone:
+
+    >>> from rom import contact_springs, spring_stiffness
+    >>> print(spring_stiffness(np.array([[0.0], [0.0], [1.0]]), contact_springs(1, normal=3e6, tangential=1e6)))
+    [[3000000.]]
     """
     return motion.conj().T @ (springs.reshape(-1, 1) * motion)
 
@@ -118,6 +133,15 @@ class SpringSupportedMotion:
     receptance : (3 n_c, 3 n_c) array
         G k: the receptance G of the relative displacement times the springs k of its columns, real (static) or
         complex, C-contiguous; it is overwritten.
+
+    Examples
+    --------
+    A spring as stiff as the structure, G k = 1, halves the displacement:
+
+    >>> from rom import SpringSupportedMotion
+    >>> receptance, springs = 1e-6 * np.eye(3), 1e6 * np.ones(3)
+    >>> print(SpringSupportedMotion(receptance * springs).solve(np.array([0.0, 0.0, 4e-5])))
+    [0.e+00 0.e+00 2.e-05]
     """
 
     def __init__(self, receptance: NDArray[Any]) -> None:

@@ -27,6 +27,7 @@ def inter_blade_phase(engine_order: int, n_blades: int | None) -> float:
 
     Examples
     --------
+    >>> from rom import inter_blade_phase
     >>> inter_blade_phase(36, 72) == np.pi
     True
     """
@@ -53,6 +54,15 @@ def relative_contact_motion(
     -------
     (3 n_c, n) or (k, 3 n_c, n) complex array
         B, one matrix for each phase.
+
+    Examples
+    --------
+    Neighbours in phase do not move against each other, neighbours in opposite phase by twice the amplitude:
+
+    >>> from rom import relative_contact_motion
+    >>> along_n = np.array([[0.0], [0.0], [1.0]])
+    >>> print(abs(relative_contact_motion(along_n, along_n, [0.0, np.pi]))[:, 2, 0].round(12))
+    [0. 2.]
     """
     ahead: NDArray[np.complex128] = np.exp(1j * np.asarray(phase, dtype=complex))[..., None, None]
     if left is None:

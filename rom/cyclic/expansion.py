@@ -30,6 +30,16 @@ def expand_to_mesh(model: ReducedModel, coordinates: NDArray[Any]) -> NDArray[An
     ------
     ReducedModelError
         The model was stored without its basis, or the basis is not that of a mesh.
+
+    Examples
+    --------
+    >>> from rom import ReducedModel, expand_to_mesh
+    >>> up, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> basis = np.vstack([0 * up, up])  # node 0 is held, node 1 moves along z
+    >>> model = ReducedModel(np.eye(1), np.eye(1), up, np.zeros((1, 3)), one, {"tip": one}, basis=basis)
+    >>> print(expand_to_mesh(model, [0.002]))
+    [[0.    0.    0.   ]
+     [0.    0.    0.002]]
     """
     if model.basis is None:
         raise ReducedModelError(

@@ -40,6 +40,17 @@ class ModalModel:
         Areas of the contact nodes, as in `ReducedModel`.
     n_blades : int or None
         Number of blades of the ring.
+
+    Examples
+    --------
+    The mode of 4 kg on 4 MN/m, normalised to 1 kg:
+
+    >>> from rom import ReducedModel, modal_model
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(4 * np.eye(1), 4e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one}, n_blades=40)
+    >>> modal = modal_model(model, damping_ratio=0.01)
+    >>> modal.angular_frequency.round(6).tolist(), abs(modal.outputs["tip"]).round(6).tolist()
+    ([1000.0], [0.5])
     """
 
     angular_frequency: Array
@@ -102,6 +113,14 @@ def modal_model(
         The mass or the stiffness is not positive definite (a rigid-body mode has no static response); damping is
         given twice, not at all, or negative; the model was stiffened for another speed than `speed_rpm`, or has no
         centrifugal force.
+
+    Examples
+    --------
+    >>> from rom import ReducedModel, modal_model
+    >>> along_n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), along_n, np.zeros((1, 3)), one, {"tip": one})
+    >>> print(modal_model(model, damping_ratio=0.01).damping.round(6))  # 2 zeta w, w = 1000 rad/s
+    [20.]
     """
     squared, shapes = _modes(model)
     frequency = np.sqrt(squared)

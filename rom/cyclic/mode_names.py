@@ -34,6 +34,7 @@ def mode_names(points: NDArray[np.float64], shapes: NDArray[Any]) -> list[str]:
 
     Examples
     --------
+    >>> from rom import mode_names
     >>> z = np.repeat(np.linspace(0.0, 0.1, 25), 4)
     >>> corners = np.tile([[-0.02, -0.002], [0.02, -0.002], [0.02, 0.002], [-0.02, 0.002]], (25, 1))
     >>> bending = np.column_stack([0.0 * z, z**2, 0.0 * z])

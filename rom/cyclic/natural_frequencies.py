@@ -45,6 +45,16 @@ def natural_frequencies(
     ------
     ReducedModelError
         The mass is not positive definite.
+
+    Examples
+    --------
+    In opposite phase the springs between the blades act with 4 kn, which here doubles the frequency:
+
+    >>> from rom import ReducedModel, natural_frequencies
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one}, contact_left=n)
+    >>> [natural_frequencies(model, phase, normal=0.75e6).round(3).tolist() for phase in (0.0, np.pi)]
+    [[159.155], [318.31]]
     """
     squared, _ = _cyclic_modes(model, phase, contact_springs(model.n_contacts, normal, tangential), count)
     return _omega(squared) / (2 * np.pi)
@@ -77,6 +87,17 @@ def gyroscopic_frequencies(
     ------
     ReducedModelError
         The mass is not positive definite, or the model has no Coriolis matrix or no speed.
+
+    Examples
+    --------
+    A mass on equal springs in a frame that turns with W: (w_0^2 + W^2)^(1/2) -+ W in the frame:
+
+    >>> from rom import ReducedModel, gyroscopic_frequencies
+    >>> g, one = np.array([[0.0, -2.0], [2.0, 0.0]]), np.ones(2)
+    >>> turning = {"coriolis": g, "speed_rpm": 3000.0 / np.pi}  # W = 100 rad/s, w_0 = 1000 rad/s
+    >>> model = ReducedModel(np.eye(2), 1e6 * np.eye(2), np.eye(3, 2), np.zeros((1, 3)), one, {"tip": one}, **turning)
+    >>> print((2 * np.pi * gyroscopic_frequencies(model, phase=0.0)).round(3))
+    [ 904.988 1104.988]
     """
     return frequencies_without_and_with_coriolis(model, phase, (normal, tangential), count)[1]
 
@@ -132,6 +153,17 @@ def mode_shapes(
     ------
     ReducedModelError
         The model holds no basis, or its mass is not positive definite.
+
+    Examples
+    --------
+    A mode of 4 kg, normalised to 1 kg, on a mesh of one node:
+
+    >>> from rom import ReducedModel, mode_shapes
+    >>> z, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(4 * np.eye(1), 4e6 * np.eye(1), z, np.zeros((1, 3)), one, {"tip": one}, basis=z)
+    >>> frequencies, shapes = mode_shapes(model, phase=0.0)
+    >>> frequencies.round(3).tolist(), abs(shapes).round(6).tolist()
+    ([159.155], [[[0.0, 0.0, 0.5]]])
     """
     squared, vectors = _cyclic_modes(model, phase, contact_springs(model.n_contacts, normal, tangential), count)
     return _omega(squared) / (2 * np.pi), expand_to_mesh(model, vectors.T)

@@ -44,6 +44,18 @@ class RelativeReceptance:
         The n_h harmonics h, ascending; may hold 0.
     force : float
         Amplitude of the excitation, N; it acts in harmonic 1 only.
+
+    Examples
+    --------
+    At resonance one mode of 1 kg has the receptance 1 / (i c w), here 1 / (20i 1000) m/N:
+
+    >>> from rom import ReducedModel, RelativeReceptance, modal_model
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
+    >>> modal = modal_model(model, damping_ratio=0.01)
+    >>> receptance = RelativeReceptance(modal, phase=0.0, harmonics=(0, 1), force=1.0).matrix(1000.0)
+    >>> receptance.shape, abs(receptance[:, 2, 2]).round(9).tolist()
+    ((2, 3, 3), [1e-06, 5e-05])
     """
 
     modal: ModalModel
@@ -302,6 +314,16 @@ def coupled_frequencies(
     -------
     (m,) array
         Natural frequencies in rad/s, ascending; with `highest` perhaps none above it.
+
+    Examples
+    --------
+    Springs of three times the stiffness of the blade, to the ground, double its frequency:
+
+    >>> from rom import ReducedModel, coupled_frequencies, modal_model
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
+    >>> print(coupled_frequencies(modal_model(model, damping_ratio=0.01), phase=0.0, normal=3e6).round(6))
+    [2000.]
     """
     springs = contact_springs(modal.n_contacts, normal, tangential)
     if not springs.any():
@@ -346,6 +368,17 @@ def linear_response(
     -------
     (F,) complex array
         Amplitude of the output, m.
+
+    Examples
+    --------
+    Static displacement F / k, and F / (c w) at resonance:
+
+    >>> from rom import ReducedModel, linear_response, modal_model
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
+    >>> modal = modal_model(model, damping_ratio=0.01)
+    >>> abs(linear_response(modal, [0.0, 500.0 / np.pi], phase=0.0, force=2.0)).round(9).tolist()
+    [2e-06, 0.0001]
     """
     springs = contact_springs(modal.n_contacts, normal, tangential).reshape(-1)
     receptance = RelativeReceptance(modal, phase, (1,), force)

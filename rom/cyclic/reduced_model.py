@@ -55,6 +55,19 @@ class ReducedModel:
     ------
     ReducedModelError
         A shape, a value or a symmetry is wrong.
+
+    Examples
+    --------
+    A blade of one coordinate, 4 kg on 4 MN/m, whose contact node touches its neighbours along n:
+
+    >>> from rom import ReducedModel, natural_frequencies
+    >>> along_n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(
+    ...     mass=4.0 * np.eye(1), stiffness=4e6 * np.eye(1), contact_right=along_n, contact_left=along_n,
+    ...     contact_position=np.zeros((1, 3)), force_excitation=one, outputs={"tip": one}, n_blades=40
+    ... )
+    >>> model.size, model.n_contacts, (2 * np.pi * natural_frequencies(model, phase=0.0)).round(6).tolist()
+    (1, 1, [1000.0])
     """
 
     mass: Array

@@ -31,6 +31,17 @@ def save_full_model(path: str | Path, full: FullModel) -> None:
         The file.
     full : FullModel
         The full model.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, assemble, opened, save_full_model
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
+    >>> save_full_model("full.h5", assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8"))
+    >>> with opened("full.h5") as file:
+    ...     print(file.attrs["element"], file.attrs["speed_rpm"])
+    hex8 0.0
     """
     with new_hdf5(path) as file:
         file.attrs["format"] = _FORMAT
@@ -59,6 +70,16 @@ def load_full_model(path: str | Path) -> FullModel:
     ------
     FullModelFileError
         The file is missing or does not hold a full model.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, assemble, load_full_model, save_full_model
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> full = assemble(build_sector(blade, shroud, MeshParameters(size=0.02)), Material(2e11, 0.3, 7800.0), "hex8")
+    >>> save_full_model("full.h5", full)
+    >>> abs(load_full_model("full.h5").stiffness - full.stiffness).nnz
+    0
     """
     try:
         with opened(path) as file:

@@ -46,6 +46,15 @@ def opened(path: str | os.PathLike[str]) -> Iterator["h5py.File"]:
     ------
     ValueError
         The file holds a link into another file. For a damaged file any of `UNREADABLE` is raised.
+
+    Examples
+    --------
+    >>> from rom import new_hdf5, opened
+    >>> with new_hdf5("areas.h5") as file:
+    ...     file["area"] = np.ones((4, 3))
+    >>> with opened("areas.h5") as file:
+    ...     print(file["area"].shape)
+    (4, 3)
     """
     import h5py
 
@@ -79,6 +88,15 @@ def stored_array(dataset: Any) -> np.ndarray:
     ------
     ValueError
         The dataset claims far more than the file holds, takes its data from other files, or holds no numbers.
+
+    Examples
+    --------
+    >>> from rom import new_hdf5, opened, stored_array
+    >>> with new_hdf5("areas.h5") as file:
+    ...     file["area"] = np.ones((4, 3))
+    >>> with opened("areas.h5") as file:
+    ...     print(stored_array(file["area"]).sum())
+    12.0
     """
     if dataset.shape is None:
         raise ValueError(f"{dataset.name}: empty, allowed: numbers")
@@ -101,6 +119,12 @@ def why_unreadable(error: BaseException) -> str:
     ----------
     error : BaseException
         The exception.
+
+    Examples
+    --------
+    >>> from rom import why_unreadable
+    >>> why_unreadable(ValueError("area: empty, allowed: numbers"))
+    'area: empty, allowed: numbers'
     """
     if isinstance(error, OSError) and error.errno:  # an error of the system, wrapped by HDF5 in its own words
         return os.strerror(error.errno)

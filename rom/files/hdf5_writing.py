@@ -30,6 +30,15 @@ def new_hdf5(path: str | os.PathLike[str]) -> Iterator[Any]:
     ------
     OSError
         The file cannot be written.
+
+    Examples
+    --------
+    >>> from rom import new_hdf5, opened
+    >>> with new_hdf5("blade.h5") as file:
+    ...     file.attrs["n_blades"] = 40
+    >>> with opened("blade.h5") as file:
+    ...     print(file.attrs["n_blades"])
+    40
     """
     import h5py
 

@@ -43,6 +43,16 @@ def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> No
         The file.
     model : ReducedModel
         The model.
+
+    Examples
+    --------
+    >>> from rom import ReducedModel, opened, write_reduced_model
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
+    >>> write_reduced_model("rom.h5", model)
+    >>> with opened("rom.h5") as file:
+    ...     print(*sorted(file))
+    contact force mass output stiffness
     """
     with new_hdf5(path) as file:
         for attribute, name in (_REQUIRED | _OPTIONAL).items():
@@ -79,6 +89,15 @@ def read_reduced_model(path: str | os.PathLike[str], *, with_basis: bool = True)
     ReducedModelError
         The file cannot be read, a dataset is missing, or the model is inconsistent; the message names the file and
         the dataset.
+
+    Examples
+    --------
+    >>> from rom import ReducedModel, read_reduced_model, write_reduced_model
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one}, n_blades=40)
+    >>> write_reduced_model("rom.h5", model)
+    >>> print(read_reduced_model("rom.h5").stiffness, read_reduced_model("rom.h5").n_blades)
+    [[1000000.]] 40
     """
     if not Path(path).is_file():
         raise ReducedModelError(f"{path}: no such file, allowed: an HDF5 file with a reduced model")

@@ -24,6 +24,16 @@ def save_sector(path: str | Path, sector: SectorMesh) -> None:
         The file.
     sector : SectorMesh
         The mesh.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import opened, save_sector
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> save_sector("sector.h5", build_sector(blade, shroud, MeshParameters(size=0.02)))
+    >>> with opened("sector.h5") as file:
+    ...     print(*sorted(file), file.attrs["n_blades"])
+    hexahedra left node_sets points right 40
     """
     with new_hdf5(path) as file:
         file.attrs["format"] = FORMAT
@@ -54,6 +64,16 @@ def load_sector(path: str | Path) -> SectorMesh:
     ------
     SectorFileError
         The file is missing or does not hold a sector.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import load_sector, save_sector
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
+    >>> save_sector("sector.h5", sector)
+    >>> np.array_equal(load_sector("sector.h5").points, sector.points)
+    True
     """
     try:
         with opened(path) as file:

@@ -40,6 +40,18 @@ class FullModel:
         Name of the element.
     speed_rpm : float
         Speed, rev/min, about whose static equilibrium `stiffness` holds, 0 at rest.
+
+    Examples
+    --------
+    Rigid motions of the free structure cause no force:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, assemble
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> bool(np.abs(full.stiffness @ np.ones(full.n_dofs)).max() < 1e-9 * full.stiffness.diagonal().max())
+    True
     """
 
     stiffness: csr_matrix
@@ -79,6 +91,19 @@ def assemble(sector: SectorMesh, material: Material, element: str = "hex20") -> 
     ------
     RomParameterError
         The element is unknown, or an element of the mesh is turned inside out.
+
+    Examples
+    --------
+    The mass is density times volume of airfoil and shroud:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, assemble
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> along_x = np.tile([1.0, 0.0, 0.0], len(full.positions))
+    >>> round(float(along_x @ full.mass @ along_x), 3)
+    0.306
     """
     discretisation = discretise(sector.points, sector.hexahedra, element)
     stiffness, mass = elastic_matrices(discretisation, material)

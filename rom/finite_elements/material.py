@@ -29,6 +29,13 @@ class Material:
     RomParameterError
         No stable isotropic solid has these values, or Poisson's ratio is so near to 1/2 that displacement elements
         lock.
+
+    Examples
+    --------
+    >>> from rom import Material
+    >>> steel = Material(young_modulus=2.08e11, poisson_ratio=0.3, density=7800.0)
+    >>> round(steel.lame[1] / 1e9, 6)  # shear modulus E / (2 + 2 nu), GPa
+    80.0
     """
 
     young_modulus: float

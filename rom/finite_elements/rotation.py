@@ -68,6 +68,18 @@ def stiffen_by_rotation(
         elasticity.
     FactorisationError
         The structure is not held.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, assemble, stiffen_by_rotation
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector, steel = build_sector(blade, shroud, MeshParameters(size=0.02)), Material(2e11, 0.3, 7800.0)
+    >>> full = assemble(sector, steel, element="hex8")
+    >>> tilt = np.outer(full.positions[:, 2] - 0.3, [1.0, 0.0, 0.0]).ravel()  # the tension resists it
+    >>> stiffness = stiffen_by_rotation(full, sector, steel, speed_rpm=3000.0).stiffness
+    >>> bool(tilt @ stiffness @ tilt > tilt @ full.stiffness @ tilt)
+    True
     """
     require_between("load", "speed_rpm", speed_rpm, -math.inf, math.inf, "must be a finite number (rev/min)")
     if equilibrium not in EQUILIBRIA:
@@ -84,15 +96,20 @@ def stiffen_by_rotation(
         displacement = squared * centrifugal_displacement(full)
         stress = stress_at_quadrature(discretisation, material, displacement)
     else:
-        found = static_equilibrium(rotating, squared)
-        if found is None:
-            allowed = f"a lower speed: no static equilibrium with strains below {100 * LARGEST_STRAIN:g} % was found"
-            raise RomParameterError("load", "speed_rpm", speed_rpm, allowed)
-        displacement = found
+        displacement = _at_equilibrium(rotating, speed_rpm)
     stiffness = rotating.stiffness(displacement, squared, stress)
     force = full.centrifugal.copy()
     force[rotating.free] = (stiffness @ displacement)[rotating.free] / squared
     return replace(full, stiffness=stiffness, centrifugal=force, speed_rpm=float(speed_rpm))
+
+
+def _at_equilibrium(rotating: RotatingBody, speed_rpm: float) -> NDArray[np.float64]:
+    """Displacement (N,) of the static equilibrium at large displacements, m."""
+    found = static_equilibrium(rotating, angular_speed(speed_rpm) ** 2)
+    if found is None:
+        allowed = f"a lower speed: no static equilibrium with strains below {100 * LARGEST_STRAIN:g} % was found"
+        raise RomParameterError("load", "speed_rpm", speed_rpm, allowed)
+    return found
 
 
 def centrifugal_displacement(full: FullModel, backend: str = "auto") -> NDArray[np.float64]:
@@ -116,6 +133,19 @@ def centrifugal_displacement(full: FullModel, backend: str = "auto") -> NDArray[
     ------
     FactorisationError
         The structure is not held.
+
+    Examples
+    --------
+    At rest the displacement of the free dofs balances the centrifugal force, K u = f:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, assemble, centrifugal_displacement
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02))
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> residual = np.delete(full.stiffness @ centrifugal_displacement(full) - full.centrifugal, full.fixed)
+    >>> bool(abs(residual).max() < 1e-9 * abs(full.centrifugal).max())
+    True
     """
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     # In two steps, between which the matrix is freed: on a large mesh there is little memory beside the factor.

@@ -35,7 +35,16 @@ _NOT_DEFINITE = (
 
 
 class Factor(Protocol):
-    """A factorised symmetric positive definite matrix A."""
+    """A factorised symmetric positive definite matrix A.
+
+    Examples
+    --------
+    >>> from rom import factorise
+    >>> from scipy.sparse import csr_matrix
+    >>> factor = factorise(csr_matrix(np.diag([2.0, 4.0])), backend="superlu")
+    >>> factor.backend, factor.solve(np.array([2.0, 2.0])).tolist()
+    ('superlu', [1.0, 0.5])
+    """
 
     @property
     def backend(self) -> str:
@@ -91,6 +100,14 @@ def factorise(matrix: csr_matrix, backend: str = "auto") -> Factor:
         The matrix is singular or indefinite; SuperLU detects only exact singularity.
     ValueError
         The backend is unknown or not installed.
+
+    Examples
+    --------
+    >>> from rom import factorise
+    >>> from scipy.sparse import csr_matrix
+    >>> stiffness = csr_matrix(np.array([[2.0, -1.0], [-1.0, 1.0]]))  # two springs of 1 N/m in series
+    >>> print(factorise(stiffness).solve(np.array([0.0, 1.0])).round(12))
+    [1. 2.]
     """
     return analyse(matrix, backend).factor()
 

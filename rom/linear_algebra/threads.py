@@ -30,7 +30,16 @@ _THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Context manager or decorator: limit BLAS to one thread in this process."""
+    """Context manager or decorator: limit BLAS to one thread in this process.
+
+    Examples
+    --------
+    >>> from rom import one_blas_thread
+    >>> from threadpoolctl import threadpool_info
+    >>> with one_blas_thread():
+    ...     {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+    {1}
+    """
     with _blas_libraries().limit(limits=1, user_api="blas"):
         yield
 
@@ -46,7 +55,16 @@ def _blas_libraries() -> ThreadpoolController:
 
 @contextmanager
 def one_blas_thread_in_children() -> Iterator[None]:
-    """Context manager: processes started inside the block limit BLAS to one thread before they load it."""
+    """Context manager: processes started inside the block limit BLAS to one thread before they load it.
+
+    Examples
+    --------
+    >>> import os
+    >>> from rom import one_blas_thread_in_children
+    >>> with one_blas_thread_in_children():
+    ...     os.environ["OPENBLAS_NUM_THREADS"]
+    '1'
+    """
     before = {name: os.environ.get(name) for name in _THREAD_VARIABLES}
     os.environ.update(dict.fromkeys(_THREAD_VARIABLES, "1"))
     try:

@@ -40,6 +40,12 @@ class BoundaryChoice:
     ------
     RomParameterError
         A value is not one of those allowed.
+
+    Examples
+    --------
+    >>> from rom import BoundaryChoice
+    >>> BoundaryChoice(excitation_direction=(3.0, 4.0, 0.0)).unit_direction.tolist()
+    [0.6, 0.8, 0.0]
     """
 
     excitation_direction: ArrayLike = (0.0, 1.0, 0.0)

@@ -99,6 +99,18 @@ def contact_areas(sector: SectorMesh, kind: str) -> NDArray[np.float64]:
     ------
     RomParameterError
         The mesh does not have these contact dofs.
+
+    Examples
+    --------
+    The areas of the Gauss points add up to contact length times thickness of the shroud, 1 cm^2:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import contact_areas
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(3, 2)))
+    >>> areas = contact_areas(sector, "mortar")
+    >>> len(areas), round(1e4 * float(areas.sum()), 6)
+    (6, 1.0)
     """
     if kind != "mortar":
         return sector.right.area

@@ -29,6 +29,17 @@ def coriolis_error(model: ReducedModel, operation: LinearOperation) -> float | N
     ------
     ReducedModelError
         The mass is not positive definite.
+
+    Examples
+    --------
+    Equal springs in a frame that turns with W = 0.1 w_0: (1 + 0.1^2)^(1/2) + 0.1 - 1
+
+    >>> from rom import LinearOperation, ReducedModel, coriolis_error
+    >>> g, one, none = np.array([[0.0, -2.0], [2.0, 0.0]]), np.ones(2), np.zeros(1)
+    >>> turning = {"coriolis": g, "speed_rpm": 3000.0 / np.pi}  # W = 100 rad/s
+    >>> model = ReducedModel(np.eye(2), 1e6 * np.eye(2), np.eye(3, 2), np.zeros((1, 3)), one, {"tip": one}, **turning)
+    >>> round(coriolis_error(model, LinearOperation((100.0, 200.0), 0.0, none, none)), 6)
+    0.104988
     """
     if model.speed_rpm == 0.0:
         return 0.0

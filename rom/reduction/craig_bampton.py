@@ -52,6 +52,12 @@ class ReductionOptions:
     ------
     RomParameterError
         A value is out of its range.
+
+    Examples
+    --------
+    >>> from rom import ReductionOptions
+    >>> ReductionOptions(modes=20, store_basis=False)
+    ReductionOptions(modes=20, frequency_limit=None, store_basis=False, backend='auto')
     """
 
     modes: int | None = 30
@@ -91,6 +97,17 @@ class Reduction:
         asked for.
     highest_mode_hz : float
         Highest frequency of the fixed-interface modes in `augmented`, 0 without any.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, ReductionOptions, assemble, reduce_sector
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> reduction = reduce_sector(full, sector, ReductionOptions(modes=4))
+    >>> reduction.modes, reduction.model.n_blades, reduction.dofs == full.n_dofs
+    (4, 40, True)
     """
 
     model: ReducedModel
@@ -142,6 +159,18 @@ def reduce_sector(
         The loaded node is clamped, there are too many modes, or the mesh does not have the contact dofs.
     FactorisationError
         The structure is not held or not stable.
+
+    Examples
+    --------
+    Coordinates: one contact node on each face, the tip and four fixed-interface modes:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, ReductionOptions, assemble, reduce_sector
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> reduce_sector(full, sector, ReductionOptions(modes=4)).model.size
+    13
     """
     parts = partition_at_boundary(full, sector, boundary, options.backend)
     if options.frequency_limit is not None:

@@ -19,7 +19,7 @@ from rom.finite_elements.full_model import FullModel
 from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice
 from rom.reduction.craig_bampton import Reduction, craig_bampton_model
-from rom.reduction.fixed_interface_modes import lowest_modes
+from rom.reduction.fixed_interface_modes import ModalBasis, lowest_modes
 from rom.reduction.model_comparison import (
     LinearError,
     LinearOperation,
@@ -28,7 +28,7 @@ from rom.reduction.model_comparison import (
     linear_responses,
 )
 from rom.reduction.residual_modes import augmented_model, residual_vectors
-from rom.reduction.substructure import partition_at_boundary
+from rom.reduction.substructure import Substructure, partition_at_boundary
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -100,6 +100,17 @@ def reduce_to_tolerance(
         The tolerance is not between 0 and 1, or 1000 modes do not reach it.
     FactorisationError
         The structure is not held or not stable.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import LinearOperation, Material, assemble, reduce_to_tolerance
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> operation = LinearOperation((100.0, 1000.0), 0.5, np.array([1e7]), np.array([1e7]), damping_ratio=0.01)
+    >>> reduce_to_tolerance(full, sector, 0.01, [operation]).error <= 0.01
+    True
     """
     require_between("rom", "tolerance", tolerance, 0.0, 1.0, "must be a number above 0 and below 1")
     parts = partition_at_boundary(full, sector, boundary, backend)
@@ -107,13 +118,7 @@ def reduce_to_tolerance(
     highest = max(operation.frequency_hz[1] for operation in operations)
     count = _FIRST_GUESS
     while True:
-        modes = lowest_modes(parts.interior_mass, parts.factor, count)
-        if len(modes) == count and modes.omega[-1] < 2.0 * np.pi * _BEYOND * highest:
-            # residual modes stand for the modes left out only if those lie above the range
-            if count >= _MOST_MODES:
-                raise RomParameterError("response", "frequency", highest, f"a range below {count} modes of the blade")
-            count = min(2 * count, _MOST_MODES)
-            continue
+        modes, count = _modes_beyond(parts, highest, count)
         augmented = augmented_model(parts, modes, residual)
         exact = tuple((operation, linear_responses(augmented, operation)) for operation in operations)
         models = _NestedModels(augmented, parts.boundary.size, exact)
@@ -126,6 +131,20 @@ def reduce_to_tolerance(
         count = min(_next_count(models, count, error / tolerance), _MOST_MODES)
     model = craig_bampton_model(parts, modes.first(number), store_basis)
     return Reduction(model, number, parts.n_dofs, error, augmented, modes.highest_hz)
+
+
+def _modes_beyond(parts: Substructure, highest: float, count: int) -> tuple[ModalBasis, int]:
+    """The lowest `count` fixed-interface modes, or more where these end too near to `highest` (Hz), and their count.
+
+    Residual modes stand for the modes left out only if those lie above the range.
+    """
+    while True:
+        modes = lowest_modes(parts.interior_mass, parts.factor, count)
+        if len(modes) < count or modes.omega[-1] >= 2.0 * np.pi * _BEYOND * highest:
+            return modes, count
+        if count >= _MOST_MODES:
+            raise RomParameterError("response", "frequency", highest, f"a range below {count} modes of the blade")
+        count = min(2 * count, _MOST_MODES)
 
 
 def reduction_errors(
@@ -147,6 +166,19 @@ def reduction_errors(
     tuple of LinearError or None
         One for each contact condition; None where modes that were left out may lie in the range, so that residual
         modes do not stand for them.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import LinearOperation, Material, ReductionOptions, assemble, reduce_sector, reduction_errors
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> made = reduce_sector(full, sector, ReductionOptions(modes=8), augment=True)
+    >>> operation = LinearOperation((100.0, 1000.0), 0.5, np.array([1e7]), np.array([1e7]), damping_ratio=0.01)
+    >>> errors = reduction_errors(made.model, made.augmented, made.highest_mode_hz, operation)
+    >>> [(error.condition, error.worst < 0.1) for error in errors]
+    [('free', True), ('sliding', True), ('stuck', True)]
     """
     if highest_mode_hz < _BEYOND * operation.frequency_hz[1]:
         return None

@@ -39,6 +39,13 @@ class LinearOperation:
         As in `modal_model`.
     rayleigh : (float, float), optional
         As in `modal_model`.
+
+    Examples
+    --------
+    >>> from rom import LinearOperation
+    >>> operation = LinearOperation((100.0, 200.0), phase=0.0, normal=np.array([3e6]), tangential=np.array([1e6]))
+    >>> list(operation.contact_conditions())
+    ['free', 'sliding', 'stuck']
     """
 
     frequency_hz: tuple[float, float]
@@ -81,6 +88,15 @@ class LinearResponse:
         Relative displacement of the contact nodes for relative forces there, m/N.
     output : (f, n_o) complex array
         Displacements of the outputs for 1 N of excitation, m/N.
+
+    Examples
+    --------
+    >>> from rom import LinearOperation, ReducedModel, linear_responses
+    >>> n, one, none = np.array([[0.0], [0.0], [1.0]]), np.ones(1), np.zeros(1)
+    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
+    >>> (free,) = linear_responses(model, LinearOperation((100.0, 200.0), 0.0, none, none, damping_ratio=0.01))
+    >>> free.condition, free.natural_hz.round(3).tolist(), round(float(abs(free.output).max()), 9)  # 1 / (c w) m/N
+    ('free', [159.155], 5e-05)
     """
 
     condition: str
@@ -106,6 +122,14 @@ class LinearError:
         the length of the vector of outputs.
     within : (k,) bool array
         Which natural frequencies lie in the range; where it holds none in any condition, the first one above it.
+
+    Examples
+    --------
+    >>> from rom import LinearError
+    >>> natural, within = np.array([0.001, -0.02]), np.array([True, False])
+    >>> error = LinearError("free", natural, contact=0.005, output=0.01, within=within)
+    >>> error.frequency, error.worst
+    (0.001, 0.01)
     """
 
     condition: str
@@ -149,6 +173,17 @@ def linear_responses(
     ------
     ReducedModelError
         The model has no static response, or its damping is refused.
+
+    Examples
+    --------
+    A spring of three times the stiffness of the blade doubles its frequency:
+
+    >>> from rom import LinearOperation, ReducedModel, linear_responses
+    >>> n, one, none = np.array([[0.0], [0.0], [1.0]]), np.ones(1), np.zeros(1)
+    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
+    >>> operation = LinearOperation((100.0, 400.0), 0.0, np.array([3e6]), none, damping_ratio=0.01)
+    >>> [(each.condition, each.natural_hz.round(3).tolist()) for each in linear_responses(model, operation)]
+    [('free', [159.155]), ('sliding', [318.31])]
     """
     damping = operation.damping_ratio
     if isinstance(damping, tuple):
@@ -191,6 +226,20 @@ def linear_errors(
     -------
     tuple of LinearError
         One for each contact condition.
+
+    Examples
+    --------
+    A blade 4.04 % too stiff has a frequency 2 % too high:
+
+    >>> from rom import LinearOperation, ReducedModel, linear_errors, linear_responses
+    >>> n, one, none = np.array([[0.0], [0.0], [1.0]]), np.ones(1), np.zeros(1)
+    >>> exact = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
+    >>> stiff = ReducedModel(np.eye(1), 1.0404e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
+    >>> operation = LinearOperation((100.0, 200.0), 0.0, none, none, damping_ratio=0.01)
+    >>> reference = linear_responses(exact, operation)
+    >>> (error,) = linear_errors(linear_responses(stiff, operation, reference), reference, operation.frequency_hz)
+    >>> round(error.frequency, 9)
+    0.02
     """
     low, high = frequency_hz
     within = [(response.natural_hz >= low) & (response.natural_hz <= high) for response in exact]

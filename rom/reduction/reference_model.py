@@ -26,7 +26,7 @@ from rom.finite_elements.full_model import FullModel
 from rom.linear_algebra.factorisation import Factor, factorise
 from rom.linear_algebra.orthonormalisation import orthonormal_combinations
 from rom.linear_algebra.threads import one_blas_thread
-from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, choose_boundary_dofs
+from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, BoundaryDofs, choose_boundary_dofs
 from rom.reduction.boundary_selection import boundary_selection
 from rom.reduction.contact_dofs import ContactDofs, averaged_dofs
 from rom.reduction.fixed_interface_modes import ModalBasis, lowest_modes
@@ -63,6 +63,17 @@ class FullReference:
         where it was not asked for or the mesh has no node sets of the faces.
     face_grid : (int, int)
         Contact nodes of `face` along t1 and along the radius.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, assemble, full_reference
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> reference = full_reference(full, sector, highest_hz=1000.0, with_face=True)
+    >>> reference.flexibility.shape, reference.with_mortar((2, 2)).n_contacts
+    ((6, 6), 4)
     """
 
     model: ReducedModel
@@ -137,8 +148,34 @@ def full_reference(
         There are too many modes in the range.
     FactorisationError
         The structure is not held or not stable.
+
+    Examples
+    --------
+    The static contact flexibility of a Craig-Bampton model is that of the full model:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, ReductionOptions, assemble, full_reference, reduce_sector, static_error
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> reduced = reduce_sector(full, sector, ReductionOptions(modes=0)).model
+    >>> static_error(reduced, full_reference(full, sector, highest_hz=1000.0).flexibility) < 1e-8
+    True
     """
     dofs = choose_boundary_dofs(full, sector, boundary)
+    face = _spread_over_face(full, sector) if with_face else None
+    return _reference(full, sector.n_blades, highest_hz, dofs, face, backend)
+
+
+def _reference(
+    full: FullModel,
+    n_blades: int,
+    highest_hz: float,
+    dofs: BoundaryDofs,
+    face: tuple[ContactDofs, Grid] | None,
+    backend: str,
+) -> FullReference:
+    """The reference with these boundary dofs, and with contact dofs `face` on a mortar of the grid beside it."""
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     parts = _Matrices(*(matrix[free][:, free] for matrix in (full.stiffness, full.mass)))
     motion = dofs.motion(len(full.positions))[:, free]
@@ -151,13 +188,12 @@ def full_reference(
     model = ReducedModel(
         contact_position=dofs.contact.position,
         contact_area=dofs.contact.area,
-        n_blades=sector.n_blades,
+        n_blades=n_blades,
         producer=f"shroud: {full.element}, {full.n_dofs} dofs, {len(modes)} free modes and static responses",
         **parts.projected(basis),
         **boundary_selection(dofs, motion @ basis),
     )
     reference = FullReference(model, (motion @ static)[:contact, :contact], len(modes))
-    face = _spread_over_face(full, sector) if with_face else None
     if face is None:
         return reference
     forces = face[0].motion[:, free].T.toarray()
@@ -252,6 +288,17 @@ def static_error(model: ReducedModel, flexibility: NDArray[np.float64]) -> float
     ------
     ReducedModelError
         The model has no left contacts.
+
+    Examples
+    --------
+    A model twice as stiff as it should be has half the flexibility:
+
+    >>> from rom import ReducedModel, static_error
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(np.eye(1), 2e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one}, contact_left=n)
+    >>> rows = np.vstack([n, n])
+    >>> round(static_error(model, rows @ rows.T / 1e6), 9)
+    0.5
     """
     if model.contact_left is None:
         raise ReducedModelError("contact/left: missing, allowed: a blade with both faces")

@@ -1,4 +1,7 @@
-"""Examples in the docstrings of public names run and give what they show; `np` is NumPy."""
+"""Every public function and class has an example in its docstring that runs and gives what it shows; `np` is NumPy.
+
+Examples that say so go on from the example of another name of their package, in which a small model stands.
+"""
 
 import doctest
 import importlib
@@ -10,26 +13,70 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("geometry", "rom", "nonlinear", "pipeline")
-MODULES = [importlib.import_module(package) for package in PACKAGES]
-ITEMS = [getattr(module, name) for module in MODULES for name in module.__all__]
-WITH_EXAMPLES = [
-    item for item in ITEMS if (inspect.isclass(item) or inspect.isfunction(item)) and ">>> " in (item.__doc__ or "")
-]
+PACKAGES = ("geometry", "rom", "nonlinear", "pipeline", "shroud")
+MODELS = {"nonlinear": "forced_response", "pipeline": "Results"}  # examples from which others go on
 
 
-@pytest.mark.parametrize("item", WITH_EXAMPLES, ids=lambda item: item.__name__)
-def test_an_example_runs(item: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
-    monkeypatch.chdir(tmp_path)
+def public(package: str) -> dict[str, Any]:
+    """Functions and classes of a package by name; constants have no docstring of their own."""
+    module = importlib.import_module(package)
+    items = {name: getattr(module, name) for name in module.__all__}
+    return {name: item for name, item in items.items() if inspect.isclass(item) or inspect.isfunction(item)}
+
+
+def has_example(item: Any) -> bool:
+    return ">>> " in (item.__doc__ or "")
+
+
+WITH_EXAMPLES = {
+    name: (package, item)
+    for package in reversed(PACKAGES)  # what shroud takes over from a package belongs to that package
+    for name, item in public(package).items()
+    if has_example(item)
+}
+
+
+def run(item: Any, names: dict[str, Any]) -> dict[str, Any]:
+    """Run the example of an item with these names known; all names known after it."""
     test = doctest.DocTestParser().get_doctest(
-        item.__doc__, {"np": np, item.__name__: item}, item.__name__, None, None
+        item.__doc__, {"np": np, item.__name__: item, **names}, item.__name__, None, None
     )
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
     said: list[str] = []
-    runner.run(test, out=said.append)
+    runner.run(test, out=said.append, clear_globs=False)
     assert runner.summarize(verbose=False).failed == 0, "".join(said)
+    return test.globs
 
 
-def test_the_interface_has_examples() -> None:
-    assert {"run_scene", "read_scene", "InputError"} <= {item.__name__ for item in WITH_EXAMPLES}
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One folder for all examples: those that read files go on from those that write them."""
+    place = tmp_path_factory.mktemp("examples")
+    (place / "scenes").symlink_to(ROOT / "scenes")
+    return place
+
+
+@pytest.fixture(scope="module")
+def models() -> dict[str, dict[str, Any]]:
+    """Names known after the examples from which others go on; each is run when it is first asked for."""
+    return {}
+
+
+@pytest.mark.parametrize("name", sorted(WITH_EXAMPLES))
+def test_an_example_runs(
+    name: str, folder: Path, models: dict[str, dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    package, item = WITH_EXAMPLES[name]
+    model = MODELS.get(package, "")
+    if f"With the names of the example of `{model}`" not in item.__doc__:
+        run(item, {})
+        return
+    if model not in models:
+        models[model] = run(WITH_EXAMPLES[model][1], {})
+    run(item, models[model])
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_public_name_has_an_example(package: str) -> None:
+    assert [name for name, item in public(package).items() if not has_example(item)] == []
