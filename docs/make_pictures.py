@@ -71,7 +71,11 @@ def pictures() -> dict[str, Picture]:
             (DUMMY, STYLE, "pipeline/figures/nodal_diameters.py"),
             _of_run("dummy", "figures/nodal_diameters.png"),
         ),
-        Picture("check_of_a_motion", (DUMMY, STYLE, "pipeline/check/envelope_figure.py"), _check),
+        Picture(
+            "check_of_a_motion",
+            (DUMMY, STYLE, "pipeline/check/envelope_figure.py", "pipeline/check/answer.py"),
+            _check,
+        ),
         Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/story.py"), _report),
         Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
         Picture("first_blade_response", (f"{tutorials}/first_blade.md", STYLE, LINE), _of_page("first_blade")),

@@ -1,4 +1,4 @@
-"""Figure of a check: the envelope of every blade over the periods beside the stored amplitude."""
+"""Figure of a check: the envelope of every blade over the periods beside the amplitude of the solution."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ def envelope_figure(check: Check, title: str) -> Figure:
     for blade, colour in enumerate(ordered_colours(motion.n_blades)):
         name = f"blade {blade + 1}" if motion.n_blades <= MOST_NAMED else None
         axes.plot(periods, motion.envelope_m[:, blade] * factor, color=colour, linewidth=0.9, label=name)
-    axes.axhline(stored * factor, color="0.0", linestyle=(0, (5, 2)), linewidth=1.0, label="stored amplitude")
+    axes.axhline(
+        stored * factor, color="0.0", linestyle=(0, (5, 2)), linewidth=1.0, label="amplitude of the solution"
+    )
     others = [each.amplitude_m for n, each in enumerate(check.solutions, 1) if n != check.point.solution]
     for number, amplitude in enumerate(others):
         label = "other solutions" if number == 0 else None

@@ -84,7 +84,8 @@ def _best(known: Sequence[SweepPoint]) -> str:
         text += f"; the highest is {highest.worst[1] / lowest.worst[1]:.3g} times as high"
     unsure = [point for point in known if point.worst_open and point.worst[1] < lowest.worst[1]]
     if unsure:
-        text += f". {len(unsure)} curves have a lower one so far, which may be higher than found"
+        curves, which = ("curve has", "it") if len(unsure) == 1 else ("curves have", "they")
+        text += f". {len(unsure)} {curves} a lower one so far, but {which} may be higher than found"
     return f"{text}."
 
 

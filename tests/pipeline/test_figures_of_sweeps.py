@@ -200,7 +200,7 @@ def test_the_story_gives_the_worst_and_the_best_and_what_is_open(tmp_path: Path)
     assert "from -1 to 2 µm (4 values)" in told["Computed"]
     assert told["Worst motion"].startswith("4 µm at 400 Hz, with v0 = -1 µm")
     assert told["Best value"].startswith("v0 = 0 µm, with a worst motion of 1 µm")  # 0.5 µm may be higher
-    assert "1 curves have a lower one so far" in told["Best value"]
+    assert "1 curve has a lower one so far" in told["Best value"]
     assert "large: truncation error (7 %); not known: mesh error" in told["How sure"]
     assert "On 1 of 4 curves" in told["How sure"]
 
