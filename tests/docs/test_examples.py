@@ -15,6 +15,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("geometry", "rom", "nonlinear", "pipeline", "shroud")
 MODELS = {"nonlinear": "forced_response", "pipeline": "Results"}  # examples from which others go on
+PRINTED: Any = {"legacy": False, "precision": 8, "suppress": False, "linewidth": 75}  # whatever other tests have set
 
 
 def public(package: str) -> dict[str, Any]:
@@ -43,7 +44,8 @@ def run(item: Any, names: dict[str, Any]) -> dict[str, Any]:
     )
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
     said: list[str] = []
-    runner.run(test, out=said.append, clear_globs=False)
+    with np.printoptions(**PRINTED):
+        runner.run(test, out=said.append, clear_globs=False)
     assert runner.summarize(verbose=False).failed == 0, "".join(said)
     return test.globs
 
