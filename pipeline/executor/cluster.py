@@ -45,7 +45,7 @@ class _Job:
     needed: tuple[str, ...] = ()  # hashes of files that the worker of the last attempt does not have
     preferred: str = ""  # that worker
     avoided: frozenset[str] = frozenset()  # workers with a full disk
-    only: set[str] = field(default_factory=set)  # the workers that are left then
+    only: set[str] = field(default_factory=set)  # the workers that may have it; empty: all
     key: str = ""
 
     def __lt__(self, other: _Job) -> bool:
@@ -179,10 +179,9 @@ class ClusterExecutor:
         contents = {content: path.read_bytes() for content, path in paths.items()}
         parcel = Parcel(self._topic, self._preparation, job.task.function, job.names, job.task.args, contents)
         job.key, job.worker = f"{job.task.function.__name__.strip('_')}-{uuid.uuid4().hex}", ""
-        job.only = self._workers - job.avoided if job.avoided else set()
+        job.only = self._workers - job.avoided if job.avoided else {job.preferred} & self._workers
+        # Without allow_other_workers: where all workers leave, the scheduler would wait for this one for ever.
         where: dict[str, Any] = {"workers": sorted(job.only)} if job.only else {}
-        if job.preferred in self._workers and not job.only:
-            where = {"workers": [job.preferred], "allow_other_workers": True}
         future = self._cluster.client.submit(run_parcel, parcel, self._expected, key=job.key, pure=False, **where)
         self._running[job.key] = job, future
         future.add_done_callback(lambda done: self._news.put(("done", done.key)))
@@ -288,10 +287,13 @@ class ClusterExecutor:
             for job in [job for job, _ in self._running.values()]:
                 if job.worker == worker and not event.get("expected") and self._lose(job, worker):
                     yield job
-                elif job.only == {worker}:  # the scheduler would wait for it for ever
-                    self._running.pop(job.key)[1].cancel(force=True)
-                    self._again(job)
-                job.only.discard(worker)
+            self._take_back()
+
+    def _take_back(self) -> None:
+        """Have the jobs wait again of which no worker is left that may have them; the scheduler waits for ever."""
+        for job in [job for job, _ in self._running.values() if job.only and not job.only & self._workers]:
+            self._running.pop(job.key)[1].cancel(force=True)
+            self._again(job)
 
     def _lose(self, job: _Job, worker: str) -> bool:
         """The worker of a job is lost: whether that was the last attempt. The scheduler has begun it again."""
@@ -319,6 +321,7 @@ class ClusterExecutor:
         if self._cluster.client.status == "closed":
             raise ExecutorLost(f"the scheduler {self._cluster.name} is lost; {_GOES_ON}")
         self._look_at_workers()
+        self._take_back()
         if self._workers:
             self._without_since = None
             return

@@ -17,6 +17,7 @@ from pipeline_support import ground_scene, shroud, small_scene, write_ground_mod
 
 import pipeline.executor.cluster_connection
 from pipeline import run_scene
+from pipeline.executor.cluster import ClusterExecutor
 from pipeline.executor.cluster_connection import version_line
 from pipeline.executor.cluster_task import other_versions
 from pipeline.stages.number_versions import versions
@@ -259,4 +260,29 @@ def test_a_full_disk_of_a_worker_is_one_line_and_other_workers_go_on(
         rom, out = local / "model.h5", tmp_path / "out"
         found = run_scene(local / "scene.toml", out, rom=rom, until="respond", scheduler=str(file))
     assert [curve.reason for curve in found.curves if not curve.complete] == []
+    assert numbers(out) == numbers(local / "out")
+
+
+def test_a_task_meant_for_a_worker_that_leaves_is_begun_on_another(
+    local: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The only worker is killed while a task is sent to it, and another worker comes."""
+    with programs(tmp_path, 1) as (file, processes):
+        send, killed = ClusterExecutor._send, []
+
+        def deadly_send(self: ClusterExecutor, job: Any) -> None:
+            if not killed and self._workers:
+                job.preferred = next(iter(self._workers))
+                send(self, job)
+                killed.append(processes[1].kill())
+                (tmp_path / "next").mkdir()
+                processes.append(start_worker(tmp_path / "next", file))
+            else:
+                send(self, job)
+
+        monkeypatch.setattr(ClusterExecutor, "_send", deadly_send)
+        rom, out = local / "model.h5", tmp_path / "out"
+        found = run_scene(local / "scene.toml", out, rom=rom, until="respond", scheduler=str(file))
+    assert killed
+    assert found.complete
     assert numbers(out) == numbers(local / "out")
