@@ -30,7 +30,8 @@ import h5py
 import numpy as np
 from tables import machine_line, markdown_table, options_of, table_of, write_results
 
-from rom import ReducedModel, write_reduced_model
+from pipeline.stages.warm_up import small_model
+from rom import write_reduced_model
 
 INTERFERENCES = 25  # the other parameter is the friction coefficient
 SCENE = """name = "many"
@@ -88,20 +89,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def write_case(folder: Path, curves: int) -> Path:
     """The scene and its reduced model, a ring of four blades of three masses each; returns the scene."""
-    line = 2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
-    tip = np.zeros(9)
-    tip[6], tip[8] = 1.0, 0.5
-    model = ReducedModel(
-        mass=np.eye(9),
-        stiffness=np.kron(line, np.array([[1.0, 0.0, 0.2], [0.0, 1.5, 0.0], [0.2, 0.0, 2.0]])) * 4.0,
-        contact_right=np.eye(6, 9),
-        contact_left=np.roll(np.eye(6, 9), 1, axis=1),
-        contact_position=np.zeros((2, 3)),
-        force_excitation=tip,
-        outputs={"tip": tip},
-        n_blades=4,
-    )
-    write_reduced_model(folder / "model.h5", model)
+    write_reduced_model(folder / "model.h5", small_model())
     return write_scene(folder / "scene.toml", curves)
 
 

@@ -39,8 +39,8 @@ def modal_contact(
 
 
 @dataclass(frozen=True)
-class LowRankMemoryContact:
-    """Two Jenkins sliders a node, or no memory: B^H K(0) B + (B^H P(sigma)) (Q^T B).
+class _ContactInModes:
+    """The contact of a point in few modes.
 
     Attributes
     ----------
@@ -55,6 +55,10 @@ class LowRankMemoryContact:
     reduced: ReducedProblem
     contact: PointContact
     relative: ComplexArray
+
+
+class LowRankMemoryContact(_ContactInModes):
+    """Two Jenkins sliders a node, or no memory: B^H K(0) B + (B^H P(sigma)) (Q^T B)."""
 
     def matrix(self, sigma: complex) -> ComplexArray:
         """B^H K(sigma) B, (D, D)."""
@@ -150,23 +154,8 @@ class LowRankMemoryContact:
         return {}
 
 
-@dataclass(frozen=True)
-class FullMemoryContact:
-    """The friction cone: its memory changes the Jacobian of each node as a whole.
-
-    Attributes
-    ----------
-    reduced : ReducedProblem
-        The modes.
-    contact : PointContact
-        The point.
-    relative : (S, 3 n_c, q)
-        B_h of the modes.
-    """
-
-    reduced: ReducedProblem
-    contact: PointContact
-    relative: ComplexArray
+class FullMemoryContact(_ContactInModes):
+    """The friction cone: its memory changes the Jacobian of each node as a whole."""
 
     def matrix(self, sigma: complex) -> ComplexArray:
         """B^H K(sigma) B, (D, D)."""

@@ -12,7 +12,7 @@ from pipeline.process.counted_calls import CountedCalls, Work
 if TYPE_CHECKING:
     from nonlinear import ContactParameters
     from pipeline.process.progress import Reporter
-    from rom import ModalModel
+    from rom import ModalModel, ReducedModel
 
 LAWS = ("two_sliders", "cone")
 INTEGRATIONS = ("exact", "sampled")
@@ -55,9 +55,9 @@ def warm_up(law: str, integration: str) -> None:
         As `contact.law` and `contact.integration` of a scene.
     """
     from nonlinear import Excitation, SolverOptions, forced_response
-    from rom import one_blas_thread
+    from rom import modal_model, one_blas_thread
 
-    modal, contact = _model(), _contact(law)
+    modal, contact = modal_model(small_model(), damping_ratio=0.05), _contact(law)
     with one_blas_thread():
         options = SolverOptions(
             (0.10, 0.101),
@@ -82,15 +82,15 @@ def _warm_up_time(modal: ModalModel, contact: ContactParameters, displacement: n
     integrate_ring(Ring(modal, contact, Excitation(1, 0.6)), 2.0 * np.pi * 0.11, None, limits=limits)
 
 
-def _model() -> ModalModel:
+def small_model() -> ReducedModel:
     """A ring of four blades, each three masses of three directions on a line of springs; two nodes touch."""
-    from rom import ReducedModel, modal_model
+    from rom import ReducedModel
 
     line = 2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
     stiffness = np.kron(line, np.array([[1.0, 0.0, 0.2], [0.0, 1.5, 0.0], [0.2, 0.0, 2.0]])) * 4.0
     tip = np.zeros(9)
     tip[6], tip[8] = 1.0, 0.5
-    model = ReducedModel(
+    return ReducedModel(
         mass=np.eye(9),
         stiffness=stiffness,
         contact_right=np.eye(6, 9),
@@ -100,7 +100,6 @@ def _model() -> ModalModel:
         outputs={"tip": tip},
         n_blades=4,
     )
-    return modal_model(model, damping_ratio=0.05)
 
 
 def _contact(law: str) -> ContactParameters:
