@@ -3,17 +3,24 @@
 from geometry.build import build_sector
 from geometry.checks import check_parameters
 from geometry.edge_angle import side_edge_angle
+from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementSides, sides_on
 from geometry.errors import GeometryError, ParameterError, SectorFileError
 from geometry.exchange import export_sector, import_sector
+from geometry.imported_mesh import ImportedMesh
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
 from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import ContactFace, SectorMesh
 from geometry.sector_check import check_sector
 
 __all__ = [
+    "ELEMENT_KINDS",
     "BladeParameters",
     "ContactFace",
+    "ElementBlock",
+    "ElementKind",
+    "ElementSides",
     "GeometryError",
+    "ImportedMesh",
     "MeshParameters",
     "ParameterError",
     "SectorFileError",
@@ -26,4 +33,5 @@ __all__ = [
     "hexahedron_scaled_jacobian",
     "import_sector",
     "side_edge_angle",
+    "sides_on",
 ]

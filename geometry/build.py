@@ -8,6 +8,7 @@ from geometry.checks import check_parameters
 from geometry.contact import contact_faces
 from geometry.divisions import contact_fractions, grid_fractions
 from geometry.edge_angle import fitted_planform
+from geometry.elements import ElementBlock
 from geometry.errors import GeometryError
 from geometry.fillet import fillet_layers
 from geometry.layout import MeshingError
@@ -124,4 +125,4 @@ def _with_faces(
         "face_left": on_layers(flat.left_face, range(len(layers))),
     }
     node_sets = {name: nodes.astype(np.int64) for name, nodes in node_sets.items()}
-    return SectorMesh(points, hexahedra, node_sets, *faces, blade.n_blades)
+    return SectorMesh(points, (ElementBlock("hex8", hexahedra),), node_sets, *faces, blade.n_blades)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from geometry.elements import ElementBlock
 from geometry.errors import SectorFileError
 from geometry.sector import ContactFace, IntArray, SectorMesh
 from geometry.sector_check import check_sector
@@ -116,11 +117,11 @@ def import_sector(path: str | Path) -> SectorMesh:
         fields = mesh.point_data
         sets = {name.removeprefix(SET): _members(field) for name, field in fields.items() if name.startswith(SET)}
         right, left = (_face(fields, mesh.points, side, sets[f"contact_{side}"]) for side in ("right", "left"))
-        hexahedra = mesh.cells_dict["hexahedron"].astype(np.int64)
+        blocks = (ElementBlock("hex8", mesh.cells_dict["hexahedron"].astype(np.int64)),)
         n_blades = round(float(mesh.cell_data_dict["n_blades"]["hexahedron"][0]))
     except KeyError as error:
         raise SectorFileError(f"{path}: not a sector: {error} is missing") from error
-    sector = SectorMesh(np.ascontiguousarray(mesh.points, dtype=np.float64), hexahedra, sets, right, left, n_blades)
+    sector = SectorMesh(np.ascontiguousarray(mesh.points, dtype=np.float64), blocks, sets, right, left, n_blades)
     check_sector(path, sector)
     return sector
 

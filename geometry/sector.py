@@ -1,12 +1,14 @@
 """The mesh of one sector with its contact faces."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.elements import ElementBlock, ElementSides, IntArray
+
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -43,14 +45,14 @@ class ContactFace:
 
 @dataclass(frozen=True)
 class SectorMesh:
-    """Hexahedral mesh of a blade with its shroud.
+    """Mesh of a blade with its shroud: hexahedra where it was made here, elements of any kind from elsewhere.
 
     Attributes
     ----------
     points : (N, 3) array
-        Vertices, m.
-    hexahedra : (E, 8) array
-        Elements in the node order of VTK and gmsh, with positive Jacobians.
+        Nodes of the elements, m.
+    blocks : tuple of ElementBlock
+        Elements by kind and material, with positive Jacobians.
     node_sets : dict of str to (k,) array
         Rows of `points`: `root` (on the hub), `tip` (the node on the stacking axis on the outer surface of the
         shroud), `tip_surface` (that whole surface), `contact_right` and `contact_left` (the contact nodes, in the
@@ -59,6 +61,9 @@ class SectorMesh:
         The face on the +y side, and its match on the -y side.
     n_blades : int
         Number of blades of the ring.
+    surfaces : mapping of str to ElementSides
+        Surfaces by name, of which pressures and contact faces are made; without `face_right` and `face_left` the
+        sides between the nodes of these sets.
 
     Examples
     --------
@@ -72,8 +77,19 @@ class SectorMesh:
     """
 
     points: FloatArray
-    hexahedra: IntArray
+    blocks: tuple[ElementBlock, ...]
     node_sets: dict[str, IntArray]
     right: ContactFace
     left: ContactFace
     n_blades: int
+    surfaces: Mapping[str, ElementSides] = field(default_factory=dict)
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return sum(len(block) for block in self.blocks)
+
+    @property
+    def hexahedra(self) -> IntArray:
+        """Corners (E, 8) of the elements of a mesh that has hexahedra only."""
+        return np.concatenate([block.nodes[:, :8] for block in self.blocks])

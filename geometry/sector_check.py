@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from geometry.elements import ELEMENT_KINDS
 from geometry.errors import SectorFileError
 from geometry.sector import SectorMesh
 
@@ -34,10 +35,12 @@ def check_sector(path: str | Path, sector: SectorMesh) -> None:
     geometry.errors.SectorFileError: sector.vtu: not a sector: a point is not finite
     """
     points, count = sector.points, len(sector.points)
-    shapes = (
-        points.ndim == 2 and points.shape[1] == 3 and sector.hexahedra.ndim == 2 and sector.hexahedra.shape[1] == 8
-    )
-    tables = [sector.hexahedra, *sector.node_sets.values()]
+    shapes = points.ndim == 2 and points.shape[1] == 3 and len(sector.blocks) > 0
+    tables = [*(block.nodes for block in sector.blocks), *sector.node_sets.values()]
+    for block in sector.blocks:
+        if block.kind not in ELEMENT_KINDS:
+            raise SectorFileError(f'{path}: not a sector: elements of the unknown kind "{block.kind}"')
+        shapes &= block.nodes.ndim == 2 and block.nodes.shape[1] == block.topology.n_nodes
     for face in (sector.right, sector.left):
         n = len(face.nodes)
         shapes &= face.position.shape == (n, 3) and face.frame.shape == (n, 3, 3) and face.area.shape == (n,)

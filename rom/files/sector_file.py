@@ -5,16 +5,17 @@ from typing import Any
 
 import numpy as np
 
-from geometry import ContactFace, SectorFileError, SectorMesh, check_sector
+from geometry import ContactFace, ElementBlock, ElementSides, SectorFileError, SectorMesh, check_sector
 from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
 from rom.files.hdf5_writing import new_hdf5
 
-FORMAT = "1"
+FORMAT = "2"
 FACE_FIELDS = ("nodes", "position", "frame", "area")
+SIDE_FIELDS = ("block", "element", "side")
 
 
 def save_sector(path: str | Path, sector: SectorMesh) -> None:
-    """Write a sector to an HDF5 file: `points`, `hexahedra` and the groups `node_sets`, `right` and `left`.
+    """Write a sector to an HDF5 file: `points` and the groups `blocks`, `node_sets`, `surfaces`, `right` and `left`.
 
     The file is written in place; an interrupted call leaves a partial file.
 
@@ -33,13 +34,18 @@ def save_sector(path: str | Path, sector: SectorMesh) -> None:
     >>> save_sector("sector.h5", build_sector(blade, shroud, MeshParameters(size=0.02)))
     >>> with opened("sector.h5") as file:
     ...     print(*sorted(file), file.attrs["n_blades"])
-    hexahedra left node_sets points right 40
+    blocks left node_sets points right 40
     """
     with new_hdf5(path) as file:
         file.attrs["format"] = FORMAT
         file.attrs["n_blades"] = sector.n_blades
         file["points"] = sector.points
-        file["hexahedra"] = sector.hexahedra
+        for k, block in enumerate(sector.blocks):
+            file[f"blocks/{k}/nodes"] = block.nodes
+            file[f"blocks/{k}"].attrs.update(kind=block.kind, material=block.material)
+        for name, surface in sector.surfaces.items():
+            for field in SIDE_FIELDS:
+                file[f"surfaces/{name}/{field}"] = getattr(surface, field)
         for name, nodes in sector.node_sets.items():
             file[f"node_sets/{name}"] = nodes
         for side in ("right", "left"):
@@ -82,11 +88,12 @@ def load_sector(path: str | Path) -> SectorMesh:
             sets = {name: _integers(nodes) for name, nodes in file["node_sets"].items()}
             sector = SectorMesh(
                 points=_reals(file["points"]),
-                hexahedra=_integers(file["hexahedra"]),
+                blocks=tuple(_block(file[f"blocks/{k}"]) for k in range(len(file["blocks"]))),
                 node_sets=sets,
                 right=_face(file["right"]),
                 left=_face(file["left"]),
                 n_blades=int(file.attrs["n_blades"]),
+                surfaces={name: _surface(group) for name, group in file.get("surfaces", {}).items()},
             )
     except SectorFileError:
         raise
@@ -94,6 +101,14 @@ def load_sector(path: str | Path) -> SectorMesh:
         raise SectorFileError(f"{path}: not a sector: {why_unreadable(error)}") from error
     check_sector(path, sector)
     return sector
+
+
+def _block(group: Any) -> ElementBlock:
+    return ElementBlock(str(group.attrs["kind"]), _integers(group["nodes"]), str(group.attrs["material"]))
+
+
+def _surface(group: Any) -> ElementSides:
+    return ElementSides(*(_integers(group[field]) for field in SIDE_FIELDS))
 
 
 def _face(group: Any) -> ContactFace:

@@ -18,7 +18,7 @@ import pytest
 from pipeline_support import changing_when_locked, shroud, small_scene, statuses, summary_of, write_scene
 
 import pipeline.stages.respond
-from geometry import ContactFace, SectorMesh
+from geometry import ContactFace, ElementBlock, SectorMesh
 from pipeline.bootstrap import TEST_PROGRAMS
 from pipeline.report.report_source import ReportSource
 from pipeline.report.surface import outer_surface
@@ -319,7 +319,7 @@ def test_a_fine_surface_is_thinned_out_with_its_corners_where_they_were() -> Non
     corners = [*steps, *(step + number[0, 0, 1] for step in steps)]
     hexahedra = base[:, None] + np.array(corners)
     face = ContactFace(np.array([0, 1]), points[:2], np.tile(np.eye(3), (2, 1, 1)), np.ones(2))
-    cube = SectorMesh(points, hexahedra, {}, face, face, 3)
+    cube = SectorMesh(points, (ElementBlock("hex8", hexahedra),), {}, face, face, 3)
     whole, thin = outer_surface(cube), outer_surface(cube, most=500)
     assert len(whole.triangles) == 12 * n**2
     assert 100 < len(thin.triangles) <= 500

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geometry import ContactFace, SectorMesh
+from geometry import ContactFace, ElementBlock, SectorMesh
 from rom import BoundaryChoice
 
 NODAL = BoundaryChoice(contact_dofs="nodal")  # the only contact dofs of meshes without node sets of whole faces
@@ -57,7 +57,7 @@ def sector_of(points, hexahedra, root, tip, right, left, frame, n_blades):
         for nodes, rows in ((right, frame), (left, turned_back(frame, n_blades)))
     ]
     sets = {"root": root, "tip": np.array([tip]), "contact_right": right, "contact_left": left}
-    return SectorMesh(points, hexahedra, sets, faces[0], faces[1], n_blades)
+    return SectorMesh(points, (ElementBlock("hex8", hexahedra),), sets, faces[0], faces[1], n_blades)
 
 
 def box_sector(divisions=(4, 4, 8), lengths=(0.03, 0.02, 0.1), hub_radius=0.3, n_blades=40, angle=45.0):

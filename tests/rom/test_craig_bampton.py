@@ -11,6 +11,7 @@ from scipy.linalg import eigh, null_space
 from scipy.sparse.linalg import spsolve
 
 import rom.reduction.craig_bampton
+from geometry import ElementBlock
 from rom import (
     BoundaryChoice,
     FactorisationError,
@@ -153,7 +154,9 @@ def test_sectors_stuck_together_are_the_whole_ring(diameter):
     ring = box_sector()
     bore = np.flatnonzero(np.hypot(points[:, 1], points[:, 2]) < sizes[0] + 1e-9)
     whole = assemble(
-        type(ring)(points, hexahedra, {"root": bore}, ring.right, ring.left, ring.n_blades), STEEL, "hex8"
+        type(ring)(points, (ElementBlock("hex8", hexahedra),), {"root": bore}, ring.right, ring.left, ring.n_blades),
+        STEEL,
+        "hex8",
     )
     all_hz = lowest_hz(whole.stiffness, whole.mass, 40, whole.fixed)
     for value in found:

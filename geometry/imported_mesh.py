@@ -1,0 +1,64 @@
+"""A mesh as a file of another program holds it, before it is taken for a sector."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from geometry.elements import ElementBlock, ElementSides
+from geometry.sector import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class ImportedMesh:
+    """Points, elements, sets and materials of a mesh file, in the units and axes of the file.
+
+    Attributes
+    ----------
+    path : str
+        The file.
+    points : (N, 3) array
+        Nodes.
+    node_labels : (N,) array
+        Numbers of the nodes in the file.
+    blocks : tuple of ElementBlock
+        Solid elements; the material of a block is a name in `materials`, or "".
+    element_labels : tuple of (E,) array
+        Numbers of the elements in the file, block by block.
+    node_sets : mapping of str to (k,) array
+        Rows of `points`.
+    element_sets : mapping of str to (k, 2) array
+        Block and element.
+    surfaces : mapping of str to ElementSides
+        Surfaces given by sides of elements.
+    materials : mapping of str to mapping of str to float
+        What the file says: any of `young_modulus`, `poisson_ratio`, `density` and `expansion`, in the file's units.
+    notes : tuple of str
+        What the reader left out or found suspicious, one line each.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geometry import ElementBlock, ImportedMesh
+    >>> points, labels = np.eye(4, 3), np.arange(1, 5)
+    >>> tetrahedron = ElementBlock("tet4", np.array([[0, 1, 2, 3]]))
+    >>> mesh = ImportedMesh("tet.inp", points, labels, (tetrahedron,), (labels[:1],))
+    >>> mesh.n_elements, mesh.node_sets
+    (1, {})
+    """
+
+    path: str
+    points: FloatArray
+    node_labels: IntArray
+    blocks: tuple[ElementBlock, ...]
+    element_labels: tuple[IntArray, ...]
+    node_sets: Mapping[str, IntArray] = field(default_factory=dict)
+    element_sets: Mapping[str, IntArray] = field(default_factory=dict)
+    surfaces: Mapping[str, ElementSides] = field(default_factory=dict)
+    materials: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return sum(len(block) for block in self.blocks)
