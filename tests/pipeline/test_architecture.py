@@ -32,6 +32,7 @@ LAYERS = {
         {"stability"},
         {"time_integration"},
         {"continuation"},
+        {"nonlinear_modes"},
         {"branches", "harmonic_selection"},
         {"residual_tractions"},
         {"response_curve"},
