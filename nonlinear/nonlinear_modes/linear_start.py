@@ -30,7 +30,9 @@ def linear_mode(
 
     modal, relative = receptance.modal, receptance.relative[1]
     springs = contact_springs(
-        modal.n_contacts, contact.normal_stiffness * share, contact.tangential_stiffness * share
+        modal.n_contacts,
+        contact.normal_stiffness * share,
+        contact.tangential_stiffness * share * (contact.friction > 0.0),
     )
     matrix = np.diag(modal.angular_frequency**2).astype(complex)
     matrix += spring_stiffness(relative, springs)

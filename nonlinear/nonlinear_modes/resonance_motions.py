@@ -78,8 +78,9 @@ def _end_of_linear_motion(contact: ContactParameters, static: Array, motion: Com
     load = contact.unclipped_load(static[:, 2])
     swing = contact.normal_stiffness * np.abs(motion[:, 2])
     shear = contact.tangential_stiffness[:, None] * np.abs(motion[:, :2])
-    growth = np.maximum(swing, (shear.max(axis=1) + contact.friction * swing) / np.maximum(contact.friction, 1e-300))
-    growth = np.where(load > 0.0, growth, swing)
+    rubs = (load > 0.0) & (contact.friction > 0.0)
+    growth = swing.copy()
+    growth[rubs] += shear.max(axis=1)[rubs] / contact.friction[rubs]
     moving = growth > 0.0
     return float(np.min(np.abs(load[moving]) / growth[moving], initial=np.inf))
 

@@ -137,4 +137,17 @@ def test_a_resonance_of_the_mode_leads_to_an_isolated_branch() -> None:
         assert peak.frequency_hz == pytest.approx(resonance.frequency_hz, rel=5e-4)
     assert peaks[0].amplitude_m > 25.0 * peaks[1].amplitude_m
     assert curve.detached[0].origin == "a resonance of nonlinear mode 1"
-    print(curve.worst)
+
+
+def test_without_friction_the_contacts_slide() -> None:
+    blade = lumped_blade()
+    modal, options = modal_model(blade, rayleigh=(0.01, 0.0)), SolverOptions((0.1, 1.0))
+    contact = ContactParameters.shared(
+        2, normal_stiffness=1.0, tangential_stiffness=0.7, friction=0.0, interference=0.5
+    )
+    mode = nonlinear_mode(modal, contact, 5, (1e-4, 1e-2), options)
+    np.testing.assert_allclose(
+        mode.frequency_hz, natural_frequencies(blade, modal.phase(5), normal=0.5)[0], rtol=1e-9
+    )
+    quick = SolverOptions((0.1, 1.0), stability="folds", truncation=False, time_integration=False)
+    assert forced_response(modal, contact, Excitation(5, 0.01), quick).termination.complete
