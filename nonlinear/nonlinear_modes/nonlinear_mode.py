@@ -43,7 +43,7 @@ class ModeResonance:
     >>> mode = nonlinear_mode(modal, contact, 3, (0.1, 3.0), options)
     >>> resonance = mode.resonances(1.0)[0]
     >>> print(f"{resonance.amplitude_m:.2f} m, the peak of the curve {curve.peak.amplitude_m:.2f} m")
-    1.37 m, the peak of the curve 1.38 m
+    1.38 m, the peak of the curve 1.38 m
     """
 
     frequency_hz: float
