@@ -49,7 +49,7 @@ def elastic_matrices(discretisation: Discretisation, materials: Materials) -> tu
                 component += trace
             np.add.at(stiffness[row], slots, component.ravel())
         found = volume.setdefault(material.density, np.zeros(pattern.n_pairs))
-        np.add.at(found, slots, _value_products(*block.mass_weights(batch)).ravel())
+        np.add.at(found, slots, _value_products(block.table.values, batch.weights).ravel())
     mass = sum(density * found for density, found in volume.items())
     return pattern.symmetric_matrix(stiffness), pattern.isotropic_matrix(np.asarray(mass))
 
@@ -59,10 +59,10 @@ def stress_at_quadrature(
 ) -> tuple[NDArray[np.float64], ...]:
     """Cauchy stress (E, q, 3, 3) in Pa of small strains in each block, of displacements (3n,) or (n, 3) in m.
 
-    The points are those of the quadrature of the stiffness.
+    The points are those of the quadrature.
     """
     nodal = np.asarray(displacement).reshape(-1, 3)
-    found = tuple(np.empty((len(block), len(block.stiffness.weights), 3, 3)) for block in discretisation.blocks)
+    found = tuple(np.empty((len(block), len(block.table.weights), 3, 3)) for block in discretisation.blocks)
     for batch in discretisation.batches():
         material = material_of(materials, discretisation.blocks[batch.block].material)
         gradient = batch.gradients @ nodal[batch.nodes][:, None]

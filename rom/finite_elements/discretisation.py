@@ -56,10 +56,8 @@ class DiscreteBlock:
         Their positions, m.
     material : str
         Name of the material.
-    stiffness : ShapeTable
-        Shape functions at the quadrature points of the stiffness.
-    mass : ShapeTable or None
-        Those of the mass, where they are others.
+    table : ShapeTable
+        Shape functions at the quadrature points.
     """
 
     reference: ReferenceElement
@@ -67,18 +65,17 @@ class DiscreteBlock:
     vertices: NDArray[np.int64]
     geometry: Array
     material: str
-    stiffness: ShapeTable
-    mass: ShapeTable | None
+    table: ShapeTable
 
     def __len__(self) -> int:
         return len(self.nodes)
 
-    def jacobian(self, part: slice | NDArray[np.int64], table: ShapeTable) -> tuple[Array, Array]:
-        """Jacobian matrices (e, q, 3, 3) and determinants (e, q) of some elements at the points of a table.
+    def jacobian(self, part: slice) -> tuple[Array, Array]:
+        """Jacobian matrices (e, q, 3, 3) and determinants (e, q) of some elements at the quadrature points.
 
         Raises RomParameterError where a determinant is not above 0.
         """
-        jacobian = np.einsum("eci,qcj->eqij", self.geometry[part], table.geometry_gradients, optimize=True)
+        jacobian = np.einsum("eci,qcj->eqij", self.geometry[part], self.table.geometry_gradients, optimize=True)
         determinant = np.linalg.det(jacobian)
         if not determinant.min() > 0.0:
             worst = int(np.arange(len(self))[part][np.argmin(determinant.min(axis=1))])
@@ -86,12 +83,6 @@ class DiscreteBlock:
                 "mesh", self.reference.kind, worst, "this element is turned inside out (Jacobian not above 0)"
             )
         return jacobian, determinant
-
-    def mass_weights(self, batch: Batch) -> tuple[Array, Array]:
-        """Shape functions (q, b) at the quadrature points of the mass and weights (e, q) [m^3] of a batch."""
-        if self.mass is None:
-            return self.stiffness.values, batch.weights
-        return self.mass.values, self.jacobian(batch.part, self.mass)[1] * self.mass.weights
 
 
 class Batch(NamedTuple):
@@ -102,7 +93,7 @@ class Batch(NamedTuple):
     nodes : (e, b) array
         Their nodes.
     gradients : (e, q, 3, b) array
-        Gradients of the shape functions at the quadrature points of the stiffness, 1/m.
+        Gradients of the shape functions at the quadrature points, 1/m.
     weights : (e, q) array
         Weights of these points, m^3.
     block : int
@@ -143,8 +134,8 @@ class Discretisation:
 
     @property
     def n_gradients(self) -> int:
-        """Components of all gradients at the quadrature points of the stiffness."""
-        return sum(len(block) * block.stiffness.gradients.size for block in self.blocks)
+        """Components of all gradients at the quadrature points."""
+        return sum(len(block) * block.table.gradients.size for block in self.blocks)
 
     def nodes_on(self, vertices: NDArray[np.integer[Any]]) -> NDArray[np.int64]:
         """Sorted nodes of some points of the mesh; of promoted elements the nodes between them too."""
@@ -166,12 +157,12 @@ class Discretisation:
         Raises RomParameterError when an element is turned inside out.
         """
         for index, block in enumerate(self.blocks):
-            table = block.stiffness
+            table = block.table
             n_elements, nodes = block.nodes.shape
             size = max(1, _BATCH_DOUBLES // (2 * (3 * nodes) ** 2))
             for first in range(0, n_elements, size):
                 part = slice(first, min(first + size, n_elements))
-                jacobian, determinant = block.jacobian(part, table)
+                jacobian, determinant = block.jacobian(part)
                 inverse_transposed = np.linalg.inv(jacobian).transpose(0, 1, 3, 2)
                 gradients, weights = inverse_transposed @ table.gradients, determinant * table.weights
                 yield Batch(block.nodes[part], gradients, weights, index, part)
@@ -199,8 +190,8 @@ def _isoparametric(mesh: ElementMesh) -> Discretisation:
     for block in mesh.blocks:
         reference = ReferenceElement(block.kind, block.kind, promoted=False)
         nodes = np.asarray(block.nodes, dtype=np.int64)
-        tables = reference.stiffness_table(), reference.mass_table()
-        blocks.append(DiscreteBlock(reference, nodes, nodes, np.asarray(mesh.points)[nodes], block.material, *tables))
+        geometry = np.asarray(mesh.points)[nodes]
+        blocks.append(DiscreteBlock(reference, nodes, nodes, geometry, block.material, reference.table()))
     return Discretisation(np.asarray(mesh.points), np.arange(len(mesh.points)), tuple(blocks))
 
 
@@ -222,12 +213,10 @@ def _promoted(mesh: ElementMesh, element: str) -> Discretisation:
     nodes = np.ascontiguousarray(dofs.element_dofs.T).astype(np.int64)
     positions = np.zeros((dofs.N, 3))
     positions[nodes] = np.einsum("bc,eci->ebi", geometry, corner_points)
-    tables = reference.stiffness_table(), reference.mass_table()
-    parts, first = [], 0
+    table, first = reference.table(), 0
+    parts = []
     for block in mesh.blocks:
         part = slice(first, first + len(block))
         first += len(block)
-        parts.append(
-            DiscreteBlock(reference, nodes[part], corners[part], corner_points[part], block.material, *tables)
-        )
+        parts.append(DiscreteBlock(reference, nodes[part], corners[part], corner_points[part], block.material, table))
     return Discretisation(positions, dofs.nodal_dofs[0].astype(np.int64), tuple(parts))

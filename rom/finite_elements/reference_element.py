@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry import ELEMENT_KINDS
-from rom.finite_elements.quadrature import mass_rule, stiffness_rule
+from rom.finite_elements.quadrature import volume_rule
 from rom.finite_elements.shape_functions import node_locations, reference_nodes, shape_functions, vtk_shape_functions
 
 Array = NDArray[np.float64]
@@ -106,16 +106,9 @@ class ReferenceElement:
         """Nodes (b, 3) of the displacement on the reference cell."""
         return node_locations(self.element) if self.promoted else reference_nodes(self.kind)
 
-    def stiffness_table(self) -> ShapeTable:
-        """Shape functions at the quadrature points of the stiffness."""
-        return self._table(*stiffness_rule(self.element))
-
-    def mass_table(self) -> ShapeTable | None:
-        """Shape functions at the quadrature points of the mass; None where they are those of the stiffness."""
-        rule = mass_rule(self.element)
-        return None if rule is None else self._table(*rule)
-
-    def _table(self, points: Array, weights: Array) -> ShapeTable:
+    def table(self) -> ShapeTable:
+        """Shape functions at the quadrature points."""
+        points, weights = volume_rule(self.element)
         values, gradients = self.shape_functions(points)
         geometry, geometry_gradients = self.geometry_functions(points)
         return ShapeTable(

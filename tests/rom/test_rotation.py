@@ -63,7 +63,7 @@ def beam_under_tension(tension, lengths=(1.0, 0.02, 0.02), divisions=(24, 1, 1))
     points, hexahedra = box(divisions, lengths)
     mesh = discretise(mesh_of(points, hexahedra), "hex20")
     _, mass = elastic_matrices(mesh, NO_POISSON)
-    stress = np.zeros((len(hexahedra), len(mesh.blocks[0].stiffness.weights), 3, 3))
+    stress = np.zeros((len(hexahedra), len(mesh.blocks[0].table.weights), 3, 3))
     stress[..., 0, 0] = tension / (lengths[1] * lengths[2])
     x, y, _ = mesh.positions.T
     ends = np.flatnonzero((x < 1e-9) | (x > lengths[0] - 1e-9))
