@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from rom.files.hdf5_writing import new_hdf5
     from rom.files.reduced_model_file import read_reduced_model, write_reduced_model
     from rom.files.sector_file import load_sector, save_sector
+    from rom.finite_elements.element_warnings import element_warnings
     from rom.finite_elements.full_model import FullModel, assemble
     from rom.finite_elements.material import Material
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
@@ -80,6 +81,7 @@ __all__ = [
     "contact_springs",
     "coriolis_error",
     "coupled_frequencies",
+    "element_warnings",
     "expand_to_mesh",
     "factorise",
     "full_reference",
@@ -144,6 +146,7 @@ _PLACES = {
     "contact_springs": "rom.cyclic.contact_springs",
     "coriolis_error": "rom.reduction.coriolis_error",
     "coupled_frequencies": "rom.cyclic.receptance",
+    "element_warnings": "rom.finite_elements.element_warnings",
     "expand_to_mesh": "rom.cyclic.expansion",
     "factorise": "rom.linear_algebra.factorisation",
     "full_reference": "rom.reduction.reference_model",

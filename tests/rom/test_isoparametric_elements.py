@@ -8,7 +8,7 @@ from rom_reference import lowest_hz
 from scipy.sparse.linalg import eigsh, spsolve
 
 from geometry import ELEMENT_KINDS, BladeParameters, MeshParameters, ShroudParameters, build_sector
-from rom import Material, RomParameterError, assemble, factorise
+from rom import Material, RomParameterError, assemble, element_warnings, factorise
 from rom.finite_elements.assembly import elastic_matrices, stress_at_quadrature
 from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.shape_functions import reference_nodes, vtk_shape_functions
@@ -177,6 +177,18 @@ def test_a_mid_side_node_beyond_its_corner_is_refused():
     mesh.points[middle] += 1.5 * (mesh.points[corner] - mesh.points[middle])
     with pytest.raises(RomParameterError, match=r"mesh.tet10 = \d: this element is turned inside out"):
         elastic_matrices(discretise(mesh), STEEL)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_linear_tetrahedra_and_wedges_bend_too_stiffly_and_are_warned_of(kind):
+    """A slender cantilever with two elements through its thickness against the beam: first bending."""
+    mesh = brick(kind, (2, 2, 12), (0.02, 0.02, 0.3))
+    held = np.flatnonzero(mesh.points[:, 2] < 1e-9)
+    matrices = elastic_matrices(discretise(mesh), STEEL)
+    beam = 1.8751041**2 / 0.3**2 * np.sqrt(2.1e11 * 0.02**2 / 12 / 7800.0) / (2 * np.pi)
+    error = lowest_hz(*matrices, 1, (3 * held[:, None] + np.arange(3)).ravel())[0] / beam - 1.0
+    assert (error > 0.2) == bool(element_warnings(mesh))
+    assert all(kind in line for line in element_warnings(mesh))
 
 
 def test_a_mesh_of_other_elements_cannot_be_promoted():
