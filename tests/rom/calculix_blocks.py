@@ -8,7 +8,7 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
-from calculix import PROGRAM, frequencies
+from calculix import PROGRAM, frequencies, static_step
 
 TYPES = {
     "tet4": "C3D4",
@@ -47,6 +47,7 @@ def body(mesh, materials, clamped):
         ]
         lines += ["*EXPANSION, ZERO=0.", f"{material.expansion:.12e}"]
         lines.append(f"*SOLID SECTION, ELSET=BLOCK{index}, MATERIAL=SOLID{index}")
+    lines += ["*ELSET, ELSET=BLADE", *[f"BLOCK{index}," for index in range(len(mesh.blocks))]]
     if len(clamped):
         lines += ["*NSET, NSET=ROOT", *[f"{node + 1}," for node in clamped], "*BOUNDARY", "ROOT, 1, 3, 0.0"]
     return lines
@@ -57,9 +58,11 @@ def first_numbers(mesh):
     return np.cumsum([1, *(len(block) for block in mesh.blocks[:-1])]).tolist()
 
 
-def frequency_deck(mesh, materials, clamped, count):
-    """Text of a deck for `count` natural frequencies."""
-    lines = [*body(mesh, materials, clamped), "*STEP", "*FREQUENCY", f"{count}", "*END STEP"]
+def frequency_deck(mesh, materials, clamped, count, rotation=None):
+    """Text of a deck for `count` natural frequencies, at rest or about the equilibrium of a rotation."""
+    lines = body(mesh, materials, clamped)
+    lines += ["*STEP"] if rotation is None else [*static_step(rotation), "*STEP, PERTURBATION"]
+    lines += ["*FREQUENCY", f"{count}", "*END STEP"]
     return "\n".join(lines) + "\n"
 
 
@@ -103,9 +106,9 @@ def run(folder, text):
     return result.read_text()
 
 
-def natural_frequencies(folder, mesh, materials, clamped, count):
+def natural_frequencies(folder, mesh, materials, clamped, count, rotation=None):
     """Natural frequencies (count,) that CalculiX finds, Hz."""
-    return frequencies(run(folder, frequency_deck(mesh, materials, clamped, count)))
+    return frequencies(run(folder, frequency_deck(mesh, materials, clamped, count, rotation)))
 
 
 def displacements(folder, text, n_nodes):

@@ -17,7 +17,7 @@ from scipy.sparse import coo_matrix, kron
 from scipy.sparse.linalg import eigsh, spsolve
 
 from geometry import ContactFace, ElementSides, SectorMesh, sides_on
-from rom import Material, assemble, pressure_force, thermal_force
+from rom import Material, assemble, pressure_force, stiffen_by_rotation, thermal_force
 from rom.finite_elements.assembly import elastic_matrices
 from rom.finite_elements.discretisation import discretise
 
@@ -86,6 +86,21 @@ def solved(full, force):
     displacement = np.zeros(full.n_dofs)
     displacement[free] = spsolve(full.stiffness[free][:, free].tocsc(), force[free])
     return displacement.reshape(-1, 3)
+
+
+@needs_calculix
+@pytest.mark.parametrize("kind", ["tet10", "mixed"])
+def test_ten_frequencies_about_the_equilibrium_in_rotation(kind, tmp_path):
+    mesh, speed = curved(kind), 300.0
+    found = calculix_blocks.natural_frequencies(
+        tmp_path, mesh, MATERIALS, clamped_nodes(mesh), COUNT, calculix.Rotation(speed * np.pi / 30.0)
+    )
+    sector = sector_of(mesh)
+    rest = assemble(sector, MATERIALS, None)
+    full = stiffen_by_rotation(rest, sector, MATERIALS, speed)
+    exact = lowest_hz(full.stiffness, full.mass, COUNT, full.fixed)
+    assert off_by(lowest_hz(rest.stiffness, rest.mass, COUNT, rest.fixed), exact) > 1e-3
+    assert off_by(found, exact) < 2e-6
 
 
 def top_of(mesh):
