@@ -30,9 +30,12 @@ if TYPE_CHECKING:
     from rom.files.hdf5_writing import new_hdf5
     from rom.files.reduced_model_file import read_reduced_model, write_reduced_model
     from rom.files.sector_file import load_sector, save_sector
+    from rom.finite_elements.element_warnings import element_warnings
     from rom.finite_elements.full_model import FullModel, assemble
     from rom.finite_elements.material import Material
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
+    from rom.finite_elements.surface_loads import pressure_force, traction_force
+    from rom.finite_elements.thermal_load import thermal_force
     from rom.linear_algebra.blas_kernels import processor
     from rom.linear_algebra.factorisation import Factor, factorise
     from rom.linear_algebra.threads import one_blas_thread, one_blas_thread_in_children
@@ -78,6 +81,7 @@ __all__ = [
     "contact_springs",
     "coriolis_error",
     "coupled_frequencies",
+    "element_warnings",
     "expand_to_mesh",
     "factorise",
     "full_reference",
@@ -96,6 +100,7 @@ __all__ = [
     "one_blas_thread",
     "one_blas_thread_in_children",
     "opened",
+    "pressure_force",
     "processor",
     "read_reduced_model",
     "reduce_sector",
@@ -108,6 +113,8 @@ __all__ = [
     "static_error",
     "stiffen_by_rotation",
     "stored_array",
+    "thermal_force",
+    "traction_force",
     "why_unreadable",
     "write_reduced_model",
 ]
@@ -139,6 +146,7 @@ _PLACES = {
     "contact_springs": "rom.cyclic.contact_springs",
     "coriolis_error": "rom.reduction.coriolis_error",
     "coupled_frequencies": "rom.cyclic.receptance",
+    "element_warnings": "rom.finite_elements.element_warnings",
     "expand_to_mesh": "rom.cyclic.expansion",
     "factorise": "rom.linear_algebra.factorisation",
     "full_reference": "rom.reduction.reference_model",
@@ -157,6 +165,7 @@ _PLACES = {
     "one_blas_thread": "rom.linear_algebra.threads",
     "one_blas_thread_in_children": "rom.linear_algebra.threads",
     "opened": "rom.files.hdf5_reading",
+    "pressure_force": "rom.finite_elements.surface_loads",
     "processor": "rom.linear_algebra.blas_kernels",
     "read_reduced_model": "rom.files.reduced_model_file",
     "reduce_sector": "rom.reduction.craig_bampton",
@@ -169,6 +178,8 @@ _PLACES = {
     "static_error": "rom.reduction.reference_model",
     "stiffen_by_rotation": "rom.finite_elements.rotation",
     "stored_array": "rom.files.hdf5_reading",
+    "thermal_force": "rom.finite_elements.thermal_load",
+    "traction_force": "rom.finite_elements.surface_loads",
     "why_unreadable": "rom.files.hdf5_reading",
     "write_reduced_model": "rom.files.reduced_model_file",
 }

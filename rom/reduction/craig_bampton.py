@@ -201,8 +201,8 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
     centrifugal = np.concatenate([parts.constraint.T @ inner, modes.shapes.T @ inner])
     centrifugal[:b] += boundary.rotation @ force[boundary.dofs]
     made_of = (
-        f"{parts.element}, {parts.n_dofs} dofs, {len(modes)} modes, {boundary.contact.kind} contact dofs, "
-        f"{parts.speed_rpm:g} rpm"
+        f"{parts.element or 'isoparametric'}, {parts.n_dofs} dofs, {len(modes)} modes, "
+        f"{boundary.contact.kind} contact dofs, {parts.speed_rpm:g} rpm"
     )
     return ReducedModel(
         mass=mass,

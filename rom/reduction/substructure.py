@@ -56,7 +56,7 @@ class Substructure:
         Centrifugal force of the full model at 1 rad/s, on its variables.
     coriolis : (b, b) array or None
         Coriolis matrix of the boundary dofs with their constraint modes at 1 rad/s; None at rest.
-    element : str
+    element : str or None
         Element of the full model.
     speed_rpm : float
         Speed of the full model, rev/min.
@@ -73,7 +73,7 @@ class Substructure:
     mass: NDArray[np.float64]
     centrifugal: NDArray[np.float64]
     coriolis: NDArray[np.float64] | None
-    element: str
+    element: str | None
     speed_rpm: float
 
     @property
