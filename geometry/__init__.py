@@ -4,9 +4,10 @@ from geometry.build import build_sector
 from geometry.checks import check_parameters
 from geometry.edge_angle import side_edge_angle
 from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementSides, sides_on
-from geometry.errors import GeometryError, ParameterError, SectorFileError
+from geometry.errors import GeometryError, MeshFileError, ParameterError, SectorFileError
 from geometry.exchange import export_sector, import_sector
 from geometry.imported_mesh import ImportedMesh
+from geometry.mesh_files import read_mesh
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
 from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import ContactFace, SectorMesh
@@ -21,6 +22,7 @@ __all__ = [
     "ElementSides",
     "GeometryError",
     "ImportedMesh",
+    "MeshFileError",
     "MeshParameters",
     "ParameterError",
     "SectorFileError",
@@ -32,6 +34,7 @@ __all__ = [
     "export_sector",
     "hexahedron_scaled_jacobian",
     "import_sector",
+    "read_mesh",
     "side_edge_angle",
     "sides_on",
 ]
