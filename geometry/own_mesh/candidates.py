@@ -128,7 +128,7 @@ def _connected(points: FloatArray, corners: IntArray, pairs: IntArray) -> list[P
         radius = np.hypot(at[:, 1], at[:, 2])
         ranges = ((float(each.min()), float(each.max())) for each in (radius, at[:, 0]))
         found.append(Pair(rows[:, 0], rows[:, 1], *ranges))
-    return found
+    return sorted(found, key=lambda pair: -len(pair.right))
 
 
 def _smooth_pieces(points: FloatArray, corners: IntArray) -> IntArray:

@@ -26,8 +26,9 @@ def check_places(right: SidePoints, left: SidePoints, direction: FloatArray, axi
     faces = (right.centroid, left.centroid)
     radius = [float(distance_from_axis(direction, at)) for at in faces]
     axial = [float(at @ direction) for at in faces]
-    if min(radius) < size * _SAME_PLACE:
-        raise OwnMeshError("mesh.axis", axis, "must be beside the contact faces; they lie on this axis")
+    if _on_axis(*faces, direction, size):
+        told = "must be beside the contact faces; they lie on this axis or on opposite sides of it"
+        raise OwnMeshError("mesh.axis", axis, told + _fitting_axis(*faces, size))
     for what, pair in (("radius", radius), ("axial position", axial)):
         if abs(pair[0] - pair[1]) > _SAME_PLACE * size:
             told = f"the contact faces must be at the same {what}; right {pair[0]:.4g} m, left {pair[1]:.4g} m"
@@ -85,11 +86,18 @@ def _mirrored(right: SidePoints, left: SidePoints, back: FloatArray) -> bool:
     return as_turned > _LIKE * size and as_mirrored < 0.5 * as_turned and as_mirrored < _LIKE * size
 
 
+def _on_axis(right: FloatArray, left: FloatArray, direction: FloatArray, size: float) -> bool:
+    """Whether an axis through the origin goes through a face or between the faces."""
+    places = (right, left, (right + left) / 2.0)
+    return min(float(distance_from_axis(direction, at)) for at in places) < _SAME_PLACE * size
+
+
 def _fitting_axis(right: FloatArray, left: FloatArray, size: float) -> str:
     """Which axis of the file has the faces at the same place, in words."""
     found = []
     for direction, name in zip(np.eye(3), "xyz", strict=True):
         radii = [float(distance_from_axis(direction, at)) for at in (right, left)]
-        if abs(radii[0] - radii[1]) < _SAME_PLACE * size and abs((right - left) @ direction) < _SAME_PLACE * size:
+        same = abs(radii[0] - radii[1]) < _SAME_PLACE * size and abs((right - left) @ direction) < _SAME_PLACE * size
+        if same and not _on_axis(right, left, direction, size):
             found.append(f'"{name}"')
     return f"; they are with {' or '.join(found)}" if found else ""

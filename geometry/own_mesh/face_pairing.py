@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.elements import IntArray
-from geometry.own_mesh.side_quadrature import SidePoints, quadrature, triangulation
+from geometry.own_mesh.side_quadrature import SidePoints, Triangulation, quadrature, triangulation
 from geometry.sector import FloatArray
 
 # Of nodes that are pairs, over the distance of a node to the next: largest scatter across the normal, and largest
 # distance. A gap along the circumference moves all nodes of an oblique face across its normal by the same amount.
 MATCHING, _SHIFT = 0.02, 0.25
 _NEAREST = 24  # triangles looked at for each point
+_FLAT = 1e-6  # cosine of the angle of a ray to a normal below which it misses the triangle
 _EDGE = 1e-2  # a point this far outside a triangle, in its coordinates, is on it
 
 
@@ -39,8 +40,8 @@ class Surface:
         """Its quadrature points."""
         return quadrature(self.points, self.tables)
 
-    def triangles(self) -> FloatArray:
-        """Its triangulation (t, 3, 3)."""
+    def triangles(self) -> Triangulation:
+        """Its triangulation."""
         return triangulation(self.points, self.tables)
 
 
@@ -63,23 +64,26 @@ def partners(at: FloatArray, others: FloatArray, normal: FloatArray) -> tuple[In
     return (row if paired else None), mismatch
 
 
-def gap_along(at: FloatArray, normal: FloatArray, triangles: FloatArray, reach: float) -> FloatArray:
-    """Distance (k,) along the normals (k, 3) from points (k, 3) to triangles (t, 3, 3); nan beyond `reach`."""
+def gap_along(at: FloatArray, normal: FloatArray, surface: Triangulation, reach: float) -> FloatArray:
+    """Distance (k,) along the normals (k, 3) from points (k, 3) to a surface; not a number beyond `reach`."""
     from scipy.spatial import cKDTree
 
-    count = min(_NEAREST, len(triangles))
-    near = cKDTree(triangles.mean(axis=1)).query(at, k=count)[1].reshape(len(at), count)
-    corner = triangles[near]
+    count = min(_NEAREST, len(surface.corners))
+    near = cKDTree(surface.corners.mean(axis=1)).query(at, k=count)[1].reshape(len(at), count)
+    corner = surface.corners[near]
     first, second = corner[:, :, 1] - corner[:, :, 0], corner[:, :, 2] - corner[:, :, 0]
     ray = np.broadcast_to(-normal[:, None], first.shape)
     matrix = np.stack([first, second, ray], axis=-1)
-    flat = np.abs(np.linalg.det(matrix)) <= 1e-12 * np.linalg.norm(np.cross(first, second), axis=-1)
+    flat = np.abs(np.linalg.det(matrix)) <= _FLAT * np.linalg.norm(np.cross(first, second), axis=-1)
     matrix = np.where(flat[..., None, None], np.eye(3), matrix)
     u, v, distance = np.moveaxis(np.linalg.solve(matrix, (at[:, None] - corner[:, :, 0])[..., None])[..., 0], -1, 0)
     outside = flat | (u < -_EDGE) | (v < -_EDGE) | (u + v > 1.0 + _EDGE) | (np.abs(distance) > reach)
-    best = np.argmin(np.where(outside, np.inf, np.abs(distance)), axis=1)
     rows = np.arange(len(at))
-    return np.where(outside[rows, best], np.nan, distance[rows, best])
+    best = np.argmin(np.where(outside, np.inf, np.abs(distance)), axis=1)
+    u, v = u[rows, best], v[rows, best]
+    # from the flat triangle to the curved side
+    point = surface.on_surface(near[rows, best], np.stack([1.0 - u - v, u, v], axis=1))
+    return np.where(outside[rows, best], np.nan, np.sum((point - at) * normal, axis=1))
 
 
 def overlap(points: SidePoints, gap: FloatArray) -> float:

@@ -57,7 +57,7 @@ class SectorFindings:
     def lines(self) -> tuple[str, ...]:
         """The findings as short lines of text."""
         pairs = "nodes match" if self.matching else "nodes do not match"
-        low, high = (f"{1e6 * gap + 0.0:.3g}" for gap in self.gap)
+        low, high = (f"{round(1e6 * gap, 3) + 0.0:.3g}" for gap in self.gap)
         gap = f"gap {low} to {high} um" if low != high else f"gap {low} um"
         shared = "" if self.overlap > 0.995 else f"; {100.0 * self.overlap:.3g} % of the area is opposite"
         right, left = (f"{1e6 * area:.6g}" for area in self.areas)

@@ -111,7 +111,7 @@ def _gap(
     """Smallest and largest gap, m, and the smaller share of the area of a face that has the other opposite."""
     back, normal = (rotate_about_axis(each, -pitch) for each in (at_right.position, at_right.normal))
     gap = gap_along(back, normal, left.triangles(), reach)
-    turned = rotate_about_axis(right.triangles(), -pitch)
+    turned = right.triangles().turned(rotate_about_axis(np.eye(3), -pitch).T)
     shares = (overlap(at_right, gap), overlap(at_left, gap_along(at_left.position, at_left.normal, turned, reach)))
     share = min(shares)
     if share < _LEAST_OVERLAP:

@@ -65,8 +65,8 @@ class SectorChoice:
     def __post_init__(self) -> None:
         if self.unit not in UNITS:
             raise OwnMeshError("mesh.unit", self.unit, f"must be one of {', '.join(UNITS)}")
-        if not isinstance(self.n_blades, int | np.integer) or self.n_blades < 2:
-            raise OwnMeshError("mesh.n_blades", self.n_blades, "must be a whole number from 2")
+        if not isinstance(self.n_blades, int | np.integer) or self.n_blades < 3:
+            raise OwnMeshError("mesh.n_blades", self.n_blades, "must be a whole number from 3")
         if isinstance(self.axis, str):
             if self.axis not in _AXES:
                 raise OwnMeshError("mesh.axis", self.axis, f"must be one of {', '.join(_AXES)}, or a vector")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -78,14 +78,54 @@ def quadrature(points: FloatArray, tables: list[IntArray]) -> SidePoints:
     return SidePoints(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
 
-def triangulation(points: FloatArray, tables: list[IntArray]) -> FloatArray:
-    """Triangles (t, 3, 3) of a surface; curved sides are cut into small ones."""
-    parts = []
-    for table in tables:
+@dataclass(frozen=True)
+class Triangulation:
+    """Triangles of a surface; curved sides are cut into small ones.
+
+    Attributes
+    ----------
+    corners : (t, 3, 3) array
+        Corners of the triangles, on the surface, m.
+    reference : (t, 3, 2) array
+        Corners of the triangles on the reference side.
+    nodes : list of (s, m, 3) array
+        Nodes of the sides, m, one table for each number of nodes.
+    owner : (t, 2) array
+        Table, and side in it, of each triangle.
+    """
+
+    corners: FloatArray
+    reference: FloatArray
+    nodes: list[FloatArray]
+    owner: IntArray
+
+    def on_surface(self, triangle: IntArray, weight: FloatArray) -> FloatArray:
+        """Points (k, 3) of the curved surface at barycentric coordinates (k, 3) of some triangles (k,)."""
+        at = np.einsum("kc,kcd->kd", weight, self.reference[triangle])
+        found = np.empty((len(triangle), 3))
+        for number, nodes in enumerate(self.nodes):
+            here = np.flatnonzero(self.owner[triangle, 0] == number)
+            values, _ = side_shapes(nodes.shape[1], at[here])
+            found[here] = np.einsum("km,kmi->ki", values, nodes[self.owner[triangle[here], 1]])
+        return found
+
+    def turned(self, rotation: FloatArray) -> Triangulation:
+        """The triangles in other axes, given by a matrix (3, 3)."""
+        return replace(self, corners=self.corners @ rotation.T, nodes=[nodes @ rotation.T for nodes in self.nodes])
+
+
+def triangulation(points: FloatArray, tables: list[IntArray]) -> Triangulation:
+    """The triangles of a surface."""
+    corners, reference, owner = [], [], []
+    for number, table in enumerate(tables):
         at, triangles = _cuts(table.shape[1] in (3, 6), 1 if table.shape[1] == 3 else _FINE)
         values, _ = side_shapes(table.shape[1], at)
-        parts.append(np.einsum("qm,smi->sqi", values, points[table])[:, triangles].reshape(-1, 3, 3))
-    return np.concatenate(parts)
+        corners.append(np.einsum("qm,smi->sqi", values, points[table])[:, triangles].reshape(-1, 3, 3))
+        reference.append(np.tile(at[triangles], (len(table), 1, 1)))
+        side = np.repeat(np.arange(len(table)), len(triangles))
+        owner.append(np.column_stack([np.full(len(side), number), side]))
+    nodes = [points[table] for table in tables]
+    return Triangulation(np.concatenate(corners), np.concatenate(reference), nodes, np.concatenate(owner))
 
 
 def side_shapes(count: int, at: FloatArray) -> tuple[FloatArray, FloatArray]:
