@@ -13,7 +13,7 @@ from geometry.sector import FloatArray
 # Of nodes that are pairs, over the distance of a node to the next: largest scatter across the normal, and largest
 # distance. A gap along the circumference moves all nodes of an oblique face across its normal by the same amount.
 MATCHING, _SHIFT = 0.02, 0.25
-_NEAREST = 24  # triangles looked at for each point
+_NEAREST = 12  # triangles looked at for each point
 _FLAT = 1e-6  # cosine of the angle of a ray to a normal below which it misses the triangle
 _EDGE = 1e-2  # a point this far outside a triangle, in its coordinates, is on it
 
@@ -39,6 +39,10 @@ class Surface:
     def quadrature(self) -> SidePoints:
         """Its quadrature points."""
         return quadrature(self.points, self.tables)
+
+    def samples(self) -> SidePoints:
+        """Few quadrature points, to look at its distance from another face."""
+        return quadrature(self.points, self.tables, 2)
 
     def triangles(self) -> Triangulation:
         """Its triangulation."""

@@ -60,7 +60,7 @@ def pair_faces(right: Surface, left: Surface, choice: SectorChoice) -> FacePair:
     check_pitch(at_right, at_left, choice.n_blades, 2.0 * reach)
     angle = check_alike(at_right, at_left, choice.n_blades)
     pitch = 2.0 * np.pi / choice.n_blades
-    gap, share = _gap(at_right, at_left, right, left, pitch, reach)
+    gap, share = _gap(right, left, pitch, reach)
     at = right.points[right.nodes]
     normal = rotate_about_axis(normals_at(at, at_right, _sides(right)), -pitch)
     others = left.points[left.nodes]
@@ -105,10 +105,9 @@ def contact_faces(pair: FacePair, grid: tuple[int, int] | None) -> tuple[Contact
     return ContactFace(nodes, at, frame, area), ContactFace(others, opposite, back, area.copy())
 
 
-def _gap(
-    at_right: SidePoints, at_left: SidePoints, right: Surface, left: Surface, pitch: float, reach: float
-) -> tuple[tuple[float, float], float]:
+def _gap(right: Surface, left: Surface, pitch: float, reach: float) -> tuple[tuple[float, float], float]:
     """Smallest and largest gap, m, and the smaller share of the area of a face that has the other opposite."""
+    at_right, at_left = right.samples(), left.samples()
     back, normal = (rotate_about_axis(each, -pitch) for each in (at_right.position, at_right.normal))
     gap = gap_along(back, normal, left.triangles(), reach)
     turned = right.triangles().turned(rotate_about_axis(np.eye(3), -pitch).T)

@@ -20,7 +20,7 @@ _POWERS = {
     8: ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2), (2, 1), (1, 2)),
 }
 _GAUSS = 3  # points in each half of a side
-_FINE = 4  # parts of the edge of a curved side in the triangulation
+_PARTS = {3: 1, 4: 2, 6: 4, 8: 4}  # of the edge of a side in the triangulation, by its number of nodes
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,11 @@ def side_tables(blocks: tuple[ElementBlock, ...], surface: ElementSides) -> list
     return [np.concatenate(parts) for _, parts in sorted(tables.items())]
 
 
-def quadrature(points: FloatArray, tables: list[IntArray]) -> SidePoints:
-    """Gauss points of the halves of each direction of each side; triangles are collapsed squares."""
+def quadrature(points: FloatArray, tables: list[IntArray], count: int = _GAUSS) -> SidePoints:
+    """`count` Gauss points in the halves of each direction of each side; triangles are collapsed squares."""
     parts = []
     for table in tables:
-        at, weight = _rule(table.shape[1] in (3, 6))
+        at, weight = _rule(table.shape[1] in (3, 6), count)
         values, slopes = side_shapes(table.shape[1], at)
         nodes = points[table]
         position = np.einsum("qm,smi->sqi", values, nodes)
@@ -118,7 +118,7 @@ def triangulation(points: FloatArray, tables: list[IntArray]) -> Triangulation:
     """The triangles of a surface."""
     corners, reference, owner = [], [], []
     for number, table in enumerate(tables):
-        at, triangles = _cuts(table.shape[1] in (3, 6), 1 if table.shape[1] == 3 else _FINE)
+        at, triangles = _cuts(table.shape[1] in (3, 6), _PARTS[table.shape[1]])
         values, _ = side_shapes(table.shape[1], at)
         corners.append(np.einsum("qm,smi->sqi", values, points[table])[:, triangles].reshape(-1, 3, 3))
         reference.append(np.tile(at[triangles], (len(table), 1, 1)))
@@ -154,9 +154,9 @@ def _coefficients(count: int) -> FloatArray:
 
 
 @cache
-def _rule(triangle: bool) -> tuple[FloatArray, FloatArray]:
+def _rule(triangle: bool, count: int) -> tuple[FloatArray, FloatArray]:
     """Points (q, 2) and weights (q,) on the reference side."""
-    point, weight = np.polynomial.legendre.leggauss(_GAUSS)
+    point, weight = np.polynomial.legendre.leggauss(count)
     line = np.concatenate([0.25 + 0.25 * point, 0.75 + 0.25 * point])
     share = np.concatenate([weight, weight]) / 4.0
     u, v = (each.ravel() for each in np.meshgrid(line, line, indexing="ij"))
