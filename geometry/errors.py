@@ -70,6 +70,10 @@ class OwnMeshError(ParameterError):
     ----------
     key : str
         Dotted key of the scene, for example "mesh.sets.root".
+    value : object
+        Value as given; None where it is missing.
+    allowed : str
+        What is there, and what would be accepted.
 
     Examples
     --------
