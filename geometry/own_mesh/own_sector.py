@@ -53,7 +53,7 @@ class OwnSector:
     >>> names = {"root": "hub", "contact_right": "ps", "contact_left": "ss"}
     >>> own = sector_from_mesh(mesh, SectorChoice(236, "mm", sets=names, contact_grid=(1, 1)))
     >>> print(own.findings.lines[1])
-    areas: right 100.009 mm^2, left 100.009 mm^2; normals opposite to 8.2e-05 degrees
+    areas: right 100.009 mm^2, left 100.009 mm^2; normals opposite to 0 degrees
     """
 
     sector: SectorMesh
