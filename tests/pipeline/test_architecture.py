@@ -24,6 +24,7 @@ LAYERS = {
         {"cyclic"},
         {"reduction"},
         {"files"},
+        {"matrix_files"},
     ],
     "nonlinear": [
         {"options"},
