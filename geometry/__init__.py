@@ -5,15 +5,17 @@ from geometry.checks import check_parameters
 from geometry.edge_angle import side_edge_angle
 from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementSides, sides_on
 from geometry.errors import GeometryError, ParameterError, SectorFileError
-from geometry.exchange import export_sector, import_sector
+from geometry.exchange import MESHIO_CELLS, export_sector, import_sector
 from geometry.imported_mesh import ImportedMesh
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
-from geometry.quality import hexahedron_scaled_jacobian
+from geometry.quality import hexahedron_scaled_jacobian, scaled_jacobian
 from geometry.sector import ContactFace, SectorMesh
 from geometry.sector_check import check_sector
+from geometry.subdivision import subdivided
 
 __all__ = [
     "ELEMENT_KINDS",
+    "MESHIO_CELLS",
     "BladeParameters",
     "ContactFace",
     "ElementBlock",
@@ -32,6 +34,8 @@ __all__ = [
     "export_sector",
     "hexahedron_scaled_jacobian",
     "import_sector",
+    "scaled_jacobian",
     "side_edge_angle",
     "sides_on",
+    "subdivided",
 ]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from pipeline.scene.mesh_file import mesh_file_hash
 from pipeline.scene.schema import Scene
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.store.fingerprints import fingerprint
@@ -30,23 +31,11 @@ class ModelKeys:
 
 def model_keys(scene: Scene) -> ModelKeys:
     """Keys of the three stages that make a reduced model of the scene's blade."""
-    assert scene.mesh is not None  # a scene that describes a blade has all of these
-    assert scene.blade is not None
-    assert scene.shroud is not None
-    assert scene.material is not None
-    mesh = fingerprint(
-        {
-            "blade": scene.blade.model_dump(),
-            "shroud": scene.shroud.model_dump(),
-            "mesh": scene.mesh.model_dump(exclude={"element"}),
-            "code": code_fingerprint(MESH_CODE),
-        }
-    )
+    mesh = fingerprint({**_mesh_inputs(scene), "code": code_fingerprint(MESH_CODE)})
     assemble = fingerprint(
         {
             "mesh": mesh,
-            "material": scene.material.model_dump(),
-            "element": scene.mesh.element,
+            **_material_inputs(scene),
             "code": code_fingerprint(FULL_MODEL_CODE),
         }
     )
@@ -61,6 +50,31 @@ def model_keys(scene: Scene) -> ModelKeys:
         }
     )
     return ModelKeys(mesh, assemble, reduced)
+
+
+def _mesh_inputs(scene: Scene) -> dict[str, Any]:
+    """What the mesh of a scene depends on: blade and shroud, or the content of a mesh file and what is said of it."""
+    assert scene.mesh is not None  # a scene that describes a blade has all of these
+    if scene.mesh_file is not None:
+        choice = scene.mesh.model_dump(exclude={"file", "size", "element", "grading"})
+        return {"file": mesh_file_hash(scene.mesh_file), "mesh": choice, "materials": sorted(scene.materials)}
+    assert scene.blade is not None
+    assert scene.shroud is not None
+    made_here = {"size", "contact_grid", "grading"}
+    return {
+        "blade": scene.blade.model_dump(),
+        "shroud": scene.shroud.model_dump(),
+        "mesh": scene.mesh.model_dump(include=made_here),
+    }
+
+
+def _material_inputs(scene: Scene) -> dict[str, Any]:
+    """What the matrices of a mesh depend on: materials, finite element."""
+    assert scene.mesh is not None
+    material = None if scene.material is None else scene.material.model_dump()
+    if scene.mesh_file is not None:
+        return {"material": material, "materials": {name: m.model_dump() for name, m in scene.materials.items()}}
+    return {"material": material, "element": scene.mesh.element}
 
 
 def curve_key(scene: Scene, reduced: str) -> str:
