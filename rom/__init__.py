@@ -24,7 +24,13 @@ if TYPE_CHECKING:
     from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
     from rom.cyclic.receptance import RelativeReceptance, coupled_frequencies, linear_response
     from rom.cyclic.reduced_model import ReducedModel
-    from rom.errors import FactorisationError, FullModelFileError, ReducedModelError, RomParameterError
+    from rom.errors import (
+        FactorisationError,
+        FullModelFileError,
+        MatrixFileError,
+        ReducedModelError,
+        RomParameterError,
+    )
     from rom.files.full_model_file import load_full_model, save_full_model
     from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
     from rom.files.hdf5_writing import new_hdf5
@@ -39,6 +45,13 @@ if TYPE_CHECKING:
     from rom.linear_algebra.blas_kernels import processor
     from rom.linear_algebra.factorisation import Factor, factorise
     from rom.linear_algebra.threads import one_blas_thread, one_blas_thread_in_children
+    from rom.matrix_files.labelled_matrix import DofLabels, LabelledMatrix
+    from rom.matrix_files.matrix_choice import MatrixChoice
+    from rom.matrix_files.matrix_model import MatrixModel, model_from_matrices
+    from rom.matrix_files.matrix_reading import read_matrix
+    from rom.matrix_files.matrix_writing import write_matrices
+    from rom.matrix_files.node_table import NodeTable, read_dofs, read_nodes
+    from rom.matrix_files.superelement import model_from_superelement
     from rom.reduction.boundary_dofs import BoundaryChoice
     from rom.reduction.contact_dofs import contact_areas
     from rom.reduction.coriolis_error import coriolis_error
@@ -57,16 +70,22 @@ if TYPE_CHECKING:
 __all__ = [
     "UNREADABLE",
     "BoundaryChoice",
+    "DofLabels",
     "Factor",
     "FactorisationError",
     "FullModel",
     "FullModelFileError",
     "FullReference",
+    "LabelledMatrix",
     "LinearError",
     "LinearOperation",
     "LinearResponse",
     "Material",
+    "MatrixChoice",
+    "MatrixFileError",
+    "MatrixModel",
     "ModalModel",
+    "NodeTable",
     "ReducedModel",
     "ReducedModelError",
     "Reduction",
@@ -95,6 +114,8 @@ __all__ = [
     "modal_model",
     "mode_names",
     "mode_shapes",
+    "model_from_matrices",
+    "model_from_superelement",
     "natural_frequencies",
     "new_hdf5",
     "one_blas_thread",
@@ -102,6 +123,9 @@ __all__ = [
     "opened",
     "pressure_force",
     "processor",
+    "read_dofs",
+    "read_matrix",
+    "read_nodes",
     "read_reduced_model",
     "reduce_sector",
     "reduce_to_tolerance",
@@ -116,21 +140,28 @@ __all__ = [
     "thermal_force",
     "traction_force",
     "why_unreadable",
+    "write_matrices",
     "write_reduced_model",
 ]
 
 _PLACES = {
     "BoundaryChoice": "rom.reduction.boundary_dofs",
+    "DofLabels": "rom.matrix_files.labelled_matrix",
     "Factor": "rom.linear_algebra.factorisation",
     "FactorisationError": "rom.errors",
     "FullModel": "rom.finite_elements.full_model",
     "FullModelFileError": "rom.errors",
     "FullReference": "rom.reduction.reference_model",
+    "LabelledMatrix": "rom.matrix_files.labelled_matrix",
     "LinearError": "rom.reduction.model_comparison",
     "LinearOperation": "rom.reduction.model_comparison",
     "LinearResponse": "rom.reduction.model_comparison",
     "Material": "rom.finite_elements.material",
+    "MatrixChoice": "rom.matrix_files.matrix_choice",
+    "MatrixFileError": "rom.errors",
+    "MatrixModel": "rom.matrix_files.matrix_model",
     "ModalModel": "rom.cyclic.modal_model",
+    "NodeTable": "rom.matrix_files.node_table",
     "ReducedModel": "rom.cyclic.reduced_model",
     "ReducedModelError": "rom.errors",
     "Reduction": "rom.reduction.craig_bampton",
@@ -160,6 +191,8 @@ _PLACES = {
     "modal_model": "rom.cyclic.modal_model",
     "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",
+    "model_from_matrices": "rom.matrix_files.matrix_model",
+    "model_from_superelement": "rom.matrix_files.superelement",
     "natural_frequencies": "rom.cyclic.natural_frequencies",
     "new_hdf5": "rom.files.hdf5_writing",
     "one_blas_thread": "rom.linear_algebra.threads",
@@ -167,6 +200,9 @@ _PLACES = {
     "opened": "rom.files.hdf5_reading",
     "pressure_force": "rom.finite_elements.surface_loads",
     "processor": "rom.linear_algebra.blas_kernels",
+    "read_dofs": "rom.matrix_files.node_table",
+    "read_matrix": "rom.matrix_files.matrix_reading",
+    "read_nodes": "rom.matrix_files.node_table",
     "read_reduced_model": "rom.files.reduced_model_file",
     "reduce_sector": "rom.reduction.craig_bampton",
     "reduce_to_tolerance": "rom.reduction.mode_selection",
@@ -181,6 +217,7 @@ _PLACES = {
     "thermal_force": "rom.finite_elements.thermal_load",
     "traction_force": "rom.finite_elements.surface_loads",
     "why_unreadable": "rom.files.hdf5_reading",
+    "write_matrices": "rom.matrix_files.matrix_writing",
     "write_reduced_model": "rom.files.reduced_model_file",
 }
 

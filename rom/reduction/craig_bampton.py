@@ -220,11 +220,13 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
 
 
 def _coriolis(parts: Substructure, modes: ModalBasis) -> NDArray[np.float64] | None:
-    """Coriolis matrix (n, n) of the reduced coordinates at 1 rad/s; None at rest."""
+    """Coriolis matrix C^T (M A + A M) C / 2 (n, n) of the reduced coordinates at 1 rad/s; None at rest."""
     if parts.coriolis is None:
         return None
     acceleration = coriolis_acceleration(modes.shapes)
     mixed = parts.coupling.T @ acceleration
+    if parts.coriolis_inertia is not None:
+        mixed = 0.5 * (mixed - parts.coriolis_inertia.T @ modes.shapes)
     inner = modes.shapes.T @ (parts.interior_mass @ acceleration)
     return np.block([[parts.coriolis, mixed], [-mixed.T, 0.5 * (inner - inner.T)]])
 

@@ -31,6 +31,7 @@ LAYERS = {
         {"cyclic"},
         {"reduction"},
         {"files"},
+        {"matrix_files"},
     ],
     "nonlinear": [
         {"options"},
