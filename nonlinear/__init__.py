@@ -36,7 +36,14 @@ if TYPE_CHECKING:
         punch_stiffness,
     )
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
-    from nonlinear.options import MOST_UNKNOWNS, Excitation, OptionsError, SolverOptions, least_samples
+    from nonlinear.options import (
+        MOST_UNKNOWNS,
+        Excitation,
+        ExcitationHarmonic,
+        OptionsError,
+        SolverOptions,
+        least_samples,
+    )
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
@@ -65,6 +72,7 @@ __all__ = [
     "ContactIterationError",
     "ContactParameters",
     "Excitation",
+    "ExcitationHarmonic",
     "Extension",
     "FoundSolution",
     "HarmonicBalance",
@@ -118,6 +126,7 @@ _PLACES = {
     "ContactForces": "nonlinear.contact.parameters",
     "ContactParameters": "nonlinear.contact.parameters",
     "Excitation": "nonlinear.options",
+    "ExcitationHarmonic": "nonlinear.options",
     "HarmonicBalance": "nonlinear.harmonic_balance.residual",
     "LinearisedResidual": "nonlinear.harmonic_balance.residual",
     "OptionsError": "nonlinear.options",
