@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from rom.files.sector_file import load_sector, save_sector
     from rom.finite_elements.full_model import FullModel, assemble
     from rom.finite_elements.material import Material
+    from rom.finite_elements.nodal_forces import nearest_vertices, nodal_force
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
     from rom.linear_algebra.blas_kernels import processor
     from rom.linear_algebra.factorisation import Factor, factorise
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
     from rom.reduction.contact_dofs import contact_areas
     from rom.reduction.coriolis_error import coriolis_error
     from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce_sector
+    from rom.reduction.load_vectors import LoadVectors
+    from rom.reduction.modal_forces import with_modal_forces
     from rom.reduction.mode_selection import reduce_to_tolerance, reduction_errors
     from rom.reduction.model_comparison import (
         LinearError,
@@ -62,6 +65,7 @@ __all__ = [
     "LinearError",
     "LinearOperation",
     "LinearResponse",
+    "LoadVectors",
     "Material",
     "ModalModel",
     "ReducedModel",
@@ -92,7 +96,9 @@ __all__ = [
     "mode_names",
     "mode_shapes",
     "natural_frequencies",
+    "nearest_vertices",
     "new_hdf5",
+    "nodal_force",
     "one_blas_thread",
     "one_blas_thread_in_children",
     "opened",
@@ -109,6 +115,7 @@ __all__ = [
     "stiffen_by_rotation",
     "stored_array",
     "why_unreadable",
+    "with_modal_forces",
     "write_reduced_model",
 ]
 
@@ -122,6 +129,10 @@ _PLACES = {
     "LinearError": "rom.reduction.model_comparison",
     "LinearOperation": "rom.reduction.model_comparison",
     "LinearResponse": "rom.reduction.model_comparison",
+    "LoadVectors": "rom.reduction.load_vectors",
+    "nearest_vertices": "rom.finite_elements.nodal_forces",
+    "nodal_force": "rom.finite_elements.nodal_forces",
+    "with_modal_forces": "rom.reduction.modal_forces",
     "Material": "rom.finite_elements.material",
     "ModalModel": "rom.cyclic.modal_model",
     "ReducedModel": "rom.cyclic.reduced_model",

@@ -62,8 +62,8 @@ def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> No
                 file.create_dataset(name, data=array, track_times=False)
         for name, vector in model.outputs.items():
             file.create_dataset(f"output/{name}", data=vector, track_times=False)
-        for h, vector in model.force_harmonics.items():
-            file.create_dataset(f"{_HARMONIC_FORCE}{h}", data=vector, track_times=False)
+        for h, force in model.force_harmonics.items():
+            file.create_dataset(f"{_HARMONIC_FORCE}{h}", data=force, track_times=False)
         file.attrs["format"] = FORMAT
         file.attrs["producer"] = model.producer
         if model.n_blades is not None:
