@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from rom.finite_elements.element_warnings import element_warnings
     from rom.finite_elements.full_model import FullModel, assemble
     from rom.finite_elements.material import Material
+    from rom.finite_elements.nodal_forces import nearest_vertices, nodal_force
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
     from rom.finite_elements.surface_loads import pressure_force, traction_force
     from rom.finite_elements.thermal_load import thermal_force
@@ -56,6 +57,8 @@ if TYPE_CHECKING:
     from rom.reduction.contact_dofs import contact_areas
     from rom.reduction.coriolis_error import coriolis_error
     from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce_sector
+    from rom.reduction.load_vectors import LoadVectors
+    from rom.reduction.modal_forces import with_modal_forces
     from rom.reduction.mode_selection import reduce_to_tolerance, reduction_errors
     from rom.reduction.model_comparison import (
         LinearError,
@@ -80,6 +83,7 @@ __all__ = [
     "LinearError",
     "LinearOperation",
     "LinearResponse",
+    "LoadVectors",
     "Material",
     "MatrixChoice",
     "MatrixFileError",
@@ -117,7 +121,9 @@ __all__ = [
     "model_from_matrices",
     "model_from_superelement",
     "natural_frequencies",
+    "nearest_vertices",
     "new_hdf5",
+    "nodal_force",
     "one_blas_thread",
     "one_blas_thread_in_children",
     "opened",
@@ -140,6 +146,7 @@ __all__ = [
     "thermal_force",
     "traction_force",
     "why_unreadable",
+    "with_modal_forces",
     "write_matrices",
     "write_reduced_model",
 ]
@@ -156,6 +163,10 @@ _PLACES = {
     "LinearError": "rom.reduction.model_comparison",
     "LinearOperation": "rom.reduction.model_comparison",
     "LinearResponse": "rom.reduction.model_comparison",
+    "LoadVectors": "rom.reduction.load_vectors",
+    "nearest_vertices": "rom.finite_elements.nodal_forces",
+    "nodal_force": "rom.finite_elements.nodal_forces",
+    "with_modal_forces": "rom.reduction.modal_forces",
     "Material": "rom.finite_elements.material",
     "MatrixChoice": "rom.matrix_files.matrix_choice",
     "MatrixFileError": "rom.errors",
