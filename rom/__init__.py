@@ -2,7 +2,8 @@
 
 `finite_elements` assembles stiffness and mass, `reduction` condenses them by the Craig-Bampton method, `cyclic` holds
 the reduced model and its modes, receptance and natural frequencies under cyclic symmetry, `linear_algebra` the sparse
-factorisation and the eigenvalue solver, `files` the HDF5 files. Docstrings cite the paper by equation number.
+factorisation and the eigenvalue solver, `stress` the stress on the mesh, `files` the HDF5 files. Docstrings cite the
+paper by equation number.
 
 A public name is imported from its file when it is first asked for: reading HDF5 needs neither SciPy nor scikit-fem.
 
@@ -49,6 +50,13 @@ if TYPE_CHECKING:
         linear_responses,
     )
     from rom.reduction.reference_model import FullReference, full_reference, static_error
+    from rom.stress.fatigue import FatigueLimits, StressCycle, stress_cycle
+    from rom.stress.hot_spots import Surroundings, hot_spots
+    from rom.stress.mesh_motion import SolvedPoint
+    from rom.stress.operating_stress import OperatingStress, nodal_stress, operating_stress
+    from rom.stress.singular_places import singular_vertices
+    from rom.stress.stress_recovery import NodalStress
+    from rom.stress.stress_tensor import von_mises
     from rom.units import angular_speed
 
 __all__ = [
@@ -56,6 +64,7 @@ __all__ = [
     "BoundaryChoice",
     "Factor",
     "FactorisationError",
+    "FatigueLimits",
     "FullModel",
     "FullModelFileError",
     "FullReference",
@@ -64,13 +73,18 @@ __all__ = [
     "LinearResponse",
     "Material",
     "ModalModel",
+    "NodalStress",
+    "OperatingStress",
     "ReducedModel",
     "ReducedModelError",
     "Reduction",
     "ReductionOptions",
     "RelativeReceptance",
     "RomParameterError",
+    "SolvedPoint",
     "SpringSupportedMotion",
+    "StressCycle",
+    "Surroundings",
     "angular_speed",
     "assemble",
     "centrifugal_displacement",
@@ -82,6 +96,7 @@ __all__ = [
     "factorise",
     "full_reference",
     "gyroscopic_frequencies",
+    "hot_spots",
     "inter_blade_phase",
     "linear_errors",
     "linear_response",
@@ -93,9 +108,11 @@ __all__ = [
     "mode_shapes",
     "natural_frequencies",
     "new_hdf5",
+    "nodal_stress",
     "one_blas_thread",
     "one_blas_thread_in_children",
     "opened",
+    "operating_stress",
     "processor",
     "read_reduced_model",
     "reduce_sector",
@@ -104,10 +121,13 @@ __all__ = [
     "relative_contact_motion",
     "save_full_model",
     "save_sector",
+    "singular_vertices",
     "spring_stiffness",
     "static_error",
     "stiffen_by_rotation",
     "stored_array",
+    "stress_cycle",
+    "von_mises",
     "why_unreadable",
     "write_reduced_model",
 ]
@@ -116,6 +136,7 @@ _PLACES = {
     "BoundaryChoice": "rom.reduction.boundary_dofs",
     "Factor": "rom.linear_algebra.factorisation",
     "FactorisationError": "rom.errors",
+    "FatigueLimits": "rom.stress.fatigue",
     "FullModel": "rom.finite_elements.full_model",
     "FullModelFileError": "rom.errors",
     "FullReference": "rom.reduction.reference_model",
@@ -124,13 +145,18 @@ _PLACES = {
     "LinearResponse": "rom.reduction.model_comparison",
     "Material": "rom.finite_elements.material",
     "ModalModel": "rom.cyclic.modal_model",
+    "NodalStress": "rom.stress.stress_recovery",
+    "OperatingStress": "rom.stress.operating_stress",
     "ReducedModel": "rom.cyclic.reduced_model",
     "ReducedModelError": "rom.errors",
     "Reduction": "rom.reduction.craig_bampton",
     "ReductionOptions": "rom.reduction.craig_bampton",
     "RelativeReceptance": "rom.cyclic.receptance",
     "RomParameterError": "rom.errors",
+    "SolvedPoint": "rom.stress.mesh_motion",
     "SpringSupportedMotion": "rom.cyclic.contact_springs",
+    "StressCycle": "rom.stress.fatigue",
+    "Surroundings": "rom.stress.hot_spots",
     "UNREADABLE": "rom.files.hdf5_reading",
     "angular_speed": "rom.units",
     "assemble": "rom.finite_elements.full_model",
@@ -143,6 +169,7 @@ _PLACES = {
     "factorise": "rom.linear_algebra.factorisation",
     "full_reference": "rom.reduction.reference_model",
     "gyroscopic_frequencies": "rom.cyclic.natural_frequencies",
+    "hot_spots": "rom.stress.hot_spots",
     "inter_blade_phase": "rom.cyclic.cyclic_symmetry",
     "linear_errors": "rom.reduction.model_comparison",
     "linear_response": "rom.cyclic.receptance",
@@ -154,9 +181,11 @@ _PLACES = {
     "mode_shapes": "rom.cyclic.natural_frequencies",
     "natural_frequencies": "rom.cyclic.natural_frequencies",
     "new_hdf5": "rom.files.hdf5_writing",
+    "nodal_stress": "rom.stress.operating_stress",
     "one_blas_thread": "rom.linear_algebra.threads",
     "one_blas_thread_in_children": "rom.linear_algebra.threads",
     "opened": "rom.files.hdf5_reading",
+    "operating_stress": "rom.stress.operating_stress",
     "processor": "rom.linear_algebra.blas_kernels",
     "read_reduced_model": "rom.files.reduced_model_file",
     "reduce_sector": "rom.reduction.craig_bampton",
@@ -165,10 +194,13 @@ _PLACES = {
     "relative_contact_motion": "rom.cyclic.cyclic_symmetry",
     "save_full_model": "rom.files.full_model_file",
     "save_sector": "rom.files.sector_file",
+    "singular_vertices": "rom.stress.singular_places",
     "spring_stiffness": "rom.cyclic.contact_springs",
     "static_error": "rom.reduction.reference_model",
     "stiffen_by_rotation": "rom.finite_elements.rotation",
     "stored_array": "rom.files.hdf5_reading",
+    "stress_cycle": "rom.stress.fatigue",
+    "von_mises": "rom.stress.stress_tensor",
     "why_unreadable": "rom.files.hdf5_reading",
     "write_reduced_model": "rom.files.reduced_model_file",
 }

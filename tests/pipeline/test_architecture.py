@@ -23,6 +23,7 @@ LAYERS = {
         {"finite_elements"},
         {"cyclic"},
         {"reduction"},
+        {"stress"},
         {"files"},
     ],
     "nonlinear": [
