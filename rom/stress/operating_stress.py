@@ -189,36 +189,45 @@ def operating_stress(
     >>> stress.harmonics.shape[0], stress.model_error < 1e-4
     (2, True)
     """
-    model, modal = reduced
-    motion = MeshMotion(full, sector, model, modal, boundary)
+    motion = MeshMotion(full, sector, *reduced, boundary)
     large = large_displacements and full.speed_rpm != 0.0
     base = motion.base() if large else None
     recovery = StressRecovery.of(discretise(sector.points, sector.hexahedra, full.element), materials, base)
+    near = _surroundings(full, sector, motion, recovery, boundary)
+    return _recovered(motion, recovery, point, near, _cells(sector, full, recovery), check)
+
+
+def _recovered(
+    motion: MeshMotion,
+    recovery: StressRecovery,
+    point: SolvedPoint,
+    near: Surroundings,
+    cells: tuple[tuple[int, IntArray], ...],
+    check: bool,
+) -> OperatingStress:
+    """The stress of the statically corrected motion, and its errors."""
     moved = motion.corrected(point)
     further = moved.copy()
-    if base is not None:
-        further[0] -= base
+    if recovery.base is not None:
+        further[0] -= recovery.base.ravel()
     found = recovery.increments(further)
     values = np.array([each.values for each in found])
     static = recovery.base_stress()
     values[0] += static.values
-    near = _surroundings(full, sector, motion, recovery, boundary)
     plain = recovery.increments(motion.expanded(point)[1:])
     exact, residual = motion.solved(point, moved) if check else (moved, np.nan)
     solved = recovery.increments(exact[1:]) if check else plain
     return OperatingStress(
-        positions=full.positions[recovery.node],
+        positions=motion.full.positions[recovery.node],
         displacement=moved.reshape(len(moved), -1, 3)[:, recovery.node],
         harmonics=values,
         cycle=stress_cycle(values),
-        spread=np.sum([each.spread for each in found[1:]], axis=0)
-        if len(found) > 1
-        else np.zeros(len(static.spread)),
+        spread=np.sum([each.spread for each in found[1:]] or [np.zeros(len(static.spread))], axis=0),
         static_spread=np.hypot(static.spread, found[0].spread),
         surroundings=near,
         material=recovery.material,
         materials=recovery.names,
-        cells=_cells(sector, full, recovery),
+        cells=cells,
         expansion_error=_difference(plain, found[1:], near.regular),
         model_error=_difference(found[1:], solved, near.regular) if check else np.nan,
         residual=residual,
