@@ -86,7 +86,7 @@ class FatigueLimits:
         return _inverse(np.asarray(amplitude) / self.endurance_limit + np.maximum(mean, 0.0) / self.tensile_strength)
 
     def yield_margin(self, amplitude: Any, mean: Any) -> Array:
-        """Factor up to the yield line, amplitude plus size of the mean = Sy (Langer); infinite without a yield strength.
+        """Factor up to the yield line, amplitude plus size of the mean = Sy (Langer); infinite without a limit.
 
         Parameters
         ----------
