@@ -47,6 +47,7 @@ def save_full_model(path: str | Path, full: FullModel) -> None:
         file.attrs["format"] = _FORMAT
         file.attrs["element"] = full.element or ""
         file.attrs["speed_rpm"] = full.speed_rpm
+        file.attrs["isotropic_mass"] = full.isotropic_mass
         for name in _ARRAYS:
             file[name] = getattr(full, name)
         for name, matrix in (("stiffness", full.stiffness), ("mass", full.mass)):
@@ -91,6 +92,7 @@ def load_full_model(path: str | Path) -> FullModel:
                 mass=_read_upper(file["mass"], size),
                 element=str(file.attrs["element"]) or None,
                 speed_rpm=float(file.attrs["speed_rpm"]),
+                isotropic_mass=bool(file.attrs.get("isotropic_mass", True)),
                 **{name: stored_array(file[name]) for name in _ARRAYS},
             )
     except FullModelFileError:

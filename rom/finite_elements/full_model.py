@@ -40,6 +40,8 @@ class FullModel:
         Element that the mesh was promoted to; None for the elements of the mesh.
     speed_rpm : float
         Speed, rev/min, about whose static equilibrium `stiffness` holds, 0 at rest.
+    isotropic_mass : bool
+        Whether the mass of a pair of nodes is a number times the identity, as that of solid elements.
 
     Examples
     --------
@@ -62,6 +64,7 @@ class FullModel:
     centrifugal: NDArray[np.float64]
     element: str | None
     speed_rpm: float = 0.0
+    isotropic_mass: bool = True
 
     @property
     def n_dofs(self) -> int:

@@ -30,7 +30,9 @@ LAYERS = {
         {"finite_elements"},
         {"cyclic"},
         {"reduction"},
+        {"stress"},
         {"files"},
+        {"matrix_files"},
     ],
     "nonlinear": [
         {"options"},
