@@ -192,7 +192,7 @@ def test_linear_tetrahedra_and_wedges_bend_too_stiffly_and_are_warned_of(kind):
 
 
 def test_a_mesh_of_other_elements_cannot_be_promoted():
-    with pytest.raises(RomParameterError, match="must be left out: the mesh has tet10 elements"):
+    with pytest.raises(RomParameterError, match="must be None, left out in a scene: the mesh has tet10 elements"):
         discretise(brick("tet10", (1, 1, 1)), "hex20")
 
 
