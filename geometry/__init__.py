@@ -7,7 +7,7 @@ from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementS
 from geometry.errors import GeometryError, MeshFileError, ParameterError, SectorFileError
 from geometry.exchange import export_sector, import_sector
 from geometry.imported_mesh import ImportedMesh
-from geometry.mesh_files import read_mesh
+from geometry.mesh_files import read_mesh, write_mesh
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
 from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import ContactFace, SectorMesh
@@ -37,4 +37,5 @@ __all__ = [
     "read_mesh",
     "side_edge_angle",
     "sides_on",
+    "write_mesh",
 ]
