@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -68,21 +69,17 @@ def nastran_number(value: float) -> str:
     text = repr(value)
     if len(text) <= WIDTH and "e" not in text:
         return text
-    best = "0.0"
-    for digits in range(16, 8, -1):
-        mantissa, _, exponent = f"{value:.{digits}e}".partition("e")
-        short = f"{mantissa}{int(exponent):+d}"
-        if len(short) <= WIDTH:
-            best = short
+    room = WIDTH - (value < 0)
+    power = math.floor(math.log10(abs(value)))
+    for spare in (0, 1):  # rounding up may take one character more
+        if -3 <= power < 0:
+            text = f"{value:.{room - 1 - spare}f}".replace("0.", ".", 1)
+        elif 0 <= power < room - 2:
+            text = f"{value:.{room - 2 - power - spare}f}"
+        else:
+            digits = room - 2 - len(f"{power:+d}") - spare
+            mantissa, _, exponent = f"{value:.{digits}e}".partition("e")
+            text = f"{mantissa}{int(exponent):+d}"
+        if len(text) <= WIDTH:
             break
-    for digits in range(16, 8, -1):
-        fixed = f"{value:.{digits}f}".replace("0.", ".", 1) if abs(value) < 1 else f"{value:.{digits}f}"
-        if len(fixed) <= WIDTH:
-            return fixed if abs(float(fixed) - value) <= abs(_value(best) - value) else best
-    return best
-
-
-def _value(text: str) -> float:
-    from geometry.mesh_files.nastran_cards import real
-
-    return real(text)
+    return text
