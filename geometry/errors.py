@@ -91,3 +91,37 @@ class MeshFileError(ValueError):
 
     def __str__(self) -> str:
         return f"{self.path}: {self.found}"
+
+
+class OwnMeshError(ParameterError):
+    """A mesh of another program that cannot be taken for a sector; the message is one line.
+
+    Attributes
+    ----------
+    key : str
+        Dotted key of the scene, for example "mesh.sets.root".
+    value : object
+        Value as given; None where it is missing.
+    allowed : str
+        What is there, and what would be accepted.
+
+    Examples
+    --------
+    >>> from geometry import OwnMeshError, SectorChoice
+    >>> try:
+    ...     SectorChoice(n_blades=40, unit="cm")
+    ... except OwnMeshError as error:
+    ...     print(error)
+    mesh.unit = 'cm': must be one of m, mm, in
+    """
+
+    def __init__(self, key: str, value: object, allowed: str) -> None:
+        table, _, parameter = key.partition(".")
+        super().__init__(table, parameter, value, allowed)
+        self.key = key
+
+    def __str__(self) -> str:
+        return f"{self.key}: {self.allowed}" if self.value is None else super().__str__()
+
+    def __reduce__(self) -> tuple[type, tuple[str, object, str]]:
+        return type(self), (self.key, self.value, self.allowed)  # as it is pickled between processes

@@ -16,10 +16,12 @@ HEAVY = ("gmsh", "pyvista", "vtk", "matplotlib", "meshio", "skfem", "numba", "ri
 # Folders and top-level files of a package, lowest first: each imports only from those on earlier lines.
 LAYERS = {
     "geometry": [
-        {"errors", "elements", "gmsh_start"},
+        {"errors", "gmsh_start"},
+        {"elements"},
         {"sector"},
-        {"imported_mesh"},
-        {"mesh_files", "own_mesh"},
+        {"contact", "imported_mesh"},
+        {"mesh_files"},
+        {"own_mesh"},
     ],
     "rom": [
         {"errors", "units"},
@@ -28,7 +30,9 @@ LAYERS = {
         {"finite_elements"},
         {"cyclic"},
         {"reduction"},
+        {"stress"},
         {"files"},
+        {"matrix_files"},
     ],
     "nonlinear": [
         {"options"},
@@ -37,6 +41,7 @@ LAYERS = {
         {"stability"},
         {"time_integration"},
         {"continuation"},
+        {"nonlinear_modes"},
         {"branches", "harmonic_selection"},
         {"residual_tractions"},
         {"response_curve"},
