@@ -61,9 +61,7 @@ def area(mesh, name):
     surface, total = mesh.surfaces[name], 0.0
     for block, element, side in zip(surface.block, surface.element, surface.side, strict=True):
         x = mesh.points[mesh.blocks[block].nodes[element][list(mesh.blocks[block].topology.sides[side])]]
-        total += sum(
-            np.linalg.norm(np.cross(x[k] - x[0], x[k + 1] - x[0])) / 2 for k in range(1, len(x) - 1)
-        )
+        total += sum(np.linalg.norm(np.cross(x[k] - x[0], x[k + 1] - x[0])) / 2 for k in range(1, len(x) - 1))
     return total
 
 

@@ -64,7 +64,8 @@ def test_surfaces_by_sides_by_sets_and_free_ones(tmp_path):
         tmp_path,
         CUBE
         + "*ELSET, ELSET=all\n1, 2\n*SURFACE, NAME=front, TYPE=ELEMENT\nall, S3\n"
-        + "*SURFACE, NAME=top\n2, S2\n*SURFACE, NAME=skin, TYPE=ELEMENT\nall,\n*SURFACE, TYPE=NODE, NAME=feet\n1\n2\n",
+        + "*SURFACE, NAME=top\n2, S2\n*SURFACE, NAME=skin, TYPE=ELEMENT\nall,\n"
+        + "*SURFACE, TYPE=NODE, NAME=feet\n1\n2\n",
     )
     assert area(mesh, "front") == pytest.approx(2.0)
     assert area(mesh, "skin") == pytest.approx(10.0)
@@ -113,7 +114,8 @@ def test_instances_are_moved_and_turned(tmp_path):
         "*PART, NAME=cube\n" + CUBE + "*NSET, NSET=feet\n1, 2\n*END PART\n*ASSEMBLY, NAME=A\n"
         "*INSTANCE, NAME=one, PART=cube\n*END INSTANCE\n"
         "*INSTANCE, NAME=two, PART=cube\n10., 0., 0.\n10., 0., 0., 10., 0., 1., 90.\n*END INSTANCE\n"
-        "*NSET, NSET=tops, INSTANCE=one\n9\n*NSET, NSET=tops, INSTANCE=two\n9, 10\n*NSET, NSET=mixed\none.feet, two.3\n"
+        "*NSET, NSET=tops, INSTANCE=one\n9\n*NSET, NSET=tops, INSTANCE=two\n9, 10\n"
+        "*NSET, NSET=mixed\none.feet, two.3\n"
         "*END ASSEMBLY\n"
     )
     mesh = read(tmp_path, text)
@@ -121,9 +123,7 @@ def test_instances_are_moved_and_turned(tmp_path):
     assert volumes(mesh) == pytest.approx([4.0])
     # x' = 10 - y, y' = x: moved by 10 along x, then turned about the line x = 10 by 90 degrees
     np.testing.assert_allclose(mesh.points[mesh.node_sets["two.feet"]], [[10, 0, 0], [10, 1, 0]], atol=1e-14)
-    np.testing.assert_allclose(
-        mesh.points[mesh.node_sets["tops"]], [[0, 0, 2], [10, 0, 2], [10, 1, 2]], atol=1e-14
-    )
+    np.testing.assert_allclose(mesh.points[mesh.node_sets["tops"]], [[0, 0, 2], [10, 0, 2], [10, 1, 2]], atol=1e-14)
     np.testing.assert_allclose(mesh.points[mesh.node_sets["mixed"]], [[0, 0, 0], [1, 0, 0], [9, 1, 0]], atol=1e-14)
 
 
