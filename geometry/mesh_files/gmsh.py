@@ -99,23 +99,26 @@ def _from_model(path: str | Path, gmsh: Any) -> FileMesh:
     labels, positions, _ = gmsh.model.mesh.getNodes()
     mesh.node_labels = labels.astype(np.int64)
     mesh.points = positions.reshape(-1, 3)
-    for code in gmsh.model.mesh.getElementTypes(3):
-        name, _, order, count, _, _ = gmsh.model.mesh.getElementProperties(code)
-        elements, nodes = gmsh.model.mesh.getElementsByType(code)
-        if code in PYRAMIDS:
-            raise mesh.refuse(f"element {elements[0]} is a pyramid: only tetrahedra, wedges and hexahedra are read")
-        if code not in KINDS:
-            raise mesh.refuse(f"element {elements[0]} is a {name} of order {order}: must be of order 1 or 2")
-        if code in EXTRA_NODES:
-            mesh.notes.append(
-                f"{EXTRA_NODES[code]} elements are taken as {KINDS[code]}: their inner nodes are left out"
-            )
-        table = nodes.reshape(-1, count).astype(np.int64)[:, columns_from_gmsh(KINDS[code])]
-        mesh.elements.append(FileElements(KINDS[code], elements.astype(np.int64), table))
+    # not getElementsByType, which writes beyond its arrays where an entity has elements of several types
+    for _, entity in gmsh.model.getEntities(3):
+        for code, elements, nodes in zip(*gmsh.model.mesh.getElements(3, entity), strict=True):
+            _add_elements(mesh, gmsh, int(code), elements.astype(np.int64), nodes.astype(np.int64))
     for dimension, tag in gmsh.model.getPhysicalGroups():
         name = gmsh.model.getPhysicalName(dimension, tag) or f"{DIMENSIONS[dimension]}_{tag}"
         _add_group(mesh, gmsh, name, dimension, tag)
     return mesh
+
+
+def _add_elements(mesh: FileMesh, gmsh: Any, code: int, elements: IntArray, nodes: IntArray) -> None:
+    if code in PYRAMIDS:
+        raise mesh.refuse(f"element {elements[0]} is a pyramid: only tetrahedra, wedges and hexahedra are read")
+    if code not in KINDS:
+        name, _, order = gmsh.model.mesh.getElementProperties(code)[:3]
+        raise mesh.refuse(f"element {elements[0]} is a {name} of order {order}: must be of order 1 or 2")
+    if code in EXTRA_NODES:
+        mesh.notes.append(f"elements {EXTRA_NODES[code]} are taken as {KINDS[code]} without their inner nodes")
+    table = nodes.reshape(len(elements), -1)[:, columns_from_gmsh(KINDS[code])]
+    mesh.elements.append(FileElements(KINDS[code], elements, table))
 
 
 def _add_group(mesh: FileMesh, gmsh: Any, name: str, dimension: int, tag: int) -> None:
