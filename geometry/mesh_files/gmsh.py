@@ -32,6 +32,7 @@ EDGES = {
         *((2, 6), (3, 7), (4, 5), (4, 7), (5, 6), (6, 7)),
     ),
 }
+SHAPES = ("Triangles", "Quadrangles", "Tetrahedra", "Hexahedra", "Prisms", "Pyramids")
 DIMENSIONS = ("point", "curve", "surface", "volume")
 
 
@@ -103,10 +104,20 @@ def _from_model(path: str | Path, gmsh: Any) -> FileMesh:
     for _, entity in gmsh.model.getEntities(3):
         for code, elements, nodes in zip(*gmsh.model.mesh.getElements(3, entity), strict=True):
             _add_elements(mesh, gmsh, int(code), elements.astype(np.int64), nodes.astype(np.int64))
+    given = sum(len(labels) for d, e in gmsh.model.getEntities() if d > 1 for labels in _labels(gmsh, d, e))
+    if given != sum(
+        int(gmsh.option.getNumber(f"Mesh.Nb{shape}")) for shape in SHAPES
+    ):  # of a shape it gives one order
+        raise mesh.refuse("has linear and quadratic elements in one entity: give each order an entity of its own")
     for dimension, tag in gmsh.model.getPhysicalGroups():
         name = gmsh.model.getPhysicalName(dimension, tag) or f"{DIMENSIONS[dimension]}_{tag}"
         _add_group(mesh, gmsh, name, dimension, tag)
     return mesh
+
+
+def _labels(gmsh: Any, dimension: int, entity: int) -> list[IntArray]:
+    found: list[IntArray] = gmsh.model.mesh.getElements(dimension, entity)[1]
+    return found
 
 
 def _add_elements(mesh: FileMesh, gmsh: Any, code: int, elements: IntArray, nodes: IntArray) -> None:
