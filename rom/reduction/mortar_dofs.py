@@ -25,14 +25,18 @@ References
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry import sides_on
 from rom.errors import RomParameterError
 from rom.finite_elements.discretisation import Discretisation
-from rom.reduction.face_integrals import Rule, face_points
+from rom.reduction.face_integrals import FacePoints, Rule, face_points
+from rom.reduction.face_outline import outline, outline_edges
+from rom.reduction.static_equivalence import opposite_points, with_points_at
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -41,6 +45,7 @@ if TYPE_CHECKING:
 
 Grid = tuple[int, int]
 _OBLIQUE = 0.05  # largest scalar product of two psi_k over the largest w_k
+_CURVED = 2  # more points in the rule of a straightened face
 _CURVATURE = 2  # degree, in s, of the fit of the contact frames
 
 
@@ -49,8 +54,10 @@ def contact_grid(face: ContactFace) -> Grid:
 
     Raises RomParameterError where the nodes are no such grid.
     """
-    s, _ = _coordinates(face, face.position)
+    s, r = _coordinates(face, face.position)
     steps = np.diff(s)
+    if len(s) > 1 and abs(steps[0]) < abs(r[1] - r[0]):  # the second node is above the first, not beside it
+        return 1, len(s)
     backward = np.flatnonzero(steps * steps[:1] < 0.0)
     along = int(backward[0]) + 1 if len(backward) else len(s)
     if len(s) % along:
@@ -63,26 +70,72 @@ def mortar_projections(
 ) -> tuple[csr_matrix, NDArray[np.float64], NDArray[np.float64]]:
     """W (2 n_c, n) from n mesh nodes, frames (2 n_c, 3, 3) and shares w_k / A (n_c,) of the face's area.
 
-    W u are the displacements u_k of the right, then of the left face; each row sums to 1.
-    Raises RomParameterError where the mesh has no node sets of the faces, or a face is far from a rectangle.
+    W u are the displacements u_k of the right, then of the left face; each row sums to 1. The left contact nodes are
+    the right ones turned back by one pitch, whether the meshes of the faces match or not. A face that is far from a
+    rectangle is straightened to one.
+    Raises RomParameterError where the mesh has no node sets of the faces, or a face cannot be straightened.
     """
     from scipy.sparse import vstack
 
-    rows, frames, shares = [], [], []
-    rule = _element_rule(max(grid))
-    for side, face in (("right", sector.right), ("left", sector.left)):
-        points = face_points(discretisation, sector, side, "mortar", rule)
-        s, r = _coordinates(face, points.position)
-        polynomials, at_s = _lagrange_at_gauss_points(s, r, points.area, grid)
-        weight = polynomials @ points.area
-        products = (polynomials * points.area) @ polynomials.T
-        if np.abs(products - np.diag(weight)).max() > _OBLIQUE * weight.max() or weight.min() <= 0.0:
-            raise RomParameterError("rom", "contact_dofs", "mortar", "needs contact faces that are nearly rectangles")
-        # a sparse product keeps the columns of other nodes out
-        rows.append(_sparse(polynomials * points.area / weight[:, None]) @ points.interpolation)
-        frames.append(_frames(face, at_s))
-        shares.append(weight / weight.sum())
-    return vstack(rows, format="csr"), np.concatenate(frames), shares[0]
+    faces = (("right", sector.right), ("left", sector.left))
+    found = [_projection(discretisation, sector, side, face, grid, False) for side, face in faces]
+    if not all(projection.orthogonal for projection in found):
+        found = [_projection(discretisation, sector, side, face, grid, True) for side, face in faces]
+    if not all(projection.orthogonal for projection in found):
+        allowed = 'needs contact faces that lines along t1 cross once; "patch" is for any shape'
+        raise RomParameterError("rom", "contact_dofs", "mortar", allowed)
+    right, left = found
+    targets = opposite_points(right.rows @ discretisation.positions, sector)
+    rows = with_points_at(left.rows, targets, discretisation.positions, left.points)
+    frames = np.concatenate([right.frames, left.frames])
+    return vstack([right.rows, rows], format="csr"), frames, right.weight / right.weight.sum()
+
+
+@dataclass(frozen=True)
+class _Projection:
+    """Mortar projection of one face: W (n_c, n), quadrature points, frames (n_c, 3, 3), w_k (n_c,), is it one."""
+
+    rows: csr_matrix
+    points: FacePoints
+    frames: NDArray[np.float64]
+    weight: NDArray[np.float64]
+    orthogonal: bool
+
+
+def _projection(
+    discretisation: Discretisation, sector: SectorMesh, side: str, face: ContactFace, grid: Grid, straighten: bool
+) -> _Projection:
+    """The projection of one face in the coordinates (s, r), or in those of the face straightened to a rectangle."""
+    points = face_points(discretisation, sector, side, "mortar", _element_rule(max(grid) + _CURVED * straighten))
+    s, r = _coordinates(face, points.position)
+    if straighten:
+        s = _straightened(sector, side, face, s, r)
+    polynomials, at_s = _lagrange_at_gauss_points(s, r, points.area, grid)
+    weight = polynomials @ points.area
+    products = (polynomials * points.area) @ polynomials.T
+    orthogonal = bool(np.abs(products - np.diag(weight)).max() <= _OBLIQUE * weight.max() and weight.min() > 0.0)
+    # a sparse product keeps the columns of other nodes out
+    rows = _sparse(polynomials * points.area / weight[:, None]) @ points.interpolation
+    if straighten:
+        at_s, _ = _coordinates(face, rows @ discretisation.positions)
+    return _Projection(rows.tocsr(), points, _frames(face, at_s), weight, orthogonal)
+
+
+def _straightened(
+    sector: SectorMesh, side: str, face: ContactFace, s: NDArray[np.float64], r: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The coordinate along the chords of a face, -1 to 1, of points with the coordinates s and r (q,)."""
+    name = f"face_{side}"
+    surface = sector.surfaces.get(name)
+    if surface is None:
+        surface = sides_on(sector.blocks, sector.node_sets[name])
+    edges = outline_edges(sector.blocks, surface)
+    ends = _coordinates(face, sector.points[edges.ravel()])
+    found = outline(*(end.reshape(-1, 2) for end in ends))
+    if found is None:
+        allowed = 'needs contact faces that lines along t1 cross once; "patch" is for any shape'
+        raise RomParameterError("rom", "contact_dofs", "mortar", allowed)
+    return found.straightened(s, r)
 
 
 def coarser_mortar(fine: Grid, coarse: Grid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
