@@ -63,6 +63,36 @@ class SectorFileError(ValueError):
     """
 
 
+class MeshFileError(ValueError):
+    """A mesh file that cannot be used; the message is one line made of the two attributes.
+
+    Attributes
+    ----------
+    path : str
+        The file.
+    found : str
+        What is wrong, where in the file, and what is allowed.
+
+    Examples
+    --------
+    >>> from geometry import MeshFileError, read_mesh
+    >>> try:
+    ...     read_mesh("blade.stl")
+    ... except MeshFileError as error:
+    ...     print(error)
+    blade.stl: the suffix must be one of .inp, .bdf, .nas, .dat, .cdb, .msh, .vtu, .med
+    """
+
+    def __init__(self, path: object, found: object) -> None:
+        line = " ".join(str(found).split())
+        super().__init__(str(path), line)  # both, so that it can be pickled between processes
+        self.path = str(path)
+        self.found = line
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.found}"
+
+
 class OwnMeshError(ParameterError):
     """A mesh of another program that cannot be taken for a sector; the message is one line.
 

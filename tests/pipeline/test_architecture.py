@@ -16,7 +16,7 @@ HEAVY = ("gmsh", "pyvista", "vtk", "matplotlib", "meshio", "skfem", "numba", "ri
 # Folders and top-level files of a package, lowest first: each imports only from those on earlier lines.
 LAYERS = {
     "geometry": [
-        {"errors"},
+        {"errors", "gmsh_start"},
         {"elements"},
         {"sector"},
         {"contact", "imported_mesh"},
@@ -31,6 +31,7 @@ LAYERS = {
         {"cyclic"},
         {"reduction"},
         {"files"},
+        {"matrix_files"},
     ],
     "nonlinear": [
         {"options"},
@@ -39,6 +40,7 @@ LAYERS = {
         {"stability"},
         {"time_integration"},
         {"continuation"},
+        {"nonlinear_modes"},
         {"branches", "harmonic_selection"},
         {"residual_tractions"},
         {"response_curve"},
