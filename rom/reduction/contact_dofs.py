@@ -85,7 +85,8 @@ def averaged_dofs(sector: SectorMesh, element: str | None, kind: str, grid: Grid
     nodes = discretise(sector, element)
     if kind == "patch":
         weights = patch_averages(nodes, sector)
-        return ContactDofs(weights, _node_frames(sector), sector.right.position, sector.right.area, kind)
+        centroids = weights[: len(sector.right.position)] @ nodes.positions
+        return ContactDofs(weights, _node_frames(sector), centroids, sector.right.area, kind)
     weights, frames, shares = mortar_projections(nodes, sector, grid or contact_grid(sector.right))
     position = weights[: len(shares)] @ nodes.positions
     return ContactDofs(weights, frames, position, shares * float(sector.right.area.sum()), kind)

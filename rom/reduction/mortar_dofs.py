@@ -25,7 +25,8 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,12 +42,14 @@ from rom.reduction.static_equivalence import opposite_points, with_points_at
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from geometry import ContactFace, SectorMesh
+    from geometry import ContactFace, ElementSides, SectorMesh
 
 Grid = tuple[int, int]
 _OBLIQUE = 0.05  # largest scalar product of two psi_k over the largest w_k
+_RECTANGLE = 0.005  # the same, where the face is near enough to a rectangle
 _CURVED = 2  # more points in the rule of a straightened face
 _CURVATURE = 2  # degree, in s, of the fit of the contact frames
+_TURNED = 1e-4  # entries of the frames that this fit may miss
 
 
 def contact_grid(face: ContactFace) -> Grid:
@@ -77,65 +80,91 @@ def mortar_projections(
     """
     from scipy.sparse import vstack
 
-    faces = (("right", sector.right), ("left", sector.left))
-    found = [_projection(discretisation, sector, side, face, grid, False) for side, face in faces]
-    if not all(projection.orthogonal for projection in found):
-        found = [_projection(discretisation, sector, side, face, grid, True) for side, face in faces]
-    if not all(projection.orthogonal for projection in found):
+    found = _projections(discretisation, sector, grid, False)
+    if _oblique(found) > _RECTANGLE:
+        found = min(found, _projections(discretisation, sector, grid, True), key=_oblique)
+    if _oblique(found) > _OBLIQUE:
         allowed = 'needs contact faces that lines along t1 cross once; "patch" is for any shape'
         raise RomParameterError("rom", "contact_dofs", "mortar", allowed)
     right, left = found
     targets = opposite_points(right.rows @ discretisation.positions, sector)
     rows = with_points_at(left.rows, targets, discretisation.positions, left.points)
-    frames = np.concatenate([right.frames, left.frames])
+    frames = np.concatenate([_frames(sector.right, right.at), _frames(sector.left, left.at)])
     return vstack([right.rows, rows], format="csr"), frames, right.weight / right.weight.sum()
 
 
 @dataclass(frozen=True)
 class _Projection:
-    """Mortar projection of one face: W (n_c, n), quadrature points, frames (n_c, 3, 3), w_k (n_c,), is it one."""
+    """Mortar projection of one face.
+
+    Attributes
+    ----------
+    rows : (n_c, n) CSR matrix
+        W.
+    points : FacePoints
+        Quadrature points.
+    at : (2, n_c) array
+        Coordinates s, r of the contact nodes, m.
+    weight : (n_c,) array
+        w_k, m^2.
+    oblique : float
+        Largest scalar product of two psi_k over the largest w_k; infinite where a w_k is not above 0.
+    """
 
     rows: csr_matrix
     points: FacePoints
-    frames: NDArray[np.float64]
+    at: NDArray[np.float64]
     weight: NDArray[np.float64]
-    orthogonal: bool
+    oblique: float
 
 
-def _projection(
-    discretisation: Discretisation, sector: SectorMesh, side: str, face: ContactFace, grid: Grid, straighten: bool
-) -> _Projection:
-    """The projection of one face in the coordinates (s, r), or in those of the face straightened to a rectangle."""
-    points = face_points(discretisation, sector, side, "mortar", _element_rule(max(grid) + _CURVED * straighten))
-    s, r = _coordinates(face, points.position)
-    if straighten:
-        s = _straightened(sector, side, face, s, r)
-    polynomials, at_s = _lagrange_at_gauss_points(s, r, points.area, grid)
+def _oblique(projections: Sequence[_Projection]) -> float:
+    """The worst of both faces; infinite where there are none."""
+    return max((projection.oblique for projection in projections), default=np.inf)
+
+
+def _projections(
+    discretisation: Discretisation, sector: SectorMesh, grid: Grid, straighten: bool
+) -> list[_Projection]:
+    """Right and left projection in the coordinates (s, r), or in those of the faces straightened to rectangles.
+
+    Empty where the faces cannot be straightened.
+    """
+    found = []
+    rule = _element_rule(max(grid) + _CURVED * straighten)
+    for side, face in (("right", sector.right), ("left", sector.left)):
+        points = face_points(discretisation, sector, side, "mortar", rule)
+        s, r = _coordinates(face, points.position)
+        if straighten:
+            edges = outline_edges(sector.blocks, _surface(sector, side))
+            ends = _coordinates(face, sector.points[edges.ravel()])
+            chords = outline(*(end.reshape(-1, 2) for end in ends))
+            if chords is None:
+                return []
+            s = chords.straightened(s, r)
+        projection = _projection(points, s, r, grid)
+        if straighten:
+            at = np.stack(_coordinates(face, projection.rows @ discretisation.positions))
+            projection = replace(projection, at=at)
+        found.append(projection)
+    return found
+
+
+def _projection(points: FacePoints, s: NDArray[np.float64], r: NDArray[np.float64], grid: Grid) -> _Projection:
+    """The projection of one face on polynomials in s and r (q,)."""
+    polynomials, at = _lagrange_at_gauss_points(s, r, points.area, grid)
     weight = polynomials @ points.area
     products = (polynomials * points.area) @ polynomials.T
-    orthogonal = bool(np.abs(products - np.diag(weight)).max() <= _OBLIQUE * weight.max() and weight.min() > 0.0)
+    oblique = float(np.abs(products - np.diag(weight)).max() / weight.max()) if weight.min() > 0.0 else np.inf
     # a sparse product keeps the columns of other nodes out
     rows = _sparse(polynomials * points.area / weight[:, None]) @ points.interpolation
-    if straighten:
-        at_s, _ = _coordinates(face, rows @ discretisation.positions)
-    return _Projection(rows.tocsr(), points, _frames(face, at_s), weight, orthogonal)
+    return _Projection(rows.tocsr(), points, at, weight, oblique)
 
 
-def _straightened(
-    sector: SectorMesh, side: str, face: ContactFace, s: NDArray[np.float64], r: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """The coordinate along the chords of a face, -1 to 1, of points with the coordinates s and r (q,)."""
+def _surface(sector: SectorMesh, side: str) -> ElementSides:
+    """The sides of elements on the face of a side."""
     name = f"face_{side}"
-    surface = sector.surfaces.get(name)
-    if surface is None:
-        surface = sides_on(sector.blocks, sector.node_sets[name])
-    edges = outline_edges(sector.blocks, surface)
-    ends = _coordinates(face, sector.points[edges.ravel()])
-    found = outline(*(end.reshape(-1, 2) for end in ends))
-    if found is None:
-        allowed = 'needs contact faces that lines along t1 cross once; "patch" is for any shape'
-        raise RomParameterError("rom", "contact_dofs", "mortar", allowed)
-    return found.straightened(s, r)
+    return sector.surfaces[name] if name in sector.surfaces else sides_on(sector.blocks, sector.node_sets[name])
 
 
 def coarser_mortar(fine: Grid, coarse: Grid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -171,10 +200,11 @@ def _coordinates(face: ContactFace, position: NDArray[np.float64]) -> tuple[NDAr
 def _lagrange_at_gauss_points(
     s: NDArray[np.float64], r: NDArray[np.float64], area: NDArray[np.float64], grid: Grid
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """psi_k (n_c, q) at quadrature points with coordinates s, r (q,), and s (n_c,) of the contact nodes."""
+    """psi_k (n_c, q) at quadrature points with coordinates s, r (q,), and s, r (2, n_c) of the contact nodes."""
     along, radial = gauss_points(s, area, grid[0]), gauss_points(r, area, grid[1])
     product = _lagrange(radial, r)[:, None] * _lagrange(along, s)[None]
-    return product.reshape(len(radial) * len(along), -1), np.tile(along, len(radial))
+    at = np.stack([np.tile(along, len(radial)), np.repeat(radial, len(along))])
+    return product.reshape(len(radial) * len(along), -1), at
 
 
 def gauss_points(x: NDArray[np.float64], weight: NDArray[np.float64], count: int) -> NDArray[np.float64]:
@@ -206,14 +236,27 @@ def _lagrange(nodes: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.
     return values
 
 
-def _frames(face: ContactFace, s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Contact frames (n_c, 3, 3) at coordinates s (n_c,), from those of the face's nodes: they turn with s only."""
-    at, _ = _coordinates(face, face.position)
-    distinct = len(np.unique(np.round(at / (np.ptp(at) or 1.0), 6)))
-    fit = np.polynomial.polynomial.polyfit(at, face.frame.reshape(len(at), 9), min(_CURVATURE, distinct - 1))
-    found = np.polynomial.polynomial.polyval(s, fit).T.reshape(-1, 3, 3)
-    left, _, right = np.linalg.svd(found)
+def _frames(face: ContactFace, at: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Contact frames (n_c, 3, 3) at coordinates s, r (2, n_c), from those of the face's nodes.
+
+    On the faces of our own blades they turn with s only; on others with r too.
+    """
+    known = np.stack(_coordinates(face, face.position))
+    entries = face.frame.reshape(known.shape[1], 9)
+    distinct = len(np.unique(np.round(known[0] / (np.ptp(known[0]) or 1.0), 6)))
+    fit = np.polynomial.polynomial.polyfit(known[0], entries, min(_CURVATURE, distinct - 1))
+    found = np.polynomial.polynomial.polyval(at[0], fit).T
+    if np.abs(np.polynomial.polynomial.polyval(known[0], fit).T - entries).max() > _TURNED:
+        scale = np.abs(known).max()
+        found = _quadratic(at / scale) @ np.linalg.lstsq(_quadratic(known / scale), entries, rcond=_TURNED)[0]
+    left, _, right = np.linalg.svd(found.reshape(-1, 3, 3))
     return np.asarray(left @ right)
+
+
+def _quadratic(at: NDArray[np.float64]) -> NDArray[np.float64]:
+    """1, s, r, s^2, s r, r^2 (k, 6) at coordinates (2, k)."""
+    s, r = at
+    return np.stack([np.ones_like(s), s, r, s * s, s * r, r * r], axis=1)
 
 
 def _element_rule(degree: int) -> Rule:

@@ -59,24 +59,29 @@ def with_points_at(
 ) -> csr_matrix:
     """Weights (n_c, n) corrected so that sum_j W_kj x_j are the targets (n_c, 3), m.
 
-    `nodes` (n, 3) are the positions x_j. The correction of contact node k is spread over the quadrature points that it
-    owns, `owner` (q,); None: over the whole face. Weights whose points are the targets already stay as they are, bit for bit.
+    `nodes` (n, 3) are the positions x_j. The correction of contact node k is spread over the quadrature points that
+    it owns, `owner` (q,); what these cannot carry, or without `owner` all, is spread over the whole face. Weights
+    whose points are the targets already stay as they are, bit for bit.
     """
     from scipy.sparse import csr_matrix
 
-    offset = targets - weights @ nodes
     size = float(np.sqrt(points.area.sum()))
-    if np.abs(offset).max() <= _EQUAL * size:
-        return weights
-    rows, columns, values = [], [], []
-    for k in range(len(targets)):
+    for owned in (owner, None) if owner is not None else (None,):
+        offset = targets - weights @ nodes
+        if np.abs(offset).max() <= _EQUAL * size:
+            break
+        share = _shares(offset, points, owned)
+        weights = (weights + csr_matrix(share) @ points.interpolation).tocsr()
+    return weights
+
+
+def _shares(offset: Array, points: FacePoints, owner: NDArray[np.int64] | None) -> Array:
+    """phi_k dA (n_c, q) at the quadrature points that move the points of the weights by offsets (n_c, 3)."""
+    share = np.zeros((len(offset), len(points.area)))
+    for k in range(len(offset)):
         chosen = np.arange(len(points.area)) if owner is None else np.flatnonzero(owner == k)
-        rows.append(np.full(len(chosen), k))
-        columns.append(chosen)
-        values.append(_correction(points.position[chosen], points.area[chosen], offset[k]))
-    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    share = csr_matrix(entries, shape=(len(targets), len(points.area)))
-    return (weights + share @ points.interpolation).tocsr()
+        share[k, chosen] = _correction(points.position[chosen], points.area[chosen], offset[k])
+    return share
 
 
 def _correction(position: Array, area: Array, offset: Array) -> Array:
