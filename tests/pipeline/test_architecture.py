@@ -30,6 +30,7 @@ LAYERS = {
         {"finite_elements"},
         {"cyclic"},
         {"reduction"},
+        {"stress"},
         {"files"},
         {"matrix_files"},
     ],
