@@ -10,6 +10,7 @@ from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.centrifugal_strain import check_speed
 from pipeline.scene.geometry_parameters import geometry_parameters
+from pipeline.scene.matrix_scene import unfit_beside_matrices, unfit_matrix_keys
 from pipeline.scene.mesh_file import check_mesh_file
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.schema import SECTIONS, Scene
@@ -55,8 +56,12 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
         if section in absent:
             allowed = f"a table [{section}] (only `shroud respond --rom` does without)"
             yield input_error(file.path, section, "missing", allowed)
+    has_matrices = file.first.model is not None or "model" in broken.get(0, ())
     if not broken.get(0):
-        yield from _unfit_beside_mesh(file)
+        yield from unfit_beside_matrices(file) if has_matrices else _unfit_beside_mesh(file)
+    if has_matrices:
+        yield from _unfit_members_with_matrices(file, broken)
+        return
     if not absent and not any(broken.values()):
         yield from _raised(check_sweep, file)
     checked_shapes: set[object] = set()  # a sweep has few different ones
@@ -73,8 +78,19 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
         yield from _unfit_sizes(file.path, member, wrong)
 
 
+def _unfit_members_with_matrices(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
+    """Keys of scenes with [model], where the files alone tell the number of contact nodes."""
+    for member in file.members:
+        wrong = broken.get(member.index, set())
+        yield from _unfit_keys(file.path, member, wrong)
+        if not wrong & {"model", "rom", "load"}:
+            yield from unfit_matrix_keys(file.path, member)
+
+
 def _absent_sections(scene: Scene) -> set[str]:
-    """The sections of a blade that a scene lacks; a mesh from a file takes the place of all but its own."""
+    """The sections of a blade that a scene lacks; a mesh from a file or matrices take the place of all others."""
+    if scene.model is not None:
+        return set()
     needed = ("mesh",) if scene.mesh_file is not None else BLADE_SECTIONS
     return {name for name in needed if getattr(scene, name) is None}
 

@@ -31,6 +31,7 @@ from pipeline.scene.fields import (
 )
 from pipeline.scene.fields import key as _key
 from pipeline.scene.mesh_section import Mesh
+from pipeline.scene.model_section import Model
 
 AXES = ("x", "y", "z")
 
@@ -320,6 +321,7 @@ class Scene(Section):
         {},
     )
     mesh: Mesh | None = _key("", "a table", None)
+    model: Model | None = _key("", "a table", None)
     rom: Rom = _key("", "a table", Rom())
     load: Load = _key("", "a table", Load())
     contact: Contact = _key("", "a table")
@@ -336,18 +338,21 @@ class Scene(Section):
     @property
     def n_blades(self) -> int | None:
         """Blades of the ring; None for a scene without a blade."""
+        if self.model is not None:
+            return self.model.n_blades
         if self.mesh_file is not None and self.mesh is not None:
             return self.mesh.n_blades
         return None if self.blade is None else self.blade.n_blades
 
 
 NOT_SWEPT = ("render", "figures")  # pictures
-NOT_SWEPT_KEYS = ("mesh.sets",)  # a table
+NOT_SWEPT_KEYS = ("mesh.sets", "model.sets")  # tables
 SECTIONS: dict[str, type[Section]] = {
     "blade": Blade,
     "shroud": Shroud,
     "material": Material,
     "mesh": Mesh,
+    "model": Model,
     "rom": Rom,
     "load": Load,
     "contact": Contact,

@@ -11,10 +11,12 @@ from pydantic import BaseModel
 
 from pipeline.errors import InputError, input_error, one_line, shown
 from pipeline.scene.mesh_section import MeshSets
+from pipeline.scene.model_section import ModelSets
 from pipeline.scene.schema import SECTIONS, Material, Scene
 from pipeline.scene.suggestions import meant
 
 MISSING = object()
+SETS: dict[str, type[BaseModel]] = {"mesh.sets": MeshSets, "model.sets": ModelSets}  # tables in sections
 LONGEST_KEY = 60
 MOST_ERRORS = 50  # that are listed at once
 
@@ -84,10 +86,10 @@ def _in_terms_of_the_file(
         return input_error(path, section, _found(raw.get(section, MISSING)), said or f"a table [{section}]")
     name = str(location[1])
     key = f"{section}.{name}"
-    if key == "mesh.sets" and len(location) > 2 and isinstance(raw[section][name], Mapping):
+    if key in SETS and len(location) > 2 and isinstance(raw[section][name], Mapping):
         inner = str(location[2])
         value = raw[section][name].get(inner, MISSING)
-        return input_error(path, f"{key}.{inner}", _found(value), _allowed_of(MeshSets, inner))
+        return input_error(path, f"{key}.{inner}", _found(value), _allowed_of(SETS[key], inner))
     value, index = _pick(raw[section].get(name, MISSING), errors, location[:2])
     return input_error(path, places.get(key, key) + index, _found(value), said or allowed_values(key))
 
@@ -118,8 +120,9 @@ def _unknown(path: Path, location: tuple[Any, ...]) -> InputError:
     if len(location) == 1:
         return unknown_key(path, str(location[0]), [*Scene.model_fields, "sweep"])
     section = str(location[0])
-    if location[:2] == ("mesh", "sets") and len(location) > 2:
-        return unknown_key(path, str(location[2]), list(MeshSets.model_fields), "mesh.sets")
+    table = ".".join(str(part) for part in location[:2])
+    if table in SETS and len(location) > 2:
+        return unknown_key(path, str(location[2]), list(SETS[table].model_fields), table)
     return unknown_key(path, str(location[1]), list(SECTIONS[section].model_fields), section)
 
 
