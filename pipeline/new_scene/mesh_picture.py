@@ -70,7 +70,9 @@ def _draw(axes: Any, points: Array, triangles: NDArray[np.int64], colours: Array
     seen = seen[np.argsort((corners[seen] @ view).mean(axis=1), kind="stable")]
     shade = colours[seen] * (0.55 + 0.45 * facing[seen, None])
     edge = shade if len(triangles) > MOST_EDGES else 0.75 * shade
-    axes.add_collection(PolyCollection(list(corners[seen] @ screen.T), facecolors=shade, edgecolors=edge, linewidths=0.25))
+    axes.add_collection(
+        PolyCollection(list(corners[seen] @ screen.T), facecolors=shade, edgecolors=edge, linewidths=0.25)
+    )
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.set_axis_off()

@@ -62,12 +62,18 @@ def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: Starti
         "#",
         f"# A scene for the mesh of a sector from another program; run it with `shroud run {SCENE}`.",
         "#",
-        *_keys({"name": name, "title": title, "accuracy": PRESET}, {"accuracy": " or ".join(map(json.dumps, PRESETS))}),
+        *_keys(
+            {"name": name, "title": title, "accuracy": PRESET}, {"accuracy": " or ".join(map(json.dumps, PRESETS))}
+        ),
         "",
         "[mesh]",
         *_keys({"file": file}, {"file": "relative to this file"}),
         *_keys({"unit": guess.unit}, {"unit": 'of the file: "m", "mm" or "in"'}),
-        *([] if blades is not None else ["# n_blades = ...              # of the ring: to be set, the file does not say"]),
+        *(
+            []
+            if blades is not None
+            else ["# n_blades = ...              # of the ring: to be set, the file does not say"]
+        ),
         *(_keys({"n_blades": blades}, {"n_blades": "of the ring"}) if blades is not None else []),
         *_keys({"axis": guess.axis}, {"axis": "engine axis in the file"}),
         *_keys({"contact_grid": [3, 3]}, {"contact_grid": "contact nodes on a face, along it and along the radius"}),
@@ -90,7 +96,9 @@ def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: Starti
         *_keys({"interference": 5e-6}, {"interference": "m; below 0: gap"}),
         "",
         "[excitation]",
-        *_keys({"engine_order": order, "force": 1.0, "direction": "y"}, {"force": "N", "direction": "circumferential"}),
+        *_keys(
+            {"engine_order": order, "force": 1.0, "direction": "y"}, {"force": "N", "direction": "circumferential"}
+        ),
         "",
         "[response]",
         *_keys({"frequency": [low, high]}, {"frequency": _frequency_comment(values)}),
