@@ -133,6 +133,7 @@ def _add_group(mesh: FileMesh, gmsh: Any, name: str, dimension: int, tag: int) -
             nodes.append(table.ravel())
             if code in FACE_CORNERS:
                 faces.append(table[:, : FACE_CORNERS[code]])
-    mesh.node_sets[name] = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *nodes]))
+    everything = np.concatenate([mesh.node_sets.get(name, np.empty(0, dtype=np.int64)), *nodes])
+    mesh.node_sets[name] = everything[np.sort(np.unique(everything, return_index=True)[1])]
     if faces:
         mesh.faces[name] = faces
