@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.figures.style import drawn, styled
-from pipeline.render.ring import LEFT_DARK, RIGHT_COLOUR, VIEW
+from pipeline.render.ring import LEFT_DARK, RIGHT_COLOUR
 from pipeline.report.surface import triangles_of
 
 if TYPE_CHECKING:
@@ -41,19 +41,29 @@ def mesh_picture(
     from matplotlib.figure import Figure
 
     triangles = triangles_of(blocks)
+    rows: dict[str, NDArray[np.bool_]] = {}
     colours = np.tile(np.array(BODY), (len(triangles), 1))
     for role, nodes in marked.items():
-        colours[np.isin(triangles, nodes).all(axis=1)] = _rgb(COLOURS[role])
+        rows[role] = np.isin(triangles, nodes).all(axis=1)
+        colours[rows[role]] = _rgb(COLOURS[role])
     with styled():
         figure: Any = Figure(figsize=(9.0, 5.6), layout="constrained")
-        # the right face points to +y: one view has it in front, the other the left one
-        for axes, side in zip(figure.subplots(1, 2), (1.0, -1.0), strict=True):
-            view = np.array([VIEW[0], side * 0.62, 0.45])
+        views = (("contact_right", 1.0, "from above"), ("contact_left", -1.0, "from below"))
+        for axes, (role, side, where) in zip(figure.subplots(1, 2), views, strict=True):
+            view = _towards(points, triangles[rows[role]]) if role in rows else np.array([-0.6, 0.8, 0.0]) * side
+            view = view + np.array([0.45 * view[1], -0.45 * view[0], 0.45 * side])  # a little from the side
             _draw(axes, points, triangles, colours, view / np.linalg.norm(view))
-            axes.set_title(f"seen from {'+y' if side > 0.0 else '-y'}")
+            axes.set_title(f"{NAMES[role]}, {where}")
         _legend(figure, marked)
         figure.suptitle(title)
         return drawn(figure, "png")
+
+
+def _towards(points: Array, triangles: NDArray[np.int64]) -> Array:
+    """The horizontal direction (3,) that some triangles face on average."""
+    corners = points[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0) * [1.0, 1.0, 0.0]
+    return np.asarray(normal / max(float(np.linalg.norm(normal)), 1e-300))
 
 
 def _draw(axes: Any, points: Array, triangles: NDArray[np.int64], colours: Array, view: Array) -> None:

@@ -28,6 +28,7 @@ METRES = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
 _LARGEST = 10.0  # radius in m of the tip of a blade: a larger one is in mm
 _STIFF = (1e9, 1e7)  # moduli above the first are in Pa, below the second in MPa
 _AXES = ("x", "y", "z")
+_LARGEST_PITCH = 2.5  # rad, of rings of three blades or more
 MOST_SETS = 12  # that are listed
 
 
@@ -149,13 +150,13 @@ def _axis_between(right: Array, left: Array, given: str | None) -> tuple[str, fl
         a, b = np.eye(3)[(k + 1) % 3], np.eye(3)[(k + 2) % 3]
         polar = [(float(np.hypot(p @ a, p @ b)), float(np.arctan2(p @ b, p @ a))) for p in (right, left)]
         mismatch = abs(polar[0][0] - polar[1][0]) + abs(right[k] - left[k])
-        angle = sign * (polar[0][1] - polar[1][1])
-        angle = math.remainder(angle, 2.0 * math.pi)
-        if angle:
-            found.append((mismatch / distance, name, angle))
+        # from the left face to the right one; the next blade stands on the +y side, seen along the axis with z up
+        angle = math.remainder(sign * (polar[1][1] - polar[0][1]), 2.0 * math.pi)
+        if 0.0 < abs(angle) < _LARGEST_PITCH:
+            found.append((round(mismatch / distance, 3), abs(angle), name, angle))
     if not found:
         return None
-    mismatch, name, angle = min(found)
+    mismatch, _, name, angle = min(found)
     return name, angle, mismatch
 
 
