@@ -44,7 +44,7 @@ def mesh_picture(
     rows: dict[str, NDArray[np.bool_]] = {}
     colours = np.tile(np.array(BODY), (len(triangles), 1))
     for role, nodes in marked.items():
-        rows[role] = np.isin(triangles, nodes).all(axis=1)
+        rows[role] = np.asarray(np.isin(triangles, nodes).all(axis=1))
         colours[rows[role]] = _rgb(COLOURS[role])
     with styled():
         figure: Any = Figure(figsize=(9.0, 5.6), layout="constrained")
