@@ -1,4 +1,4 @@
-"""Cells of meshio and meshlane as elements and faces of a mesh file."""
+"""Cells of meshlane as elements and faces of a mesh file."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def _mat1(number: int, values: dict[str, float]) -> str:
 
 
 def nastran_number(value: float) -> str:
-    """The number in at most 16 characters: a relative error of 1e-11 at most, of 1e-13 from 0.01 to 1000.
+    """The number in at most 16 characters: a relative error of 1e-10 at most, of 1e-12 from 0.01 to 1000.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Writes an unstructured grid of VTK (.vtu), by meshio: sets and surfaces as fields ``set_NAME``."""
+"""Writes an unstructured grid of VTK (.vtu), by meshlane: sets and surfaces as fields ``set_NAME``."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def write_vtu(path: str | Path, mesh: WrittenMesh) -> None:
     mesh : WrittenMesh
         The mesh.
     """
-    import meshio
+    import meshlane  # meshio has no 15-node wedges
 
     fields = {}
     for name, nodes in mesh.node_sets.items():
@@ -47,4 +47,4 @@ def write_vtu(path: str | Path, mesh: WrittenMesh) -> None:
         name: [own.get(index, np.zeros(len(nodes))) for index, (_, nodes) in enumerate(cells)]
         for name, own in marks.items()
     }
-    meshio.vtu.write(str(path), meshio.Mesh(mesh.points, cells, fields, cell_fields))
+    meshlane.vtu.write(str(path), meshlane.Mesh(mesh.points, cells, fields, cell_fields))
