@@ -96,14 +96,17 @@ def write_matlab_file(
             if issparse(value):
                 _write_sparse(file.create_group(name), csc_matrix(value))
             else:
-                array = np.asarray(value)
-                columns = array.reshape(len(array), 1) if array.ndim == 1 else array
-                if columns.dtype.kind == "c":
-                    columns = np.ascontiguousarray(columns).view([("real", "<f8"), ("imag", "<f8")])
-                file[name] = columns.T
-                file[name].attrs["MATLAB_class"] = np.bytes_("double")
+                _write_full(file, name, np.asarray(value))
     with open(path, "r+b") as raw:
         raw.write(_HEADER.ljust(116) + bytes(8) + b"\x00\x02IM")
+
+
+def _write_full(file: Any, name: str, array: NDArray[Any]) -> None:
+    columns = array.reshape(len(array), 1) if array.ndim == 1 else array
+    if columns.dtype.kind == "c":
+        columns = np.ascontiguousarray(columns).view([("real", "<f8"), ("imag", "<f8")])
+    file[name] = columns.T
+    file[name].attrs["MATLAB_class"] = np.bytes_("double")
 
 
 def _write_sparse(group: Any, matrix: Any) -> None:

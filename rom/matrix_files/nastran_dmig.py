@@ -82,21 +82,18 @@ def _cards(path: str | os.PathLike[str]) -> Iterator[list[str]]:
     """Fields of each DMIG entry with its continuations: the name of the card first, four fields after the column."""
     card: list[str] = []
     try:
-        with Path(path).open(encoding="ascii") as file:
-            for line in file:
-                text = line.split("$")[0].rstrip("\n")
-                if not text.strip():
-                    continue
-                start = text[:8].split(",")[0].strip().rstrip("*").upper()
-                if start == "" or start.startswith("+") or text.startswith("*"):
-                    if card:
-                        card += _fields(text)[1:]
-                    continue
-                if card:
-                    yield card
-                card = _fields(text) if start == "DMIG" else []
+        lines = Path(path).read_text(encoding="ascii").splitlines()
     except UnicodeDecodeError:
         raise MatrixFileError(path, "not a text file", _ALLOWED) from None
+    for line in lines:
+        text = line.split("$")[0]
+        start = text[:8].split(",")[0].strip().rstrip("*").upper()
+        if start == "" or start.startswith("+"):
+            card += _fields(text)[1:] if card and text.strip() else []
+            continue
+        if card:
+            yield card
+        card = _fields(text) if start == "DMIG" else []
     if card:
         yield card
 
