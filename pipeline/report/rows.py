@@ -19,8 +19,8 @@ from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_mesh import SECTOR
+from pipeline.stages.mesh_findings import elements_by_kind, mean_size, own_findings
 from pipeline.stages.model_chain import BuiltModel
-from pipeline.stages.own_mesh import elements_by_kind, mean_size, own_findings
 from pipeline.stages.stage_names import Stage
 from pipeline.store.output_folder import relative_path
 

@@ -80,13 +80,18 @@ class Mesh(Section):
     @field_validator("size", "element", "grading")
     @classmethod
     def _of_a_mesh_made_here(cls, value: Any, info: ValidationInfo) -> Any:
-        if value is not None and info.data.get("file") is not None:
+        if value != _default(cls, info) and info.data.get("file") is not None:
             raise ValueError("nothing beside mesh.file, whose elements are used as they are")
         return value
 
     @field_validator("n_blades", "unit", "axis", "axis_point", "tolerance", "sets")
     @classmethod
     def _of_a_file(cls, value: Any, info: ValidationInfo) -> Any:
-        if value is not None and "file" in info.data and info.data["file"] is None:
+        if value != _default(cls, info) and "file" in info.data and info.data["file"] is None:
             raise ValueError("nothing without mesh.file")
         return value
+
+
+def _default(section: type[Section], info: ValidationInfo) -> Any:
+    """The default of the key that is validated: a scene that has been written with all its values is read again."""
+    return section.model_fields[info.field_name or ""].default

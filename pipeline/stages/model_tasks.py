@@ -24,8 +24,8 @@ from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
 from pipeline.stages.build_mesh import MESH_FILES, SECTOR, make_mesh
 from pipeline.stages.build_reduced_model import make_reduced_model
 from pipeline.stages.cache_keys import ModelKeys, model_keys
+from pipeline.stages.mesh_findings import FINDINGS
 from pipeline.stages.model_chain import WITH_BASIS, ModelChain
-from pipeline.stages.own_mesh import FINDINGS
 from pipeline.stages.request import Run
 from pipeline.stages.stage_names import Stage
 

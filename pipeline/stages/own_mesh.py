@@ -12,13 +12,13 @@ from pipeline.errors import InputError, input_error, reason_of
 from pipeline.process.isolated_reading import read_apart
 from pipeline.scene.centrifugal_strain import LARGEST_STRAIN, allowed_speed, centrifugal_strain
 from pipeline.scene.size_limits import LARGEST_MODEL, MARGIN
+from pipeline.stages.mesh_findings import FINDINGS, elements_by_kind, extent, own_findings
 
 if TYPE_CHECKING:
-    from geometry import ImportedMesh, OwnSector, SectorChoice, SectorMesh
+    from geometry import ImportedMesh, OwnSector, SectorChoice
     from pipeline.scene.mesh_section import Mesh
     from pipeline.scene.schema import Scene
 
-FINDINGS = "own_mesh.json"
 READER = "the reader of mesh files"
 ALLOWED = "a mesh file with solid elements"
 
@@ -127,7 +127,7 @@ def write_findings(folder: Path, own: OwnSector) -> None:
         "points": len(sector.points),
         "materials": {name: dict(numbers) for name, numbers in own.materials.items()},
         "used": sorted({block.material for block in sector.blocks}),
-        "findings": list(own.findings.lines()),
+        "findings": list(own.findings.lines),
         **extent(sector),
     }
     (folder / FINDINGS).write_text(json.dumps(facts), encoding="utf-8")
@@ -156,45 +156,3 @@ def check_on_mesh(scene: Scene, folder: Path) -> None:
     if strain > LARGEST_STRAIN:
         speed = scene.load.speed_rpm
         raise ParameterError("load", "speed_rpm", speed, allowed_speed(speed, strain))
-
-
-def own_findings(folder: Path) -> dict[str, Any]:
-    """What `write_findings` has written; empty for a mesh that was made here."""
-    path = folder / FINDINGS
-    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-    return found
-
-
-def elements_by_kind(sector: SectorMesh) -> dict[str, int]:
-    """Number of elements of each kind."""
-    counts: dict[str, int] = {}
-    for block in sector.blocks:
-        counts[block.kind] = counts.get(block.kind, 0) + len(block)
-    return counts
-
-
-def extent(sector: SectorMesh) -> dict[str, float]:
-    """Radii of hub and tip, bounds along the axes, and the mean size of an element, m."""
-    import numpy as np
-
-    radius = np.hypot(sector.points[:, 1], sector.points[:, 2])
-    low, high = sector.points.min(axis=0), sector.points.max(axis=0)
-    return {
-        "hub_radius": float(radius.min()),
-        "tip_radius": float(radius.max()),
-        "size": mean_size(sector),
-        **{f"{axis}_low": float(low[k]) for k, axis in enumerate("xyz")},
-        **{f"{axis}_high": float(high[k]) for k, axis in enumerate("xyz")},
-    }
-
-
-def mean_size(sector: SectorMesh) -> float:
-    """Mean length of the edges between the corners of the elements, m."""
-    import numpy as np
-
-    lengths = [
-        np.linalg.norm(sector.points[block.nodes[:, b]] - sector.points[block.nodes[:, a]], axis=1)
-        for block in sector.blocks
-        for a, b in block.topology.edges
-    ]
-    return float(np.concatenate(lengths).mean())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.stages.own_mesh import own_findings
+from pipeline.stages.mesh_findings import own_findings
 
 if TYPE_CHECKING:
     from pipeline.scene.schema import Scene

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.schema import Scene
-from pipeline.stages.own_mesh import elements_by_kind, mean_size
+from pipeline.stages.mesh_findings import elements_by_kind, mean_size
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
