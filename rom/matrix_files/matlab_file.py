@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.errors import MatrixFileError
-from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
+from rom.files.hdf5_reading import opened, stored_array, why_unreadable
 from rom.matrix_files.labelled_matrix import LARGEST, LabelledMatrix, check_numbers
 from rom.matrix_files.matrix_names import chosen_name
 
@@ -35,7 +35,7 @@ def read_matlab(path: str | os.PathLike[str], name: str | None, usual: tuple[str
         return _read_level_5(path, name, usual)
     except MatrixFileError:
         raise
-    except (*UNREADABLE, NotImplementedError) as error:
+    except Exception as error:  # the libraries raise whatever a damaged record makes of their arithmetic
         raise MatrixFileError(path, f"not readable as MATLAB: {why_unreadable(error)}", _ALLOWED) from None
 
 
