@@ -1,4 +1,4 @@
-"""Units and axes of a model from elsewhere: into metres, x along the engine axis, z outward through the contact faces."""
+"""Units and axes of a model from elsewhere: metres, x along the engine axis, z through the contact faces."""
 
 from __future__ import annotations
 
