@@ -2,7 +2,8 @@
 
 `finite_elements` assembles stiffness and mass, `reduction` condenses them by the Craig-Bampton method, `cyclic` holds
 the reduced model and its modes, receptance and natural frequencies under cyclic symmetry, `linear_algebra` the sparse
-factorisation and the eigenvalue solver, `files` the HDF5 files. Docstrings cite the paper by equation number.
+factorisation and the eigenvalue solver, `stress` the stress on the mesh, `files` the HDF5 files. Docstrings cite the
+paper by equation number.
 
 A public name is imported from its file when it is first asked for: reading HDF5 needs neither SciPy nor scikit-fem.
 
@@ -24,19 +25,35 @@ if TYPE_CHECKING:
     from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
     from rom.cyclic.receptance import RelativeReceptance, coupled_frequencies, linear_response
     from rom.cyclic.reduced_model import ReducedModel
-    from rom.errors import FactorisationError, FullModelFileError, ReducedModelError, RomParameterError
+    from rom.errors import (
+        FactorisationError,
+        FullModelFileError,
+        MatrixFileError,
+        ReducedModelError,
+        RomParameterError,
+    )
     from rom.files.full_model_file import load_full_model, save_full_model
     from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
     from rom.files.hdf5_writing import new_hdf5
     from rom.files.reduced_model_file import read_reduced_model, write_reduced_model
     from rom.files.sector_file import load_sector, save_sector
+    from rom.finite_elements.element_warnings import element_warnings
     from rom.finite_elements.full_model import FullModel, assemble
     from rom.finite_elements.material import Material
     from rom.finite_elements.nodal_forces import nearest_vertices, nodal_force
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
+    from rom.finite_elements.surface_loads import pressure_force, traction_force
+    from rom.finite_elements.thermal_load import thermal_force
     from rom.linear_algebra.blas_kernels import processor
     from rom.linear_algebra.factorisation import Factor, factorise
     from rom.linear_algebra.threads import one_blas_thread, one_blas_thread_in_children
+    from rom.matrix_files.labelled_matrix import DofLabels, LabelledMatrix
+    from rom.matrix_files.matrix_choice import MatrixChoice
+    from rom.matrix_files.matrix_model import MatrixModel, model_from_matrices
+    from rom.matrix_files.matrix_reading import read_matrix
+    from rom.matrix_files.matrix_writing import write_matrices
+    from rom.matrix_files.node_table import NodeTable, read_dofs, read_nodes
+    from rom.matrix_files.superelement import model_from_superelement
     from rom.reduction.boundary_dofs import BoundaryChoice
     from rom.reduction.contact_dofs import contact_areas
     from rom.reduction.coriolis_error import coriolis_error
@@ -52,29 +69,48 @@ if TYPE_CHECKING:
         linear_responses,
     )
     from rom.reduction.reference_model import FullReference, full_reference, static_error
+    from rom.stress.fatigue import FatigueLimits, StressCycle, stress_cycle
+    from rom.stress.hot_spots import Surroundings, hot_spots
+    from rom.stress.mesh_motion import SolvedPoint
+    from rom.stress.operating_stress import OperatingStress, nodal_stress, operating_stress
+    from rom.stress.singular_places import singular_vertices
+    from rom.stress.stress_recovery import NodalStress
+    from rom.stress.stress_tensor import von_mises
     from rom.units import angular_speed
 
 __all__ = [
     "UNREADABLE",
     "BoundaryChoice",
+    "DofLabels",
     "Factor",
     "FactorisationError",
+    "FatigueLimits",
     "FullModel",
     "FullModelFileError",
     "FullReference",
+    "LabelledMatrix",
     "LinearError",
     "LinearOperation",
     "LinearResponse",
     "LoadVectors",
     "Material",
+    "MatrixChoice",
+    "MatrixFileError",
+    "MatrixModel",
     "ModalModel",
+    "NodalStress",
+    "NodeTable",
+    "OperatingStress",
     "ReducedModel",
     "ReducedModelError",
     "Reduction",
     "ReductionOptions",
     "RelativeReceptance",
     "RomParameterError",
+    "SolvedPoint",
     "SpringSupportedMotion",
+    "StressCycle",
+    "Surroundings",
     "angular_speed",
     "assemble",
     "centrifugal_displacement",
@@ -82,10 +118,12 @@ __all__ = [
     "contact_springs",
     "coriolis_error",
     "coupled_frequencies",
+    "element_warnings",
     "expand_to_mesh",
     "factorise",
     "full_reference",
     "gyroscopic_frequencies",
+    "hot_spots",
     "inter_blade_phase",
     "linear_errors",
     "linear_response",
@@ -95,14 +133,22 @@ __all__ = [
     "modal_model",
     "mode_names",
     "mode_shapes",
+    "model_from_matrices",
+    "model_from_superelement",
     "natural_frequencies",
     "nearest_vertices",
     "new_hdf5",
     "nodal_force",
+    "nodal_stress",
     "one_blas_thread",
     "one_blas_thread_in_children",
     "opened",
+    "operating_stress",
+    "pressure_force",
     "processor",
+    "read_dofs",
+    "read_matrix",
+    "read_nodes",
     "read_reduced_model",
     "reduce_sector",
     "reduce_to_tolerance",
@@ -110,22 +156,31 @@ __all__ = [
     "relative_contact_motion",
     "save_full_model",
     "save_sector",
+    "singular_vertices",
     "spring_stiffness",
     "static_error",
     "stiffen_by_rotation",
     "stored_array",
+    "stress_cycle",
+    "thermal_force",
+    "traction_force",
+    "von_mises",
     "why_unreadable",
     "with_modal_forces",
+    "write_matrices",
     "write_reduced_model",
 ]
 
 _PLACES = {
     "BoundaryChoice": "rom.reduction.boundary_dofs",
+    "DofLabels": "rom.matrix_files.labelled_matrix",
     "Factor": "rom.linear_algebra.factorisation",
     "FactorisationError": "rom.errors",
+    "FatigueLimits": "rom.stress.fatigue",
     "FullModel": "rom.finite_elements.full_model",
     "FullModelFileError": "rom.errors",
     "FullReference": "rom.reduction.reference_model",
+    "LabelledMatrix": "rom.matrix_files.labelled_matrix",
     "LinearError": "rom.reduction.model_comparison",
     "LinearOperation": "rom.reduction.model_comparison",
     "LinearResponse": "rom.reduction.model_comparison",
@@ -134,14 +189,23 @@ _PLACES = {
     "nodal_force": "rom.finite_elements.nodal_forces",
     "with_modal_forces": "rom.reduction.modal_forces",
     "Material": "rom.finite_elements.material",
+    "MatrixChoice": "rom.matrix_files.matrix_choice",
+    "MatrixFileError": "rom.errors",
+    "MatrixModel": "rom.matrix_files.matrix_model",
     "ModalModel": "rom.cyclic.modal_model",
+    "NodeTable": "rom.matrix_files.node_table",
+    "NodalStress": "rom.stress.stress_recovery",
+    "OperatingStress": "rom.stress.operating_stress",
     "ReducedModel": "rom.cyclic.reduced_model",
     "ReducedModelError": "rom.errors",
     "Reduction": "rom.reduction.craig_bampton",
     "ReductionOptions": "rom.reduction.craig_bampton",
     "RelativeReceptance": "rom.cyclic.receptance",
     "RomParameterError": "rom.errors",
+    "SolvedPoint": "rom.stress.mesh_motion",
     "SpringSupportedMotion": "rom.cyclic.contact_springs",
+    "StressCycle": "rom.stress.fatigue",
+    "Surroundings": "rom.stress.hot_spots",
     "UNREADABLE": "rom.files.hdf5_reading",
     "angular_speed": "rom.units",
     "assemble": "rom.finite_elements.full_model",
@@ -150,10 +214,12 @@ _PLACES = {
     "contact_springs": "rom.cyclic.contact_springs",
     "coriolis_error": "rom.reduction.coriolis_error",
     "coupled_frequencies": "rom.cyclic.receptance",
+    "element_warnings": "rom.finite_elements.element_warnings",
     "expand_to_mesh": "rom.cyclic.expansion",
     "factorise": "rom.linear_algebra.factorisation",
     "full_reference": "rom.reduction.reference_model",
     "gyroscopic_frequencies": "rom.cyclic.natural_frequencies",
+    "hot_spots": "rom.stress.hot_spots",
     "inter_blade_phase": "rom.cyclic.cyclic_symmetry",
     "linear_errors": "rom.reduction.model_comparison",
     "linear_response": "rom.cyclic.receptance",
@@ -163,12 +229,20 @@ _PLACES = {
     "modal_model": "rom.cyclic.modal_model",
     "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",
+    "model_from_matrices": "rom.matrix_files.matrix_model",
+    "model_from_superelement": "rom.matrix_files.superelement",
     "natural_frequencies": "rom.cyclic.natural_frequencies",
     "new_hdf5": "rom.files.hdf5_writing",
+    "nodal_stress": "rom.stress.operating_stress",
     "one_blas_thread": "rom.linear_algebra.threads",
     "one_blas_thread_in_children": "rom.linear_algebra.threads",
     "opened": "rom.files.hdf5_reading",
+    "pressure_force": "rom.finite_elements.surface_loads",
+    "operating_stress": "rom.stress.operating_stress",
     "processor": "rom.linear_algebra.blas_kernels",
+    "read_dofs": "rom.matrix_files.node_table",
+    "read_matrix": "rom.matrix_files.matrix_reading",
+    "read_nodes": "rom.matrix_files.node_table",
     "read_reduced_model": "rom.files.reduced_model_file",
     "reduce_sector": "rom.reduction.craig_bampton",
     "reduce_to_tolerance": "rom.reduction.mode_selection",
@@ -176,11 +250,17 @@ _PLACES = {
     "relative_contact_motion": "rom.cyclic.cyclic_symmetry",
     "save_full_model": "rom.files.full_model_file",
     "save_sector": "rom.files.sector_file",
+    "singular_vertices": "rom.stress.singular_places",
     "spring_stiffness": "rom.cyclic.contact_springs",
     "static_error": "rom.reduction.reference_model",
     "stiffen_by_rotation": "rom.finite_elements.rotation",
     "stored_array": "rom.files.hdf5_reading",
+    "thermal_force": "rom.finite_elements.thermal_load",
+    "traction_force": "rom.finite_elements.surface_loads",
+    "stress_cycle": "rom.stress.fatigue",
+    "von_mises": "rom.stress.stress_tensor",
     "why_unreadable": "rom.files.hdf5_reading",
+    "write_matrices": "rom.matrix_files.matrix_writing",
     "write_reduced_model": "rom.files.reduced_model_file",
 }
 

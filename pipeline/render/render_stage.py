@@ -18,6 +18,7 @@ from pipeline.scene.schema import Render, Scene
 from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.mesh_findings import own_findings
 from pipeline.stages.model_chain import WITH_BASIS, BuiltModel
 from pipeline.stages.request import Run
 from pipeline.stages.respond import CurveResult
@@ -28,6 +29,7 @@ from pipeline.store.fingerprints import fingerprint
 FRAMES = 24  # of an animation
 MODES_DRAWER = "pipeline.render.mode_shapes"  # runs in a process of its own, as the next
 OPERATING_DRAWER = "pipeline.render.operating_shapes"
+SPRINGS = "pipeline.stages.scene_to_solver"  # computes the springs of a job
 
 
 @dataclass
@@ -59,9 +61,9 @@ class RenderingAhead:
         """Draw where the pictures are missing; `render_stage` waits for them."""
         with suppress(Exception):
             chosen = _models_to_draw(self.run, models)
-            job, key = _job_and_key(*chosen[0])
+            key = _key(*chosen[0])
             if self.run.store.find("render", key, thorough=False) is None:
-                text = replace(job, folder=str(self.folder)).to_json()
+                text = replace(_job(*chosen[0]), folder=str(self.folder)).to_json()
                 if self.waiting is None:
                     _ahead[key] = Drawing(MODES_DRAWER, text, aside=True), self.folder
                 else:
@@ -143,16 +145,25 @@ def operating_curves(render: Render | None, curves: Sequence[CurveResult]) -> li
 
 
 def _render(run: Run, model: BuiltModel, scene: Scene, prefix: str) -> list[Path]:
-    job, key = _job_and_key(model, scene, prefix)
+    key = _key(model, scene, prefix)
     doing, folder = "rendering mode shapes", run.request.out / "renders"
-    return published(run, "render", key, doing, lambda into: _draw(replace(job, folder=str(into)), key), folder)
+
+    def draw(into: Path) -> None:
+        _draw(replace(_job(model, scene, prefix), folder=str(into)), key)
+
+    return published(run, "render", key, doing, draw, folder)
 
 
-def _job_and_key(model: BuiltModel, scene: Scene, prefix: str) -> tuple[RenderJob, str]:
-    """The mode shapes of a model, without a folder, and their key in the store."""
-    job = _job(model, scene, prefix)
-    content = {**asdict(job), "sector": None, "rom": model.key, "code": code_fingerprint(MODES_DRAWER)}
-    return job, fingerprint(content)
+def _key(model: BuiltModel, scene: Scene, prefix: str) -> str:
+    """Key in the store of the mode shapes of a model. It needs no model: springs follow from it and the scene."""
+    content = {
+        **_common(model, scene, prefix),
+        "sector": None,
+        "rom": model.key,
+        "code": code_fingerprint(MODES_DRAWER),
+    }
+    stiffness = [scene.contact.normal_stiffness, scene.contact.tangential_stiffness]
+    return fingerprint(content | {"stiffness": stiffness, "springs": code_fingerprint(SPRINGS)})
 
 
 def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> list[Path]:
@@ -160,7 +171,6 @@ def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> li
     scene = curve.member.scene
     render = scene.render or Render()
     assert model.mesh is not None
-    assert scene.blade is not None
     assert curve.file is not None
     label = f", {member_label(curve.member)}" if curve.member.parameters else ""
     job = OperatingJob(
@@ -170,7 +180,7 @@ def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> li
         folder="",
         name=f"operating_{number}",
         title=f"{scene.title or scene.name}{label}: motion at the peak",
-        deformation=render.deformation * scene.blade.length,
+        deformation=render.deformation * _length(model, scene),
         blades=render.blades,
         frames=FRAMES,
     )
@@ -186,25 +196,40 @@ def _draw_operating(job: OperatingJob) -> None:
 
 
 def _job(model: BuiltModel, scene: Scene, prefix: str) -> RenderJob:
+    """The mode shapes of a model, without a folder."""
+    common = _common(model, scene, prefix)
+    springs = _springs(model, scene, common["contact"]) | _stuck_springs(model, scene, common["contact"])
+    return RenderJob(folder="", **common, **springs)
+
+
+def _common(model: BuiltModel, scene: Scene, prefix: str) -> dict[str, Any]:
+    """What a job says beside its folder and its springs."""
     from rom import inter_blade_phase
 
     render = scene.render or Render()
     assert model.mesh is not None
-    assert scene.blade is not None
-    return RenderJob(
-        sector=str(model.mesh.parent / SECTOR),
-        rom=str(model.rom),
-        folder="",
-        prefix=prefix,
-        title=scene.title or scene.name,
-        modes=render.modes,
-        deformation=render.deformation * scene.blade.length,
-        contact=render.contact,
-        blades=render.blades,
-        phase=inter_blade_phase(scene.excitation.engine_order, scene.blade.n_blades),
-        **_springs(model, scene, render.contact),
-        **_stuck_springs(model, scene, render.contact),
-    )
+    assert scene.n_blades is not None
+    return {
+        "sector": str(model.mesh.parent / SECTOR),
+        "rom": str(model.rom),
+        "prefix": prefix,
+        "title": scene.title or scene.name,
+        "modes": render.modes,
+        "deformation": render.deformation * _length(model, scene),
+        "contact": render.contact,
+        "blades": render.blades,
+        "phase": inter_blade_phase(scene.excitation.engine_order, scene.n_blades),
+    }
+
+
+def _length(model: BuiltModel, scene: Scene) -> float:
+    """Length of the blade, hub to tip, m."""
+    if scene.blade is not None:
+        return scene.blade.length
+    assert model.mesh is not None
+    found = own_findings(model.mesh.parent)
+    length: float = found["tip_radius"] - found["hub_radius"]
+    return length
 
 
 def _stuck_springs(model: BuiltModel, scene: Scene, contact: str) -> dict[str, Any]:

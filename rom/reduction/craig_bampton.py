@@ -190,7 +190,7 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
 
     K = diag(K_bb, w_m^2) and M = [[M_bb, L^T Phi], [Phi^T L, I]] with the condensed K_bb, M_bb.
     """
-    made_of = f"{parts.element}, {parts.n_dofs} dofs, {len(modes)} modes"
+    made_of = f"{parts.element or 'isoparametric'}, {parts.n_dofs} dofs, {len(modes)} modes"
     if parts.loads is not None:
         columns = parts.loads.columns
         modes = with_attachment_modes(modes, columns, parts.factor.solve(columns), parts.interior_mass)
@@ -222,11 +222,13 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
 
 
 def _coriolis(parts: Substructure, modes: ModalBasis) -> NDArray[np.float64] | None:
-    """Coriolis matrix (n, n) of the reduced coordinates at 1 rad/s; None at rest."""
+    """Coriolis matrix C^T (M A + A M) C / 2 (n, n) of the reduced coordinates at 1 rad/s; None at rest."""
     if parts.coriolis is None:
         return None
     acceleration = coriolis_acceleration(modes.shapes)
     mixed = parts.coupling.T @ acceleration
+    if parts.coriolis_inertia is not None:
+        mixed = 0.5 * (mixed - parts.coriolis_inertia.T @ modes.shapes)
     inner = modes.shapes.T @ (parts.interior_mass @ acceleration)
     return np.block([[parts.coriolis, mixed], [-mixed.T, 0.5 * (inner - inner.T)]])
 

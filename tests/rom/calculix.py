@@ -90,7 +90,7 @@ def deck(mesh, material, count, rotation=None):
         "*DENSITY",
         f"{material.density:.12e}",
         "*SOLID SECTION, ELSET=BLADE, MATERIAL=SOLID",
-        *([] if rotation is None else _static_step(rotation)),
+        *([] if rotation is None else static_step(rotation)),
         "*STEP" if rotation is None else "*STEP, PERTURBATION",
         "*FREQUENCY, STORAGE=YES" if rotation is not None and rotation.coriolis else "*FREQUENCY",
         f"{count}",
@@ -100,7 +100,7 @@ def deck(mesh, material, count, rotation=None):
     return "\n".join(lines) + "\n"
 
 
-def _static_step(rotation):
+def static_step(rotation):
     """The centrifugal load, which a later perturbation step keeps; the tolerances are far below the default ones."""
     return [
         "*STEP, NLGEOM" if rotation.nonlinear else "*STEP",
@@ -117,6 +117,11 @@ def _coriolis_step(rotation, count):
 
 def run(folder, text):
     """Frequencies (m,) [Hz] that the installed program finds for a deck, its files left in `folder`."""
+    return frequencies(solve(folder, text))
+
+
+def solve(folder, text):
+    """Run the installed program on a deck, its files left in `folder`; the text of its tables."""
     (Path(folder) / "blade.inp").write_text(text)
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     done = subprocess.run(
@@ -125,7 +130,7 @@ def run(folder, text):
     result = Path(folder) / "blade.dat"
     if done.returncode != 0 or not result.exists():
         raise RuntimeError(f"ccx ended with {done.returncode}:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
-    return frequencies(result.read_text())
+    return result.read_text()
 
 
 def frequencies(text):
@@ -147,3 +152,45 @@ def _hertz_column(text, skipped):
         if len(fields) == skipped + 3 and fields[0] == str(len(rows) + 1):
             rows.append(float(fields[skipped + 1]))
     return np.array(rows)
+
+
+def static_deck(mesh, material, rotation=None, forces=None):
+    """Text of an input deck for a linear static solution, with displacements and stresses in the .frd file.
+
+    `forces` (n, 3) [N]: nodal forces.
+    """
+    text = deck(mesh, material, 1)
+    head = text[: text.index("*STEP")]
+    loads = [] if rotation is None else rotation.load
+    if forces is not None:
+        loads = [*loads, "*CLOAD"]
+        for node, axis in np.argwhere(forces != 0.0):
+            loads.append(f"{node + 1}, {axis + 1}, {forces[node, axis]:.12e}")
+    return head + "\n".join(["*STEP", "*STATIC", *loads, "*NODE FILE", "U", "*EL FILE", "S", "*END STEP", ""])
+
+
+def nodal_field(path, name):
+    """Values (n, k) of a field in an .frd file, node by node."""
+    rows, inside = [], False
+    for line in Path(path).read_text().splitlines():
+        if line.startswith(" -4"):
+            inside = line.split()[1] == name
+        elif inside and line.startswith(" -3"):
+            break
+        elif inside and line.startswith(" -1"):
+            rows.append([float(line[start : start + 12]) for start in range(13, len(line.rstrip()), 12)])
+    return np.array(rows)
+
+
+def with_serendipity_extrapolation(recovery):
+    """The recovery of our stresses with CalculiX's: the 20-node polynomials fitted to the 27 Gauss points."""
+    from dataclasses import replace
+
+    from skfem.quadrature import get_quadrature
+    from skfem.refdom import RefHex
+
+    from rom.finite_elements.discretisation import shape_functions
+
+    values, _ = shape_functions("hex20", get_quadrature(RefHex, 5)[0])
+    matrix = np.linalg.pinv(values)
+    return replace(recovery, blocks=[replace(block, extrapolation=matrix) for block in recovery.blocks])

@@ -1,0 +1,1 @@
+"""Stress on the mesh: recovery at the nodes, motion with static correction, fatigue margin, singular places."""

@@ -1,0 +1,220 @@
+"""Motion of the whole mesh at a solved point: expanded from the reduced model, statically corrected, or solved anew.
+
+The reduced model gives the coordinates under the external and the contact forces of the point. Its expansion lacks
+the static response of the modes left out. One static solution for each harmonic adds it (mode acceleration),
+
+    u = K^-1 (f + (h w)^2 M u_r - i h w C u_r),
+
+which for harmonic 0 is the exact static displacement. The solution of the full model itself,
+
+    (K - (h w)^2 M + i h w C) u = f,    C = M Phi diag(2 zeta_m w_m) Phi^T M,
+
+is found by GMRES with K^-1 as preconditioner. C is the damping of the modes of the reduced model.
+
+References
+----------
+R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, Wiley (2006), section 11.4 (mode acceleration).
+Y. Saad, M. H. Schultz, GMRES, SIAM J. Sci. Stat. Comput. 7 (1986) 856.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom.cyclic.expansion import expand_to_mesh
+from rom.cyclic.modal_model import ModalModel
+from rom.cyclic.receptance import RelativeReceptance
+from rom.cyclic.reduced_model import ReducedModel
+from rom.finite_elements.full_model import FullModel
+from rom.linear_algebra.factorisation import Factor, factorise
+from rom.linear_algebra.threads import one_blas_thread
+from rom.reduction.boundary_dofs import BoundaryChoice, choose_boundary_dofs
+
+if TYPE_CHECKING:
+    from geometry import SectorMesh
+
+Complex = NDArray[np.complex128]
+RESIDUAL = 1e-10  # of the full model's solution, relative to the force
+_MOST_ITERATIONS = 400
+
+
+@dataclass(frozen=True)
+class SolvedPoint:
+    """A solved point of a response curve.
+
+    Attributes
+    ----------
+    omega : float
+        Excitation frequency, rad/s.
+    phase : float
+        Inter-blade phase angle psi, rad.
+    force : float
+        Amplitude of the excitation, N.
+    contact_force : (H+1, n_c, 3) complex array
+        f^(h) on the right nodes in the contact frame, N.
+
+    Examples
+    --------
+    >>> from rom import SolvedPoint
+    >>> SolvedPoint(1000.0, 0.0, 1.0, np.zeros((2, 9, 3), complex)).harmonics
+    (0, 1)
+    """
+
+    omega: float
+    phase: float
+    force: float
+    contact_force: Complex
+
+    @property
+    def harmonics(self) -> tuple[int, ...]:
+        """Harmonics 0 to H."""
+        return tuple(range(len(self.contact_force)))
+
+
+class MeshMotion:
+    """Displacements of all nodes of a full model at points solved on its reduced model.
+
+    Parameters
+    ----------
+    full : FullModel
+        The full model, at its speed.
+    sector : SectorMesh
+        Its mesh.
+    model : ReducedModel
+        Its reduced model, with basis.
+    modal : ModalModel
+        The modes of the reduced model with damping.
+    boundary : BoundaryChoice
+        Excitation and contact dofs of the reduced model.
+
+    Raises
+    ------
+    FactorisationError
+        The structure is not held.
+    """
+
+    def __init__(
+        self, full: FullModel, sector: SectorMesh, model: ReducedModel, modal: ModalModel, boundary: BoundaryChoice
+    ) -> None:
+        self.full, self.model, self.modal = full, model, modal
+        self.dofs = choose_boundary_dofs(full, sector, boundary)
+        self.motion = self.dofs.motion(len(full.positions))
+        self.free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
+        self.factor: Factor = factorise(full.stiffness[self.free][:, self.free])
+
+    def static_force(self) -> NDArray[np.float64]:
+        """External static force (N,) on the mesh: the centrifugal force at the speed of the model, N."""
+        from rom.units import angular_speed
+
+        return self.full.centrifugal * angular_speed(self.full.speed_rpm) ** 2
+
+    def forces(self, point: SolvedPoint) -> Complex:
+        """External and contact forces (H+1, N) on the mesh, N."""
+        generalised = np.zeros((len(point.harmonics), self.dofs.size), complex)
+        right = point.contact_force.reshape(len(point.harmonics), -1)
+        turns = np.exp(-1j * np.asarray(point.harmonics) * point.phase)[:, None]
+        count = right.shape[1]
+        generalised[:, :count] = right
+        generalised[:, count : 2 * count] = -right * turns
+        if len(point.harmonics) > 1:
+            generalised[1] += point.force * self.dofs.direction @ self.dofs.node_displacement(self.dofs.loaded)
+        found: Complex = generalised @ self.motion
+        found[0] += self.static_force()
+        return found
+
+    @one_blas_thread()
+    def base(self) -> NDArray[np.float64]:
+        """Static displacement (N,) without contact forces, m."""
+        return np.real(self._static(self.static_force().astype(complex)))
+
+    @one_blas_thread()
+    def expanded(self, point: SolvedPoint) -> Complex:
+        """Displacement (H+1, N) expanded from the reduced model alone, m."""
+        return expand_to_mesh(self.model, self._coordinates(point) @ self.modal.shapes.T).reshape(
+            len(point.harmonics), -1
+        )
+
+    @one_blas_thread()
+    def corrected(self, point: SolvedPoint) -> Complex:
+        """Displacement (H+1, N) with the static correction, m; harmonic 0 is that of the full model."""
+        coordinates = self._coordinates(point)
+        reduced = expand_to_mesh(self.model, coordinates @ self.modal.shapes.T).reshape(len(coordinates), -1)
+        damping = self._expand(coordinates * self.modal.damping)
+        found = self.forces(point)
+        for row, h in enumerate(point.harmonics):
+            if h:
+                inertia = (h * point.omega) ** 2 * reduced[row] - 1j * h * point.omega * damping[row]
+                found[row] += self.full.mass @ inertia
+            found[row] = self._static(found[row])
+        return found
+
+    @one_blas_thread()
+    def solved(self, point: SolvedPoint, start: Complex) -> tuple[Complex, float]:
+        """Displacement (H+1, N) of the full model under the forces of the point, and the largest relative residual.
+
+        `start` (H+1, N): where GMRES begins.
+        """
+        forces, found, largest = self.forces(point), start.copy(), 0.0
+        for row, h in enumerate(point.harmonics):
+            if h:
+                found[row], residual = self._harmonic(forces[row], start[row], h * point.omega)
+                largest = max(largest, residual)
+        return found, largest
+
+    def _harmonic(self, force: Complex, start: Complex, omega: float) -> tuple[Complex, float]:
+        """Solution of one harmonic and its relative residual."""
+        from scipy.sparse.linalg import LinearOperator, gmres
+
+        scale = float(np.linalg.norm(self._static(force)))
+        if scale == 0.0:
+            return np.zeros_like(start), 0.0
+
+        def preconditioned(values: Complex) -> Complex:
+            moved = np.zeros(self.full.n_dofs, complex)
+            moved[self.free] = values
+            return self._static(self._dynamic(moved, omega))[self.free]
+
+        size = len(self.free)
+        operator = LinearOperator((size, size), preconditioned, dtype=complex)
+        rest = self._static(force - self._dynamic(start, omega))[self.free]
+        options: dict[str, Any] = {"rtol": 0.0, "atol": RESIDUAL * scale, "restart": 60}
+        change, _ = gmres(operator, rest, maxiter=_MOST_ITERATIONS // 60, **options)
+        found = start.copy()
+        found[self.free] += change
+        left = self._static(force - self._dynamic(found, omega))
+        return found, float(np.linalg.norm(left)) / scale
+
+    def _dynamic(self, displacement: Complex, omega: float) -> Complex:
+        """(K - w^2 M + i w C) u."""
+        inertia = self.full.mass @ displacement
+        damped = self.full.mass @ self._expand(self.modal.damping * (inertia @ self._shapes))
+        return np.asarray(self.full.stiffness @ displacement - omega**2 * inertia + 1j * omega * damped)
+
+    @property
+    def _shapes(self) -> NDArray[np.float64]:
+        """Modes of the reduced model on the mesh (N, m)."""
+        if not hasattr(self, "_kept"):
+            assert self.model.basis is not None
+            self._kept = self.model.basis @ self.modal.shapes
+        return self._kept
+
+    def _expand(self, coordinates: Complex) -> Complex:
+        """Displacements (..., N) of modal coordinates (..., m)."""
+        return np.asarray(coordinates @ self._shapes.T)
+
+    def _coordinates(self, point: SolvedPoint) -> Complex:
+        """Modal coordinates (H+1, m) of the reduced model."""
+        receptance = RelativeReceptance(self.modal, point.phase, point.harmonics, point.force)
+        contact = point.contact_force.reshape(len(point.harmonics), -1)
+        return receptance.modal_response(point.omega, contact)[0]
+
+    def _static(self, force: Complex) -> Complex:
+        """K^-1 f of a force (N,), zero on the clamped dofs."""
+        found = np.zeros(self.full.n_dofs, complex)
+        both = self.factor.solve(np.column_stack([force.real[self.free], force.imag[self.free]]))
+        found[self.free] = both[:, 0] + 1j * both[:, 1]
+        return found

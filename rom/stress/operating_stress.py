@@ -1,0 +1,270 @@
+"""Stress on the mesh at a solved point: static part and harmonics, their cycle, and what is known of the errors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rom.cyclic.modal_model import ModalModel
+from rom.cyclic.reduced_model import ReducedModel
+from rom.finite_elements.discretisation import discretise
+from rom.finite_elements.full_model import FullModel
+from rom.finite_elements.material import Material
+from rom.reduction.boundary_dofs import BoundaryChoice
+from rom.stress.fatigue import StressCycle, stress_cycle
+from rom.stress.hot_spots import Surroundings
+from rom.stress.mesh_motion import MeshMotion, SolvedPoint
+from rom.stress.singular_places import singular_vertices
+from rom.stress.stress_recovery import NodalStress, StressRecovery
+from rom.stress.stress_tensor import von_mises
+
+if TYPE_CHECKING:
+    from geometry import SectorMesh
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class OperatingStress:
+    """Stress at s places of a mesh: a node, or one for each material that meets at a node.
+
+    Attributes
+    ----------
+    positions : (s, 3) array
+        Places, m.
+    displacement : (H+1, s, 3) complex array
+        Displacement of the places, m.
+    harmonics : (H+1, s, 6) complex array
+        Stress xx, yy, zz, xy, yz, zx, Pa; harmonic 0 is the static part.
+    cycle : StressCycle
+        Amplitude, signed mean and largest value.
+    spread : (s,) array
+        Deviation of the elements at a place from their average, summed over the harmonics from 1 on, Pa.
+    static_spread : (s,) array
+        The same of harmonic 0, Pa.
+    surroundings : Surroundings
+        Singular places and sizes of elements.
+    material : (s,) array
+        Number of the material of each place in `materials`.
+    materials : tuple of str
+        Names of the materials.
+    cells : tuple of (int, (E, b) array)
+        Cell type of VTK and places of its nodes, for each block of the mesh.
+    expansion_error : float
+        Largest difference of the harmonics from 1 on as the reduced model alone gives them, relative to their largest
+        value, outside of singular places.
+    model_error : float
+        The same of the statically corrected harmonics, which are those given, from the full model's; nan where that
+        was not solved.
+    residual : float
+        Largest relative residual of the full model's solution; nan where it was not solved.
+
+    Examples
+    --------
+    >>> from rom import OperatingStress
+    >>> "cycle" in OperatingStress.__dataclass_fields__
+    True
+    """
+
+    positions: Array
+    displacement: NDArray[np.complex128]
+    harmonics: NDArray[np.complex128]
+    cycle: StressCycle
+    spread: Array
+    static_spread: Array
+    surroundings: Surroundings
+    material: IntArray
+    materials: tuple[str, ...]
+    cells: tuple[tuple[int, IntArray], ...]
+    expansion_error: float
+    model_error: float
+    residual: float
+
+
+def nodal_stress(
+    sector: SectorMesh, material: Material, displacement: ArrayLike, element: str = "hex20"
+) -> tuple[NodalStress, IntArray]:
+    """Stress at the nodes of a mesh of a displacement with small strains.
+
+    In each element the stress at the quadrature points is projected on linear functions and extrapolated to the
+    nodes, then averaged over the elements at a node.
+
+    Parameters
+    ----------
+    sector : SectorMesh
+        The mesh.
+    material : Material
+        Its material.
+    displacement : (N,) or (n, 3) array
+        Displacement of the nodes of the full model, m; complex for a harmonic.
+    element : str
+        Element of the full model.
+
+    Returns
+    -------
+    stress : NodalStress
+        Stress at s places.
+    node : (s,) array
+        Node of each place.
+
+    Examples
+    --------
+    Uniform strain of 0.1 % along x with Poisson's ratio 0 is a stress of 200 MPa:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, assemble, nodal_stress
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector, soft = build_sector(blade, shroud, MeshParameters(size=0.02)), Material(2e11, 0.0, 7800.0)
+    >>> x = assemble(sector, soft, element="hex8").positions * (1e-3, 0.0, 0.0)
+    >>> stress, node = nodal_stress(sector, soft, x, element="hex8")
+    >>> print((stress.values.max(axis=0) / 1e6).round(6) + 0.0)
+    [200.   0.   0.   0.   0.   0.]
+    """
+    recovery = StressRecovery.of(discretise(sector.points, sector.hexahedra, element), {"": material})
+    return recovery.increments(np.asarray(displacement)[None])[0], recovery.node
+
+
+def operating_stress(
+    full: FullModel,
+    sector: SectorMesh,
+    materials: Mapping[str, Material],
+    reduced: tuple[ReducedModel, ModalModel],
+    boundary: BoundaryChoice,
+    point: SolvedPoint,
+    *,
+    large_displacements: bool = True,
+    check: bool = True,
+) -> OperatingStress:
+    """Stress on the mesh at a solved point of a response curve.
+
+    Parameters
+    ----------
+    full : FullModel
+        The full model at its speed.
+    sector : SectorMesh
+        Its mesh.
+    materials : mapping of str to Material
+        Materials by name, "" that of the scene.
+    reduced : (ReducedModel, ModalModel)
+        The reduced model with its basis, and its modes with damping.
+    boundary : BoundaryChoice
+        Excitation and contact dofs of the reduced model.
+    point : SolvedPoint
+        Frequency, excitation and contact forces.
+    large_displacements : bool
+        Whether the static equilibrium at speed is one at large displacements: its Cauchy stress is then exact and all
+        else is linearised about it. Otherwise strains are small.
+    check : bool
+        Whether the harmonics are compared with a solution of the full model under the same forces.
+
+    Returns
+    -------
+    OperatingStress
+        The stress and its errors.
+
+    Raises
+    ------
+    FactorisationError
+        The structure is not held.
+
+    Examples
+    --------
+    A point without contact forces, far below resonance. The full model agrees within 1e-4:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import (BoundaryChoice, Material, ReductionOptions, SolvedPoint, assemble, modal_model,
+    ...                  operating_stress, reduce_sector)
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector, steel = build_sector(blade, shroud, MeshParameters(size=0.02)), Material(2e11, 0.3, 7800.0)
+    >>> full, nodal = assemble(sector, steel, element="hex8"), BoundaryChoice(contact_dofs="nodal")
+    >>> model = reduce_sector(full, sector, ReductionOptions(modes=8), nodal).model
+    >>> point = SolvedPoint(100.0, 0.0, 10.0, np.zeros((2, model.n_contacts, 3), complex))
+    >>> reduced = model, modal_model(model, damping_ratio=0.01)
+    >>> stress = operating_stress(full, sector, {"": steel}, reduced, nodal, point)
+    >>> stress.harmonics.shape[0], stress.model_error < 1e-4
+    (2, True)
+    """
+    motion = MeshMotion(full, sector, *reduced, boundary)
+    large = large_displacements and full.speed_rpm != 0.0
+    base = motion.base() if large else None
+    recovery = StressRecovery.of(discretise(sector.points, sector.hexahedra, full.element), materials, base)
+    near = _surroundings(full, sector, motion, recovery, boundary)
+    return _recovered(motion, recovery, point, near, _cells(sector, full, recovery), check)
+
+
+def _recovered(
+    motion: MeshMotion,
+    recovery: StressRecovery,
+    point: SolvedPoint,
+    near: Surroundings,
+    cells: tuple[tuple[int, IntArray], ...],
+    check: bool,
+) -> OperatingStress:
+    """The stress of the statically corrected motion, and its errors."""
+    moved = motion.corrected(point)
+    further = moved.copy()
+    if recovery.base is not None:
+        further[0] -= recovery.base.ravel()
+    found = recovery.increments(further)
+    values = np.array([each.values for each in found])
+    static = recovery.base_stress()
+    values[0] += static.values
+    plain = recovery.increments(motion.expanded(point)[1:])
+    exact, residual = motion.solved(point, moved) if check else (moved, np.nan)
+    solved = recovery.increments(exact[1:]) if check else plain
+    return OperatingStress(
+        positions=motion.full.positions[recovery.node],
+        displacement=moved.reshape(len(moved), -1, 3)[:, recovery.node],
+        harmonics=values,
+        cycle=stress_cycle(values),
+        spread=np.sum([each.spread for each in found[1:]] or [np.zeros(len(static.spread))], axis=0),
+        static_spread=np.hypot(static.spread, found[0].spread),
+        surroundings=near,
+        material=recovery.material,
+        materials=recovery.names,
+        cells=cells,
+        expansion_error=_difference(plain, found[1:], near.regular),
+        model_error=_difference(found[1:], solved, near.regular) if check else np.nan,
+        residual=residual,
+    )
+
+
+def _difference(found: list[NodalStress], exact: list[NodalStress], chosen: NDArray[np.bool_]) -> float:
+    """Largest von Mises stress of the differences over the largest of the exact ones, both summed over harmonics."""
+    if not found or not chosen.any():
+        return 0.0
+    size = np.sum([von_mises(each.values) for each in exact], axis=0)[chosen].max()
+    pairs = zip(found, exact, strict=True)
+    off = np.sum([von_mises(one.values - other.values) for one, other in pairs], axis=0)[chosen].max()
+    return float(off / size) if size > 0.0 else 0.0
+
+
+def _surroundings(
+    full: FullModel, sector: SectorMesh, motion: MeshMotion, recovery: StressRecovery, boundary: BoundaryChoice
+) -> Surroundings:
+    """Singular places of the mesh and of its point forces."""
+    dofs = motion.dofs
+    places: dict[str, Any] = {"loaded node": dofs.nodes[[dofs.loaded]]}
+    if boundary.contact_dofs == "nodal":
+        places["contact node"] = dofs.nodes[: 2 * dofs.n_contacts]
+    found = singular_vertices(sector)
+    places |= {cause: full.vertex_node[vertices] for cause, vertices in found.items()}
+    return Surroundings.of(recovery, full.positions, places)
+
+
+def _cells(sector: SectorMesh, full: FullModel, recovery: StressRecovery) -> tuple[tuple[int, IntArray], ...]:
+    """The elements of the mesh by their places."""
+    n = len(full.positions)
+    keys = recovery.material * n + recovery.node
+    return tuple(
+        (
+            block.topology.cell_type,
+            np.searchsorted(keys, recovery.names.index(block.material) * n + full.vertex_node[block.nodes]),
+        )
+        for block in sector.blocks
+    )

@@ -1,0 +1,244 @@
+"""Nodal stresses: patch test, beam closed forms, large displacements, and CalculiX on the same mesh."""
+
+import calculix
+import numpy as np
+import pytest
+from rom_meshes import NODAL, box_sector, distorted_box
+from scipy.sparse.linalg import spsolve
+
+from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+from rom import (
+    Material,
+    ReductionOptions,
+    SolvedPoint,
+    angular_speed,
+    assemble,
+    centrifugal_displacement,
+    hot_spots,
+    modal_model,
+    nodal_stress,
+    operating_stress,
+    reduce_sector,
+    singular_vertices,
+    stiffen_by_rotation,
+    von_mises,
+)
+from rom.finite_elements.discretisation import discretise
+from rom.stress.mesh_motion import MeshMotion
+from rom.stress.stress_recovery import StressRecovery
+from rom.stress.stress_tensor import components
+
+STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7850.0)
+
+
+def recovery(points, hexahedra, element="hex20", base=None):
+    return StressRecovery.of(discretise(points, hexahedra, element), {"": STEEL}, base)
+
+
+@pytest.mark.parametrize("element", ["hex8", "hex20", "hex27"])
+def test_constant_strain_gives_constant_stress_in_distorted_elements(element):
+    points, hexahedra = distorted_box((3, 2, 3), (1.0, 0.7, 1.2))
+    nodes = discretise(points, hexahedra, element).positions
+    gradient = 1e-4 * np.random.default_rng(0).normal(size=(3, 3))
+    exact = components(STEEL.stress(0.5 * (gradient + gradient.T)))
+    for phase in (1.0, 0.3 + 2.0j):
+        found = recovery(points, hexahedra, element).increments((phase * nodes @ gradient.T)[None])[0]
+        np.testing.assert_allclose(found.values, np.tile(phase * exact, (len(nodes), 1)), rtol=1e-9, atol=1e-6)
+        assert found.spread.max() < 1e-6 * von_mises(exact)
+
+
+def test_large_rotation_turns_the_stress_and_increments_are_its_derivative():
+    points, hexahedra = distorted_box((2, 2, 2), (1.0, 1.0, 1.0))
+    nodes = discretise(points, hexahedra, "hex20").positions
+    turn = np.array([[np.cos(0.7), -np.sin(0.7), 0], [np.sin(0.7), np.cos(0.7), 0], [0, 0, 1.0]])
+    stretch = np.diag([1.003, 1.0, 0.999])
+    base = nodes @ (turn @ stretch - np.eye(3)).T
+    strain = 0.5 * (stretch @ stretch - np.eye(3))
+    exact = turn @ (stretch @ STEEL.stress(strain) @ stretch / np.linalg.det(stretch)) @ turn.T
+    found = recovery(points, hexahedra, base=base).base_stress().values
+    np.testing.assert_allclose(found, np.tile(components(exact), (len(nodes), 1)), rtol=1e-7, atol=1.0)
+    step = 1e-6 * np.random.default_rng(1).normal(size=nodes.shape)
+    ahead, behind = (recovery(points, hexahedra, base=base + s * step).base_stress().values for s in (1, -1))
+    increment = recovery(points, hexahedra, base=base).increments(step[None])[0].values
+    np.testing.assert_allclose(increment, (ahead - behind) / 2, atol=1e-6 * np.abs(increment).max())
+
+
+def loaded_beam(force, divisions=(4, 4, 12), lengths=(0.02, 0.01, 0.12)):
+    """A cantilever and its displacement under nodal forces (n, 3) = force(positions at the free end)."""
+    sector = box_sector(divisions, lengths, hub_radius=0.0)
+    full = assemble(sector, STEEL)
+    nodes = full.positions
+    end = np.flatnonzero(nodes[:, 2] > lengths[2] - 1e-9)
+    load = np.zeros_like(nodes)
+    load[end] = force(nodes[end])
+    free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
+    moved = np.zeros(full.n_dofs)
+    moved[free] = spsolve(full.stiffness[free][:, free].tocsc(), load.ravel()[free])
+    stress, node = nodal_stress(sector, STEEL, moved)
+    middle = np.abs(nodes[node][:, 2] - lengths[2] / 2) < 1e-9
+    return nodes[node][middle], stress.values[middle], load, nodes
+
+
+def test_bending_and_tension_of_a_beam():
+    place, stress, load, _ = loaded_beam(lambda at: np.tile([0.0, 1.0, 0.0], (len(at), 1)))
+    force, (width, height) = load[:, 1].sum(), (0.02, 0.01)
+    bending = -force * 0.06 * place[:, 1] / (width * height**3 / 12)  # M y / I, the load towards +y
+    np.testing.assert_allclose(stress[:, 2], bending, atol=2e-3 * np.abs(bending).max())
+    place, stress, load, _ = loaded_beam(lambda at: np.tile([0.0, 0.0, 1.0], (len(at), 1)))
+    np.testing.assert_allclose(stress[:, 2], load[:, 2].sum() / (width * height), rtol=2e-3)
+    assert np.abs(stress[:, [0, 1, 3, 4, 5]]).max() < 2e-3 * stress[:, 2].max()
+
+
+def test_torsion_of_a_square_bar():
+    side, length = 0.01, 0.08
+    place, stress, load, nodes = loaded_beam(
+        lambda at: np.column_stack([-at[:, 1], at[:, 0], np.zeros(len(at))]), (6, 6, 12), (side, side, length)
+    )
+    torque = np.sum(nodes[:, 0] * load[:, 1] - nodes[:, 1] * load[:, 0])
+    largest = torque / (0.208 * side**3)  # Saint-Venant, at the middle of the sides
+    at = np.argmin(np.linalg.norm(place[:, :2] - (side / 2, 0.0), axis=1))
+    assert np.hypot(stress[at, 4], stress[at, 5]) == pytest.approx(largest, rel=0.03)
+    corner = np.argmin(np.linalg.norm(place[:, :2] - (side / 2, side / 2), axis=1))
+    assert np.hypot(stress[corner, 4], stress[corner, 5]) < 0.15 * largest
+
+
+@pytest.mark.skipif(calculix.PROGRAM is None, reason="CalculiX is not installed: no ccx on PATH")
+def test_centrifugal_stress_of_a_blade_is_that_of_calculix(tmp_path):
+    sector = blade_sector(0.012)
+    full = assemble(sector, STEEL)
+    mesh = calculix.quadratic_mesh(sector)
+    speed = angular_speed(6000.0)
+    calculix.solve(tmp_path, calculix.static_deck(mesh, STEEL, calculix.Rotation(speed)))
+    theirs = calculix.nodal_field(tmp_path / "blade.frd", "STRESS")[:, [0, 1, 2, 3, 4, 5]]
+    moved = speed**2 * centrifugal_displacement(full)
+    from scipy.spatial import cKDTree
+
+    distance, ours = cKDTree(full.positions).query(mesh.points)
+    assert distance.max() < 1e-9
+    displaced = calculix.nodal_field(tmp_path / "blade.frd", "DISP")
+    np.testing.assert_allclose(moved.reshape(-1, 3)[ours], displaced, atol=1e-5 * np.abs(moved).max())
+    # CalculiX extrapolates by its 20 shape functions fitted to the 27 Gauss points: so do we for once
+    found = recovery(sector.points, sector.hexahedra)
+    like_theirs = calculix.with_serendipity_extrapolation(found)
+    exact = like_theirs.increments(moved[None])[0].values[ours]
+    np.testing.assert_allclose(exact, theirs, atol=5e-5 * np.abs(theirs).max())
+    # our extrapolation differs where the mesh is too coarse, as the spread between elements says
+    projected = found.increments(moved[None])[0]
+    regular = np.ones(len(full.positions), bool)
+    singular = full.vertex_node[np.concatenate(list(singular_vertices(sector).values()))]
+    for block in found.blocks:
+        regular[block.nodes[np.isin(block.nodes, singular).any(axis=1)]] = False
+    off = von_mises(projected.values[ours] - theirs)[regular[ours]]
+    assert np.median(off) < 0.02 * von_mises(theirs)[regular[ours]].max()
+    assert von_mises(projected.values)[regular].max() == pytest.approx(
+        von_mises(theirs)[regular[ours]].max(), rel=0.05
+    )
+
+
+def blade_sector(size):
+    blade = BladeParameters(n_blades=72, hub_radius=0.3, length=0.1, chord=0.03, thickness=0.008, twist=20.0)
+    shroud = ShroudParameters(angle=70.0, thickness=0.006, axial_width=0.036, contact_length=0.01)
+    return build_sector(blade, shroud, MeshParameters(size=size, contact_grid=(2, 2)))
+
+
+def point_of(model, harmonics, hertz=900.0):
+    """A point with contact forces at random, up to a number of harmonics."""
+    random = np.random.default_rng(1)
+    shape = (harmonics + 1, model.n_contacts, 3)
+    force = random.normal(size=shape) + 1j * random.normal(size=shape)
+    force[0] = force[0].real
+    return SolvedPoint(2 * np.pi * hertz, 0.7, 5.0, force)
+
+
+def reduced_of(full, sector, modes):
+    model = reduce_sector(full, sector, ReductionOptions(modes=modes), NODAL).model
+    return model, modal_model(model, rayleigh=(30.0, 2e-7))
+
+
+def test_the_motion_of_the_mesh_is_that_of_a_direct_solution_of_the_full_model():
+    sector = box_sector((3, 3, 4))
+    full = assemble(sector, STEEL, element="hex8")
+    model, modal = reduced_of(full, sector, 10)
+    motion, point = MeshMotion(full, sector, model, modal, NODAL), point_of(model, 2)
+    # forces on the mesh, from the definition: right f, left -f exp(-i h psi), each in its frame
+    count = model.n_contacts
+    for h in point.harmonics:
+        force = np.zeros((len(full.positions), 3), complex)
+        turned = -point.contact_force[h] * np.exp(-1j * h * point.phase)
+        for face, values in ((sector.right, point.contact_force[h]), (sector.left, turned)):
+            for k in range(count):
+                force[full.vertex_node[face.nodes[k]]] += values[k] @ face.frame[k]
+        if h == 1:
+            force[full.vertex_node[sector.node_sets["tip"][0]], 1] += point.force
+        np.testing.assert_allclose(motion.forces(point)[h], force.ravel(), atol=1e-12)
+    start = motion.corrected(point)
+    found, residual = motion.solved(point, start)
+    assert residual < 1e-9
+    free = motion.free
+    shapes = (model.basis @ modal.shapes)[free]
+    mass, stiffness = full.mass[free][:, free].toarray(), full.stiffness[free][:, free].toarray()
+    damping = mass @ shapes @ np.diag(modal.damping) @ shapes.T @ mass
+    for h in point.harmonics:
+        omega = h * point.omega
+        exact = np.linalg.solve(stiffness - omega**2 * mass + 1j * omega * damping, motion.forces(point)[h][free])
+        np.testing.assert_allclose(found[h][free], exact, atol=1e-8 * np.abs(exact).max())
+        if h == 0:
+            np.testing.assert_allclose(start[h][free], exact, atol=1e-10 * np.abs(exact).max())
+
+
+def test_stress_converges_with_the_modes_and_faster_with_the_static_correction():
+    sector = box_sector((3, 3, 6))
+    full = assemble(sector, STEEL)
+    expansion, correction = [], []
+    for modes in (4, 16, 40):
+        reduced = reduced_of(full, sector, modes)
+        stress = operating_stress(full, sector, {"": STEEL}, reduced, NODAL, point_of(reduced[0], 1))
+        expansion.append(stress.expansion_error)
+        correction.append(stress.model_error)
+        assert stress.residual < 1e-9
+    assert correction[0] < 0.1 * expansion[0]
+    assert correction[2] < 1e-2 * correction[0]
+    assert expansion[2] < 0.2 * expansion[0]
+
+
+@pytest.mark.parametrize("equilibrium", ["linear", "nonlinear"])
+def test_static_stress_of_rotation_is_that_of_the_full_model(equilibrium):
+    sector = box_sector((3, 3, 6))
+    full = stiffen_by_rotation(assemble(sector, STEEL), sector, STEEL, 9000.0, equilibrium)
+    reduced = reduced_of(full, sector, 4)
+    point = point_of(reduced[0], 1)
+    point.contact_force[0] = 0.0
+    large = equilibrium == "nonlinear"
+    stress = operating_stress(
+        full, sector, {"": STEEL}, reduced, NODAL, point, large_displacements=large, check=False
+    )
+    moved = angular_speed(9000.0) ** 2 * centrifugal_displacement(full)
+    found = recovery(sector.points, sector.hexahedra, base=moved if large else None)
+    exact = (found.base_stress() if large else found.increments(moved[None])[0]).values
+    np.testing.assert_allclose(stress.harmonics[0], exact, atol=1e-8 * np.abs(exact).max())
+    mid = np.abs(stress.positions[:, 2] - 0.35) < 1e-9  # rho W^2 (r_tip^2 - r^2) / 2 away from the ends
+    axial = STEEL.density * angular_speed(9000.0) ** 2 * (0.4**2 - 0.35**2) / 2
+    assert stress.harmonics[0, mid, 2].real.mean() == pytest.approx(axial, rel=3e-3)
+
+
+def test_the_hot_spot_list_keeps_what_converges_apart_from_what_does_not():
+    """An airfoil that meets its shroud in a sharp corner, bent by its own rotation, on finer and finer meshes."""
+    singular, regular = [], []
+    for size in (0.012, 0.008, 0.005):
+        sector = blade_sector(size)
+        full = assemble(sector, STEEL)
+        moved = angular_speed(6000.0) ** 2 * centrifugal_displacement(full)
+        stress, node = nodal_stress(sector, STEEL, moved)
+        places = singular_vertices(sector)
+        height = sector.points[:, 2]
+        assert height[places["clamped edge"]].max() < 0.3 + 0.1 * 0.1
+        marked = np.zeros(len(node), bool)
+        marked[full.vertex_node[np.concatenate(list(places.values()))]] = True
+        size_of = von_mises(stress.values)
+        singular.append(size_of[marked].max())
+        middle = ~marked & (full.positions[:, 2] > 0.33) & (full.positions[:, 2] < 0.36)
+        regular.append(size_of[middle].max())
+        top = hot_spots(size_of, full.positions[node], np.full(len(node), size), marked, 2)
+        assert len(top) == 2
+    assert singular[2] > 1.1 * singular[0]
+    assert regular[2] == pytest.approx(regular[1], rel=0.01)
