@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from rom.finite_elements.full_model import FullModel, assemble
     from rom.finite_elements.material import Material
     from rom.finite_elements.nodal_forces import nearest_vertices, nodal_force
+    from rom.finite_elements.strain_gauge import strain_row
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
     from rom.finite_elements.surface_loads import pressure_force, traction_force
     from rom.finite_elements.thermal_load import thermal_force
@@ -161,6 +162,7 @@ __all__ = [
     "static_error",
     "stiffen_by_rotation",
     "stored_array",
+    "strain_row",
     "stress_cycle",
     "thermal_force",
     "traction_force",
@@ -187,6 +189,7 @@ _PLACES = {
     "LoadVectors": "rom.reduction.load_vectors",
     "nearest_vertices": "rom.finite_elements.nodal_forces",
     "nodal_force": "rom.finite_elements.nodal_forces",
+    "strain_row": "rom.finite_elements.strain_gauge",
     "with_modal_forces": "rom.reduction.modal_forces",
     "Material": "rom.finite_elements.material",
     "MatrixChoice": "rom.matrix_files.matrix_choice",

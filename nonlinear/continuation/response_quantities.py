@@ -8,6 +8,7 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import Array, ContactForces
+from nonlinear.continuation.named_outputs import output_components
 from nonlinear.continuation.solution_point import SolutionPoint
 from rom import RelativeReceptance
 
@@ -101,6 +102,8 @@ class Responses:
     ----------
     output : (P, H+1) complex
         Fourier coefficients of the output, m.
+    outputs : dict of str to (P, H+1, c) complex
+        Those of further outputs of c components.
     excitation : (P,) float
         Work of the excitation.
     damping : (P,) float
@@ -110,6 +113,7 @@ class Responses:
     """
 
     output: ComplexArray
+    outputs: dict[str, ComplexArray]
     excitation: Array
     damping: Array
     friction: Array
@@ -121,8 +125,8 @@ class Responses:
         return np.abs(self.excitation - self.damping - self.friction) / np.maximum(scale, 1e-300)
 
 
-def evaluate_responses(points: Sequence[SolutionPoint], output: str) -> Responses:
-    """Output and energy balance of points that have the same balance."""
+def evaluate_responses(points: Sequence[SolutionPoint], output: str, others: Sequence[str] = ()) -> Responses:
+    """Outputs and energy balance of points that have the same balance."""
     receptance = points[0].balance.receptance
     omega = np.array([point.omega for point in points])
     force = _stacked([point.contact.force for point in points])
@@ -134,10 +138,17 @@ def evaluate_responses(points: Sequence[SolutionPoint], output: str) -> Response
     friction = (force.conj() * displacement).imag.sum(axis=-1)
     return Responses(
         output=coordinates @ receptance.modal.outputs[output],
+        outputs={name: _components(receptance, coordinates, name) for name in others},
         excitation=-np.pi * (excitation @ order),
         damping=np.pi * omega * (damping @ order**2),
         friction=np.pi * (friction @ order),
     )
+
+
+def _components(receptance: RelativeReceptance, coordinates: ComplexArray, name: str) -> ComplexArray:
+    """Fourier coefficients (P, H+1, c) of an output of one component, or of a vector."""
+    outputs = receptance.modal.outputs
+    return coordinates @ np.stack([outputs[part] for part in output_components(outputs, name)], axis=1)
 
 
 def _stacked(coefficients: list[Array]) -> ComplexArray:
