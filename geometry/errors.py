@@ -61,3 +61,67 @@ class SectorFileError(ValueError):
     ...     print(error)
     sector.stl: the suffix must be one of .msh, .vtu
     """
+
+
+class MeshFileError(ValueError):
+    """A mesh file that cannot be used; the message is one line made of the two attributes.
+
+    Attributes
+    ----------
+    path : str
+        The file.
+    found : str
+        What is wrong, where in the file, and what is allowed.
+
+    Examples
+    --------
+    >>> from geometry import MeshFileError, read_mesh
+    >>> try:
+    ...     read_mesh("blade.stl")
+    ... except MeshFileError as error:
+    ...     print(error)
+    blade.stl: the suffix must be one of .inp, .bdf, .nas, .dat, .cdb, .msh, .vtu, .med
+    """
+
+    def __init__(self, path: object, found: object) -> None:
+        line = " ".join(str(found).split())
+        super().__init__(str(path), line)  # both, so that it can be pickled between processes
+        self.path = str(path)
+        self.found = line
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.found}"
+
+
+class OwnMeshError(ParameterError):
+    """A mesh of another program that cannot be taken for a sector; the message is one line.
+
+    Attributes
+    ----------
+    key : str
+        Dotted key of the scene, for example "mesh.sets.root".
+    value : object
+        Value as given; None where it is missing.
+    allowed : str
+        What is there, and what would be accepted.
+
+    Examples
+    --------
+    >>> from geometry import OwnMeshError, SectorChoice
+    >>> try:
+    ...     SectorChoice(n_blades=40, unit="cm")
+    ... except OwnMeshError as error:
+    ...     print(error)
+    mesh.unit = 'cm': must be one of m, mm, in
+    """
+
+    def __init__(self, key: str, value: object, allowed: str) -> None:
+        table, _, parameter = key.partition(".")
+        super().__init__(table, parameter, value, allowed)
+        self.key = key
+
+    def __str__(self) -> str:
+        return f"{self.key}: {self.allowed}" if self.value is None else super().__str__()
+
+    def __reduce__(self) -> tuple[type, tuple[str, object, str]]:
+        return type(self), (self.key, self.value, self.allowed)  # as it is pickled between processes

@@ -1,9 +1,10 @@
 """Export and import of a sector as .msh (gmsh) or .vtu (ParaView), by meshio.
 
-Both formats hold points, hexahedra and fields, so everything else is stored as fields. On the points: ``set_NAME``
+Both formats hold points, elements and fields, so everything else is stored as fields. On the points: ``set_NAME``
 for a node set (0 outside the set, else 1 + place in it, which keeps the order of the contact nodes); ``right_t1``,
 ``right_t2``, ``right_n`` (3-vectors) and ``right_area`` for the faces, likewise ``left_...``, zero off the contact
-nodes. On the hexahedra: ``n_blades``.
+nodes; and ``n_blades``. On the elements of .vtu: ``material_NAME``, 1 where they have the material; in .msh materials
+are physical groups. Surfaces are left out: those of the contact faces are the sides between the nodes of their sets.
 """
 
 from pathlib import Path
@@ -19,6 +20,15 @@ from geometry.sector_check import check_sector
 FORMATS = {".msh": "gmsh22", ".vtu": "vtu"}
 AXES = ("t1", "t2", "n")
 SET = "set_"
+MATERIAL = "material_"
+MESHIO_CELLS = {
+    "tet4": "tetra",
+    "tet10": "tetra10",
+    "wedge6": "wedge",
+    "wedge15": "wedge15",
+    "hex8": "hexahedron",
+    "hex20": "hexahedron20",
+}
 
 
 def _format(path: str | Path) -> str:
@@ -56,7 +66,7 @@ def export_sector(path: str | Path, sector: SectorMesh) -> None:
     import meshio
 
     file_format = _format(path)
-    count, cells = len(sector.points), len(sector.hexahedra)
+    count = len(sector.points)
     fields: dict[str, np.ndarray] = {}
     for name, nodes in sector.node_sets.items():
         fields[SET + name] = np.zeros(count)
@@ -67,11 +77,20 @@ def export_sector(path: str | Path, sector: SectorMesh) -> None:
             fields[f"{side}_{axis}"][face.nodes] = face.frame[:, k]
         fields[f"{side}_area"] = np.zeros(count)
         fields[f"{side}_area"][face.nodes] = face.area
-    cell_fields: dict[str, Any] = {"n_blades": [np.full(cells, float(sector.n_blades))]}
+    fields["n_blades"] = np.full(count, float(sector.n_blades))
+    names = ["", *sorted({block.material for block in sector.blocks} - {""})]
+    cell_fields: dict[str, Any] = {}
+    groups: dict[str, Any] = {}
     if file_format == "gmsh22":
-        tags = np.ones(cells, dtype=np.int32)
-        cell_fields |= {"gmsh:physical": [tags], "gmsh:geometrical": [tags]}
-    mesh = meshio.Mesh(sector.points, [("hexahedron", sector.hexahedra)], fields, cell_fields)
+        tags = [np.full(len(block), 1 + names.index(block.material), dtype=np.int32) for block in sector.blocks]
+        cell_fields = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+        groups = {name: np.array([1 + tag, 3]) for tag, name in enumerate(names) if name}
+    else:
+        for name in names[1:]:
+            has = [np.full(len(block), float(block.material == name)) for block in sector.blocks]
+            cell_fields[MATERIAL + name] = has
+    elements = [(MESHIO_CELLS[block.kind], block.nodes) for block in sector.blocks]
+    mesh = meshio.Mesh(sector.points, elements, fields, cell_fields, groups)
     meshio.write(path, mesh, file_format=file_format)
 
 
@@ -117,13 +136,34 @@ def import_sector(path: str | Path) -> SectorMesh:
         fields = mesh.point_data
         sets = {name.removeprefix(SET): _members(field) for name, field in fields.items() if name.startswith(SET)}
         right, left = (_face(fields, mesh.points, side, sets[f"contact_{side}"]) for side in ("right", "left"))
-        blocks = (ElementBlock("hex8", mesh.cells_dict["hexahedron"].astype(np.int64)),)
-        n_blades = round(float(mesh.cell_data_dict["n_blades"]["hexahedron"][0]))
+        blocks = _blocks(mesh)
+        n_blades = round(float(np.ravel(fields["n_blades"])[0]))
     except KeyError as error:
         raise SectorFileError(f"{path}: not a sector: {error} is missing") from error
     sector = SectorMesh(np.ascontiguousarray(mesh.points, dtype=np.float64), blocks, sets, right, left, n_blades)
     check_sector(path, sector)
     return sector
+
+
+def _blocks(mesh: Any) -> tuple[ElementBlock, ...]:
+    """The elements by kind and material, in their order."""
+    kinds = {cell: kind for kind, cell in MESHIO_CELLS.items()}
+    named = {name.removeprefix(MATERIAL): data for name, data in mesh.cell_data.items() if name.startswith(MATERIAL)}
+    if tags := mesh.cell_data.get("gmsh:physical"):
+        named = {name: [tag == group[0] for tag in tags] for name, group in mesh.field_data.items()}
+    blocks = []
+    for index, cells in enumerate(mesh.cells):
+        if cells.type not in kinds:
+            continue
+        names = np.full(len(cells.data), "", dtype=object)
+        for name, data in named.items():
+            names[np.asarray(data[index]).ravel() > 0.0] = name
+        ends = np.flatnonzero(names[1:] != names[:-1]) + 1
+        for rows in np.split(np.arange(len(names)), ends):  # .vtu joins blocks of one kind that follow each other
+            blocks.append(ElementBlock(kinds[cells.type], cells.data[rows].astype(np.int64), str(names[rows[0]])))
+    if not blocks:
+        raise KeyError("elements")
+    return tuple(blocks)
 
 
 def _members(field: np.ndarray) -> IntArray:

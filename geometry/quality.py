@@ -7,12 +7,19 @@ P. M. Knupp, Algebraic mesh quality metrics, SIAM J. Sci. Comput. 23 (2001) 193-
 
 import numpy as np
 
+from geometry.elements import ElementBlock
 from geometry.sector import FloatArray, IntArray
 
 # corner -> its three neighbours, in the order that makes a right-handed triple (VTK hexahedron)
 HEXAHEDRON_NEIGHBOURS = np.array(
     [[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]]
 )
+
+# corners -> the neighbours of each corner, right-handed, and 1 over the determinant of the regular element
+_CORNERS = {
+    4: (np.array([[1, 2, 3], [2, 0, 3], [0, 1, 3], [0, 2, 1]]), np.sqrt(2.0)),
+    6: (np.array([[1, 2, 3], [2, 0, 4], [0, 1, 5], [5, 4, 0], [3, 5, 1], [4, 3, 2]]), np.sqrt(4.0 / 3.0)),
+}
 
 
 def hexahedron_scaled_jacobian(points: FloatArray, hexahedra: IntArray) -> FloatArray:
@@ -44,6 +51,38 @@ def hexahedron_scaled_jacobian(points: FloatArray, hexahedra: IntArray) -> Float
     edges = corners[:, HEXAHEDRON_NEIGHBOURS] - corners[:, :, None, :]
     edges /= np.linalg.norm(edges, axis=-1, keepdims=True)
     return np.linalg.det(edges).min(axis=1)
+
+
+def scaled_jacobian(points: FloatArray, block: ElementBlock) -> FloatArray:
+    """Scaled Jacobian of elements of any kind, the smallest over the corners; straight edges between the corners.
+
+    Parameters
+    ----------
+    points : (N, 3) array
+        Nodes.
+    block : ElementBlock
+        Elements.
+
+    Returns
+    -------
+    (E,) array
+        Scaled Jacobian of each element, 1 for a cube, a regular tetrahedron, a right prism on a regular triangle.
+
+    Examples
+    --------
+    >>> from geometry import ElementBlock, scaled_jacobian
+    >>> corners = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0.75**0.5, 0], [0.5, 0.75**0.5 / 3, (2 / 3) ** 0.5]])
+    >>> print(scaled_jacobian(corners, ElementBlock("tet4", np.array([[0, 1, 2, 3]]))).round(9))
+    [1.]
+    """
+    kind = block.topology
+    if kind.corners == 8:
+        return hexahedron_scaled_jacobian(points, block.nodes[:, :8])
+    triples, regular = _CORNERS[kind.corners]
+    corners = points[block.nodes[:, : kind.corners]]
+    edges = corners[:, triples] - corners[:, :, None, :]
+    edges /= np.linalg.norm(edges, axis=-1, keepdims=True)
+    return np.asarray(np.linalg.det(edges).min(axis=1) * regular)
 
 
 def quadrilateral_scaled_jacobian(points: FloatArray, quads: IntArray) -> FloatArray:

@@ -3,7 +3,8 @@
 The sub-packages, each built on those before it: `contact` (contact forces), `harmonic_balance` (the equations),
 `stability` (Floquet exponents), `time_integration` (rings of blades in time), `continuation` (points along a curve),
 `branches` (whole branches with peaks and bifurcations), `harmonic_selection` (truncation error),
-`residual_tractions` (bounds of the peak), `worst_motion` (the highest motion that persists). `response_solver` puts
+`residual_tractions` (bounds of the peak), `worst_motion` (the highest motion that persists), `nonlinear_modes`
+(frequency and damping over the amplitude). `response_solver` puts
 them together.
 
 A name is imported from its file when it is first asked for: options and limits need neither NumPy nor numba.
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
         punch_stiffness,
     )
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
+    from nonlinear.nonlinear_modes.nonlinear_mode import ModeResonance, NonlinearMode, nonlinear_mode
     from nonlinear.options import MOST_UNKNOWNS, Excitation, OptionsError, SolverOptions, least_samples
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
@@ -69,6 +71,8 @@ __all__ = [
     "FoundSolution",
     "HarmonicBalance",
     "LinearisedResidual",
+    "ModeResonance",
+    "NonlinearMode",
     "OptionsError",
     "Peak",
     "ResidualBounds",
@@ -97,6 +101,7 @@ __all__ = [
     "forced_response",
     "integrate_ring",
     "least_samples",
+    "nonlinear_mode",
     "punch_stiffness",
 ]
 
@@ -120,6 +125,9 @@ _PLACES = {
     "Excitation": "nonlinear.options",
     "HarmonicBalance": "nonlinear.harmonic_balance.residual",
     "LinearisedResidual": "nonlinear.harmonic_balance.residual",
+    "ModeResonance": "nonlinear.nonlinear_modes.nonlinear_mode",
+    "NonlinearMode": "nonlinear.nonlinear_modes.nonlinear_mode",
+    "nonlinear_mode": "nonlinear.nonlinear_modes.nonlinear_mode",
     "OptionsError": "nonlinear.options",
     "Peak": "nonlinear.branches.peaks",
     "ResidualBounds": "nonlinear.residual_tractions.residual_bounds",

@@ -59,8 +59,9 @@ class StageError(Exception):
 
     @property
     def is_input(self) -> bool:
-        """Whether the cause names a key of the scene."""
-        return all(hasattr(self.cause, name) for name in ("table", "parameter", "value", "allowed"))
+        """Whether the cause names a key of the scene, or is a file that cannot be used."""
+        names = ("table", "parameter", "value", "allowed")
+        return isinstance(self.cause, InputError) or all(hasattr(self.cause, name) for name in names)
 
 
 def input_error(source: str | os.PathLike[str], key: str, found: str, allowed: str) -> InputError:

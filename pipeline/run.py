@@ -25,6 +25,7 @@ from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.stages.cache_keys import curve_key
 from pipeline.stages.code_fingerprint import remember_code
 from pipeline.stages.curve_table import table_of
+from pipeline.stages.matrix_models import models_of_matrices
 from pipeline.stages.open_executor import open_executor
 from pipeline.stages.request import Request, Run, RunOutcome
 from pipeline.stages.respond import CurveJob, CurveResult
@@ -79,6 +80,8 @@ def execute(request: Request, reporter: Reporter) -> RunOutcome:
         reporter.line(f"note: {line}")
     for line in plausibility_warnings(request.scene):
         reporter.line(f"warning: {line}")
+    if given is None and request.scene.first.render is not None and request.without_mesh:
+        reporter.line("note: render: skipped, [model] has no elements that could be drawn")
     with _running(request, reporter, given) as run:
         return _execute(run, given, start)
 
@@ -105,7 +108,7 @@ def solved_curves(request: Request, reporter: Reporter) -> Iterator[tuple[Run, R
     given = _check(request)
     with _running(request, reporter, given) as run:
         outcome = RunOutcome()
-        _respond(run, models_of_blade(run, outcome) if given is None else models_from_file(run, given), outcome)
+        _respond(run, _models(run, outcome, given), outcome)
         yield run, outcome
 
 
@@ -124,7 +127,7 @@ def _running(request: Request, reporter: Reporter, given: ReducedModel | None) -
 def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
     request, outcome = run.request, RunOutcome()
     with _rendering(run) as ahead:
-        models = models_of_blade(run, outcome) if given is None else models_from_file(run, given)
+        models = _models(run, outcome, given)
         if ahead is not None:
             ahead.begin(models)
         if Stage.RESPOND in request.wanted:
@@ -140,11 +143,21 @@ def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
     return outcome
 
 
+def _models(run: Run, outcome: RunOutcome, given: ReducedModel | None) -> Models:
+    """The reduced model of every member: given, of matrices, or of a blade."""
+    if given is not None:
+        return models_from_file(run, given)
+    if run.request.scene.first.model is not None:
+        return models_of_matrices(run, outcome)
+    return models_of_blade(run, outcome)
+
+
 def _check(request: Request) -> ReducedModel | None:
     """Refuse what can be refused before anything is written; returns the given reduced model, where there is one."""
     check_cluster(request.scheduler, request.cluster, request.jobs)
     if request.rom is None:
         check_scene(request.scene)
+        _check_pictures(request)
         return None
     from rom import ReducedModelError
 
@@ -164,6 +177,13 @@ def _check(request: Request) -> ReducedModel | None:
             except ReducedModelError as error:
                 raise InputError(f"{request.scene.path} on {request.rom}: {reason_of(error)}") from None
     return model
+
+
+def _check_pictures(request: Request) -> None:
+    """Refuse pictures of a mesh where there is none."""
+    if request.until == Stage.RENDER and request.without_mesh:
+        allowed = "a mesh: [model] has nodes and matrices, no elements that could be drawn"
+        raise input_error(request.scene.path, "render", "asked for beside [model]", allowed)
 
 
 def _respond(run: Run, models: Models, outcome: RunOutcome) -> None:

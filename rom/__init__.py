@@ -25,18 +25,34 @@ if TYPE_CHECKING:
     from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
     from rom.cyclic.receptance import RelativeReceptance, coupled_frequencies, linear_response
     from rom.cyclic.reduced_model import ReducedModel
-    from rom.errors import FactorisationError, FullModelFileError, ReducedModelError, RomParameterError
+    from rom.errors import (
+        FactorisationError,
+        FullModelFileError,
+        MatrixFileError,
+        ReducedModelError,
+        RomParameterError,
+    )
     from rom.files.full_model_file import load_full_model, save_full_model
     from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
     from rom.files.hdf5_writing import new_hdf5
     from rom.files.reduced_model_file import read_reduced_model, write_reduced_model
     from rom.files.sector_file import load_sector, save_sector
+    from rom.finite_elements.element_warnings import element_warnings
     from rom.finite_elements.full_model import FullModel, assemble
     from rom.finite_elements.material import Material
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
+    from rom.finite_elements.surface_loads import pressure_force, traction_force
+    from rom.finite_elements.thermal_load import thermal_force
     from rom.linear_algebra.blas_kernels import processor
     from rom.linear_algebra.factorisation import Factor, factorise
     from rom.linear_algebra.threads import one_blas_thread, one_blas_thread_in_children
+    from rom.matrix_files.labelled_matrix import DofLabels, LabelledMatrix
+    from rom.matrix_files.matrix_choice import MatrixChoice
+    from rom.matrix_files.matrix_model import MatrixModel, model_from_matrices
+    from rom.matrix_files.matrix_reading import read_matrix
+    from rom.matrix_files.matrix_writing import write_matrices
+    from rom.matrix_files.node_table import NodeTable, read_dofs, read_nodes
+    from rom.matrix_files.superelement import model_from_superelement
     from rom.reduction.boundary_dofs import BoundaryChoice
     from rom.reduction.contact_dofs import contact_areas
     from rom.reduction.coriolis_error import coriolis_error
@@ -62,18 +78,24 @@ if TYPE_CHECKING:
 __all__ = [
     "UNREADABLE",
     "BoundaryChoice",
+    "DofLabels",
     "Factor",
     "FactorisationError",
     "FatigueLimits",
     "FullModel",
     "FullModelFileError",
     "FullReference",
+    "LabelledMatrix",
     "LinearError",
     "LinearOperation",
     "LinearResponse",
     "Material",
+    "MatrixChoice",
+    "MatrixFileError",
+    "MatrixModel",
     "ModalModel",
     "NodalStress",
+    "NodeTable",
     "OperatingStress",
     "ReducedModel",
     "ReducedModelError",
@@ -92,6 +114,7 @@ __all__ = [
     "contact_springs",
     "coriolis_error",
     "coupled_frequencies",
+    "element_warnings",
     "expand_to_mesh",
     "factorise",
     "full_reference",
@@ -106,6 +129,8 @@ __all__ = [
     "modal_model",
     "mode_names",
     "mode_shapes",
+    "model_from_matrices",
+    "model_from_superelement",
     "natural_frequencies",
     "new_hdf5",
     "nodal_stress",
@@ -113,7 +138,11 @@ __all__ = [
     "one_blas_thread_in_children",
     "opened",
     "operating_stress",
+    "pressure_force",
     "processor",
+    "read_dofs",
+    "read_matrix",
+    "read_nodes",
     "read_reduced_model",
     "reduce_sector",
     "reduce_to_tolerance",
@@ -127,26 +156,35 @@ __all__ = [
     "stiffen_by_rotation",
     "stored_array",
     "stress_cycle",
+    "thermal_force",
+    "traction_force",
     "von_mises",
     "why_unreadable",
+    "write_matrices",
     "write_reduced_model",
 ]
 
 _PLACES = {
     "BoundaryChoice": "rom.reduction.boundary_dofs",
+    "DofLabels": "rom.matrix_files.labelled_matrix",
     "Factor": "rom.linear_algebra.factorisation",
     "FactorisationError": "rom.errors",
     "FatigueLimits": "rom.stress.fatigue",
     "FullModel": "rom.finite_elements.full_model",
     "FullModelFileError": "rom.errors",
     "FullReference": "rom.reduction.reference_model",
+    "LabelledMatrix": "rom.matrix_files.labelled_matrix",
     "LinearError": "rom.reduction.model_comparison",
     "LinearOperation": "rom.reduction.model_comparison",
     "LinearResponse": "rom.reduction.model_comparison",
     "Material": "rom.finite_elements.material",
+    "MatrixChoice": "rom.matrix_files.matrix_choice",
+    "MatrixFileError": "rom.errors",
+    "MatrixModel": "rom.matrix_files.matrix_model",
     "ModalModel": "rom.cyclic.modal_model",
     "NodalStress": "rom.stress.stress_recovery",
     "OperatingStress": "rom.stress.operating_stress",
+    "NodeTable": "rom.matrix_files.node_table",
     "ReducedModel": "rom.cyclic.reduced_model",
     "ReducedModelError": "rom.errors",
     "Reduction": "rom.reduction.craig_bampton",
@@ -165,6 +203,7 @@ _PLACES = {
     "contact_springs": "rom.cyclic.contact_springs",
     "coriolis_error": "rom.reduction.coriolis_error",
     "coupled_frequencies": "rom.cyclic.receptance",
+    "element_warnings": "rom.finite_elements.element_warnings",
     "expand_to_mesh": "rom.cyclic.expansion",
     "factorise": "rom.linear_algebra.factorisation",
     "full_reference": "rom.reduction.reference_model",
@@ -179,6 +218,8 @@ _PLACES = {
     "modal_model": "rom.cyclic.modal_model",
     "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",
+    "model_from_matrices": "rom.matrix_files.matrix_model",
+    "model_from_superelement": "rom.matrix_files.superelement",
     "natural_frequencies": "rom.cyclic.natural_frequencies",
     "new_hdf5": "rom.files.hdf5_writing",
     "nodal_stress": "rom.stress.operating_stress",
@@ -186,7 +227,11 @@ _PLACES = {
     "one_blas_thread_in_children": "rom.linear_algebra.threads",
     "opened": "rom.files.hdf5_reading",
     "operating_stress": "rom.stress.operating_stress",
+    "pressure_force": "rom.finite_elements.surface_loads",
     "processor": "rom.linear_algebra.blas_kernels",
+    "read_dofs": "rom.matrix_files.node_table",
+    "read_matrix": "rom.matrix_files.matrix_reading",
+    "read_nodes": "rom.matrix_files.node_table",
     "read_reduced_model": "rom.files.reduced_model_file",
     "reduce_sector": "rom.reduction.craig_bampton",
     "reduce_to_tolerance": "rom.reduction.mode_selection",
@@ -201,7 +246,10 @@ _PLACES = {
     "stored_array": "rom.files.hdf5_reading",
     "stress_cycle": "rom.stress.fatigue",
     "von_mises": "rom.stress.stress_tensor",
+    "thermal_force": "rom.finite_elements.thermal_load",
+    "traction_force": "rom.finite_elements.surface_loads",
     "why_unreadable": "rom.files.hdf5_reading",
+    "write_matrices": "rom.matrix_files.matrix_writing",
     "write_reduced_model": "rom.files.reduced_model_file",
 }
 

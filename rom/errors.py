@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 from geometry import ParameterError
 
 
@@ -60,3 +62,38 @@ class FullModelFileError(ValueError):
     ...     print(error)
     missing.h5: cannot be read as a full model: No such file or directory
     """
+
+
+class MatrixFileError(ValueError):
+    """A file with a matrix or a table of nodes that cannot be used; the message is one line.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+    found : str
+        What is wrong with it.
+    allowed : str
+        What is allowed.
+
+    Attributes
+    ----------
+    path, found, allowed : str
+        As given.
+
+    Examples
+    --------
+    >>> from rom import MatrixFileError, read_matrix
+    >>> try:
+    ...     read_matrix("missing.sti")
+    ... except MatrixFileError as error:
+    ...     print(str(error).partition(", allowed")[0])
+    missing.sti: no such file or directory
+    """
+
+    def __init__(self, path: str | os.PathLike[str], found: str, allowed: str) -> None:
+        self.path, self.found, self.allowed = os.fspath(path), " ".join(found.split()), allowed
+        super().__init__(f"{self.path}: {self.found}, allowed: {allowed}")
+
+    def __reduce__(self) -> tuple[type, tuple[str, str, str]]:
+        return type(self), (self.path, self.found, self.allowed)

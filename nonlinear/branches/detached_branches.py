@@ -17,8 +17,10 @@ from nonlinear.branches.known_branches import KnownBranch
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
+from nonlinear.continuation.nearest_solution import nearest_solution
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.nonlinear_modes.resonance_motions import resonance_motions
 
 MAX_ITERATIONS = 15
 FEW_HARMONICS = (1, 3)  # numbers of harmonics with which all branches are traced first
@@ -56,6 +58,7 @@ def detached_branches(
     both directions until it closes or leaves the range. With few harmonics, branches start from
     * linear responses, with all contacts open and with all contacts stuck, at both ends of the range and at every
       natural frequency in it, which Newton's method takes to a solution;
+    * the resonances of the nonlinear modes with one harmonic;
     * solutions met a second time on the curve over the interference at fixed frequency, see
       `solutions_over_interference`.
     The search is no proof: a branch that none of these starting points leads to is not found.
@@ -87,7 +90,7 @@ def detached_branches(
         coarser = _with_few_harmonics(continuation, lifting, number, static, coarser)
     if most <= FEW_HARMONICS[-1]:
         folds = _folds(points for points, _ in coarser)
-        for point, origin in _starting_points(full.continuation, traced[0].points, folds):
+        for point, origin in _starting_points(full.continuation, traced[0].points, folds, static):
             full.offer(point, origin)
     for points, origin in coarser:
         lift_branch(full, lifting, points, origin)
@@ -110,8 +113,9 @@ def _with_few_harmonics(
     main = [branch.points for branch in continue_over_range(few, static) if branch.points]
     if not main:
         return coarser
+    folds = _folds(points for points, _ in coarser)
     collection = BranchCollection(few, [KnownBranch.of(points) for points in main], final=False)
-    for point, found_by in _starting_points(few, main[0], _folds(points for points, _ in coarser)):
+    for point, found_by in _starting_points(few, main[0], folds, static):
         collection.offer(point, found_by)
     for points, found_by in coarser:
         lift_branch(collection, replace(lifting, numbers=(number,)), points, found_by)
@@ -129,10 +133,12 @@ def _folds(branches: Iterable[list[SolutionPoint]]) -> list[float]:
 
 
 def _starting_points(
-    continuation: Continuation, main: list[SolutionPoint], folds: list[float]
+    continuation: Continuation, main: list[SolutionPoint], folds: list[float], static: Array
 ) -> Iterator[tuple[SolutionPoint, str]]:
     """Solutions, and how they were found."""
     yield from _from_linear_responses(continuation)
+    if continuation.balance.n_harmonics == FEW_HARMONICS[0]:
+        yield from _from_nonlinear_modes(continuation, static)
     yield from solutions_over_interference(continuation, main, folds)
 
 
@@ -149,3 +155,15 @@ def _from_linear_responses(continuation: Continuation) -> Iterator[tuple[Solutio
                 towards = 0.0 * solved.solution, 1.0
                 point = continuation.solver.point(solved.solution, omega, towards, 0, 0.0, options.step)
                 yield point, f"the linear response with all contacts {state}"
+
+
+def _from_nonlinear_modes(continuation: Continuation, static: Array) -> Iterator[tuple[SolutionPoint, str]]:
+    """The solutions nearest to the resonances of the nonlinear modes."""
+    contact, balance, options = continuation.contact, continuation.balance, continuation.options
+    if contact is None:
+        return
+    for unknown, omega, number in resonance_motions(balance, contact, static, options.omega_range):
+        found = nearest_solution(balance, unknown, omega, continuation.solver.metric(unknown))
+        if found is not None and options.omega_range[0] <= found[1] <= options.omega_range[1]:
+            point = continuation.solver.point(*found, (0.0 * unknown, 1.0), 0, 0.0, options.step)
+            yield point, f"a resonance of nonlinear mode {number}"

@@ -85,7 +85,7 @@ class LinearisedResidual:
         """
         balance = self.balance
         matrix = balance.receptance.matrix(self.omega)
-        product = _receptance_times_force_jacobian(matrix, self.contact.jacobian, balance.first_row)
+        product = receptance_times_force_jacobian(matrix, self.contact.jacobian, balance.first_row)
         rows = product.shape[0] // (3 * balance.n_contacts)
         unknowns = np.arange(product.shape[0]).reshape(rows, balance.n_contacts, 3).transpose(1, 0, 2)
         active = self._active(rows)
@@ -310,7 +310,7 @@ class HarmonicBalance:
         return STATIC_RESOLUTION * float(np.linalg.norm(np.abs(receptance.modal.right) @ free))
 
 
-def _receptance_times_force_jacobian(receptance: ComplexArray, jacobian: Array, first: int) -> Array:
+def receptance_times_force_jacobian(receptance: ComplexArray, jacobian: Array, first: int) -> Array:
     """G df/dx in real coefficients, in the rows and columns of coefficients from `first` on.
 
     The force Jacobian is block diagonal in the nodes: a node needs one small product per harmonic.

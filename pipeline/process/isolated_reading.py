@@ -25,7 +25,7 @@ SLOWEST = 5e6  # reading speed that the timeout assumes, bytes/s
 CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL)
 
 
-def read_apart(path: Path, allowed: str, read: Callable[[], T]) -> T:
+def read_apart(path: Path, allowed: str, read: Callable[[], T], reader: str = "the HDF5 library") -> T:
     """The result of `read()`, which reads the file `path`, computed in a forked process.
 
     Parameters
@@ -36,6 +36,8 @@ def read_apart(path: Path, allowed: str, read: Callable[[], T]) -> T:
         What the error message says is allowed.
     read : callable
         Reads the file; its exceptions are raised here.
+    reader : str
+        What reads it, for the error message.
 
     Raises
     ------
@@ -65,7 +67,9 @@ def read_apart(path: Path, allowed: str, read: Callable[[], T]) -> T:
     finally:
         here.close()
     if sent is None:
-        raise input_error(path, "", f"cannot be read: {_end(os.waitstatus_to_exitcode(status), patience)}", allowed)
+        raise input_error(
+            path, "", f"cannot be read: {_end(os.waitstatus_to_exitcode(status), patience, reader)}", allowed
+        )
     result, error = sent
     if error is not None:
         raise error
@@ -108,11 +112,11 @@ def _received(here: Connection) -> tuple[Any, Exception | None] | None:
     return sent
 
 
-def _end(code: int, patience: float) -> str:
+def _end(code: int, patience: float, reader: str) -> str:
     if code == -signal.SIGALRM:
-        return f"the HDF5 library has not come to an end after {patience:.0f} s"
+        return f"{reader} has not come to an end after {patience:.0f} s"
     name = signal.Signals(-code).name if code < 0 else f"exit status {code}"
-    return f"the HDF5 library crashes on it ({name})"
+    return f"{reader} crashes on it ({name})"
 
 
 def _read_and_send(there: Connection, path: Path, read: Callable[[], object], patience: float) -> None:

@@ -18,6 +18,7 @@ from pipeline.scene.schema import Render, Scene
 from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.mesh_findings import own_findings
 from pipeline.stages.model_chain import WITH_BASIS, BuiltModel
 from pipeline.stages.request import Run
 from pipeline.stages.respond import CurveResult
@@ -160,7 +161,6 @@ def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> li
     scene = curve.member.scene
     render = scene.render or Render()
     assert model.mesh is not None
-    assert scene.blade is not None
     assert curve.file is not None
     label = f", {member_label(curve.member)}" if curve.member.parameters else ""
     job = OperatingJob(
@@ -170,7 +170,7 @@ def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> li
         folder="",
         name=f"operating_{number}",
         title=f"{scene.title or scene.name}{label}: motion at the peak",
-        deformation=render.deformation * scene.blade.length,
+        deformation=render.deformation * _length(model, scene),
         blades=render.blades,
         frames=FRAMES,
     )
@@ -190,7 +190,7 @@ def _job(model: BuiltModel, scene: Scene, prefix: str) -> RenderJob:
 
     render = scene.render or Render()
     assert model.mesh is not None
-    assert scene.blade is not None
+    assert scene.n_blades is not None
     return RenderJob(
         sector=str(model.mesh.parent / SECTOR),
         rom=str(model.rom),
@@ -198,13 +198,23 @@ def _job(model: BuiltModel, scene: Scene, prefix: str) -> RenderJob:
         prefix=prefix,
         title=scene.title or scene.name,
         modes=render.modes,
-        deformation=render.deformation * scene.blade.length,
+        deformation=render.deformation * _length(model, scene),
         contact=render.contact,
         blades=render.blades,
-        phase=inter_blade_phase(scene.excitation.engine_order, scene.blade.n_blades),
+        phase=inter_blade_phase(scene.excitation.engine_order, scene.n_blades),
         **_springs(model, scene, render.contact),
         **_stuck_springs(model, scene, render.contact),
     )
+
+
+def _length(model: BuiltModel, scene: Scene) -> float:
+    """Length of the blade, hub to tip, m."""
+    if scene.blade is not None:
+        return scene.blade.length
+    assert model.mesh is not None
+    found = own_findings(model.mesh.parent)
+    length: float = found["tip_radius"] - found["hub_radius"]
+    return length
 
 
 def _stuck_springs(model: BuiltModel, scene: Scene, contact: str) -> dict[str, Any]:

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from geometry import SectorMesh
 
 Array = NDArray[np.float64]
-HEXAHEDRON = 12  # VTK's cell type
 RIGHT_COLOUR, LEFT_COLOUR = "#D55E00", "#56B4E9"
 LEFT_DARK, ROTATION_COLOUR = "#1f78b4", "#7a1fa2"  # of text: light blue is hard to read on white
 _SLIM: dict[str, Any] = {"shaft_radius": 0.02, "tip_radius": 0.06, "tip_length": 0.2}
@@ -37,8 +36,9 @@ def grid(sector: SectorMesh, motion: Array, deformation: float, angle: float) ->
     """The deformed mesh of one blade, with the displacement relative to the largest as point data."""
     import pyvista as pv
 
-    cells = np.column_stack([np.full(len(sector.hexahedra), 8), sector.hexahedra]).ravel()
-    kinds = np.full(len(sector.hexahedra), HEXAHEDRON, dtype=np.uint8)
+    parts = [np.column_stack([np.full(len(block), block.nodes.shape[1]), block.nodes]) for block in sector.blocks]
+    cells = np.concatenate([part.ravel() for part in parts])
+    kinds = np.concatenate([np.full(len(block), block.topology.cell_type, dtype=np.uint8) for block in sector.blocks])
     points = turned(sector.points + deformation * motion, angle)
     mesh = pv.UnstructuredGrid(cells, kinds, points)
     mesh.point_data["displacement"] = np.linalg.norm(motion, axis=1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,12 +19,13 @@ from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_mesh import SECTOR
+from pipeline.stages.mesh_findings import elements_by_kind, mean_size, own_findings
 from pipeline.stages.model_chain import BuiltModel
 from pipeline.stages.stage_names import Stage
 from pipeline.store.output_folder import relative_path
 
 if TYPE_CHECKING:
-    from geometry import ContactFace
+    from geometry import ContactFace, SectorMesh
 
 SHOWN_FREQUENCIES = 6
 
@@ -178,6 +180,8 @@ def blade_rows(scene: Scene) -> list[tuple[str, str]]:
     """The blade, its shroud and its material."""
     from geometry import side_edge_angle
 
+    if scene.mesh_file is not None:
+        return _rows_of_file(scene)
     blade, shroud, material = scene.blade, scene.shroud, scene.material
     assert blade is not None
     assert shroud is not None
@@ -201,22 +205,48 @@ def blade_rows(scene: Scene) -> list[tuple[str, str]]:
 
 def mesh_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
     """Size and quality of the mesh, and the size of the reduced model."""
-    from geometry import hexahedron_scaled_jacobian
+    from geometry import scaled_jacobian
     from rom import load_sector
 
     assert model.mesh is not None
-    assert scene.mesh is not None
-    sector = load_sector(model.mesh.parent / SECTOR)
-    quality = hexahedron_scaled_jacobian(sector.points, sector.hexahedra)
+    folder = model.mesh.parent
+    sector = load_sector(folder / SECTOR)
+    quality = np.concatenate([scaled_jacobian(sector.points, block) for block in sector.blocks])
     facts = model.facts
     return [
-        ("elements", f"{len(sector.hexahedra)} {scene.mesh.element}, size {_mm(scene.mesh.size)}"),
+        ("elements", _elements(sector, scene)),
         ("degrees of freedom", str(facts["dofs"])),
-        ("vertices", str(len(sector.points))),
+        ("nodes of the mesh" if scene.mesh_file else "vertices", str(len(sector.points))),
         ("scaled Jacobian, smallest, mean (1: a brick)", f"{quality.min():.2f}, {quality.mean():.2f}"),
+        *(("found in the file", line) for line in own_findings(folder).get("findings", ())),
         ("reduced degrees of freedom", str(facts["reduced_dofs"])),
         ("fixed-interface modes", str(facts["modes"])),
     ]
+
+
+def _rows_of_file(scene: Scene) -> list[tuple[str, str]]:
+    """A blade whose mesh comes from a file."""
+    mesh, material = scene.mesh, scene.material
+    assert mesh is not None
+    named = {**({} if material is None else {"[material]": material}), **scene.materials}
+    stated = [f"{name}: E = {m.young_modulus / 1e9:g} GPa, {m.density:g} kg/m³" for name, m in named.items()]
+    axis = mesh.axis if isinstance(mesh.axis, str) else ", ".join(f"{value:g}" for value in mesh.axis)
+    return [
+        ("blades of the ring", str(mesh.n_blades)),
+        ("mesh file", Path(mesh.file or "").name),
+        ("unit, engine axis in the file", f"{mesh.unit}, {axis}"),
+        ("materials", "; ".join(stated) or "those of the file"),
+        ("speed", f"{scene.load.speed_rpm:g} rev/min"),
+    ]
+
+
+def _elements(sector: SectorMesh, scene: Scene) -> str:
+    """Number, kind and size of the elements."""
+    assert scene.mesh is not None
+    if scene.mesh.size is not None:
+        return f"{sector.n_elements} {scene.mesh.element}, size {_mm(scene.mesh.size)}"
+    kinds = ", ".join(f"{count} {kind}" for kind, count in elements_by_kind(sector).items())
+    return f"{kinds}, mean edge {1e3 * mean_size(sector):.3g} mm"
 
 
 def over_sweep(source: ReportSource, rows: Callable[[Scene], list[tuple[str, str]]]) -> list[tuple[str, str]]:

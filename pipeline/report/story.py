@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 from pipeline.figures.data import SweepPoint
 from pipeline.figures.sweep_keys import SweepKey, sweep_keys
@@ -47,7 +48,9 @@ def _computed(source: ReportSource, points: Sequence[SweepPoint]) -> str:
     of = ""
     if scene.blade is not None and scene.shroud is not None:
         of = f" of a ring of {scene.blade.n_blades} blades, shroud angle {scene.shroud.angle:g}°"
-    if "shroud.angle" in source.swept:
+    elif scene.mesh_file is not None:
+        of = f" of a ring of {scene.n_blades} blades, mesh {Path(scene.mesh_file).name}"
+    if "shroud.angle" in source.swept or "mesh.file" in source.swept:
         of = of.partition(", ")[0]
     curves = f"{count} response curves" if count > 1 else "One response curve"
     load = [f"{scene.excitation.force:g} N"] * ("excitation.force" not in source.swept)

@@ -9,14 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from geometry import SectorMesh
+    from geometry import ElementBlock, SectorMesh
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 MOST_TRIANGLES = 6000
 SHARP = np.cos(np.radians(30.0))  # of the angle between the normals on both sides of a drawn edge
-# corners of the six sides of a hexahedron (VTK), seen from outside anticlockwise
-_SIDES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
+# triangles of a side by its nodes: corners, then the mid-side node after each corner
+_TRIANGLES = {
+    3: ((0, 1, 2),),
+    4: ((0, 1, 2), (0, 2, 3)),
+    6: ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
+    8: ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 6), (4, 6, 7)),
+}
 
 
 @dataclass(frozen=True)
@@ -47,9 +52,9 @@ class Surface:
 
 def outer_surface(sector: SectorMesh, most: int = MOST_TRIANGLES) -> Surface:
     """The boundary of the mesh with at most `most` triangles; a finer one is coarsened by vertex clustering."""
-    quads = boundary_quads(sector.hexahedra)
-    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    edges = _unique_edges(np.concatenate([quads[:, [k, (k + 1) % 4]] for k in range(4)]))
+    sides = boundary_sides(sector.blocks)
+    triangles = np.concatenate([side[:, list(corners)] for side in sides for corners in _TRIANGLES[side.shape[1]]])
+    edges = _unique_edges(np.concatenate([_outline(side) for side in sides]))
     if len(triangles) > most:
         triangles = _clustered(sector.points, triangles, most)
         edges = np.empty((0, 2), dtype=np.int64)  # the edges of the mesh are lost
@@ -63,11 +68,39 @@ def outer_surface(sector: SectorMesh, most: int = MOST_TRIANGLES) -> Surface:
     return Surface(vertices, row[triangles], row[edges], row[sharp], contacts[:n_c], contacts[n_c:])
 
 
-def boundary_quads(hexahedra: Indices) -> Indices:
-    """Faces (q, 4) that belong to one hexahedron only, anticlockwise from outside."""
-    sides = hexahedra[:, _SIDES].reshape(-1, 4)
-    _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
-    return sides[np.sort(first[count == 1])]
+def boundary_sides(blocks: tuple[ElementBlock, ...]) -> list[Indices]:
+    """Sides that belong to one element only, anticlockwise from outside, grouped by their number of nodes.
+
+    Each group (s, n) has the corners first and then the mid-side nodes between each corner and the next.
+    """
+    groups: dict[int, list[Indices]] = {}
+    for block in blocks:
+        for side in range(len(block.topology.sides)):
+            nodes = list(block.topology.side_nodes(side))
+            groups.setdefault(len(nodes), []).append(block.nodes[:, nodes])
+    found = []
+    for count, parts in sorted(groups.items()):
+        sides = _in_element_order(parts, blocks)
+        corners = np.sort(sides[:, : 3 if count in (3, 6) else 4], axis=1)
+        _, first, times = np.unique(corners, axis=0, return_index=True, return_counts=True)
+        found.append(sides[np.sort(first[times == 1])])
+    return found
+
+
+def _in_element_order(parts: list[Indices], blocks: tuple[ElementBlock, ...]) -> Indices:
+    """Sides of one block element by element, as they were stored before; of several blocks one after the other."""
+    together: Indices = (
+        np.concatenate(parts) if len(blocks) > 1 else np.stack(parts, axis=1).reshape(-1, parts[0].shape[1])
+    )
+    return together
+
+
+def _outline(sides: Indices) -> Indices:
+    """Edges (e, 2) around sides (s, n), mid-side nodes included."""
+    n = sides.shape[1]
+    corners = n if n in (3, 4) else n // 2
+    around = sides[:, np.arange(n).reshape(-1, corners).T.ravel()]
+    return np.stack([around, np.roll(around, -1, axis=1)], axis=2).reshape(-1, 2)
 
 
 def sharp_edges(points: Array, triangles: Indices) -> Indices:

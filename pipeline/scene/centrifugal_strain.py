@@ -13,12 +13,25 @@ LARGEST_STRAIN = 0.05  # beyond it no material of a blade is elastic
 USUAL_STRAIN = 0.005  # about the yield strain of alloys for blades
 
 
-def centrifugal_strain(scene: Scene) -> float:
+def centrifugal_strain(scene: Scene, radii: tuple[float, float] | None = None) -> float:
     """Strain at the root of a uniform blade, rho Omega^2 (r_tip^2 - r_hub^2) / (2 E); 0 for a scene without a blade.
 
     The platform and the taper of the airfoil are left out: an estimate that tells a mistyped speed from a real one.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    radii : (float, float), optional
+        Radii of hub and tip, m, of a mesh from a file; of the blade of the scene by default.
     """
-    return _strain_per_square(scene) * _omega(scene) ** 2
+    if radii is None and scene.blade is not None:
+        radii = scene.blade.hub_radius, scene.blade.hub_radius + scene.blade.length
+    if radii is None or scene.material is None:
+        return 0.0
+    hub, tip = radii
+    per_square = scene.material.density * (tip**2 - hub**2) / (2.0 * scene.material.young_modulus)
+    return per_square * _omega(scene) ** 2
 
 
 def check_speed(path: Path, member: Member) -> None:
@@ -29,14 +42,17 @@ def check_speed(path: Path, member: Member) -> None:
     InputError
         With `load.speed_rpm` and the largest speed for this blade.
     """
-    scene = member.scene
-    if centrifugal_strain(scene) <= LARGEST_STRAIN:
-        return
-    speed = scene.load.speed_rpm
-    most = speed * math.sqrt(LARGEST_STRAIN / centrifugal_strain(scene))
-    strain = f"the centrifugal strain of this blade is above {100.0 * LARGEST_STRAIN:g} %"
-    allowed = f"0 to {_rounded_down(most):g} rev/min: faster, {strain}"
-    raise input_error(path, key_in_file(member, "load.speed_rpm"), shown(speed), allowed)
+    strain = centrifugal_strain(member.scene)
+    if strain > LARGEST_STRAIN:
+        speed = member.scene.load.speed_rpm
+        raise input_error(path, key_in_file(member, "load.speed_rpm"), shown(speed), allowed_speed(speed, strain))
+
+
+def allowed_speed(speed: float, strain: float) -> str:
+    """What is allowed in place of a speed, rev/min, with a strain above `LARGEST_STRAIN`."""
+    most = speed * math.sqrt(LARGEST_STRAIN / strain)
+    said = f"the centrifugal strain of this blade is above {100.0 * LARGEST_STRAIN:g} %"
+    return f"0 to {_rounded_down(most):g} rev/min: faster, {said}"
 
 
 def speed_warning(member: Member) -> str:
@@ -46,14 +62,6 @@ def speed_warning(member: Member) -> str:
         return ""
     speed = shown(member.scene.load.speed_rpm)
     return f"{speed} is unusual; the centrifugal strain of this blade is about {100.0 * strain:.2g} %"
-
-
-def _strain_per_square(scene: Scene) -> float:
-    """Strain over the square of the angular speed, s^2."""
-    if scene.blade is None or scene.material is None:
-        return 0.0
-    hub, tip = scene.blade.hub_radius, scene.blade.hub_radius + scene.blade.length
-    return scene.material.density * (tip**2 - hub**2) / (2.0 * scene.material.young_modulus)
 
 
 def _omega(scene: Scene) -> float:

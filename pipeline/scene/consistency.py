@@ -10,8 +10,10 @@ from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.centrifugal_strain import check_speed
 from pipeline.scene.geometry_parameters import geometry_parameters
+from pipeline.scene.matrix_scene import unfit_beside_matrices, unfit_matrix_keys
+from pipeline.scene.mesh_file import check_mesh_file
 from pipeline.scene.reading import Member, SceneFile, key_in_file
-from pipeline.scene.schema import SECTIONS
+from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_sweep
 from pipeline.scene.validation_errors import allowed_values
 
@@ -49,23 +51,63 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
     """
     if not broken.get(0):
         yield from _raised(_check_pictured_curves, file)
-    absent = {name for name in BLADE_SECTIONS if getattr(file.first, name) is None} - set(broken.get(0, ()))
+    absent = _absent_sections(file.first) - set(broken.get(0, ()))
     for section in BLADE_SECTIONS:
         if section in absent:
             allowed = f"a table [{section}] (only `shroud respond --rom` does without)"
             yield input_error(file.path, section, "missing", allowed)
+    has_matrices = file.first.model is not None or "model" in broken.get(0, ())
+    if not broken.get(0):
+        yield from unfit_beside_matrices(file) if has_matrices else _unfit_beside_mesh(file)
+    if has_matrices:
+        yield from _unfit_members_with_matrices(file, broken)
+        return
     if not absent and not any(broken.values()):
         yield from _raised(check_sweep, file)
     checked_shapes: set[object] = set()  # a sweep has few different ones
     for member in file.members:
         wrong = absent | broken.get(member.index, set())
         yield from _unfit_keys(file.path, member, wrong)
-        if not wrong & {"blade", "shroud", "mesh"}:
+        if "mesh" not in wrong and member.scene.mesh_file is not None:
+            yield from _raised(check_mesh_file, file.path, member)
+        elif not wrong & {"blade", "shroud", "mesh"}:
             shape = member.scene.blade, member.scene.shroud, member.scene.mesh
             if shape not in checked_shapes:
                 yield from _raised(_check_geometry, file.path, member)
             checked_shapes.add(shape)
         yield from _unfit_sizes(file.path, member, wrong)
+
+
+def _unfit_members_with_matrices(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
+    """Keys of scenes with [model], where the files alone tell the number of contact nodes."""
+    for member in file.members:
+        wrong = broken.get(member.index, set())
+        yield from _unfit_keys(file.path, member, wrong)
+        if not wrong & {"model", "rom", "load"}:
+            yield from unfit_matrix_keys(file.path, member)
+
+
+def _absent_sections(scene: Scene) -> set[str]:
+    """The sections of a blade that a scene lacks; a mesh from a file or matrices take the place of all others."""
+    if scene.model is not None:
+        return set()
+    needed = ("mesh",) if scene.mesh_file is not None else BLADE_SECTIONS
+    return {name for name in needed if getattr(scene, name) is None}
+
+
+def _unfit_beside_mesh(file: SceneFile) -> Unfit:
+    """Sections that describe a blade beside a mesh from a file, materials by name without one."""
+    scene = file.first
+    if scene.mesh_file is None:
+        if scene.materials:
+            yield input_error(file.path, "materials", "given without mesh.file", "a table [material]")
+        return
+    for section in ("blade", "shroud"):
+        if getattr(scene, section) is not None:
+            yield input_error(file.path, section, "given beside mesh.file", "one of the two")
+    if scene.contact.uses_punch and scene.material is None:
+        allowed = "numbers (the punch formula needs [material])"
+        yield input_error(file.path, "contact.normal_stiffness", '"punch"', allowed)
 
 
 def _unfit_sizes(path: Path, member: Member, wrong: Set[str]) -> Unfit:
@@ -178,7 +220,9 @@ def _check_geometry(path: Path, member: Member) -> None:
 
 
 def parameter_error(path: Path, member: Member, error: Any) -> InputError:
-    """The one line for an exception that carries `table`, `parameter`, `value` and `allowed`."""
+    """The one line for an exception that carries `table`, `parameter`, `value` and `allowed`, or is such a line."""
+    if isinstance(error, InputError):
+        return error
     key = f"{error.table}.{error.parameter}"
     known = error.table in SECTIONS and error.parameter in SECTIONS[error.table].model_fields
     return input_error(path, key_in_file(member, key) if known else key, shown(error.value), str(error.allowed))

@@ -11,8 +11,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.reading import Member, key_in_file
-from pipeline.scene.schema import Contact, Material, Mesh, Rom, Scene
+from pipeline.scene.schema import Contact, Material, Rom, Scene
 
 LARGEST = 0.01  # relative error of a stuck frequency without a warning
 GRIDS = ((3, 3), (4, 4), (6, 6))  # that are proposed

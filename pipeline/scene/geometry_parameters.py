@@ -16,6 +16,7 @@ def geometry_parameters(scene: Scene) -> tuple[BladeParameters, ShroudParameters
     assert scene.blade is not None  # a scene that describes a blade has all of these
     assert scene.shroud is not None
     assert scene.mesh is not None
+    assert scene.mesh.size is not None
     return (
         BladeParameters(**scene.blade.model_dump()),
         ShroudParameters(**scene.shroud.model_dump()),

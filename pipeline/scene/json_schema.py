@@ -8,7 +8,7 @@ from typing import Any
 from pipeline.scene.deprecated_values import DEPRECATED_VALUES
 from pipeline.scene.latin_hypercube import takes_fractions
 from pipeline.scene.presets import PRESETS, SIZE
-from pipeline.scene.schema import NOT_SWEPT, SECTIONS, Scene
+from pipeline.scene.schema import NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS, Scene
 from pipeline.scene.sweep import LARGEST_SWEEP
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -31,6 +31,7 @@ def scene_schema() -> dict[str, Any]:
     schema["allOf"] = [
         _given_or_swept(name, key) for name, section in sections.items() for key in section.pop("required", ())
     ]
+    schema["allOf"] += [_one_of_two_meshes()]
     return {"$schema": DIALECT, **schema, "title": "Scene of shroud"}
 
 
@@ -43,7 +44,11 @@ def _accept_deprecated(field: dict[str, Any], spellings: dict[str, str]) -> None
 
 def _sweep(sections: dict[str, Any]) -> dict[str, Any]:
     """Schema of [sweep]: lists, points or ranges by dotted keys or in tables such as [sweep.contact]."""
-    values = {name: section["properties"] for name, section in sections.items() if name not in NOT_SWEPT}
+    values = {
+        name: {key: value for key, value in section["properties"].items() if f"{name}.{key}" not in NOT_SWEPT_KEYS}
+        for name, section in sections.items()
+        if name not in NOT_SWEPT
+    }
     lists = _by_key(values, lambda value: {"type": "array", "minItems": 1, "items": value})
     point = {"type": "object", "minProperties": 1, "properties": _by_key(values, dict), "additionalProperties": False}
     points = {
@@ -113,6 +118,12 @@ def _given_or_swept(section: str, key: str) -> dict[str, Any]:
     if f"{section}.{key}" in BY_PRESET:
         ways.append({"required": ["accuracy"]})
     return {"anyOf": ways}
+
+
+def _one_of_two_meshes() -> dict[str, Any]:
+    """A mesh has an element size, or a file and the number of blades; no mesh has neither."""
+    of_file = {"allOf": [_given_or_swept("mesh", "file"), _given_or_swept("mesh", "n_blades")]}
+    return {"anyOf": [{"not": {"required": ["mesh"]}}, _given_or_swept("mesh", "size"), of_file]}
 
 
 def _described(node: Any) -> Any:

@@ -130,6 +130,8 @@ def with_preset(raw: Mapping[str, Any], given_model: bool) -> tuple[dict[str, An
         without_effect = given_model and section in ("mesh", "rom")
         if section == "mesh" and "mesh" not in raw and _chord(raw) is None:
             continue  # a mesh of nothing: what the scene lacks is the blade
+        if section == "mesh" and table.get("file") is not None:
+            continue  # the elements of a file are what they are
         if field in table or without_effect or (key == "rom.modes" and "frequency_limit" in table):
             others.append(key)
         else:

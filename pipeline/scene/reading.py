@@ -20,7 +20,7 @@ from pipeline.scene.toml_errors import parsed
 from pipeline.scene.validation_errors import scene_error, scene_errors
 
 LARGEST_FILE = 1_000_000
-IGNORED_WITH_MODEL = ("blade", "shroud", "mesh", "rom", "render")
+IGNORED_WITH_MODEL = ("blade", "shroud", "materials", "mesh", "model", "rom", "render")
 WITHOUT_EFFECT_ON_MODEL = ("excitation.direction", "excitation.at", "load.equilibrium")
 
 
@@ -175,7 +175,7 @@ def scene_of_tables(
                 raise scene_error(path, merged, found, sweep.places(index)) from None
             broken(index, scene_errors(path, merged, found, sweep.places(index)))
             scene = _valid_sections(merged)
-        members.append(Member(index, scene, chosen, sweep.place(index)))
+        members.append(Member(index, _with_full_paths(path, scene), chosen, sweep.place(index)))
     return SceneFile(path, tuple(members), tuple(lists), presets[0], notes, text, sweep.kind)
 
 
@@ -208,6 +208,17 @@ def _valid_sections(merged: Mapping[str, Any]) -> Scene:
             if name in merged:
                 valid[name] = model.model_validate(merged[name])
     return Scene.model_construct(**valid)
+
+
+def _with_full_paths(path: Path, scene: Scene) -> Scene:
+    """The scene with the full paths of its mesh and matrix files, which are relative to the scene file."""
+    if scene.model is not None:
+        scene = scene.model_copy(update={"model": scene.model.placed(path.parent)})
+    mesh = scene.mesh
+    if mesh is None or mesh.file is None:
+        return scene
+    place = os.path.abspath(path.parent / mesh.file)
+    return scene.model_copy(update={"mesh": mesh.model_copy(update={"file": place})})
 
 
 def _refuse_without_effect(path: Path, sweep: Sweep) -> None:

@@ -6,50 +6,43 @@ quote the latter.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from pipeline.scene.fields import (
+    BLADES,
+    FILLET,
+    LENGTH,
+    POSITIVE,
+    STIFFNESS,
+    Distance,
+    Distances,
+    Length,
+    NotNegative,
+    Number,
+    Positive,
+    Positives,
+    Ratio,
+    Section,
+    Truth,
+    Vector,
+    Whole,
+)
+from pipeline.scene.fields import key as _key
+from pipeline.scene.mesh_section import Mesh
+from pipeline.scene.model_section import Model
 
 AXES = ("x", "y", "z")
 
 
-def _key(meaning: str, allowed: str, default: Any = ..., **constraints: Any) -> Any:
-    return Field(default, description=meaning, json_schema_extra={"allowed": allowed}, **constraints)
-
-
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Whole = Annotated[int, Field(strict=True)]
-Truth = Annotated[bool, Field(strict=True)]
-# The bounds only keep squares and products of mistyped numbers from over- and underflowing.
-Positive = Annotated[Number, Field(ge=1e-12, le=1e15)]
-NotNegative = Annotated[Number, Field(ge=0.0, le=1e15)]
-Length = Annotated[Number, Field(ge=1e-6, le=1e3)]
-Distance = Annotated[Number, Field(ge=-1e3, le=1e3)]
-Distances = Annotated[tuple[Distance, ...], Field(min_length=1)]
-Positives = Annotated[tuple[NotNegative, ...], Field(min_length=1)]
-Ratio = Annotated[Number, Field(ge=1e-12, lt=1.0)]
-Vector = tuple[Distance, Distance, Distance]
-
 DEFAULT_MODES = 30
-POSITIVE = "a number above 0, 1e-12 to 1e15"
-LENGTH = "a number above 0, 1e-6 to 1000"
-FILLET = "a number, 0 to 10"
-STIFFNESS = (
-    "a number, 0 to 1e15 (whole face, shared by the nodes as their areas), a list of such numbers node by node, "
-    'or "punch"'
-)
-
-
-class Section(BaseModel):
-    """Base of all sections: unknown keys are refused, values are frozen."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Blade(Section):
     """[blade]: the airfoil and the ring that it stands in."""
 
-    n_blades: Whole = _key("blades of the ring", "a whole number, 3 to 10000", ge=3, le=10000)
+    n_blades: Whole = _key("blades of the ring", BLADES, ge=3, le=10000)
     hub_radius: Length = _key("radius of the clamped root, m", LENGTH)
     length: Length = _key("hub to the outer surface of the shroud, m", LENGTH)
     chord: Length = _key("chord of the airfoil section, m", LENGTH)
@@ -110,23 +103,6 @@ class Material(Section):
     young_modulus: Positive = _key("Young's modulus, Pa", POSITIVE)
     poisson_ratio: Number = _key("Poisson's ratio", "a number above -1 and below 0.4999", gt=-1.0, lt=0.4999)
     density: Positive = _key("density, kg/m^3", POSITIVE)
-
-
-class Mesh(Section):
-    """[mesh]: hexahedra and the grid of contact nodes."""
-
-    size: Length = _key("element size, m", LENGTH)
-    element: Literal["hex20", "hex8", "hex27"] = _key("finite element", '"hex20", "hex8" or "hex27"', "hex20")
-    contact_grid: tuple[Annotated[Whole, Field(ge=1, le=15)], Annotated[Whole, Field(ge=1, le=15)]] = _key(
-        "contact nodes along the segment and along the radius", "two whole numbers, 1 to 15", (3, 3)
-    )
-    grading: Number = _key(
-        "how many times thinner the airfoil's layers are at root and shroud than at mid span",
-        "a number from 1 to 100",
-        4.0,
-        ge=1.0,
-        le=100.0,
-    )
 
 
 class Rom(Section):
@@ -339,7 +315,13 @@ class Scene(Section):
     blade: Blade | None = _key("", "a table", None)
     shroud: Shroud | None = _key("", "a table", None)
     material: Material | None = _key("", "a table", None)
+    materials: dict[str, Material] = _key(
+        "materials of a mesh from a file by name, of its materials or of its element sets",
+        "tables [materials.NAME]",
+        {},
+    )
     mesh: Mesh | None = _key("", "a table", None)
+    model: Model | None = _key("", "a table", None)
     rom: Rom = _key("", "a table", Rom())
     load: Load = _key("", "a table", Load())
     contact: Contact = _key("", "a table")
@@ -348,13 +330,29 @@ class Scene(Section):
     render: Render | None = _key("", "a table", None)
     figures: Figures = _key("", "a table", Figures())
 
+    @property
+    def mesh_file(self) -> str | None:
+        """The mesh file that describes the blade; None where [blade] and [shroud] do, or nothing does."""
+        return None if self.mesh is None else self.mesh.file
+
+    @property
+    def n_blades(self) -> int | None:
+        """Blades of the ring; None for a scene without a blade."""
+        if self.model is not None:
+            return self.model.n_blades
+        if self.mesh_file is not None and self.mesh is not None:
+            return self.mesh.n_blades
+        return None if self.blade is None else self.blade.n_blades
+
 
 NOT_SWEPT = ("render", "figures")  # pictures
+NOT_SWEPT_KEYS = ("mesh.sets", "model.sets")  # tables
 SECTIONS: dict[str, type[Section]] = {
     "blade": Blade,
     "shroud": Shroud,
     "material": Material,
     "mesh": Mesh,
+    "model": Model,
     "rom": Rom,
     "load": Load,
     "contact": Contact,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from nonlinear import MOST_UNKNOWNS
 from pipeline.errors import input_error, shown
 from pipeline.scene.geometry_parameters import geometry_parameters
+from pipeline.scene.mesh_file import mesh_file_size
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.schema import Scene
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 LARGEST_MODEL = 400_000  # elements; ten times what takes a comfortable time
 LARGEST_SWEEP = 100 * LARGEST_MODEL  # elements of all models of a sweep
 AUTO_HARMONICS = 5  # that "auto" must be able to use; it stops before the balance gets too large
+BYTES_OF_AN_ELEMENT = 100.0  # of a mesh file, its nodes included
 MARGIN = 0.1  # of the blade's length: how far from the blade a point may lie that is meant to be on it
 
 
@@ -29,6 +31,8 @@ def check_size(path: Path, member: Member) -> None:
         The key that is too small, too large or somewhere else.
     """
     scene = member.scene
+    if scene.mesh_file is not None:
+        return  # what is in the file is known when it has been read
     assert scene.mesh is not None  # a scene that describes a blade has one
     elements = estimated_elements(scene)
     if elements > LARGEST_MODEL:
@@ -102,10 +106,16 @@ def check_sweep(file: SceneFile) -> None:
 
 
 def estimated_elements(scene: Scene) -> float:
-    """Elements of airfoil and platform, one in each direction at least: a guard against a mistyped size."""
+    """Elements of airfoil and platform, one in each direction at least: a guard against a mistyped size.
+
+    Of a mesh from a file as many as a file of its size has at most.
+    """
+    if scene.mesh_file is not None:
+        return mesh_file_size(scene.mesh_file) / BYTES_OF_AN_ELEMENT
     assert scene.blade is not None
     assert scene.shroud is not None
     assert scene.mesh is not None
+    assert scene.mesh.size is not None
     blade, shroud, size = scene.blade, scene.shroud, scene.mesh.size
     airfoil = [max(side / size, 1.0) for side in (blade.chord, blade.thickness, blade.length)]
     platform = [max(side / size, 1.0) for side in (_pitch(scene), shroud.axial_width, shroud.thickness)]
@@ -114,7 +124,8 @@ def estimated_elements(scene: Scene) -> float:
 
 def _behind_the_model(scene: Scene) -> tuple[object, ...]:
     excitation = scene.excitation.direction, scene.excitation.at
-    return scene.blade, scene.shroud, scene.material, scene.mesh, scene.rom, scene.load, excitation
+    materials = tuple(sorted(scene.materials.items()))
+    return scene.blade, scene.shroud, scene.material, materials, scene.mesh, scene.rom, scene.load, excitation
 
 
 def _pitch(scene: Scene) -> float:

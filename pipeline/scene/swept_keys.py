@@ -7,10 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.errors import input_error
-from pipeline.scene.schema import NOT_SWEPT, SECTIONS
+from pipeline.scene.schema import NOT_SWEPT, NOT_SWEPT_KEYS, SECTIONS
 from pipeline.scene.validation_errors import shown_key, unknown_key
 
-SWEPT_KEYS = tuple(f"{s}.{k}" for s, model in SECTIONS.items() if s not in NOT_SWEPT for k in model.model_fields)
+SWEPT_KEYS = tuple(
+    key
+    for section, model in SECTIONS.items()
+    if section not in NOT_SWEPT
+    for key in (f"{section}.{name}" for name in model.model_fields)
+    if key not in NOT_SWEPT_KEYS
+)
 
 
 def flattened(path: Path, table: Mapping[str, Any], place: str) -> Iterator[tuple[str, Any]]:

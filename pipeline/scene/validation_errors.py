@@ -10,17 +10,23 @@ from typing import Any
 from pydantic import BaseModel
 
 from pipeline.errors import InputError, input_error, one_line, shown
-from pipeline.scene.schema import SECTIONS, Scene
+from pipeline.scene.mesh_section import MeshSets
+from pipeline.scene.model_section import ModelSets
+from pipeline.scene.schema import SECTIONS, Material, Scene
 from pipeline.scene.suggestions import meant
 
 MISSING = object()
+SETS: dict[str, type[BaseModel]] = {"mesh.sets": MeshSets, "model.sets": ModelSets}  # tables in sections
 LONGEST_KEY = 60
 MOST_ERRORS = 50  # that are listed at once
 
 
 def allowed_values(key: str) -> str:
     """The allowed values of a dotted key, from its field in `pipeline.scene.schema`."""
-    owner, name = _owner(key)
+    return _allowed_of(*_owner(key))
+
+
+def _allowed_of(owner: type[BaseModel], name: str) -> str:
     extra = owner.model_fields[name].json_schema_extra
     return str(extra["allowed"]) if isinstance(extra, dict) else ""
 
@@ -68,6 +74,8 @@ def _in_terms_of_the_file(
     if not location:
         return input_error(path, "", "keys that do not fit together", said)
     section = str(location[0])
+    if section == "materials" and len(location) > 2:
+        return _of_named_material(path, raw, error, location)
     if error["type"] == "extra_forbidden":
         return _unknown(path, location)
     if section not in SECTIONS:
@@ -78,8 +86,23 @@ def _in_terms_of_the_file(
         return input_error(path, section, _found(raw.get(section, MISSING)), said or f"a table [{section}]")
     name = str(location[1])
     key = f"{section}.{name}"
+    if key in SETS and len(location) > 2 and isinstance(raw[section][name], Mapping):
+        inner = str(location[2])
+        value = raw[section][name].get(inner, MISSING)
+        return input_error(path, f"{key}.{inner}", _found(value), _allowed_of(SETS[key], inner))
     value, index = _pick(raw[section].get(name, MISSING), errors, location[:2])
     return input_error(path, places.get(key, key) + index, _found(value), said or allowed_values(key))
+
+
+def _of_named_material(path: Path, raw: Mapping[str, Any], error: Any, location: tuple[Any, ...]) -> InputError:
+    """An error of [materials.NAME], said as of [material]."""
+    name, key = str(location[1]), str(location[2])
+    place = f"materials.{shown_key(name)}"
+    if error["type"] == "extra_forbidden":
+        return unknown_key(path, key, list(Material.model_fields), place)
+    return input_error(
+        path, f"{place}.{key}", _found(raw["materials"][name].get(key, MISSING)), allowed_values(f"material.{key}")
+    )
 
 
 def _said_by_validator(error: Any) -> str:
@@ -97,6 +120,9 @@ def _unknown(path: Path, location: tuple[Any, ...]) -> InputError:
     if len(location) == 1:
         return unknown_key(path, str(location[0]), [*Scene.model_fields, "sweep"])
     section = str(location[0])
+    table = ".".join(str(part) for part in location[:2])
+    if table in SETS and len(location) > 2:
+        return unknown_key(path, str(location[2]), list(SETS[table].model_fields), table)
     return unknown_key(path, str(location[1]), list(SECTIONS[section].model_fields), section)
 
 

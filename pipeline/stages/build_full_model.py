@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipeline.stages.scene_materials import scene_materials
+
 if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
     from rom import FullModel
@@ -14,11 +16,14 @@ FULL_MODEL = "full.h5"
 
 def make_full_model(folder: Path, sector_file: Path, scene: Scene) -> FullModel:
     """Assemble stiffness, mass and centrifugal load of the sector into `full.h5`; returns them too."""
-    from rom import Material, assemble, load_sector, save_full_model
+    from rom import assemble, load_sector, save_full_model
 
-    assert scene.material is not None  # a scene that describes a blade has both
-    assert scene.mesh is not None
-    material = Material(**scene.material.model_dump())
-    full = assemble(load_sector(sector_file), material, scene.mesh.element)
+    full = assemble(load_sector(sector_file), scene_materials(scene, sector_file), finite_element(scene))
     save_full_model(folder / FULL_MODEL, full)
     return full
+
+
+def finite_element(scene: Scene) -> str | None:
+    """The finite element that the mesh of a scene is promoted to; None: its elements as they are."""
+    assert scene.mesh is not None  # a scene that describes a blade has one
+    return None if scene.mesh_file is not None else scene.mesh.element

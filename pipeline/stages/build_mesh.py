@@ -6,8 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.scene.geometry_parameters import geometry_parameters
+from pipeline.stages.own_mesh import read_own_sector, write_findings
 
 if TYPE_CHECKING:
+    from geometry import SectorMesh
     from pipeline.scene.schema import Scene
 
 SECTOR = "sector.h5"
@@ -15,11 +17,26 @@ MESH_FILES = ("mesh.vtu", "mesh.msh")
 
 
 def make_mesh(folder: Path, scene: Scene) -> None:
-    """Mesh the sector: `sector.h5` for the next stage, mesh.vtu and mesh.msh for people and other programs."""
-    from geometry import build_sector, export_sector
+    """Mesh the sector: `sector.h5` for the next stage, mesh.vtu and mesh.msh for people and other programs.
+
+    Of a mesh from a file also what was found in it.
+    """
+    from geometry import export_sector
     from rom import save_sector
 
-    sector = build_sector(*geometry_parameters(scene))
+    sector = _made(scene) if scene.mesh_file is None else _from_file(folder, scene)
     save_sector(folder / SECTOR, sector)
     for name in MESH_FILES:
         export_sector(folder / name, sector)
+
+
+def _made(scene: Scene) -> SectorMesh:
+    from geometry import build_sector
+
+    return build_sector(*geometry_parameters(scene))
+
+
+def _from_file(folder: Path, scene: Scene) -> SectorMesh:
+    own = read_own_sector(scene)
+    write_findings(folder, own)
+    return own.sector

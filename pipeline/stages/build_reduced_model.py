@@ -6,12 +6,13 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.stages.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import linear_operation
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
     from pipeline.scene.schema import Scene
-    from rom import BoundaryChoice, FullModel
+    from rom import BoundaryChoice, FullModel, Material
 
 REDUCED_MODEL = "rom.h5"
 AUGMENTED_MODEL = "augmented.h5"
@@ -56,10 +57,10 @@ def make_reduced_model(
         write_reduced_model,
     )
 
-    sector = load_sector(sector_file)
+    sector, materials = load_sector(sector_file), scene_materials(scene, sector_file)
 
     def full() -> FullModel:
-        return at_speed(assembled.pop() if assembled else load_full_model(full_file), sector, scene)
+        return at_speed(assembled.pop() if assembled else load_full_model(full_file), sector, scene, materials)
 
     modes, limit = scene.rom.fixed_interface_modes, scene.rom.frequency_limit
     boundary = boundary_choice(scene)
@@ -85,13 +86,13 @@ def boundary_choice(scene: Scene) -> BoundaryChoice:
     return BoundaryChoice(scene.excitation.unit_direction, scene.excitation.at, scene.rom.contact_dofs)
 
 
-def at_speed(full: FullModel, sector: SectorMesh, scene: Scene) -> FullModel:
+def at_speed(
+    full: FullModel, sector: SectorMesh, scene: Scene, materials: Material | dict[str, Material]
+) -> FullModel:
     """The full model at the scene's speed of rotation, about its static equilibrium."""
-    from rom import Material, stiffen_by_rotation
+    from rom import stiffen_by_rotation
 
     load = scene.load
     if load.speed_rpm == 0.0:
         return full
-    assert scene.material is not None
-    material = Material(**scene.material.model_dump())
-    return stiffen_by_rotation(full, sector, material, load.speed_rpm, load.equilibrium)
+    return stiffen_by_rotation(full, sector, materials, load.speed_rpm, load.equilibrium)

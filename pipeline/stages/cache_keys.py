@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from pipeline.scene.mesh_file import mesh_file_hash
 from pipeline.scene.schema import Scene
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.store.fingerprints import fingerprint
+from pipeline.store.fingerprints import file_sha256, fingerprint
 
 # Modules that compute the result of a stage. What these import counts with them.
 MESH_CODE = "pipeline.stages.build_mesh"
 FULL_MODEL_CODE = "pipeline.stages.build_full_model"
 REDUCED_MODEL_CODE = "pipeline.stages.build_reduced_model"
+MATRICES_CODE = "pipeline.stages.build_from_matrices"
 CURVE_CODE = "pipeline.stages.solve_curve"
 EXTENSION_CODE = "pipeline.stages.extend_curve"
 CARRIED_CODE = "pipeline.stages.carry_branches"
@@ -29,24 +32,14 @@ class ModelKeys:
 
 
 def model_keys(scene: Scene) -> ModelKeys:
-    """Keys of the three stages that make a reduced model of the scene's blade."""
-    assert scene.mesh is not None  # a scene that describes a blade has all of these
-    assert scene.blade is not None
-    assert scene.shroud is not None
-    assert scene.material is not None
-    mesh = fingerprint(
-        {
-            "blade": scene.blade.model_dump(),
-            "shroud": scene.shroud.model_dump(),
-            "mesh": scene.mesh.model_dump(exclude={"element"}),
-            "code": code_fingerprint(MESH_CODE),
-        }
-    )
+    """Keys of the three stages that make a reduced model of the scene's blade; with [model] there is no mesh."""
+    if scene.model is not None:
+        return _matrix_model_keys(scene)
+    mesh = fingerprint({**_mesh_inputs(scene), "code": code_fingerprint(MESH_CODE)})
     assemble = fingerprint(
         {
             "mesh": mesh,
-            "material": scene.material.model_dump(),
-            "element": scene.mesh.element,
+            **_material_inputs(scene),
             "code": code_fingerprint(FULL_MODEL_CODE),
         }
     )
@@ -61,6 +54,45 @@ def model_keys(scene: Scene) -> ModelKeys:
         }
     )
     return ModelKeys(mesh, assemble, reduced)
+
+
+def _matrix_model_keys(scene: Scene) -> ModelKeys:
+    """Keys by the content of the files of [model], whatever their names."""
+    assert scene.model is not None
+    code = code_fingerprint(MATRICES_CODE)
+    content = {name: (Path(file).suffix.lower(), file_sha256(Path(file))) for name, file in scene.model.files.items()}
+    if (beside := Path(scene.model.stiffness).with_suffix(".dof")).is_file():
+        content["beside"] = (".dof", file_sha256(beside))
+    said = scene.model.model_dump(exclude=set(scene.model.files))
+    assemble = fingerprint({"files": content, "model": said, "code": code})
+    excitation = {"direction": scene.excitation.unit_direction, "at": scene.excitation.at}
+    reduced = fingerprint({"assemble": assemble, "rom": _reduction_inputs(scene), **excitation, "code": code})
+    return ModelKeys("", assemble, reduced)
+
+
+def _mesh_inputs(scene: Scene) -> dict[str, Any]:
+    """What the mesh of a scene depends on: blade and shroud, or the content of a mesh file and what is said of it."""
+    assert scene.mesh is not None  # a scene that describes a blade has all of these
+    if scene.mesh_file is not None:
+        choice = scene.mesh.model_dump(exclude={"file", "size", "element", "grading"})
+        return {"file": mesh_file_hash(scene.mesh_file), "mesh": choice, "materials": sorted(scene.materials)}
+    assert scene.blade is not None
+    assert scene.shroud is not None
+    made_here = {"size", "contact_grid", "grading"}
+    return {
+        "blade": scene.blade.model_dump(),
+        "shroud": scene.shroud.model_dump(),
+        "mesh": scene.mesh.model_dump(include=made_here),
+    }
+
+
+def _material_inputs(scene: Scene) -> dict[str, Any]:
+    """What the matrices of a mesh depend on: materials, finite element."""
+    assert scene.mesh is not None
+    material = None if scene.material is None else scene.material.model_dump()
+    if scene.mesh_file is not None:
+        return {"material": material, "materials": {name: m.model_dump() for name, m in scene.materials.items()}}
+    return {"material": material, "element": scene.mesh.element}
 
 
 def curve_key(scene: Scene, reduced: str) -> str:

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     import h5py
 
     from nonlinear import ResidualBounds, ResponseCurve
-    from pipeline.scene.schema import Contact, Scene, Section
+    from pipeline.scene.fields import Section
+    from pipeline.scene.schema import Contact, Scene
 
 S = TypeVar("S", bound="Section")
 CURVE = "curve.h5"

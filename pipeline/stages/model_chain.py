@@ -17,6 +17,7 @@ from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
 from pipeline.stages.build_mesh import MESH_FILES, SECTOR, make_mesh
 from pipeline.stages.build_reduced_model import FACTS, REDUCED_MODEL, make_reduced_model
 from pipeline.stages.cache_keys import ModelKeys
+from pipeline.stages.own_mesh import check_on_mesh
 from pipeline.stages.stage_log import StageLog
 from pipeline.store.content_store import Entry, Store
 from pipeline.store.disk_errors import StorageError
@@ -72,7 +73,14 @@ class ModelChain:
 
     def mesh(self, scene: Scene, keys: ModelKeys) -> Entry:
         """The sector's mesh."""
-        return self._get("mesh", keys.mesh, "meshing", lambda folder: make_mesh(folder, scene))
+        verb = "meshing" if scene.mesh_file is None else "reading the mesh"
+        entry = self._get("mesh", keys.mesh, verb, lambda folder: make_mesh(folder, scene))
+        if scene.mesh_file is not None:
+            try:
+                check_on_mesh(scene, entry.file(SECTOR).parent)
+            except ValueError as error:
+                raise StageError("mesh", error) from error
+        return entry
 
     def full_model(
         self, scene: Scene, keys: ModelKeys, mesh: Entry, keep: Callable[[FullModel], None] = lambda full: None

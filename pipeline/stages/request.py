@@ -58,8 +58,13 @@ class Request:
             return Stage(self.until).with_needs | self._for_pictures(self.until)
         if self.rom is not None:
             return Stage.FIGURES.with_needs - Stage.REDUCE.with_needs
-        rendered = {Stage.RENDER} if self.scene.first.render is not None else set()
+        rendered = {Stage.RENDER} if self.scene.first.render is not None and not self.without_mesh else set()
         return Stage.FIGURES.with_needs | rendered
+
+    @property
+    def without_mesh(self) -> bool:
+        """Whether the reduced models have no mesh, on which shapes could be drawn."""
+        return self.rom is not None or self.scene.first.model is not None
 
     @property
     def expands(self) -> bool:
@@ -69,7 +74,7 @@ class Request:
     def _for_pictures(self, until: str) -> frozenset[str]:
         """What renders need and are needed for: curves for the motion at a peak, renders for the report."""
         render = self.scene.first.render
-        if render is None:
+        if render is None or self.without_mesh:
             return frozenset()
         if until == Stage.REPORT:
             return frozenset({Stage.RENDER})

@@ -63,7 +63,9 @@ def worst_mesh(errors: Sequence[ModelErrors]) -> int:
     return known.index(max(known))
 
 
-def advice(errors: Sequence[ModelErrors], rom: Rom, tolerance: float, remedies: Remedies) -> str:
+def advice(
+    errors: Sequence[ModelErrors], rom: Rom, tolerance: float, remedies: Remedies, file: str | None = None
+) -> str:
     """The errors of the natural frequencies, and the keys to change so that all errors stay within the tolerance.
 
     Parameters
@@ -76,9 +78,11 @@ def advice(errors: Sequence[ModelErrors], rom: Rom, tolerance: float, remedies: 
         Relative error allowed.
     remedies : Remedies
         What helps.
+    file : str or None
+        Name of the mesh file; None for a mesh that was made here.
     """
     changes, limits = _contact_changes(errors, rom, tolerance, remedies.contacts)
-    mesh_changes, mesh_limits = _mesh_changes(errors[worst_mesh(errors)], tolerance, remedies)
+    mesh_changes, mesh_limits = _mesh_changes(errors[worst_mesh(errors)], tolerance, remedies, file)
     needed = remedies.modes
     if (changes or mesh_changes) and needed is not None:
         needed = math.ceil(_MORE_MODES * needed)
@@ -126,7 +130,9 @@ def _contact_changes(
     return changes, [f"{limit}, lower the contact stiffness"]
 
 
-def _mesh_changes(errors: ModelErrors, tolerance: float, remedies: Remedies) -> tuple[list[str], list[str]]:
+def _mesh_changes(
+    errors: ModelErrors, tolerance: float, remedies: Remedies, file: str | None
+) -> tuple[list[str], list[str]]:
     """Changes of the mesh, and what they cannot do."""
     mesh = remedies.mesh
     if remedies.no_mesh:
@@ -142,6 +148,9 @@ def _mesh_changes(errors: ModelErrors, tolerance: float, remedies: Remedies) -> 
         limits = [f"{reached}: the tolerance takes more dofs than are practical"]
     if mesh.size >= errors.size:
         return [], limits
+    if file is not None:
+        edges = f"edges of {1e3 * mesh.size:.2g} mm on average in place of {1e3 * errors.size:.2g} mm"
+        return [f"refine {file}: {edges} (about {mesh.dofs} dofs)"], limits
     return [f"lower mesh.size from {size.value(errors.size)} to {size.value(mesh.size)} ({mesh.dofs} dofs)"], limits
 
 

@@ -55,6 +55,8 @@ def advised_mesh(scene: Scene, errors: ModelErrors, tolerance: float, grid: tupl
         A size gives no mesh.
     """
     assert errors.other is not None
+    if scene.mesh_file is not None:
+        return _of_file(errors, tolerance)
     element = errors.other.element
 
     def dofs(size: float) -> int:
@@ -72,6 +74,14 @@ def advised_mesh(scene: Scene, errors: ModelErrors, tolerance: float, grid: tupl
             break
         size, count = smaller, there
     return AdvisedMesh(size, element, count, errors.mesh_frequency * (size / errors.size) ** ORDER)
+
+
+def _of_file(errors: ModelErrors, tolerance: float) -> AdvisedMesh:
+    """Element size of a mesh from a file, and about how many dofs it makes: they grow as the cube of its inverse."""
+    size = finer_size(errors, tolerance)
+    size = max(size, rounded_down(errors.size * (errors.dofs / MOST_DOFS) ** (1.0 / 3.0)))
+    dofs = round(errors.dofs * (errors.size / size) ** 3)
+    return AdvisedMesh(size, errors.element, dofs, errors.mesh_frequency * (size / errors.size) ** ORDER)
 
 
 def finer_size(errors: ModelErrors, tolerance: float) -> float:

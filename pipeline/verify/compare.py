@@ -21,13 +21,14 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import reason_of
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_reduced_model import at_speed, boundary_choice
+from pipeline.stages.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import (
     linear_operation,
     linear_operation_on_face,
     linear_operation_on_model,
 )
 from pipeline.verify.model_errors import JointErrors, ModelErrors, OtherMesh
-from pipeline.verify.other_mesh import other_sector
+from pipeline.verify.other_mesh import finer_sector, mesh_of, other_sector
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -99,7 +100,7 @@ def blade_reference(scene: Scene, files: BladeFiles) -> BladeReference:
     sector, full = _loaded(scene, files)
     reference = _reference(scene, sector, full)
     try:
-        other, reason = _other_reference(scene, len(sector.hexahedra)), ""
+        other, reason = _other_reference(scene, sector, files), ""
     except Exception as error:  # the modal truncation error needs no other mesh
         other, reason = None, reason_of(error)
     return BladeReference(sector, full.n_dofs, reference, _nonlinear_reference(scene, files), other, reason)
@@ -122,6 +123,7 @@ def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> 
     from rom import linear_errors, linear_responses, read_reduced_model, static_error
 
     assert scene.mesh is not None
+    size, element = mesh_of(scene, blade.sector)
     model = read_reduced_model(rom, with_basis=False)
     operation = linear_operation(scene, blade.sector)
     exact = linear_responses(blade.reference.model, operation)
@@ -137,12 +139,12 @@ def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> 
     return ModelErrors(
         modes=modes,
         dofs=blade.dofs,
-        size=scene.mesh.size,
-        element=scene.mesh.element,
+        size=size,
+        element=element,
         contact_grid=scene.mesh.contact_grid,
         other=None if blade.other is None else blade.other.mesh,
         reason=blade.reason,
-        convergence=_convergence(scene, blade.other),
+        convergence=_convergence(size, element, blade.other),
         static=static_error(model, blade.reference.flexibility),
         equilibrium=_equilibrium_error(blade, operation, exact),
         joints=tuple(_joint(*each) for each in zip(errors, exact, found, on_face, elsewhere, strict=True)),
@@ -226,7 +228,7 @@ def _loaded(scene: Scene, files: BladeFiles) -> tuple[SectorMesh, FullModel]:
     from rom import load_full_model, load_sector
 
     sector = load_sector(files.sector)
-    return sector, at_speed(load_full_model(files.full), sector, scene)
+    return sector, at_speed(load_full_model(files.full), sector, scene, scene_materials(scene, files.sector))
 
 
 def _nonlinear_reference(scene: Scene, files: BladeFiles) -> FullReference | None:
@@ -278,24 +280,27 @@ def _frequencies(
     return (*found.tolist(), *[math.inf] * (last - len(found)))[first_mode - 1 :]
 
 
-def _other_reference(scene: Scene, elements: int) -> OtherReference:
-    from rom import Material, assemble
+def _other_reference(scene: Scene, own: SectorMesh, files: BladeFiles) -> OtherReference:
+    from rom import assemble
 
-    assert scene.material is not None
-    size, element, sector = other_sector(scene, elements)
-    at_rest = assemble(sector, Material(**scene.material.model_dump()), element)
-    full = at_speed(at_rest, sector, scene)
+    materials = scene_materials(scene, files.sector)
+    if scene.mesh_file is None:
+        size, element, sector = other_sector(scene, own.n_elements)
+        at_rest = assemble(sector, materials, element)
+    else:
+        size, element, sector = finer_sector(own)
+        at_rest = assemble(sector, materials, None)
+    full = at_speed(at_rest, sector, scene, materials)
     return OtherReference(OtherMesh(size, element, full.n_dofs), sector, _reference(scene, sector, full))
 
 
-def _convergence(scene: Scene, other: OtherReference | None) -> float:
-    """Error of this mesh over its difference from the other one, by Richardson extrapolation."""
-    assert scene.mesh is not None
+def _convergence(size: float, element: str, other: OtherReference | None) -> float:
+    """Error of a mesh over its difference from the other one, by Richardson extrapolation."""
     if other is None:
         return math.nan
-    if other.mesh.element != scene.mesh.element:  # so much more accurate that it stands for the limit
+    if other.mesh.element != element:  # so much more accurate that it stands for the limit
         return 1.0
-    return 1.0 / (1.0 - (other.mesh.size / scene.mesh.size) ** ORDER)
+    return 1.0 / (1.0 - (other.mesh.size / size) ** ORDER)
 
 
 def _joint(

@@ -83,7 +83,8 @@ class ModelErrors:
     modes : int
         Fixed-interface modes.
     dofs, size, element : int, float, str
-        Degrees of freedom, element size [m] and element of the scene's mesh.
+        Degrees of freedom, element size [m] and element of the scene's mesh; of a mesh from a file the mean length of
+        its edges and its kinds of elements.
     contact_grid : (int, int)
         Contact nodes of the scene along the segment and along the radius.
     other : OtherMesh or None

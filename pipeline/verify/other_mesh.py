@@ -1,4 +1,7 @@
-"""The mesh that the scene's mesh is compared with: finer, or coarser where a finer one would be too large."""
+"""The mesh that the scene's mesh is compared with: finer, or coarser where a finer one would be too large.
+
+A mesh from a file has no coarser one, and its elements are cut into eight each.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.schema import Scene
+from pipeline.stages.mesh_findings import elements_by_kind, mean_size
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -14,6 +18,7 @@ if TYPE_CHECKING:
 _STEP = 0.7  # from one element size to the next
 _MOST_STEPS = 4
 _LEAST_GAIN = 1.5  # in elements: different sizes may give the same mesh
+_MOST_POINTS = 60_000  # of a finer mesh of a file
 _MOST_ELEMENTS = 6_000  # some 90 000 dofs, so that verifying takes about as long as the run itself
 
 
@@ -35,14 +40,44 @@ def other_sector(scene: Scene, elements: int) -> tuple[float, str, SectorMesh]:
     for steps in range(1, _MOST_STEPS + 1):
         size = mesh.size * _STEP**steps
         sector = build_sector(blade, shroud, replace(mesh, size=size))
-        if len(sector.hexahedra) > _MOST_ELEMENTS:
+        if sector.n_elements > _MOST_ELEMENTS:
             break
-        if len(sector.hexahedra) >= _LEAST_GAIN * elements:
+        if sector.n_elements >= _LEAST_GAIN * elements:
             # Compared with linear hexahedra, quadratic ones of nearly the same size are as good as exact.
             return size, "hex20" if element == "hex8" else element, sector
     for steps in range(1, _MOST_STEPS + 1):
         size = mesh.size / _STEP**steps
         sector = build_sector(blade, shroud, replace(mesh, size=size))
-        if _LEAST_GAIN * len(sector.hexahedra) <= elements:
+        if _LEAST_GAIN * sector.n_elements <= elements:
             return size, element, sector
     raise RuntimeError("element sizes nearby give the same mesh")
+
+
+def finer_sector(own: SectorMesh) -> tuple[float, str, SectorMesh]:
+    """Mean edge [m], kinds of elements and mesh with eight elements in place of each of a mesh from a file.
+
+    Raises
+    ------
+    RuntimeError
+        It would be too large.
+    """
+    from geometry import subdivided
+
+    growth = 8 * len(own.points)
+    if growth > _MOST_POINTS:
+        raise RuntimeError(f"one with half the element size would have some {growth} nodes, {_MOST_POINTS} at most")
+    finer = subdivided(own)
+    return mean_size(finer), kinds_of(finer), finer
+
+
+def mesh_of(scene: Scene, sector: SectorMesh) -> tuple[float, str]:
+    """Element size, m, and element of the mesh of a scene; of a file the mean edge and the kinds of elements."""
+    assert scene.mesh is not None
+    if scene.mesh.size is not None:
+        return scene.mesh.size, scene.mesh.element
+    return mean_size(sector), kinds_of(sector)
+
+
+def kinds_of(sector: SectorMesh) -> str:
+    """The kinds of elements of a mesh: "tet10", "wedge15, hex20"."""
+    return ", ".join(elements_by_kind(sector))

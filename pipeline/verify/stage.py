@@ -78,7 +78,7 @@ def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, rep
         The scene is not usable.
     """
     remember_code()
-    if file.first.blade is None:
+    if file.first.blade is None and file.first.mesh_file is None:
         allowed = "a table [blade] (a given reduced model has no full model to be measured against)"
         raise input_error(file.path, "blade", "missing", allowed)
     check_scene(file)
@@ -120,7 +120,8 @@ def _advise(verifier: Verifier, tolerance: float | None, verification: Verificat
         except StageError as error:
             verification.problems.append(str(error))
         labels = tuple(case.label for case, _ in group)
-        text = advice(found, rom, allowed, remedies)
+        mesh_file = group[0][0].scene.mesh_file
+        text = advice(found, rom, allowed, remedies, None if mesh_file is None else Path(mesh_file).name)
         if len(groups) > 1:
             text = f"{labels[0]}{' ...' if len(labels) > 1 else ''}: {text}"
         dofs = None if remedies.mesh is None else remedies.mesh.dofs

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pipeline.scene.labels import quantity
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 def heading(errors: ModelErrors) -> str:
     """Sizes of the models compared: the reduced one, the full one on its mesh and on the other mesh."""
     size = quantity("mesh.size")
+    errors = replace(errors, size=float(f"{errors.size:.4g}"))  # of a mesh from a file the mean of its edges
     here = f"{errors.modes} fixed-interface modes, {size.value(errors.size)} {errors.element}, {errors.dofs} dofs"
     if errors.other is None:
         return f"{here}; no other mesh ({errors.reason})"

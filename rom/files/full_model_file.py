@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import h5py
     from scipy.sparse import csr_matrix
 
-_FORMAT = "shroud-full-model-1"
+_FORMAT = "shroud-full-model-2"
 _ARRAYS = ("positions", "vertex_node", "fixed", "centrifugal")
 
 
@@ -45,8 +45,9 @@ def save_full_model(path: str | Path, full: FullModel) -> None:
     """
     with new_hdf5(path) as file:
         file.attrs["format"] = _FORMAT
-        file.attrs["element"] = full.element
+        file.attrs["element"] = full.element or ""
         file.attrs["speed_rpm"] = full.speed_rpm
+        file.attrs["isotropic_mass"] = full.isotropic_mass
         for name in _ARRAYS:
             file[name] = getattr(full, name)
         for name, matrix in (("stiffness", full.stiffness), ("mass", full.mass)):
@@ -89,8 +90,9 @@ def load_full_model(path: str | Path) -> FullModel:
             return FullModel(
                 stiffness=_read_upper(file["stiffness"], size),
                 mass=_read_upper(file["mass"], size),
-                element=str(file.attrs["element"]),
+                element=str(file.attrs["element"]) or None,
                 speed_rpm=float(file.attrs["speed_rpm"]),
+                isotropic_mass=bool(file.attrs.get("isotropic_mass", True)),
                 **{name: stored_array(file[name]) for name in _ARRAYS},
             )
     except FullModelFileError:

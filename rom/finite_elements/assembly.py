@@ -17,49 +17,57 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.finite_elements.discretisation import Discretisation
-from rom.finite_elements.material import Material
+from rom.finite_elements.material import Materials, material_of
 from rom.finite_elements.node_matrix import UPPER, node_pattern
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 
-def elastic_matrices(discretisation: Discretisation, material: Material) -> tuple[csr_matrix, csr_matrix]:
+def elastic_matrices(discretisation: Discretisation, materials: Materials) -> tuple[csr_matrix, csr_matrix]:
     """Stiffness and consistent mass (3n, 3n) of the free body, N/m and kg; dofs node-major x, y, z.
 
     The blocks of the node pair (a, b), with shape functions N_a and their gradients g_a, are
 
         K_ij = int lambda g_ai g_bj + mu g_aj g_bi + delta_ij mu g_a.g_b dV,    M_ij = delta_ij int rho N_a N_b dV.
 
-    Raises RomParameterError when an element is turned inside out.
+    Raises RomParameterError when an element is turned inside out or its material is not given.
     """
-    pattern = node_pattern(discretisation.element_nodes, discretisation.n_nodes)
-    lame, shear = material.lame
+    pattern = node_pattern([block.nodes for block in discretisation.blocks], discretisation.n_nodes)
     stiffness = np.zeros((len(UPPER), pattern.n_pairs))
-    mass = np.zeros(pattern.n_pairs)
-    for part, gradients, weights in discretisation.batches():
-        slots = pattern.locate(discretisation.element_nodes[part])
-        products = gradient_products(gradients, weights)
+    volume: dict[float, NDArray[np.float64]] = {}  # int N_a N_b dV of the elements of a density
+    for batch in discretisation.batches():
+        block = discretisation.blocks[batch.block]
+        material = material_of(materials, block.material)
+        lame, shear = material.lame
+        slots = pattern.locate(batch.nodes)
+        products = gradient_products(batch.gradients, batch.weights)
         trace = shear * (products[:, 0, :, 0] + products[:, 1, :, 1] + products[:, 2, :, 2])
         for row, (i, j) in enumerate(UPPER):
-            block = lame * products[:, i, :, j] + shear * products[:, j, :, i]
+            component = lame * products[:, i, :, j] + shear * products[:, j, :, i]
             if i == j:
-                block += trace
-            np.add.at(stiffness[row], slots, block.ravel())
-        np.add.at(mass, slots, _value_products(discretisation.values, weights).ravel())
-    return pattern.symmetric_matrix(stiffness), pattern.isotropic_matrix(material.density * mass)
+                component += trace
+            np.add.at(stiffness[row], slots, component.ravel())
+        found = volume.setdefault(material.density, np.zeros(pattern.n_pairs))
+        np.add.at(found, slots, _value_products(block.table.values, batch.weights).ravel())
+    mass = sum(density * found for density, found in volume.items())
+    return pattern.symmetric_matrix(stiffness), pattern.isotropic_matrix(np.asarray(mass))
 
 
 def stress_at_quadrature(
-    discretisation: Discretisation, material: Material, displacement: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Cauchy stress (E, q, 3, 3) in Pa of small strains from nodal displacements (3n,) or (n, 3) in m."""
+    discretisation: Discretisation, materials: Materials, displacement: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], ...]:
+    """Cauchy stress (E, q, 3, 3) in Pa of small strains in each block, of displacements (3n,) or (n, 3) in m.
+
+    The points are those of the quadrature.
+    """
     nodal = np.asarray(displacement).reshape(-1, 3)
-    stress = np.empty((len(discretisation.element_nodes), len(discretisation.weights), 3, 3))
-    for part, gradients, _ in discretisation.batches():
-        gradient = gradients @ nodal[discretisation.element_nodes[part]][:, None]
-        stress[part] = material.stress(0.5 * (gradient + gradient.swapaxes(-1, -2)))
-    return stress
+    found = tuple(np.empty((len(block), len(block.table.weights), 3, 3)) for block in discretisation.blocks)
+    for batch in discretisation.batches():
+        material = material_of(materials, discretisation.blocks[batch.block].material)
+        gradient = batch.gradients @ nodal[batch.nodes][:, None]
+        found[batch.block][batch.part] = material.stress(0.5 * (gradient + gradient.swapaxes(-1, -2)))
+    return found
 
 
 def gradient_products(gradients: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rom.finite_elements.assembly import elastic_matrices
 from rom.finite_elements.discretisation import Discretisation, discretise
-from rom.finite_elements.material import Material
+from rom.finite_elements.material import Materials
 from rom.linear_algebra.threads import one_blas_thread
 
 if TYPE_CHECKING:
@@ -36,10 +36,12 @@ class FullModel:
     centrifugal : (N,) array
         Nodal forces at 1 rad/s about the x axis, N; they grow with the square of the speed. At a speed those whose
         static displacement is that of the equilibrium.
-    element : str
-        Name of the element.
+    element : str or None
+        Element that the mesh was promoted to; None for the elements of the mesh.
     speed_rpm : float
         Speed, rev/min, about whose static equilibrium `stiffness` holds, 0 at rest.
+    isotropic_mass : bool
+        Whether the mass of a pair of nodes is a number times the identity, as that of solid elements.
 
     Examples
     --------
@@ -60,8 +62,9 @@ class FullModel:
     vertex_node: NDArray[np.int64]
     fixed: NDArray[np.int64]
     centrifugal: NDArray[np.float64]
-    element: str
+    element: str | None
     speed_rpm: float = 0.0
+    isotropic_mass: bool = True
 
     @property
     def n_dofs(self) -> int:
@@ -70,17 +73,18 @@ class FullModel:
 
 
 @one_blas_thread()
-def assemble(sector: SectorMesh, material: Material, element: str = "hex20") -> FullModel:
+def assemble(sector: SectorMesh, material: Materials, element: str | None = "hex20") -> FullModel:
     """Assemble stiffness, mass and centrifugal force of a sector.
 
     Parameters
     ----------
     sector : SectorMesh
         The mesh; its node set `root` is clamped.
-    material : Material
-        The material.
-    element : {"hex20", "hex27", "hex8"}
-        The element; mid-side nodes lie half-way between the vertices of the mesh.
+    material : Material or mapping of str to Material
+        The material, or the materials by the names that the blocks of the mesh have, "" for those without one.
+    element : {"hex20", "hex27", "hex8"} or None
+        The element that a mesh of 8-node hexahedra is promoted to; mid-side nodes lie half-way between the vertices.
+        None takes the elements of the mesh as they are, with their mid-side nodes on curved edges.
 
     Returns
     -------
@@ -90,7 +94,8 @@ def assemble(sector: SectorMesh, material: Material, element: str = "hex20") -> 
     Raises
     ------
     RomParameterError
-        The element is unknown, or an element of the mesh is turned inside out.
+        The element is unknown, the mesh cannot be promoted to it, a material is not given, or an element of the mesh
+        is turned inside out.
 
     Examples
     --------
@@ -105,7 +110,7 @@ def assemble(sector: SectorMesh, material: Material, element: str = "hex20") -> 
     >>> round(float(along_x @ full.mass @ along_x), 3)
     0.306
     """
-    discretisation = discretise(sector.points, sector.hexahedra, element)
+    discretisation = discretise(sector, element)
     stiffness, mass = elastic_matrices(discretisation, material)
     root = discretisation.nodes_on(np.asarray(sector.node_sets["root"]))
     return FullModel(

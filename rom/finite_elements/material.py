@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rom.checks import require_between
+from rom.errors import RomParameterError
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,8 @@ class Material:
         Poisson's ratio.
     density : float
         Density, kg/m^3.
+    expansion : float
+        Coefficient of thermal expansion, 1/K.
 
     Raises
     ------
@@ -41,6 +45,7 @@ class Material:
     young_modulus: float
     poisson_ratio: float
     density: float
+    expansion: float = 0.0
 
     def __post_init__(self) -> None:
         positive = "must be a number above 0"
@@ -49,12 +54,18 @@ class Material:
         require_between(
             "material", "poisson_ratio", self.poisson_ratio, -1.0, 0.4999, "must lie between -1 and 0.4999"
         )
+        require_between("material", "expansion", self.expansion, -1.0, 1.0, "must be a number between -1 and 1 (1/K)")
 
     @property
     def lame(self) -> tuple[float, float]:
         """Lame's constants (lambda, mu) in Pa."""
         e, nu = self.young_modulus, self.poisson_ratio
         return e * nu / ((1 + nu) * (1 - 2 * nu)), e / (2 * (1 + nu))
+
+    @property
+    def thermal_stress_modulus(self) -> float:
+        """Pressure of a heated body that cannot expand, E alpha / (1 - 2 nu) in Pa/K."""
+        return self.young_modulus * self.expansion / (1 - 2 * self.poisson_ratio)
 
     def stress(self, strain: NDArray[np.float64]) -> NDArray[np.float64]:
         """Stress (..., 3, 3) in Pa of a strain (..., 3, 3): lambda tr(E) I + 2 mu E (Hooke, St. Venant-Kirchhoff).
@@ -67,3 +78,21 @@ class Material:
         lame, shear = self.lame
         volumetric = lame * np.trace(strain, axis1=-2, axis2=-1)
         return 2 * shear * strain + volumetric[..., None, None] * np.eye(3)
+
+
+Materials = Material | Mapping[str, Material]
+
+
+def material_of(materials: Materials, name: str) -> Material:
+    """The material of the elements whose material has a name ("": of those without one); one material is that of all.
+
+    Raises RomParameterError where the name is not among the materials.
+    """
+    if isinstance(materials, Material):
+        return materials
+    if name in materials:
+        return materials[name]
+    known = ", ".join(f'"{other}"' for other in materials) or "none"
+    raise RomParameterError(
+        "materials", "name", name, f"must be given, elements of the mesh have it (given: {known})"
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -78,19 +79,13 @@ class NodePattern:
         return kron(csr_matrix((values, self.indices, self.indptr), shape=(n, n)), identity(3), format="csr")
 
 
-def node_pattern(element_nodes: NDArray[np.int64], n_nodes: int) -> NodePattern:
-    """Pattern of all node pairs of the elements (E, b); symmetric, each row sorted."""
+def node_pattern(tables: Sequence[NDArray[np.int64]], n_nodes: int) -> NodePattern:
+    """Pattern of all node pairs of elements, given as tables (E, b) of nodes; symmetric, each row sorted."""
     from scipy.sparse import csr_matrix
 
-    n_elements, nodes = element_nodes.shape
-    incidence = csr_matrix(
-        (
-            np.ones(n_elements * nodes, dtype=np.int32),
-            element_nodes.ravel(),
-            np.arange(0, n_elements * nodes + 1, nodes),
-        ),
-        shape=(n_elements, n_nodes),
-    )
+    nodes = np.concatenate([table.ravel() for table in tables])
+    starts = np.concatenate([[0], *(np.full(len(table), table.shape[1]) for table in tables)]).cumsum()
+    incidence = csr_matrix((np.ones(len(nodes), dtype=np.int32), nodes, starts), shape=(len(starts) - 1, n_nodes))
     pairs = (incidence.T @ incidence).tocsr()
     pairs.sort_indices()
     keys = np.repeat(np.arange(n_nodes), np.diff(pairs.indptr)) * n_nodes + pairs.indices

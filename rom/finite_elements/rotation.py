@@ -18,7 +18,7 @@ from rom.errors import RomParameterError
 from rom.finite_elements.assembly import stress_at_quadrature
 from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import FullModel
-from rom.finite_elements.material import Material
+from rom.finite_elements.material import Materials
 from rom.finite_elements.static_equilibrium import LARGEST_STRAIN, RotatingBody, static_equilibrium
 from rom.finite_elements.total_lagrangian import ElasticBody
 from rom.linear_algebra.factorisation import analyse
@@ -33,7 +33,7 @@ EQUILIBRIA = ("nonlinear", "linear")
 
 @one_blas_thread()
 def stiffen_by_rotation(
-    full: FullModel, sector: SectorMesh, material: Material, speed_rpm: float, equilibrium: str = "nonlinear"
+    full: FullModel, sector: SectorMesh, material: Materials, speed_rpm: float, equilibrium: str = "nonlinear"
 ) -> FullModel:
     """The full model of a sector in steady rotation about the x axis, for small vibrations about its equilibrium.
 
@@ -48,8 +48,8 @@ def stiffen_by_rotation(
         The full model at rest.
     sector : SectorMesh
         Its mesh.
-    material : Material
-        Its material.
+    material : Material or mapping of str to Material
+        Its material, or its materials as in `assemble`.
     speed_rpm : float
         Rotational speed, rev/min.
     equilibrium : {"nonlinear", "linear"}
@@ -88,7 +88,7 @@ def stiffen_by_rotation(
         return full
     if full.speed_rpm != 0.0:
         raise RomParameterError("load", "speed_rpm", full.speed_rpm, "only a model at rest can be set in rotation")
-    discretisation = discretise(sector.points, sector.hexahedra, full.element)
+    discretisation = discretise(sector, full.element)
     rotating = RotatingBody.of(ElasticBody.of(discretisation, material), full)
     squared = angular_speed(speed_rpm) ** 2
     stress = None

@@ -12,6 +12,7 @@ K. J. Bathe, Finite Element Procedures, Prentice Hall (1996), sections 6.2 and 8
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -86,7 +87,7 @@ class RotatingBody:
             return stored
         return self.stiffness(np.zeros(self.full.n_dofs), 0.0)
 
-    def stiffness(self, displacement: Array, squared: float, stress: Array | None = None) -> csr_matrix:
+    def stiffness(self, displacement: Array, squared: float, stress: Sequence[Array] | None = None) -> csr_matrix:
         """K_T(u) - W^2 M_yz (3n, 3n), N/m: minus the derivative of the unbalance; `stress` as in `ElasticBody`."""
         blocks = self.body.tangent_blocks(displacement, stress)
         for direction in (1, 2):

@@ -16,7 +16,7 @@ K. J. Bathe, Finite Element Procedures, Prentice Hall (1996), section 6.2.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -25,15 +25,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.finite_elements.assembly import gradient_products
-from rom.finite_elements.discretisation import Discretisation
-from rom.finite_elements.material import Material
+from rom.finite_elements.discretisation import Batch, Discretisation
+from rom.finite_elements.material import Material, Materials, material_of
 from rom.finite_elements.node_matrix import UPPER, NodePattern, node_pattern
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 Array = NDArray[np.float64]
-_Batch = tuple[slice, Array, Array]
+Stress = Sequence[Array]  # (E, q, 3, 3) of each block
 # Gradients at the quadrature points, in doubles, up to which they are kept from one evaluation to the next (64 MB).
 _KEPT_DOUBLES = 8_000_000
 
@@ -46,35 +46,39 @@ class ElasticBody:
     ----------
     discretisation : Discretisation
         Nodes and shape functions.
-    material : Material
-        The material.
+    materials : Material or mapping of str to Material
+        The material, or the materials by the names in the mesh.
     pattern : NodePattern
         Pattern of its matrices.
     """
 
     discretisation: Discretisation
-    material: Material
+    materials: Materials
     pattern: NodePattern
 
     @classmethod
-    def of(cls, discretisation: Discretisation, material: Material) -> ElasticBody:
+    def of(cls, discretisation: Discretisation, materials: Materials) -> ElasticBody:
         """The body of a discretisation, with its pattern."""
-        pattern = node_pattern(discretisation.element_nodes, discretisation.n_nodes)
-        return cls(discretisation, material, pattern)
+        pattern = node_pattern([block.nodes for block in discretisation.blocks], discretisation.n_nodes)
+        return cls(discretisation, materials, pattern)
 
-    def _batches(self) -> Iterator[_Batch]:
+    def _batches(self) -> Iterator[Batch]:
         """The batches of the discretisation; on a small mesh they are computed once."""
-        mesh = self.discretisation
-        small = len(mesh.element_nodes) * mesh.gradients.size <= _KEPT_DOUBLES
+        small = self.discretisation.n_gradients <= _KEPT_DOUBLES
         return iter(self._kept if small else self._new_batches())
 
-    def _new_batches(self) -> Iterator[_Batch]:
+    def _new_batches(self) -> Iterator[Batch]:
         """The batches, each array in one piece, for the reshapes that follow."""
-        for part, gradients, weights in self.discretisation.batches():
-            yield part, np.ascontiguousarray(gradients), np.ascontiguousarray(weights)
+        for batch in self.discretisation.batches():
+            yield batch._replace(
+                gradients=np.ascontiguousarray(batch.gradients), weights=np.ascontiguousarray(batch.weights)
+            )
+
+    def _material(self, batch: Batch) -> Material:
+        return material_of(self.materials, self.discretisation.blocks[batch.block].material)
 
     @cached_property
-    def _kept(self) -> tuple[_Batch, ...]:
+    def _kept(self) -> tuple[Batch, ...]:
         return tuple(self._new_batches())
 
     def internal_force(self, displacement: Array) -> tuple[Array, float]:
@@ -85,42 +89,41 @@ class ElasticBody:
         displacement : (3n,) array
             The displacement.
         """
-        mesh = self.discretisation
         nodal = displacement.reshape(-1, 3)
-        force = np.zeros((mesh.n_nodes, 3))
+        force = np.zeros((self.discretisation.n_nodes, 3))
         largest = 0.0
-        for part, gradients, weights in self._batches():
-            nodes = mesh.element_nodes[part]
-            deformation = _deformation_gradient(gradients, nodal[nodes])
+        for batch in self._batches():
+            deformation = _deformation_gradient(batch.gradients, nodal[batch.nodes])
             strain = _green_lagrange(deformation)
             largest = max(largest, float(np.sqrt(np.max(np.sum(strain**2, axis=(-2, -1))))))
-            flux = (deformation @ self.material.stress(strain)) * weights[..., None, None]
-            np.add.at(force, nodes, np.einsum("eqik,eqka->eai", flux, gradients, optimize=True))
+            flux = (deformation @ self._material(batch).stress(strain)) * batch.weights[..., None, None]
+            np.add.at(force, batch.nodes, np.einsum("eqik,eqka->eai", flux, batch.gradients, optimize=True))
         return force.ravel(), largest
 
-    def tangent(self, displacement: Array, stress: Array | None = None) -> csr_matrix:
+    def tangent(self, displacement: Array, stress: Stress | None = None) -> csr_matrix:
         """Tangent stiffness (3n, 3n), N/m: the derivative of the internal forces; `tangent_blocks` as a matrix."""
         return self.pattern.symmetric_matrix(self.tangent_blocks(displacement, stress))
 
-    def tangent_blocks(self, displacement: Array, stress: Array | None = None) -> Array:
+    def tangent_blocks(self, displacement: Array, stress: Stress | None = None) -> Array:
         """Components `UPPER` (6, p) of the tangent stiffness for every pair of nodes, N/m.
 
         Parameters
         ----------
         displacement : (3n,) array
             The displacement.
-        stress : (E, q, 3, 3) array, optional
-            Stress of the geometric stiffness, Pa, at the quadrature points; that of the displacement by default.
+        stress : tuple of (E, q, 3, 3) array, optional
+            Stress of the geometric stiffness, Pa, at the quadrature points of each block; that of the displacement by
+            default.
         """
-        mesh = self.discretisation
         nodal = displacement.reshape(-1, 3)
-        lame, shear = self.material.lame
         upper = np.zeros((len(UPPER), self.pattern.n_pairs))
-        for part, gradients, weights in self._batches():
-            nodes = mesh.element_nodes[part]
-            slots = self.pattern.locate(nodes)
-            deformation = _deformation_gradient(gradients, nodal[nodes])
-            inner = self.material.stress(_green_lagrange(deformation)) if stress is None else stress[part]
+        for batch in self._batches():
+            gradients, weights, material = batch.gradients, batch.weights, self._material(batch)
+            lame, shear = material.lame
+            slots = self.pattern.locate(batch.nodes)
+            deformation = _deformation_gradient(gradients, nodal[batch.nodes])
+            known = None if stress is None else stress[batch.block][batch.part]
+            inner = material.stress(_green_lagrange(deformation)) if known is None else known
             left = shear * (deformation @ deformation.swapaxes(-1, -2))
             products = gradient_products(deformation @ gradients, weights)
             for row, (i, j) in enumerate(UPPER):

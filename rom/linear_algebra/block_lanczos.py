@@ -114,6 +114,10 @@ def lowest_eigenpairs(
             before = before[:0]
             other = rng.standard_normal((min(len(start), size - basis.count), size))
             block, weighted, _ = _orthonormal(mass, other, basis, before)
+            if not len(block):  # the mass is singular: there are no further modes
+                values, vectors, _ = _ritz(basis, off_diagonal, count)
+                order = np.argsort(1.0 / values)
+                return 1.0 / values[order], vectors[:, order].T @ basis.rows
 
 
 def _ritz(basis: _Basis, off_diagonal: Block, count: int) -> tuple[NDArray[np.float64], Block, NDArray[np.float64]]:

@@ -66,12 +66,12 @@ def nodal_dofs(sector: SectorMesh, vertex_node: NDArray[np.int64], n_nodes: int)
     return ContactDofs(weights, _node_frames(sector), sector.right.position, sector.right.area, "nodal")
 
 
-def averaged_dofs(sector: SectorMesh, element: str, kind: str, grid: Grid | None = None) -> ContactDofs:
+def averaged_dofs(sector: SectorMesh, element: str | None, kind: str, grid: Grid | None = None) -> ContactDofs:
     """Contact dofs of the kinds "patch" and "mortar"; `grid`: of the mortar, None for that of the contact nodes.
 
     Raises RomParameterError where the mesh does not have them.
     """
-    nodes = discretise(sector.points, sector.hexahedra, element)
+    nodes = discretise(sector, element)
     if kind == "patch":
         weights = patch_averages(nodes, sector)
         return ContactDofs(weights, _node_frames(sector), sector.right.position, sector.right.area, kind)
@@ -114,7 +114,8 @@ def contact_areas(sector: SectorMesh, kind: str) -> NDArray[np.float64]:
     """
     if kind != "mortar":
         return sector.right.area
-    return averaged_dofs(sector, "hex8", kind).area
+    straight = all(block.kind == "hex8" for block in sector.blocks)
+    return averaged_dofs(sector, "hex8" if straight else None, kind).area
 
 
 def _node_frames(sector: SectorMesh) -> NDArray[np.float64]:

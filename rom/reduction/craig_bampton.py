@@ -201,8 +201,8 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
     centrifugal = np.concatenate([parts.constraint.T @ inner, modes.shapes.T @ inner])
     centrifugal[:b] += boundary.rotation @ force[boundary.dofs]
     made_of = (
-        f"{parts.element}, {parts.n_dofs} dofs, {len(modes)} modes, {boundary.contact.kind} contact dofs, "
-        f"{parts.speed_rpm:g} rpm"
+        f"{parts.element or 'isoparametric'}, {parts.n_dofs} dofs, {len(modes)} modes, "
+        f"{boundary.contact.kind} contact dofs, {parts.speed_rpm:g} rpm"
     )
     return ReducedModel(
         mass=mass,
@@ -220,11 +220,13 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
 
 
 def _coriolis(parts: Substructure, modes: ModalBasis) -> NDArray[np.float64] | None:
-    """Coriolis matrix (n, n) of the reduced coordinates at 1 rad/s; None at rest."""
+    """Coriolis matrix C^T (M A + A M) C / 2 (n, n) of the reduced coordinates at 1 rad/s; None at rest."""
     if parts.coriolis is None:
         return None
     acceleration = coriolis_acceleration(modes.shapes)
     mixed = parts.coupling.T @ acceleration
+    if parts.coriolis_inertia is not None:
+        mixed = 0.5 * (mixed - parts.coriolis_inertia.T @ modes.shapes)
     inner = modes.shapes.T @ (parts.interior_mass @ acceleration)
     return np.block([[parts.coriolis, mixed], [-mixed.T, 0.5 * (inner - inner.T)]])
 

@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry import sides_on
 from rom.errors import RomParameterError
-from rom.finite_elements.discretisation import REFERENCE_CORNERS, Discretisation, shape_functions
+from rom.finite_elements.discretisation import Discretisation
+from rom.finite_elements.side_integrals import Rule, SidePoints, points_on_sides
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
     from geometry import SectorMesh
 
-Rule = tuple[NDArray[np.float64], NDArray[np.float64]]
 _NORMALISED = 1e-12
 
 
@@ -42,25 +43,20 @@ class FacePoints:
 def face_points(discretisation: Discretisation, sector: SectorMesh, side: str, kind: str, rule: Rule) -> FacePoints:
     """Quadrature points on the face of a `side` ("right", "left").
 
-    The rule, points (p,) and weights (p,) on [0, 1], is applied in both directions of each element's side.
+    The face is the surface of that name where the mesh has one, else the sides of elements between the nodes of the
+    node set. The rule, points (p,) and weights (p,) on [0, 1], is applied in both directions of each side.
     Raises RomParameterError, about the contact dofs of a `kind`, where the mesh has no node set of the face or no
     element has a side on it.
     """
     from scipy.sparse import vstack
 
     name = f"face_{side}"
-    if name not in sector.node_sets:
+    if name not in sector.node_sets and name not in sector.surfaces:
         raise RomParameterError("rom", "contact_dofs", kind, f'needs a mesh with the node set "{name}"')
-    on_face = np.zeros(discretisation.n_nodes, dtype=bool)
-    on_face[discretisation.vertex_node[sector.node_sets[name]]] = True
-    corner_on_face = on_face[discretisation.element_nodes[:, : len(REFERENCE_CORNERS)]]
-    corners = np.array(REFERENCE_CORNERS)
-    parts = []
-    for axis in range(3):
-        for end in (0, 1):
-            elements = np.flatnonzero(corner_on_face[:, corners[:, axis] == end].all(axis=1))
-            if len(elements):
-                parts.append(_points_on_sides(discretisation, elements, axis, end, rule))
+    face = sector.surfaces.get(name)
+    if face is None:
+        face = sides_on(sector.blocks, np.asarray(sector.node_sets[name]))
+    parts = [_interpolated(discretisation, points) for points in points_on_sides(discretisation, face, rule)]
     if not parts:
         raise RomParameterError("rom", "contact_dofs", kind, f'needs elements with a side in the node set "{name}"')
     return FacePoints(
@@ -70,26 +66,15 @@ def face_points(discretisation: Discretisation, sector: SectorMesh, side: str, k
     )
 
 
-def _points_on_sides(
-    discretisation: Discretisation, elements: NDArray[np.int64], axis: int, end: int, rule: Rule
-) -> FacePoints:
-    """Points on the side at `end` (0, 1) of the reference `axis` of some elements (e,)."""
+def _interpolated(discretisation: Discretisation, points: SidePoints) -> FacePoints:
+    """The points with the matrix of their shape functions."""
     from scipy.sparse import csr_matrix
 
-    line, weight = rule
-    x, y = np.meshgrid(line, line, indexing="ij")
-    points = np.insert(np.stack([x.ravel(), y.ravel()]), axis, float(end), axis=0)
-    weights = np.outer(weight, weight).ravel()
-    values, _ = shape_functions(discretisation.element, points)
-    geometry, slopes = shape_functions("hex8", points)
-    corners = discretisation.corners[elements]
-    first, second = (np.einsum("qc,eci->eqi", slopes[:, :, a], corners) for a in range(3) if a != axis)
-    area = weights * np.linalg.norm(np.cross(first, second), axis=-1)
-    nodes = discretisation.element_nodes[elements]
-    shape = (len(elements), len(weights), nodes.shape[1])
+    area = points.area
+    shape = (*area.shape, points.nodes.shape[1])
     row = np.broadcast_to(np.arange(area.size).reshape(*area.shape, 1), shape)
-    columns = np.broadcast_to(nodes[:, None, :], shape)
-    entries = np.broadcast_to(values, shape)
+    columns = np.broadcast_to(points.nodes[:, None, :], shape)
+    entries = np.broadcast_to(points.values, shape)
     used = np.abs(entries) > _NORMALISED  # the other shape functions vanish on this side
     interpolation = csr_matrix((entries[used], (row[used], columns[used])), shape=(area.size, discretisation.n_nodes))
-    return FacePoints(np.einsum("qc,eci->eqi", geometry, corners).reshape(-1, 3), area.ravel(), interpolation)
+    return FacePoints(points.position.reshape(-1, 3), area.ravel(), interpolation)

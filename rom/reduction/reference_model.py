@@ -189,7 +189,8 @@ def _reference(
         contact_position=dofs.contact.position,
         contact_area=dofs.contact.area,
         n_blades=n_blades,
-        producer=f"shroud: {full.element}, {full.n_dofs} dofs, {len(modes)} free modes and static responses",
+        producer=f"shroud: {full.element or 'isoparametric'}, {full.n_dofs} dofs, {len(modes)} free modes "
+        "and static responses",
         **parts.projected(basis),
         **boundary_selection(dofs, motion @ basis),
     )

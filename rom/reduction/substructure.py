@@ -43,7 +43,7 @@ class Substructure:
     interior : (i,) array
         Nodes that are neither boundary nodes nor clamped; with averaged contact dofs, the variables in their places.
     interior_mass : (3i, 3i) matrix
-        M_ii.
+        M_ii, a number for each pair of nodes where the mass is isotropic.
     factor : Factor
         Factor of K_ii. K_ii itself is not stored: it takes as much memory as that of the full model.
     constraint : (3i, b) array
@@ -56,7 +56,10 @@ class Substructure:
         Centrifugal force of the full model at 1 rad/s, on its variables.
     coriolis : (b, b) array or None
         Coriolis matrix of the boundary dofs with their constraint modes at 1 rad/s; None at rest.
-    element : str
+    coriolis_inertia : (3i, b) array or None
+        Inertia of the interior under the Coriolis accelerations A(C) of the constraint modes, rows i of M A(C); None
+        at rest and where the mass is isotropic: there it is that of A M, whose product with modes is known.
+    element : str or None
         Element of the full model.
     speed_rpm : float
         Speed of the full model, rev/min.
@@ -65,7 +68,7 @@ class Substructure:
     sector: SectorMesh
     boundary: BoundaryDofs
     interior: NDArray[np.int64]
-    interior_mass: IsotropicMatrix
+    interior_mass: IsotropicMatrix | csr_matrix
     factor: Factor
     constraint: NDArray[np.float64]
     coupling: NDArray[np.float64]
@@ -73,7 +76,8 @@ class Substructure:
     mass: NDArray[np.float64]
     centrifugal: NDArray[np.float64]
     coriolis: NDArray[np.float64] | None
-    element: str
+    coriolis_inertia: NDArray[np.float64] | None
+    element: str | None
     speed_rpm: float
 
     @property
@@ -98,11 +102,14 @@ def partition_at_boundary(
     centrifugal, element, speed_rpm = boundary.transform_force(full.centrifugal), full.element, full.speed_rpm
     k_ii, k_ib, k_bb = _stiffness_blocks(full.stiffness, interior, boundary)
     analysis = analyse(k_ii, backend)
-    m_ii, m_ib, m_bb = _mass_blocks(full.mass, interior, boundary)
+    isotropic = full.isotropic_mass
+    blocks = _isotropic_mass_blocks if isotropic else _general_mass_blocks
+    m_ii, m_ib, m_bb = blocks(full.mass, interior, boundary)
     del k_ii, full  # before the factor is computed: on a large mesh there is little memory beside it
     factor = analysis.factor()
     constraint = -factor.solve(k_ib.toarray())
     coupling = m_ib.toarray() + m_ii @ constraint
+    at_rest = speed_rpm == 0.0
     return Substructure(
         sector=sector,
         boundary=boundary,
@@ -114,7 +121,8 @@ def partition_at_boundary(
         stiffness=symmetric(k_bb + k_ib.T @ constraint),
         mass=symmetric(m_bb + m_ib.T @ constraint + constraint.T @ coupling),
         centrifugal=centrifugal,
-        coriolis=None if speed_rpm == 0.0 else _condensed_coriolis(boundary, constraint, coupling, m_ib, m_bb),
+        coriolis=None if at_rest else _condensed_coriolis(boundary, constraint, coupling, m_ib, m_bb),
+        coriolis_inertia=None if at_rest or isotropic else _coriolis_inertia(boundary, constraint, m_ii, m_ib),
         element=element,
         speed_rpm=speed_rpm,
     )
@@ -131,7 +139,18 @@ def _condensed_coriolis(
     rotation = boundary.rotation
     at_boundary = rotation @ coriolis_acceleration(rotation.T)
     product = coupling.T @ coriolis_acceleration(constraint) + (m_ib.T @ constraint + m_bb).T @ at_boundary
-    return 0.5 * (product - product.T)  # takes away round-off
+    return 0.5 * (product - product.T)  # takes away round-off; of an anisotropic mass it is (M A + A M) / 2
+
+
+def _coriolis_inertia(
+    boundary: BoundaryDofs,
+    constraint: NDArray[np.float64],
+    m_ii: IsotropicMatrix | csr_matrix,
+    m_ib: csr_matrix,
+) -> NDArray[np.float64]:
+    """Rows i of M A(C), (3i, b)."""
+    at_boundary = boundary.rotation @ coriolis_acceleration(boundary.rotation.T)
+    return np.asarray(m_ii @ coriolis_acceleration(constraint) + m_ib @ at_boundary)
 
 
 def symmetric(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -156,16 +175,19 @@ def _stiffness_blocks(
     return ii, (ib @ _sparse(rotation.T)).tocsr(), rotation @ bb.toarray() @ rotation.T
 
 
-def _mass_blocks(
+def _isotropic_mass_blocks(
     matrix: csr_matrix, interior: NDArray[np.int64], boundary: BoundaryDofs
 ) -> tuple[IsotropicMatrix, csr_matrix, NDArray[np.float64]]:
-    """The same for the mass, whose blocks of a pair of nodes are multiples of the identity."""
+    """The same for a mass whose blocks of a pair of nodes are multiples of the identity."""
     from scipy.sparse import identity, kron
 
     ii, ib, bb = partitioned(IsotropicMatrix.of(matrix).pairs, interior, boundary, 1)
     rotation = boundary.rotation
     corner = rotation @ np.kron(bb.toarray(), np.eye(3)) @ rotation.T
     return IsotropicMatrix(ii), (kron(ib, identity(3), format="csr") @ _sparse(rotation.T)).tocsr(), corner
+
+
+_general_mass_blocks = _stiffness_blocks  # any symmetric mass: rotary inertias, lumped masses, nodal frames
 
 
 def _sparse(matrix: NDArray[np.float64]) -> csr_matrix:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ from rom.cyclic.modal_model import ModalModel
 from rom.cyclic.reduced_model import ReducedModel
 from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import FullModel
-from rom.finite_elements.material import Material
+from rom.finite_elements.material import Materials
 from rom.reduction.boundary_dofs import BoundaryChoice
 from rom.stress.fatigue import StressCycle, stress_cycle
 from rom.stress.hot_spots import Surroundings
@@ -87,7 +86,7 @@ class OperatingStress:
 
 
 def nodal_stress(
-    sector: SectorMesh, material: Material, displacement: ArrayLike, element: str = "hex20"
+    sector: SectorMesh, material: Materials, displacement: ArrayLike, element: str | None = "hex20"
 ) -> tuple[NodalStress, IntArray]:
     """Stress at the nodes of a mesh of a displacement with small strains.
 
@@ -98,11 +97,11 @@ def nodal_stress(
     ----------
     sector : SectorMesh
         The mesh.
-    material : Material
-        Its material.
+    material : Material or mapping of str to Material
+        Its material, or its materials by name.
     displacement : (N,) or (n, 3) array
         Displacement of the nodes of the full model, m; complex for a harmonic.
-    element : str
+    element : str or None
         Element of the full model.
 
     Returns
@@ -125,14 +124,14 @@ def nodal_stress(
     >>> print((stress.values.max(axis=0) / 1e6).round(6) + 0.0)
     [200.   0.   0.   0.   0.   0.]
     """
-    recovery = StressRecovery.of(discretise(sector.points, sector.hexahedra, element), {"": material})
+    recovery = StressRecovery.of(discretise(sector, element), material)
     return recovery.increments(np.asarray(displacement)[None])[0], recovery.node
 
 
 def operating_stress(
     full: FullModel,
     sector: SectorMesh,
-    materials: Mapping[str, Material],
+    materials: Materials,
     reduced: tuple[ReducedModel, ModalModel],
     boundary: BoundaryChoice,
     point: SolvedPoint,
@@ -148,8 +147,8 @@ def operating_stress(
         The full model at its speed.
     sector : SectorMesh
         Its mesh.
-    materials : mapping of str to Material
-        Materials by name, "" that of the scene.
+    materials : Material or mapping of str to Material
+        Its material, or its materials by name.
     reduced : (ReducedModel, ModalModel)
         The reduced model with its basis, and its modes with damping.
     boundary : BoundaryChoice
@@ -185,14 +184,14 @@ def operating_stress(
     >>> model = reduce_sector(full, sector, ReductionOptions(modes=8), nodal).model
     >>> point = SolvedPoint(100.0, 0.0, 10.0, np.zeros((2, model.n_contacts, 3), complex))
     >>> reduced = model, modal_model(model, damping_ratio=0.01)
-    >>> stress = operating_stress(full, sector, {"": steel}, reduced, nodal, point)
+    >>> stress = operating_stress(full, sector, steel, reduced, nodal, point)
     >>> stress.harmonics.shape[0], stress.model_error < 1e-4
     (2, True)
     """
     motion = MeshMotion(full, sector, *reduced, boundary)
     large = large_displacements and full.speed_rpm != 0.0
     base = motion.base() if large else None
-    recovery = StressRecovery.of(discretise(sector.points, sector.hexahedra, full.element), materials, base)
+    recovery = StressRecovery.of(discretise(sector, full.element), materials, base)
     near = _surroundings(full, sector, motion, recovery, boundary)
     return _recovered(motion, recovery, point, near, _cells(sector, full, recovery), check)
 

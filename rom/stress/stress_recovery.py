@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.finite_elements.discretisation import Discretisation
-from rom.finite_elements.material import Material
+from rom.finite_elements.material import Material, Materials, material_of
 from rom.stress.cauchy_stress import cauchy_increment, cauchy_stress
 from rom.stress.stress_blocks import StressBlock, stress_blocks
 from rom.stress.stress_tensor import components, deviator
@@ -50,10 +50,12 @@ class StressRecovery:
 
     Attributes
     ----------
+    discretisation : Discretisation
+        The mesh.
     blocks : sequence of StressBlock
-        The elements.
-    materials : mapping of str to Material
-        Materials by name.
+        Its elements.
+    materials : Material or mapping of str to Material
+        The material, or the materials by name.
     node, material : (s,) array
         Node and number of the material of each place; the materials are numbered in the order of `names`.
     names : tuple of str
@@ -62,8 +64,9 @@ class StressRecovery:
         Displacement about which increments are linearised, m; None: small strains.
     """
 
+    discretisation: Discretisation
     blocks: Sequence[StressBlock]
-    materials: Mapping[str, Material]
+    materials: Materials
     node: NDArray[np.int64]
     material: NDArray[np.int64]
     names: tuple[str, ...]
@@ -74,7 +77,7 @@ class StressRecovery:
     def of(
         cls,
         discretisation: Discretisation,
-        materials: Mapping[str, Material],
+        materials: Materials,
         base: Array | None = None,
     ) -> StressRecovery:
         """The recovery on a discretisation; `base` (3n,) or (n, 3): static displacement with large strains, m."""
@@ -89,7 +92,7 @@ class StressRecovery:
             for key, start, end in zip(keys, ends[:-1], ends[1:], strict=True)
         )
         at = None if base is None else np.asarray(base).reshape(-1, 3)
-        return cls(blocks, materials, used % n, used // n, names, at, places)
+        return cls(discretisation, blocks, materials, used % n, used // n, names, at, places)
 
     @property
     def places(self) -> tuple[NDArray[np.int64], ...]:
@@ -129,13 +132,12 @@ class StressRecovery:
         return cauchy_increment(self._law(block), _gradient(gradients, self.base[nodes]), change)
 
     def _law(self, block: StressBlock) -> Material:
-        return self.materials[block.material]
+        return material_of(self.materials, block.material)
 
     def _batches(self) -> Iterator[tuple[NDArray[np.int64], StressBlock, NDArray[np.int64], Array]]:
         """Places (e, b), block, nodes (e, b) and gradients (e, q, 3, b) of bounded batches."""
-        for block, places in zip(self.blocks, self._places, strict=True):
-            for part, gradients in block.batches():
-                yield places[part], block, block.nodes[part], gradients
+        for batch in self.discretisation.batches():
+            yield self._places[batch.block][batch.part], self.blocks[batch.block], batch.nodes, batch.gradients
 
     def _averaged(self, parts: Iterator[tuple[NDArray[np.int64], StressBlock, NDArray[Any]]]) -> list[NodalStress]:
         """Averages over the elements at each place of stresses (k, e, q, 3, 3) at the quadrature points."""

@@ -90,7 +90,7 @@ def deck(mesh, material, count, rotation=None):
         "*DENSITY",
         f"{material.density:.12e}",
         "*SOLID SECTION, ELSET=BLADE, MATERIAL=SOLID",
-        *([] if rotation is None else _static_step(rotation)),
+        *([] if rotation is None else static_step(rotation)),
         "*STEP" if rotation is None else "*STEP, PERTURBATION",
         "*FREQUENCY, STORAGE=YES" if rotation is not None and rotation.coriolis else "*FREQUENCY",
         f"{count}",
@@ -100,7 +100,7 @@ def deck(mesh, material, count, rotation=None):
     return "\n".join(lines) + "\n"
 
 
-def _static_step(rotation):
+def static_step(rotation):
     """The centrifugal load, which a later perturbation step keeps; the tolerances are far below the default ones."""
     return [
         "*STEP, NLGEOM" if rotation.nonlinear else "*STEP",
@@ -189,7 +189,7 @@ def with_serendipity_extrapolation(recovery):
     from skfem.quadrature import get_quadrature
     from skfem.refdom import RefHex
 
-    from rom.finite_elements.discretisation import shape_functions
+    from rom.finite_elements.shape_functions import shape_functions
 
     values, _ = shape_functions("hex20", get_quadrature(RefHex, 5)[0])
     matrix = np.linalg.pinv(values)

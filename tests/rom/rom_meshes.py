@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geometry import ContactFace, ElementBlock, SectorMesh
+from geometry import ContactFace, ElementBlock, ImportedMesh, SectorMesh
 from rom import BoundaryChoice
 
 NODAL = BoundaryChoice(contact_dofs="nodal")  # the only contact dofs of meshes without node sets of whole faces
@@ -41,6 +41,17 @@ def annulus(divisions, inner, outer, thickness, angle=2 * np.pi):
     # (r, angle, x) is a left-handed triad here: exchange the layers of each element.
     hexahedra = hexahedra[:, [4, 5, 6, 7, 0, 1, 2, 3]]
     return np.column_stack([axial, radius * np.sin(turn), radius * np.cos(turn)]), hexahedra
+
+
+def mesh_of(points, nodes, kind="hex8", material=""):
+    """A mesh of one block."""
+    return mesh_of_blocks(points, ElementBlock(kind, nodes, material))
+
+
+def mesh_of_blocks(points, *blocks):
+    """A mesh as from a file."""
+    labels = tuple(np.arange(1, len(block) + 1) for block in blocks)
+    return ImportedMesh("mesh.inp", points, np.arange(1, len(points) + 1), blocks, labels)
 
 
 def turned_back(frame, n_blades):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rom_meshes import annulus, box
+from rom_meshes import annulus, box, mesh_of
 from rom_reference import lowest_hz, timoshenko_cantilever_hz
 
 from rom import Material, factorise
@@ -16,7 +16,7 @@ NAFEMS_STEEL = Material(young_modulus=200e9, poisson_ratio=0.3, density=8000.0)
 
 def cantilever_hz(divisions, material, element="hex20", lengths=(1.0, 0.03, 0.02)):
     points, hexahedra = box(divisions, lengths)
-    mesh = discretise(points, hexahedra, element)
+    mesh = discretise(mesh_of(points, hexahedra), element)
     root = node_dofs(np.flatnonzero(mesh.positions[:, 0] < 1e-9)).ravel()
     return lowest_hz(*elastic_matrices(mesh, material), 6, root)
 
@@ -42,7 +42,7 @@ def test_cantilever_beam_converges_from_above_at_fourth_order():
 
 def fv52_hz(divisions, element="hex20"):
     points, hexahedra = box(divisions, (10.0, 10.0, 1.0))
-    mesh = discretise(points, hexahedra, element)
+    mesh = discretise(mesh_of(points, hexahedra), element)
     x, y, z = mesh.positions.T
     edge = (np.abs(x * (10 - x)) < 1e-9) | (np.abs(y * (10 - y)) < 1e-9)
     held = 3 * np.flatnonzero(edge & (z < 1e-9)) + 2
@@ -63,7 +63,7 @@ def test_nafems_fv32_tapered_cantilever_membrane():
     # Half the thickness with its middle plane held: plane stress, free to thin where it stretches.
     points, hexahedra = box((16, 8, 1), (10.0, 1.0, 0.025), (0.0, -0.5, 0.0))
     points[:, 1] *= 5.0 - 4.0 * points[:, 0] / 10.0
-    mesh = discretise(points, hexahedra)
+    mesh = discretise(mesh_of(points, hexahedra), "hex20")
     root, middle = np.flatnonzero(mesh.positions[:, 0] < 1e-9), np.flatnonzero(mesh.positions[:, 2] < 1e-9)
     held = np.unique(np.concatenate([3 * root, 3 * root + 1, 3 * middle + 2]))
     found = lowest_hz(*elastic_matrices(mesh, NAFEMS_STEEL), 6, held)
@@ -72,7 +72,7 @@ def test_nafems_fv32_tapered_cantilever_membrane():
 
 def annular_plate_hz(divisions, element):
     points, hexahedra = annulus(divisions, 0.1, 0.2, 0.001)
-    mesh = discretise(points, hexahedra, element)
+    mesh = discretise(mesh_of(points, hexahedra), element)
     bore = np.flatnonzero(np.hypot(points[:, 1], points[:, 2]) < 0.1 + 1e-9)
     free = np.setdiff1d(np.arange(mesh.n_nodes), mesh.nodes_on(bore))
     dofs = node_dofs(free).ravel()

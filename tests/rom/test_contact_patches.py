@@ -37,7 +37,7 @@ SHROUD = ShroudParameters(angle=70.0, thickness=0.006, axial_width=0.036, contac
 
 
 def averages_of(sector, element="hex20"):
-    return patch_averages(discretise(sector.points, sector.hexahedra, element), sector)
+    return patch_averages(discretise(sector, element), sector)
 
 
 def vector_averages(sector, element="hex20"):
@@ -70,7 +70,7 @@ def model(full, sector):
 def test_averages_of_polynomials_are_those_of_the_rectangles(element, divisions, grid):
     lengths = (0.012, 0.01, 0.009)
     sector = patch_block(divisions, lengths, grid)
-    nodes = discretise(sector.points, sector.hexahedra, element)
+    nodes = discretise(sector, element)
     weights = patch_averages(nodes, sector)
     x, _, z = (nodes.positions - [0.0, 0.0, 0.3]).T
     a, b = lengths[0] / grid[0] / 2, lengths[2] / grid[1] / 2
@@ -88,7 +88,7 @@ def test_averages_of_polynomials_are_those_of_the_rectangles(element, divisions,
 @pytest.mark.parametrize("size", [0.006, 0.0026])
 def test_patches_of_the_shroud_are_equal_parts_of_its_faces(angle, size):
     sector = build_sector(BLADE, replace(SHROUD, angle=angle), MeshParameters(size=size, contact_grid=(3, 2)))
-    nodes = discretise(sector.points, sector.hexahedra)
+    nodes = discretise(sector, "hex20")
     weights = patch_averages(nodes, sector)
     np.testing.assert_allclose(np.asarray(weights.sum(axis=1)).ravel(), 1.0, atol=1e-13)
     half = len(sector.right.nodes)

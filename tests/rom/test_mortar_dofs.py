@@ -40,7 +40,7 @@ def test_projected_polynomials_have_their_values_at_the_gauss_points(element, di
     sector = patch_block(divisions, lengths, grid)
     dofs = averaged_dofs(sector, element, "mortar")
     assert contact_grid(sector.right) == grid
-    nodes = discretise(sector.points, sector.hexahedra, element)
+    nodes = discretise(sector, element)
     x, _, z = (nodes.positions - [0.0, 0.0, 0.3]).T
     point = {1: [0.0], 2: [-np.sqrt(1 / 3), np.sqrt(1 / 3)], 3: [-GAUSS, 0.0, GAUSS]}
     weight = {1: [2.0], 2: [1.0, 1.0], 3: [5 / 9, 8 / 9, 5 / 9]}
@@ -82,7 +82,7 @@ def test_left_is_right_turned_back_and_rigid_motions_are_exact(angle):
     half = dofs.count
     pitch = 2 * np.pi / sector.n_blades
     forward = np.array([[1, 0, 0], [0, np.cos(pitch), np.sin(pitch)], [0, -np.sin(pitch), np.cos(pitch)]])
-    positions = dofs.weights @ discretise(sector.points, sector.hexahedra).positions
+    positions = dofs.weights @ discretise(sector, "hex20").positions
     np.testing.assert_allclose(positions[half:], positions[:half] @ forward, atol=1e-12)
     assert np.linalg.norm(positions[:half] - sector.right.position, axis=1).max() < 1e-3  # in the order of the mesh
     np.testing.assert_allclose(dofs.frames[half:], dofs.frames[:half] @ forward, atol=1e-9)
@@ -101,7 +101,7 @@ def test_left_is_right_turned_back_and_rigid_motions_are_exact(angle):
 def test_springs_have_the_rotational_stiffness_of_the_face():
     """Rigid rotations by 1 rad about t1 and t2 at the centre: of kn it takes b^2 / 12 and l^2 / 12."""
     sector = sector_at(180.0)
-    positions = discretise(sector.points, sector.hexahedra).positions
+    positions = discretise(sector, "hex20").positions
     centre, frame = sector.right.position.mean(axis=0), sector.right.frame[4]
     for kind, share in (("mortar", 1.0), ("patch", 8.0 / 9.0)):
         dofs = averaged_dofs(sector, "hex20", kind)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rom_meshes import box, distorted_box, patch_block, sector_of
+from rom_meshes import box, distorted_box, mesh_of, patch_block, sector_of
 from rom_reference import lowest_hz
 from scipy.integrate import solve_bvp
 
@@ -44,7 +44,7 @@ def twisted_blade(divisions=(2, 1, 6), lengths=(0.03, 0.003, 0.15), twist=40.0, 
 
 
 def rotating_body(sector, full):
-    mesh = discretise(sector.points, sector.hexahedra, full.element)
+    mesh = discretise(sector, full.element)
     return RotatingBody.of(ElasticBody.of(mesh, STEEL), full)
 
 
@@ -56,7 +56,7 @@ def blade():
 
 @pytest.mark.parametrize("element", ["hex20", "hex27", "hex8"])
 def test_tangent_is_the_derivative_of_the_internal_forces(element):
-    mesh = discretise(*distorted_box((2, 2, 2), (0.1, 0.08, 0.12)), element)
+    mesh = discretise(mesh_of(*distorted_box((2, 2, 2), (0.1, 0.08, 0.12))), element)
     body, rng = ElasticBody.of(mesh, STEEL), np.random.default_rng(3)
     # Displacements of a third of an element and strains of order 1: every term of the tangent counts.
     displacement, direction = rng.normal(scale=0.01, size=(2, 3 * mesh.n_nodes))
@@ -77,7 +77,7 @@ def assemble_free(mesh):
 
 
 def test_a_rigid_motion_costs_nothing_and_turns_the_stiffness():
-    mesh = discretise(*distorted_box((2, 2, 2), (0.1, 0.08, 0.12)))
+    mesh = discretise(mesh_of(*distorted_box((2, 2, 2), (0.1, 0.08, 0.12))), "hex20")
     body, turn = ElasticBody.of(mesh, STEEL), turn_about([1.0, -2.0, 0.5], 2.0)
     moved = (mesh.positions @ turn.T - mesh.positions + [0.3, 0.1, -0.2]).ravel()
     force, strain = body.internal_force(moved)
@@ -99,7 +99,7 @@ def test_stretched_bar_against_its_boundary_value_problem():
     root, top = (np.flatnonzero(points[:, 2] == z) for z in (points[:, 2].min(), points[:, 2].max()))
     sector = sector_of(points, hexahedra, root, int(top[0]), top[1:2], top[2:3], np.eye(3), 30)
     full = assemble(sector, material)
-    mesh = discretise(sector.points, sector.hexahedra)
+    mesh = discretise(sector, "hex20")
     displacement = static_equilibrium(RotatingBody.of(ElasticBody.of(mesh, material), full), square)
 
     def slope(r, state):
@@ -198,10 +198,10 @@ def test_reduced_statics_give_the_contact_displacement_of_the_equilibrium(contac
 
 def mean_over_side(sector, full, nodal):
     """Mean displacement of the +y side of the block: of its serendipity faces, one integral a shape function."""
-    mesh = discretise(sector.points, sector.hexahedra)
+    mesh = discretise(sector, "hex20")
     side = mesh.positions[:, 1].max()
     weights = np.zeros(mesh.n_nodes)
-    for nodes in mesh.element_nodes:
+    for nodes in mesh.blocks[0].nodes:
         on_side = nodes[np.abs(mesh.positions[nodes, 1] - side) < 1e-12]
         if len(on_side) == 8:
             place = mesh.positions[on_side]

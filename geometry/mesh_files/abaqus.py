@@ -1,0 +1,177 @@
+"""Abaqus and CalculiX input files (.inp): parts and instances, nested sets, surfaces, materials.
+
+meshio and meshlane lose nested sets, instances and surfaces, so the keyword blocks are read here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from geometry.errors import MeshFileError
+from geometry.mesh_files.abaqus_keywords import KeywordBlock, keyword_blocks
+from geometry.mesh_files.abaqus_materials import materials_of
+from geometry.mesh_files.abaqus_scope import Scope, SetReader, add_elements, add_nodes
+from geometry.mesh_files.file_mesh import NO_LABELS, FileMesh
+from geometry.mesh_files.text_files import numbers
+from geometry.sector import FloatArray, IntArray
+
+MESH = ("NODE", "ELEMENT")
+SETS = ("NSET", "ELSET", "SURFACE", "SOLID SECTION")
+GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM")
+
+
+def read_abaqus(path: str | Path) -> FileMesh:
+    """Nodes, elements, sets, surfaces and materials of an input file.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Raises
+    ------
+    MeshFileError
+        The file cannot be used.
+    """
+    blocks = keyword_blocks(path)
+    for block in blocks:
+        if block.keyword in GENERATORS:
+            raise block.refuse("generates nodes or elements: must be written out node by node")
+    model, parts, instances = _scopes(blocks)
+    if not instances:  # parts without an assembly
+        instances = [(name, name, block, []) for name, (block, _) in parts.items()]
+    scopes: dict[str, Scope] = {"": Scope("")}
+    contents: list[tuple[Scope, list[KeywordBlock]]] = []
+    _take_mesh(scopes[""], model)
+    for name, part, block, own in instances:
+        if name.upper() in scopes:
+            raise block.refuse(f"NAME={name} is given twice: must be distinct")
+        if part.upper() not in {key.upper() for key in parts}:
+            raise block.refuse(f"PART={part} is not defined")
+        inner = next(blocks for key, (_, blocks) in parts.items() if key.upper() == part.upper())
+        offset = max((scope.offset + scope.highest for scope in scopes.values()), default=0)
+        rotation, translation = _placement(block) if block.keyword == "INSTANCE" else (np.eye(3), np.zeros(3))
+        scope = Scope(name, offset, rotation, translation)
+        _take_mesh(scope, [*inner, *own])
+        scopes[name.upper()] = scope
+        contents.append((scope, [*inner, *own]))
+    contents.append((scopes[""], model))
+    reader = SetReader(scopes)
+    for scope, own in contents:
+        for block in own:
+            if block.keyword in ("NSET", "ELSET"):
+                reader.add_set(scope, block)
+            elif block.keyword == "SURFACE":
+                reader.add_surface(scope, block)
+            elif block.keyword == "SOLID SECTION":
+                reader.add_section(scope, block)
+    return _joined(path, blocks, list(scopes.values()))
+
+
+def _take_mesh(scope: Scope, blocks: list[KeywordBlock]) -> None:
+    for block in blocks:
+        if block.keyword == "NODE":
+            add_nodes(scope, block)
+        elif block.keyword == "ELEMENT":
+            add_elements(scope, block)
+
+
+Parts = dict[str, tuple[KeywordBlock, list[KeywordBlock]]]
+Instances = list[tuple[str, str, KeywordBlock, list[KeywordBlock]]]
+
+
+def _scopes(blocks: list[KeywordBlock]) -> tuple[list[KeywordBlock], Parts, Instances]:
+    """Blocks of the model and its assembly, of each part, and of each instance."""
+    model: list[KeywordBlock] = []
+    parts: Parts = {}
+    instances: Instances = []
+    inside = model
+    for block in blocks:
+        if block.keyword == "PART":
+            inside = []
+            name = block.needs("NAME")
+            if name in parts:
+                raise block.refuse(f"NAME={name} is given twice: must be distinct")
+            parts[name] = (block, inside)
+        elif block.keyword == "INSTANCE":
+            inside = []
+            instances.append((block.needs("NAME"), block.needs("PART"), block, inside))
+        elif block.keyword in ("END PART", "END INSTANCE"):
+            inside = model
+        elif block.keyword in MESH or block.keyword in SETS:
+            inside.append(block)
+    return model, parts, instances
+
+
+def _placement(block: KeywordBlock) -> tuple[FloatArray, FloatArray]:
+    """Rotation and translation of an instance: it is moved, then turned about an axis by an angle in degrees."""
+
+    def refusal(field: str) -> MeshFileError:
+        return block.refuse(f"{field.strip()!r}: must be a number")
+
+    rows = [numbers([part for part in line.split(",") if part.strip()], refusal) for line in block.data]
+    move = rows[0] if rows else np.zeros(3)
+    if len(move) != 3 or len(rows) > 2 or (len(rows) == 2 and len(rows[1]) != 7):
+        raise block.refuse("must have 3 numbers of a translation, then 7 of a rotation (two points and an angle)")
+    if len(rows) < 2:
+        return np.eye(3), move
+    start, end, angle = rows[1][:3], rows[1][3:6], np.radians(rows[1][6])
+    length = np.linalg.norm(end - start)
+    if not length > 0:
+        raise block.refuse("the axis of the rotation has no length: must be two distinct points")
+    x, y, z = (end - start) / length
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    rotation = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * (cross @ cross)
+    return rotation, rotation @ (move - start) + start
+
+
+def _joined(path: str | Path, blocks: list[KeywordBlock], scopes: list[Scope]) -> FileMesh:
+    """One mesh of all scopes; names of an instance's sets carry its name where another scope has them too."""
+    mesh = FileMesh(str(path))
+    mesh.node_labels = np.concatenate([NO_LABELS, *(labels for scope in scopes for labels in scope.node_labels)])
+    mesh.points = np.concatenate([np.empty((0, 3)), *(points for scope in scopes for points in scope.points)])
+    mesh.elements = [elements for scope in scopes for elements in scope.elements]
+    spelled = _spelling(blocks)
+    mesh.node_sets = dict(_named([(scope.name, scope.node_sets) for scope in scopes], spelled))
+    mesh.element_sets = dict(_named([(scope.name, scope.element_sets) for scope in scopes], spelled))
+    mesh.sides = dict(_named([(scope.name, scope.sides) for scope in scopes], spelled))
+    materials, notes = materials_of(blocks)
+    mesh.materials = materials
+    names = {name.upper(): name for name in materials}
+    mesh.element_material = [
+        (labels, names.get(name.upper(), name)) for scope in scopes for labels, name in scope.sections
+    ]
+    mesh.notes += [note for scope in scopes for note in scope.notes] + notes
+    left_out: dict[str, int] = {}
+    for scope in scopes:
+        for name, lines in scope.left_out.items():
+            left_out[name] = left_out.get(name, 0) + lines
+    mesh.notes += [f"elements {name} left out ({lines} data lines): not solid" for name, lines in left_out.items()]
+    if len([scope for scope in scopes if scope.node_labels]) > 1:
+        shifts = ", ".join(f"{scope.name} + {scope.offset}" for scope in scopes if scope.name)
+        mesh.notes.append(f"several instances: their labels are shifted ({shifts})")
+    return mesh
+
+
+def _spelling(blocks: list[KeywordBlock]) -> dict[str, str]:
+    """Names as first written, by their upper case."""
+    spelled: dict[str, str] = {}
+    for block in blocks:
+        for key in ("NSET", "ELSET", "NAME"):
+            name = block.parameters.get(key, "")
+            spelled.setdefault(name.upper(), name)
+    return spelled
+
+
+def _named(
+    scopes: list[tuple[str, dict[str, list[IntArray]]]], spelled: dict[str, str]
+) -> Iterator[tuple[str, IntArray]]:
+    for scope, sets in scopes:
+        for name, arrays in sets.items():
+            shared = sum(name in others for _, others in scopes) > 1
+            written = spelled.get(name, name)
+            if arrays:
+                yield (f"{scope}.{written}" if shared and scope else written), np.concatenate(arrays)

@@ -1,0 +1,345 @@
+"""A scope of an Abaqus file: the model, or an instance of a part, with labels of its own."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geometry.elements import ELEMENT_KINDS
+from geometry.mesh_files.abaqus_keywords import KeywordBlock
+from geometry.mesh_files.file_mesh import NO_LABELS, FileElements
+from geometry.mesh_files.match_faces import free_sides
+from geometry.mesh_files.text_files import labels_of, numbers
+from geometry.sector import FloatArray, IntArray
+
+KINDS = {4: "tet4", 10: "tet10", 6: "wedge6", 15: "wedge15", 8: "hex8", 20: "hex20"}
+_SOLID = re.compile(r"C3D(\d+)([A-Z]*)$")
+PYRAMIDS = (5, 13)
+
+
+@dataclass
+class Scope:
+    """Nodes, elements and sets of a scope; all labels carry its offset.
+
+    Attributes
+    ----------
+    name : str
+        Name of the instance; "" for the model and its assembly.
+    offset : int
+        What is added to the labels of the file.
+    rotation, translation : (3, 3) array, (3,) array
+        Where the instance stands: x' = rotation @ x + translation.
+    node_labels, points : list of arrays
+        Nodes.
+    elements : list of FileElements
+        Solid elements.
+    node_sets, element_sets : dict of str to list of arrays
+        Labels, by name in upper case.
+    sides : dict of str to list of (k, 2) arrays
+        Surfaces, by name in upper case.
+    sections : list of ((k,) array, str)
+        Elements and their material.
+    left_out : dict of str to int
+        Types of elements that are not read, and how many data lines they have.
+    notes : list of str
+        What was left out.
+    """
+
+    name: str
+    offset: int = 0
+    rotation: FloatArray = field(default_factory=lambda: np.eye(3))
+    translation: FloatArray = field(default_factory=lambda: np.zeros(3))
+    node_labels: list[IntArray] = field(default_factory=list)
+    points: list[FloatArray] = field(default_factory=list)
+    elements: list[FileElements] = field(default_factory=list)
+    node_sets: dict[str, list[IntArray]] = field(default_factory=dict)
+    element_sets: dict[str, list[IntArray]] = field(default_factory=dict)
+    sides: dict[str, list[IntArray]] = field(default_factory=dict)
+    sections: list[tuple[IntArray, str]] = field(default_factory=list)
+    left_out: dict[str, int] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def highest(self) -> int:
+        """The highest label, its offset left away."""
+        arrays = [*self.node_labels, *(elements.labels for elements in self.elements)]
+        return max((int(array.max()) - self.offset for array in arrays if len(array)), default=0)
+
+
+def add_nodes(scope: Scope, block: KeywordBlock) -> None:
+    """Take the nodes of a *NODE block.
+
+    Parameters
+    ----------
+    scope : Scope
+        Where they belong.
+    block : KeywordBlock
+        The block.
+    """
+    if not block.data:
+        return
+    table = _node_table(block)
+    system = block.parameters.get("SYSTEM", "R").upper()
+    points = table[:, 1:4]
+    if system == "C":
+        angle = np.radians(points[:, 1])
+        points = np.column_stack([points[:, 0] * np.cos(angle), points[:, 0] * np.sin(angle), points[:, 2]])
+    elif system != "R":
+        raise block.refuse(f"SYSTEM={system}: must be R or C")
+    labels = labels_of(table[:, 0], lambda field: block.refuse(f"node {field}: must be a positive integer"))
+    if (labels == 0).any():
+        raise block.refuse("node 0: must be a positive integer")
+    scope.node_labels.append(labels + scope.offset)
+    scope.points.append(points @ scope.rotation.T + scope.translation)
+    _join_set(scope.node_sets, block.parameters.get("NSET"), labels + scope.offset)
+
+
+def _node_table(block: KeywordBlock) -> FloatArray:
+    """Label and position of each node (N, 4)."""
+
+    def refusal(field: str) -> Exception:
+        return block.refuse(f"{field.strip()!r} in the data: must be a number")
+
+    fields = ",".join(block.data).split(",")
+    if len(fields) == 4 * len(block.data) and all(line.count(",") == 3 for line in block.data):
+        try:
+            return np.array(list(map(float, fields))).reshape(-1, 4)
+        except ValueError:
+            pass
+    rows = []
+    for line in block.data:
+        row = [*(part.strip() or "0" for part in line.split(",")[:4]), "0", "0", "0"][:4]
+        rows.append(numbers(row, refusal))
+    return np.array(rows)
+
+
+def add_elements(scope: Scope, block: KeywordBlock) -> None:
+    """Take the elements of an *ELEMENT block, if they are solid.
+
+    Parameters
+    ----------
+    scope : Scope
+        Where they belong.
+    block : KeywordBlock
+        The block.
+    """
+    name = block.needs("TYPE").upper()
+    solid = _SOLID.match(name)
+    if not block.data:
+        return
+    if solid and int(solid[1]) in PYRAMIDS:
+        raise block.refuse(f"TYPE={name} are pyramids: only tetrahedra, wedges and hexahedra are read")
+    if not solid or int(solid[1]) not in KINDS:
+        scope.left_out[name] = scope.left_out.get(name, 0) + len(block.data)
+        _join_set(scope.element_sets, block.parameters.get("ELSET"), NO_LABELS)
+        return
+    count = int(solid[1])
+    if solid[2]:
+        scope.notes.append(f"elements {name} are taken as {KINDS[count]} with full integration")
+    table = _element_table(block, name, count)
+    table[table > 0] += scope.offset
+    scope.elements.append(FileElements(KINDS[count], table[:, 0], table[:, 1:]))
+    _join_set(scope.element_sets, block.parameters.get("ELSET"), table[:, 0])
+
+
+def _element_table(block: KeywordBlock, name: str, count: int) -> IntArray:
+    """Label and nodes of each element (E, 1 + count); 0 for a field that is left empty."""
+
+    def refusal(field: str) -> Exception:
+        return block.refuse(f"{field.strip()!r} in the data: must be a positive integer")
+
+    width = count + 1
+    fields = ",".join(block.data).split(",")
+    if len(fields) != width * len(block.data) or any(line.count(",") != count for line in block.data):
+        fields = _joined_rows(block, name, width)
+    try:
+        table = labels_of(fields, refusal).reshape(-1, width)
+    except MemoryError:  # pragma: no cover
+        raise block.refuse("is too large for the memory") from None
+    if (table[:, 0] == 0).any():
+        raise block.refuse("element 0: must be a positive integer")
+    return table
+
+
+def _joined_rows(block: KeywordBlock, name: str, width: int) -> list[str]:
+    """Fields of elements that may go on over several lines."""
+    rows: list[str] = []
+    row: list[str] = []
+    for line in block.data:
+        fields = [part.strip() or "0" for part in line.split(",")]
+        row += fields[:-1] if line.rstrip().endswith(",") else fields
+        if len(row) > width:
+            break
+        if len(row) == width:
+            rows += row
+            row = []
+    if row:
+        raise block.refuse(f"element {row[0]} ({name}): must have {width - 1} nodes")
+    return rows
+
+
+def _join_set(sets: dict[str, list[IntArray]], name: str | None, labels: IntArray) -> None:
+    if name:
+        sets.setdefault(name.upper(), []).append(labels)
+
+
+class SetReader:
+    """Reads *NSET, *ELSET, *SURFACE and *SOLID SECTION of a scope, which may name those of others.
+
+    Parameters
+    ----------
+    scopes : mapping of str to Scope
+        All scopes by name in upper case.
+    """
+
+    def __init__(self, scopes: Mapping[str, Scope]) -> None:
+        self._scopes = scopes
+
+    def add_set(self, scope: Scope, block: KeywordBlock) -> None:
+        """Take a node or element set.
+
+        Parameters
+        ----------
+        scope : Scope
+            Where it belongs.
+        block : KeywordBlock
+            *NSET or *ELSET.
+        """
+        nodes = block.keyword == "NSET"
+        name = block.needs("NSET" if nodes else "ELSET").upper()
+        sets = scope.node_sets if nodes else scope.element_sets
+        members = self._instance(scope, block)
+        if "GENERATE" in block.parameters:
+            found = [self._generated(members, block, line, nodes) for line in block.data]
+        elif nodes and block.parameters.get("ELSET"):
+            found = [self._nodes_of(members, self._members(members, block, block.parameters["ELSET"], False))]
+        else:
+            found = self._listed(members, block, nodes)
+        sets.setdefault(name, []).extend(found)
+
+    def add_surface(self, scope: Scope, block: KeywordBlock) -> None:
+        """Take a surface.
+
+        Parameters
+        ----------
+        scope : Scope
+            Where it belongs.
+        block : KeywordBlock
+            *SURFACE.
+        """
+        name, kind = block.needs("NAME"), block.parameters.get("TYPE", "ELEMENT").upper()
+        rows = [[part.strip() for part in line.split(",")] for line in block.data]
+        if kind == "NODE":
+            scope.node_sets.setdefault(name.upper(), []).extend(
+                self._members(scope, block, row[0], True) for row in rows
+            )
+            return
+        if kind != "ELEMENT" or "COMBINE" in block.parameters:
+            scope.notes.append(f"surface {name}: only surfaces of element sides or nodes are read")
+            return
+        found = scope.sides.setdefault(name.upper(), [])
+        for row in rows:
+            labels, side = self._members(scope, block, row[0], False), row[1].upper() if len(row) > 1 else ""
+            digit = side.removeprefix("S")
+            if not side:
+                found.append(self._free_sides(scope, labels))
+            elif digit in ("1", "2", "3", "4", "5", "6"):
+                self._check_side(labels, int(digit), block)
+                found.append(np.column_stack([labels, np.full(len(labels), int(digit) - 1)]))
+            else:
+                scope.notes.append(f"surface {name}: side {side} is of no solid element")
+
+    def add_section(self, scope: Scope, block: KeywordBlock) -> None:
+        """Take the material of a *SOLID SECTION.
+
+        Parameters
+        ----------
+        scope : Scope
+            Where it belongs.
+        block : KeywordBlock
+            The block.
+        """
+        labels = self._members(scope, block, block.needs("ELSET"), False)
+        scope.sections.append((labels, block.needs("MATERIAL")))
+
+    def _instance(self, scope: Scope, block: KeywordBlock) -> Scope:
+        name = block.parameters.get("INSTANCE", "")
+        if name and name.upper() not in self._scopes:
+            raise block.refuse(f"INSTANCE={name} is not defined")
+        return self._scopes[name.upper()] if name else scope
+
+    def _generated(self, scope: Scope, block: KeywordBlock, line: str, nodes: bool) -> IntArray:
+        fields = [part for part in line.split(",") if part.strip()]
+        values = labels_of(fields, lambda field: block.refuse(f"{field.strip()!r}: must be a positive integer"))
+        if len(values) not in (2, 3) or (len(values) == 3 and values[2] == 0):
+            raise block.refuse(f"{line.strip()!r}: must be first, last and step")
+        step = int(values[2]) if len(values) == 3 else 1
+        first, last = int(values[0]) + scope.offset, int(values[1]) + scope.offset
+        arrays = scope.node_labels if nodes else [elements.labels for elements in scope.elements]
+        known = np.unique(np.concatenate([NO_LABELS, *arrays]))
+        return known[(known >= first) & (known <= last) & ((known - first) % step == 0)]
+
+    def _listed(self, scope: Scope, block: KeywordBlock, nodes: bool) -> list[IntArray]:
+        fields = [part for part in ",".join(block.data).replace(" ", "").replace("\t", "").split(",") if part]
+        try:
+            return [labels_of(fields, ValueError) + scope.offset]
+        except ValueError:
+            names = [part.strip().strip('"') for part in ",".join(block.data).split(",")]
+            return [self._members(scope, block, part, nodes) for part in names if part]
+
+    def _members(self, scope: Scope, block: KeywordBlock, token: str, nodes: bool) -> IntArray:
+        """Labels that a label or the name of a set stands for."""
+        token = token.strip().strip('"')
+        if token.isdigit():
+            return labels_of([token], block.refuse) + scope.offset
+        for owner, name in ((scope, token), *self._elsewhere(token)):
+            sets = owner.node_sets if nodes else owner.element_sets
+            if name.upper() in sets:
+                return np.concatenate([NO_LABELS, *sets[name.upper()]])
+            if owner is not scope and name.isdigit():
+                return labels_of([name], block.refuse) + owner.offset
+        what = "node set" if nodes else "element set"
+        raise block.refuse(f"{token!r} is no {what} defined before: name one, or give labels")
+
+    def _elsewhere(self, token: str) -> list[tuple[Scope, str]]:
+        places = [k for k, letter in enumerate(token) if letter == "."]
+        found = [
+            (self._scopes[token[:k].upper()], token[k + 1 :]) for k in places if token[:k].upper() in self._scopes
+        ]
+        return [*found, (self._scopes[""], token)]
+
+    def _nodes_of(self, scope: Scope, labels: IntArray) -> IntArray:
+        found = [
+            elements.nodes[np.isin(elements.labels, labels)].ravel()
+            for other in self._all(scope)
+            for elements in other.elements
+        ]
+        nodes = np.unique(np.concatenate([NO_LABELS, *found]))
+        return nodes[nodes > 0]
+
+    def _free_sides(self, scope: Scope, labels: IntArray) -> IntArray:
+        everything = [elements for other in self._all(scope) for elements in other.elements]
+        blocks = [(elements.nodes, ELEMENT_KINDS[elements.kind].sides) for elements in everything]
+        sides = free_sides(blocks) if blocks else []
+        found = [
+            np.column_stack([elements.labels[side[:, 0]], side[:, 1]])
+            for elements, side in zip(everything, sides, strict=True)
+        ]
+        table = np.concatenate([np.empty((0, 2), dtype=np.int64), *found])
+        return table[np.isin(table[:, 0], labels)]
+
+    def _check_side(self, labels: IntArray, side: int, block: KeywordBlock) -> None:
+        for scope in self._scopes.values():
+            for elements in scope.elements:
+                count = len(ELEMENT_KINDS[elements.kind].sides)
+                wrong = np.isin(elements.labels, labels)
+                if side > count and wrong.any():
+                    label = elements.labels[wrong][0] - scope.offset
+                    raise block.refuse(f"S{side} of element {label} ({elements.kind}): must be S1 to S{count}")
+
+    def _all(self, scope: Scope) -> list[Scope]:
+        others = [other for other in self._scopes.values() if other is not scope]
+        return [scope, *others]

@@ -1,0 +1,92 @@
+"""Cells of meshio and meshlane as elements and faces of a mesh file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from geometry.mesh_files.file_mesh import FileElements, FileMesh
+from geometry.sector import FloatArray
+
+KINDS = {
+    "tetra": "tet4",
+    "tetra10": "tet10",
+    "wedge": "wedge6",
+    "wedge15": "wedge15",
+    "wedge18": "wedge15",
+    "hexahedron": "hex8",
+    "hexahedron20": "hex20",
+    "hexahedron27": "hex20",
+}
+NODES = {"wedge15": 15, "hex20": 20}
+FACE_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
+
+
+def mesh_of_cells(path: object, points: FloatArray, cells: list[Any]) -> FileMesh:
+    """A mesh of points and blocks of cells; labels are places in the file, from 1.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    points : (N, 3) array
+        Points.
+    cells : list of cell blocks
+        Each with `type` and `data`.
+
+    Raises
+    ------
+    MeshFileError
+        A cell is a pyramid or names a point that is not there.
+    """
+    mesh = FileMesh(str(path), oriented=False)
+    mesh.points = np.ascontiguousarray(points, dtype=np.float64)
+    mesh.node_labels = np.arange(1, len(points) + 1)
+    first = 1
+    for block in cells:
+        if block.type.startswith("pyramid"):
+            raise mesh.refuse(f"cell {first} is a pyramid: only tetrahedra, wedges and hexahedra are read")
+        if block.type in KINDS:
+            kind = KINDS[block.type]
+            nodes = np.asarray(block.data, dtype=np.int64) + 1
+            if (nodes < 1).any():
+                raise mesh.refuse(f"{block.type} cells name point {nodes.min() - 1}: points are counted from 0")
+            if nodes.shape[1] > NODES.get(kind, 20):
+                mesh.notes.append(f"{block.type} cells are taken as {kind}: their inner nodes are left out")
+                nodes = nodes[:, : NODES[kind]]
+            mesh.elements.append(FileElements(kind, np.arange(first, first + len(nodes)), nodes))
+        elif block.type not in FACE_CORNERS and block.type not in ("vertex", "line", "line3"):
+            mesh.notes.append(f"{len(block.data)} cells {block.type} left out: no solid elements")
+        first += len(block.data)
+    return mesh
+
+
+def add_cells_to_set(mesh: FileMesh, name: str, block: Any, first: int, inside: Any) -> None:
+    """Put cells of a block into a set: solids into an element set, faces into a surface, all others into a node set.
+
+    Parameters
+    ----------
+    mesh : FileMesh
+        The mesh.
+    name : str
+        Name of the set.
+    block : cell block
+        The cells.
+    first : int
+        Label of its first cell.
+    inside : (k,) array
+        Places of the cells in the block.
+    """
+    rows = np.asarray(inside, dtype=np.int64)
+    if not len(rows):
+        return
+    if block.type in KINDS:
+        before = mesh.element_sets.get(name, np.empty(0, dtype=np.int64))
+        mesh.element_sets[name] = np.concatenate([before, rows + first])
+        return
+    nodes = np.asarray(block.data, dtype=np.int64)[rows] + 1
+    if block.type in FACE_CORNERS:
+        mesh.faces.setdefault(name, []).append(nodes[:, : FACE_CORNERS[block.type]])
+    before = mesh.node_sets.get(name, np.empty(0, dtype=np.int64))
+    mesh.node_sets[name] = np.unique(np.concatenate([before, nodes.ravel()]))

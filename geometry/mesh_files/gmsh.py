@@ -1,0 +1,138 @@
+"""Gmsh files (.msh), versions 2.2 to 4.1, read by gmsh itself: physical groups become sets and surfaces.
+
+gmsh takes a file that does not start as a mesh for a script, and runs a file of options of the same name beside it.
+So the first line is checked, and a link in a folder of its own is read.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geometry.elements import ELEMENT_KINDS
+from geometry.errors import MeshFileError
+from geometry.gmsh_start import start_gmsh
+from geometry.mesh_files.file_mesh import FileElements, FileMesh
+from geometry.sector import IntArray
+
+KINDS = {4: "tet4", 5: "hex8", 6: "wedge6", 11: "tet10", 12: "hex20", 13: "wedge15", 17: "hex20", 18: "wedge15"}
+EXTRA_NODES = {12: "hex27", 13: "wedge18"}  # nodes in faces and inside are left out
+PYRAMIDS = (7, 14, 19)
+FACE_CORNERS = {2: 3, 9: 3, 3: 4, 10: 4, 16: 4}
+# the two corners of each mid-side node, in the order of gmsh
+EDGES = {
+    "tet10": ((0, 1), (1, 2), (2, 0), (3, 0), (3, 2), (3, 1)),
+    "wedge15": ((0, 1), (0, 2), (0, 3), (1, 2), (1, 4), (2, 5), (3, 4), (3, 5), (4, 5)),
+    "hex20": (
+        *((0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3)),
+        *((2, 6), (3, 7), (4, 5), (4, 7), (5, 6), (6, 7)),
+    ),
+}
+DIMENSIONS = ("point", "curve", "surface", "volume")
+
+
+def read_gmsh(path: str | Path) -> FileMesh:
+    """Nodes, elements and physical groups of a file of gmsh.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Raises
+    ------
+    MeshFileError
+        The file cannot be used.
+    """
+    with open(path, "rb") as file:
+        head = file.readline(200).strip()
+    if head != b"$MeshFormat":
+        raise MeshFileError(path, "does not start with $MeshFormat: a mesh of gmsh, version 2.2 to 4.1, is needed")
+    import gmsh
+
+    running = bool(gmsh.isInitialized())
+    if not running:
+        start_gmsh(gmsh)
+    before = gmsh.model.getCurrent() if running else ""
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            link = os.path.join(folder, "mesh.msh")
+            os.symlink(os.path.abspath(path), link)
+            gmsh.option.setNumber("General.Terminal", 0)
+            gmsh.model.add("mesh file")
+            gmsh.merge(link)
+        return _from_model(path, gmsh)
+    except MeshFileError:
+        raise
+    except Exception as error:  # what gmsh says of a bad file
+        raise MeshFileError(path, f"cannot be read: {str(error) or type(error).__name__}") from None
+    finally:
+        if running:
+            gmsh.model.remove()
+            gmsh.model.setCurrent(before)
+        else:
+            gmsh.finalize()
+
+
+def columns_from_gmsh(kind: str) -> list[int]:
+    """Place in an element of gmsh of each node of an element here.
+
+    Parameters
+    ----------
+    kind : str
+        Name in `ELEMENT_KINDS`.
+    """
+    element = ELEMENT_KINDS[kind]
+    columns = list(range(element.corners))
+    if element.quadratic:
+        places = {frozenset(edge): element.corners + k for k, edge in enumerate(EDGES[kind])}
+        columns += [places[frozenset(edge)] for edge in element.edges]
+    return columns
+
+
+def _from_model(path: str | Path, gmsh: Any) -> FileMesh:
+    mesh = FileMesh(str(path), oriented=False)
+    labels, positions, _ = gmsh.model.mesh.getNodes()
+    mesh.node_labels = labels.astype(np.int64)
+    mesh.points = positions.reshape(-1, 3)
+    for code in gmsh.model.mesh.getElementTypes(3):
+        name, _, order, count, _, _ = gmsh.model.mesh.getElementProperties(code)
+        elements, nodes = gmsh.model.mesh.getElementsByType(code)
+        if code in PYRAMIDS:
+            raise mesh.refuse(f"element {elements[0]} is a pyramid: only tetrahedra, wedges and hexahedra are read")
+        if code not in KINDS:
+            raise mesh.refuse(f"element {elements[0]} is a {name} of order {order}: must be of order 1 or 2")
+        if code in EXTRA_NODES:
+            mesh.notes.append(
+                f"{EXTRA_NODES[code]} elements are taken as {KINDS[code]}: their inner nodes are left out"
+            )
+        table = nodes.reshape(-1, count).astype(np.int64)[:, columns_from_gmsh(KINDS[code])]
+        mesh.elements.append(FileElements(KINDS[code], elements.astype(np.int64), table))
+    for dimension, tag in gmsh.model.getPhysicalGroups():
+        name = gmsh.model.getPhysicalName(dimension, tag) or f"{DIMENSIONS[dimension]}_{tag}"
+        _add_group(mesh, gmsh, name, dimension, tag)
+    return mesh
+
+
+def _add_group(mesh: FileMesh, gmsh: Any, name: str, dimension: int, tag: int) -> None:
+    entities = gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)
+    found = [gmsh.model.mesh.getElements(dimension, entity) for entity in entities]
+    if dimension == 3:
+        labels = [array.astype(np.int64) for _, arrays, _ in found for array in arrays]
+        mesh.element_sets[name] = np.concatenate([np.empty(0, dtype=np.int64), *labels])
+        return
+    faces: list[IntArray] = []
+    nodes: list[IntArray] = []
+    for codes, labels, connected in found:
+        for code, own, flat in zip(codes, labels, connected, strict=True):
+            table = flat.reshape(len(own), -1).astype(np.int64)
+            nodes.append(table.ravel())
+            if code in FACE_CORNERS:
+                faces.append(table[:, : FACE_CORNERS[code]])
+    mesh.node_sets[name] = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *nodes]))
+    if faces:
+        mesh.faces[name] = faces

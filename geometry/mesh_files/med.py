@@ -1,0 +1,47 @@
+"""MED files of Salome and Code_Aster (.med), by meshlane: groups become sets and surfaces."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from geometry.errors import MeshFileError
+from geometry.mesh_files.cells import add_cells_to_set, mesh_of_cells
+from geometry.mesh_files.file_mesh import FileMesh
+
+
+def read_med(path: str | Path) -> FileMesh:
+    """Nodes, elements and groups of a MED file.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Raises
+    ------
+    MeshFileError
+        The file cannot be used.
+    """
+    import meshlane
+
+    try:
+        grid = meshlane.med.read(str(path))
+    except MemoryError:
+        raise
+    except (Exception, SystemExit) as error:  # whatever its parsers stumble over
+        raise MeshFileError(path, f"cannot be read: {str(error) or type(error).__name__}") from None
+    points = np.asarray(grid.points, dtype=np.float64)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise MeshFileError(path, f"has points of shape {points.shape}: must be (N, 3)")
+    mesh = mesh_of_cells(path, points, grid.cells)
+    for name, members in grid.point_sets.items():
+        mesh.node_sets[str(name)] = np.asarray(members, dtype=np.int64) + 1
+    for name, groups in grid.cell_sets.items():
+        first = 1
+        for block, members in zip(grid.cells, groups, strict=True):
+            if members is not None:
+                add_cells_to_set(mesh, str(name), block, first, members)
+            first += len(block.data)
+    return mesh

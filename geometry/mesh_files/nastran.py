@@ -1,0 +1,140 @@
+"""Nastran bulk data (.bdf, .nas, .dat): solid elements, coordinate systems, MAT1 and sets.
+
+meshio and meshlane lose coordinate systems, sets and materials, so the cards are read here. The name of a material is
+the number of its MAT1; the elements of a property are the element set PSOLID_number.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from geometry.elements import ELEMENT_KINDS
+from geometry.mesh_files.file_mesh import FileElements, FileMesh
+from geometry.mesh_files.nastran_cards import Card, cards, nastran_deck
+from geometry.mesh_files.nastran_coordinates import NastranCoordinates
+from geometry.mesh_files.nastran_sets import add_sets
+from geometry.sector import IntArray
+
+FAMILIES = {"CTETRA": ("tet4", "tet10"), "CPENTA": ("wedge6", "wedge15"), "CHEXA": ("hex8", "hex20")}
+# CPENTA and CHEXA count the edges between the lower and the upper side before those of the upper side
+COLUMNS = {
+    "wedge15": [*range(9), 12, 13, 14, 9, 10, 11],
+    "hex20": [*range(12), 16, 17, 18, 19, 12, 13, 14, 15],
+}
+SYSTEMS = ("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S")
+SETS = ("SET1", "SET3", "SPC1")
+NOT_SOLID = (
+    *("CQUAD4", "CQUAD8", "CQUADR", "CTRIA3", "CTRIA6", "CTRIAR", "CBAR", "CBEAM", "CROD", "CBUSH"),
+    *("CELAS1", "CELAS2", "CONM1", "CONM2", "RBE2", "RBE3", "PLOTEL", "CSHEAR", "CTUBE"),
+)
+DEFORMED = ("MAT9", "MAT2", "MAT8", "MATT1")
+
+
+def read_nastran(path: str | Path) -> FileMesh:
+    """Nodes, elements, sets and materials of a deck.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Raises
+    ------
+    MeshFileError
+        The file cannot be used.
+    """
+    deck = nastran_deck(path)
+    mesh = FileMesh(str(path))
+    by_name: dict[str, list[Card]] = {}
+    for card in cards(deck):
+        by_name.setdefault(card.name, []).append(card)
+    if "CPYRAM" in by_name:
+        raise by_name["CPYRAM"][0].refuse("is a pyramid: only tetrahedra, wedges and hexahedra are read")
+    _add_nodes(mesh, by_name)
+    properties = _add_elements(mesh, by_name)
+    _add_materials(mesh, by_name, properties)
+    add_sets(mesh, deck, [card for name in SETS for card in by_name.get(name, [])])
+    for name in NOT_SOLID:
+        if name in by_name:
+            mesh.notes.append(f"{len(by_name[name])} {name} left out: no solid elements")
+    return mesh
+
+
+def _add_nodes(mesh: FileMesh, by_name: dict[str, list[Card]]) -> None:
+    found = by_name.get("GRID", [])
+    usual = next((card.label(1, 0) for card in by_name.get("GRDSET", [])), 0)
+    labels = np.array([card.label(0) for card in found], dtype=np.int64)
+    systems = np.array([card.label(1, usual) for card in found], dtype=np.int64)
+    numbers = np.array([[card.number(k, 0.0) for k in (2, 3, 4)] for card in found]).reshape(-1, 3)
+    coordinates = NastranCoordinates(
+        [card for name in SYSTEMS for card in by_name.get(name, [])], labels, systems, numbers
+    )
+    for system in np.unique(systems):
+        if not coordinates.defined(int(system)):
+            card = found[int(np.flatnonzero(systems == system)[0])]
+            raise card.refuse(f"node {card.text(0)} names coordinate system {system}, which is not defined")
+    mesh.node_labels, mesh.points = labels, coordinates.basic()
+
+
+def _add_elements(mesh: FileMesh, by_name: dict[str, list[Card]]) -> dict[int, list[int]]:
+    """Take the solid elements; labels by property."""
+    properties: dict[int, list[int]] = {}
+    for name, (linear, quadratic) in FAMILIES.items():
+        full, few = ELEMENT_KINDS[quadratic].n_nodes, ELEMENT_KINDS[linear].n_nodes
+        rows: dict[str, list[list[int]]] = {linear: [], quadratic: []}
+        for card in by_name.get(name, []):
+            row = _element_row(card, full)
+            properties.setdefault(row.pop(1), []).append(row[0])
+            kind = quadratic if any(row[few + 1 :]) else linear
+            rows[kind].append(row if kind == quadratic else row[: few + 1])
+        for kind, table in rows.items():
+            if table:
+                array = np.array(table, dtype=np.int64)
+                columns = COLUMNS.get(kind, list(range(ELEMENT_KINDS[kind].n_nodes)))
+                mesh.elements.append(FileElements(kind, array[:, 0], array[:, 1:][:, columns]))
+    return properties
+
+
+def _element_row(card: Card, count: int) -> list[int]:
+    """Label, property and nodes, 0 for a blank field."""
+    fields = card.fields[: count + 2]
+    try:
+        row = [int(field) if field else 0 for field in fields]
+    except ValueError:
+        row = [card.label(place, 0) for place in range(len(fields))]
+    if min(row) < 0:
+        raise card.refuse(f"{min(row)} must be a positive integer")
+    if any(card.fields[count + 2 :]):
+        raise card.refuse(f"element {row[0]} has more than {count} nodes")
+    return row + [0] * (count + 2 - len(row))
+
+
+def _add_materials(mesh: FileMesh, by_name: dict[str, list[Card]], properties: dict[int, list[int]]) -> None:
+    material = {card.label(0): card.text(1) for name in ("PSOLID", "PLSOLID") for card in by_name.get(name, [])}
+    arrays: dict[int, IntArray] = {number: np.array(labels) for number, labels in properties.items()}
+    for number, labels in arrays.items():
+        mesh.element_sets[f"PSOLID_{number}"] = labels
+        if material.get(number):
+            mesh.element_material.append((labels, material[number]))
+        else:
+            mesh.notes.append(f"property {number} is not defined by a PSOLID: its elements have no material")
+    for card in by_name.get("MAT1", []):
+        mesh.materials[card.text(0)] = _isotropic(card)
+    for name in DEFORMED:
+        for card in by_name.get(name, []):
+            mesh.notes.append(f"material {card.text(0)}: {name} left out: only MAT1 is read")
+
+
+def _isotropic(card: Card) -> dict[str, float]:
+    """Numbers of a MAT1: E, G, nu, rho, A; of E, G and nu one may be blank."""
+    given = {name: card.number(k) for k, name in enumerate(("E", "G", "nu", "rho", "A"), 1) if card.text(k)}
+    if "E" not in given and {"G", "nu"} <= given.keys():
+        given["E"] = 2 * given["G"] * (1 + given["nu"])
+    if "nu" not in given and {"E", "G"} <= given.keys():
+        if not given["G"] > 0:
+            raise card.refuse(f"G = {given['G']:g}: must be positive")
+        given["nu"] = given["E"] / (2 * given["G"]) - 1
+    names = {"E": "young_modulus", "nu": "poisson_ratio", "rho": "density", "A": "expansion"}
+    return {name: given[key] for key, name in names.items() if key in given}

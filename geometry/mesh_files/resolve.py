@@ -1,0 +1,309 @@
+"""From labels to rows: nodes, elements, sets and surfaces of a mesh file looked up and checked."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementSides
+from geometry.imported_mesh import ImportedMesh
+from geometry.mesh_files.collapsed import GONE, WholeElements, whole_elements
+from geometry.mesh_files.file_mesh import MOST_SETS, NO_LABELS, FileMesh, counted, listed
+from geometry.mesh_files.match_faces import sides_with_corners
+from geometry.sector import FloatArray, IntArray
+
+MOST_NOTES = 40
+
+
+def imported_mesh(mesh: FileMesh) -> ImportedMesh:
+    """The mesh with its labels looked up.
+
+    Parameters
+    ----------
+    mesh : FileMesh
+        What the file says.
+
+    Returns
+    -------
+    ImportedMesh
+        Its solid elements and their nodes, sets, surfaces and materials.
+
+    Raises
+    ------
+    MeshFileError
+        Nodes or elements are missing, defined twice or not finite, or an element is inside out.
+    """
+    _check_counts(mesh)
+    labels, points = _distinct_nodes(mesh)
+    wholes = [whole for elements in mesh.elements for whole in whole_elements(mesh, elements)]
+    _check_element_labels(mesh, wholes)
+    used = np.unique(np.concatenate([whole.nodes.ravel() for whole in wholes]))
+    unknown = used[~np.isin(used, labels, assume_unique=True)]
+    if len(unknown):
+        owner = next(whole for whole in wholes if unknown[0] in whole.nodes)
+        label = owner.labels[(owner.nodes == unknown[0]).any(axis=1)][0]
+        raise mesh.refuse(
+            f"element {label} ({owner.kind}) names node {unknown[0]}, which is not defined "
+            f"({counted(len(unknown), 'such node')}): all nodes must be in the file"
+        )
+    rows = np.searchsorted(labels, used)
+    if len(used) < len(labels):
+        mesh.notes.append(f"{counted(len(labels) - len(used), 'node')} of no solid element left out")
+    points, labels = np.ascontiguousarray(points[rows]), used
+    wholes = [part for whole in wholes for part in _right_way_round(mesh, _with_rows(whole, labels), points)]
+    blocks, element_labels, side_maps = _blocks(mesh, wholes)
+    finder = _ElementFinder(element_labels)
+    collapsed = sum(len(whole.labels) for whole in wholes if whole.collapsed)
+    if collapsed:
+        mesh.notes.append(f"{collapsed} collapsed elements (repeated nodes) are taken as wedges or tetrahedra")
+    return ImportedMesh(
+        mesh.path,
+        points,
+        labels,
+        blocks,
+        element_labels,
+        _node_sets(mesh, labels),
+        _element_sets(mesh, finder),
+        _surfaces(mesh, finder, side_maps, blocks, labels),
+        {name: dict(numbers) for name, numbers in mesh.materials.items()},
+        _notes(mesh),
+    )
+
+
+def _check_counts(mesh: FileMesh) -> None:
+    mesh.elements = [elements for elements in mesh.elements if len(elements.labels)]
+    if not len(mesh.node_labels):
+        raise mesh.refuse("holds no nodes: a mesh of solid elements is needed")
+    if not mesh.elements:
+        left_out = f" ({mesh.notes[-1]})" if mesh.notes else ""
+        raise mesh.refuse(f"holds no solid elements{left_out}: allowed are tetrahedra, wedges and hexahedra")
+    sets = len(mesh.node_sets) + len(mesh.element_sets) + len(mesh.sides) + len(mesh.faces)
+    if sets > MOST_SETS:
+        raise mesh.refuse(f"holds {sets} sets: at most {MOST_SETS} are read")
+
+
+def _distinct_nodes(mesh: FileMesh) -> tuple[IntArray, FloatArray]:
+    """Labels in ascending order with their points."""
+    order = np.argsort(mesh.node_labels, kind="stable")
+    labels, points = mesh.node_labels[order], mesh.points[order]
+    wrong = ~np.isfinite(points).all(axis=1)
+    if wrong.any():
+        values = ", ".join(f"{x:g}" for x in points[wrong][0])
+        raise mesh.refuse(
+            f"node {labels[wrong][0]} is at ({values}) ({counted(int(wrong.sum()), 'such node')}): "
+            "must be finite numbers"
+        )
+    again = np.flatnonzero(labels[1:] == labels[:-1]) + 1
+    if not len(again):
+        return labels, points
+    moved = (points[again] != points[again - 1]).any(axis=1)
+    if moved.any():
+        raise mesh.refuse(
+            f"node {labels[again][moved][0]} is defined twice at different places "
+            f"({counted(int(moved.sum()), 'such node')}): each label must have one place"
+        )
+    mesh.notes.append(f"{counted(len(again), 'node')} defined twice at the same place")
+    keep = np.ones(len(labels), dtype=bool)
+    keep[again] = False
+    return labels[keep], points[keep]
+
+
+def _check_element_labels(mesh: FileMesh, wholes: list[WholeElements]) -> None:
+    labels = np.sort(np.concatenate([whole.labels for whole in wholes]))
+    again = labels[1:][labels[1:] == labels[:-1]]
+    if len(again):
+        raise mesh.refuse(
+            f"element {again[0]} is defined twice ({counted(len(again), 'such element')}): "
+            "each label must be of one element"
+        )
+
+
+def _with_rows(whole: WholeElements, labels: IntArray) -> WholeElements:
+    rows = np.searchsorted(labels, whole.nodes)
+    return WholeElements(whole.kind, whole.labels, rows, whole.side_map, whole.collapsed)
+
+
+def _right_way_round(mesh: FileMesh, whole: WholeElements, points: FloatArray) -> list[WholeElements]:
+    """The elements with positive volumes; turned round where the format leaves the order of the nodes open."""
+    kind = ELEMENT_KINDS[whole.kind]
+    volume = corner_volumes(kind, points[whole.nodes[:, : kind.corners]])
+    wrong = volume <= 0
+    if not wrong.any():
+        return [whole]
+    flat = volume == 0
+    if flat.any() or mesh.oriented:
+        row = int(np.flatnonzero(flat if flat.any() else wrong)[0])
+        what = "has no volume" if flat.any() else "is inside out (its node order is mirrored)"
+        raise mesh.refuse(
+            f"element {whole.labels[row]} ({kind.name}) {what} ({counted(int(wrong.sum()), 'such element')}): "
+            "must have a positive volume"
+        )
+    columns, sides = mirrored(kind)
+    turned = WholeElements(
+        whole.kind, whole.labels[wrong], whole.nodes[wrong][:, columns], sides[whole.side_map], whole.collapsed
+    )
+    kept = WholeElements(whole.kind, whole.labels[~wrong], whole.nodes[~wrong], whole.side_map, whole.collapsed)
+    return [part for part in (kept, turned) if len(part.labels)]
+
+
+def corner_volumes(kind: ElementKind, corners: FloatArray) -> FloatArray:
+    """Mean of the Jacobian determinants at the corners (E,), as if the edges were straight.
+
+    Parameters
+    ----------
+    kind : ElementKind
+        The elements.
+    corners : (E, c, 3) array
+        Positions of their corners.
+    """
+    total = np.zeros(len(corners))
+    for corner in range(kind.corners):
+        ends = _right_handed_neighbours(kind, corner)
+        edges = corners[:, ends] - corners[:, [corner]]
+        total += np.linalg.det(edges)
+    return total / kind.corners
+
+
+def _right_handed_neighbours(kind: ElementKind, corner: int) -> list[int]:
+    """The three corners next to one, so that the edges to them have a positive triple product."""
+    follows = {}
+    for side in kind.sides:
+        if corner in side:
+            place = side.index(corner)
+            follows[side[place - 1]] = side[(place + 1) % len(side)]
+    first = min(follows)
+    return [first, follows[first], follows[follows[first]]]
+
+
+def mirrored(kind: ElementKind) -> tuple[list[int], IntArray]:
+    """Columns of the nodes of an element that is inside out which turn it round, and its sides by those of the file.
+
+    Parameters
+    ----------
+    kind : ElementKind
+        The element.
+    """
+    half = kind.corners // 2
+    corners = [1, 0, 2, 3] if kind.corners == 4 else [*range(half, 2 * half), *range(half)]
+    place = {frozenset(edge): kind.corners + k for k, edge in enumerate(kind.edges)}
+    columns = corners + [place[frozenset(corners[c] for c in edge)] for edge in kind.edges if kind.quadratic]
+    by_corners = {frozenset(corners[c] for c in side): k for k, side in enumerate(kind.sides)}
+    sides = [by_corners[frozenset(side)] for side in kind.sides]
+    return columns, np.array([*sides, GONE])  # the last entry answers GONE
+
+
+def _blocks(
+    mesh: FileMesh, wholes: list[WholeElements]
+) -> tuple[tuple[ElementBlock, ...], tuple[IntArray, ...], list[IntArray]]:
+    """Blocks by kind and material, their labels, and for each element the map of its sides (E, s)."""
+    names = ["", *dict.fromkeys(name for _, name in mesh.element_material)]
+    groups: dict[tuple[str, int], list[tuple[WholeElements, IntArray]]] = {}
+    for whole in wholes:
+        material = np.zeros(len(whole.labels), dtype=np.int64)
+        for labels, name in mesh.element_material:
+            material[np.isin(whole.labels, labels)] = names.index(name)
+        for index in np.unique(material):
+            groups.setdefault((whole.kind, int(index)), []).append((whole, np.flatnonzero(material == index)))
+    blocks: list[ElementBlock] = []
+    found: list[IntArray] = []
+    maps: list[IntArray] = []
+    for (kind, index), parts in groups.items():
+        nodes = np.concatenate([whole.nodes[rows] for whole, rows in parts])
+        blocks.append(ElementBlock(kind, np.ascontiguousarray(nodes), names[index]))
+        found.append(np.concatenate([whole.labels[rows] for whole, rows in parts]))
+        maps.append(np.concatenate([_side_table(whole, len(rows)) for whole, rows in parts]))
+    return tuple(blocks), tuple(found), maps
+
+
+def _side_table(whole: WholeElements, count: int) -> IntArray:
+    table = np.full((count, 6), GONE)
+    table[:, : len(whole.side_map)] = whole.side_map
+    return table
+
+
+class _ElementFinder:
+    """Block and row of elements by label."""
+
+    def __init__(self, labels: tuple[IntArray, ...]) -> None:
+        everything = np.concatenate(labels)
+        order = np.argsort(everything)
+        self._labels = everything[order]
+        self._block = np.repeat(np.arange(len(labels)), [len(part) for part in labels])[order]
+        self._row = np.concatenate([np.arange(len(part)) for part in labels])[order]
+
+    def find(self, labels: IntArray) -> tuple[IntArray, IntArray]:
+        """Places (k, 2) of those labels that are solid elements, and which ones (k,) they are."""
+        place = np.minimum(np.searchsorted(self._labels, labels), len(self._labels) - 1)
+        known = np.flatnonzero(self._labels[place] == labels)
+        place = place[known]
+        return np.column_stack([self._block[place], self._row[place]]), known
+
+
+def _node_sets(mesh: FileMesh, labels: IntArray) -> dict[str, IntArray]:
+    found, empty = {}, []
+    for name, members in mesh.node_sets.items():
+        members = members[np.sort(np.unique(members, return_index=True)[1])] if len(members) else NO_LABELS
+        place = np.minimum(np.searchsorted(labels, members), len(labels) - 1)
+        rows = place[labels[place] == members]
+        if len(rows):
+            found[name] = rows
+        else:
+            empty.append(name)
+        if 0 < len(rows) < len(members):
+            mesh.notes.append(
+                f"node set {name}: {len(members) - len(rows)} of {len(members)} nodes are of no solid element"
+            )
+    if empty:
+        mesh.notes.append(f"node sets without a node of a solid element left out: {listed(empty)}")
+    return found
+
+
+def _element_sets(mesh: FileMesh, finder: _ElementFinder) -> dict[str, IntArray]:
+    found, empty = {}, []
+    for name, members in mesh.element_sets.items():
+        places, _ = finder.find(np.unique(members))
+        if len(places):
+            found[name] = places
+        else:
+            empty.append(name)
+    if empty:
+        mesh.notes.append(f"element sets without solid elements left out: {listed(empty)}")
+    return found
+
+
+def _surfaces(
+    mesh: FileMesh,
+    finder: _ElementFinder,
+    side_maps: list[IntArray],
+    blocks: tuple[ElementBlock, ...],
+    labels: IntArray,
+) -> dict[str, ElementSides]:
+    found = {}
+    for name, sides in mesh.sides.items():
+        places, known = finder.find(sides[:, 0])
+        side = np.empty(len(known), dtype=np.int64)
+        for index, table in enumerate(side_maps):
+            here = places[:, 0] == index
+            side[here] = table[places[here, 1], sides[known[here], 1]]
+        left = side != GONE
+        if not left.any():
+            mesh.notes.append(f"surface {name} without a side of a solid element left out")
+            continue
+        found[name] = ElementSides(places[left, 0], places[left, 1], side[left])
+    for name, groups in mesh.faces.items():
+        rows = [np.searchsorted(labels, group[np.isin(group, labels).all(axis=1)]) for group in groups]
+        surface = sides_with_corners(blocks, rows)
+        total = sum(len(group) for group in groups)
+        if len(surface) < total:
+            mesh.notes.append(
+                f"surface {name}: {total - len(surface)} of {total} faces are sides of no solid element"
+            )
+        if len(surface):
+            found[name] = surface
+    return found
+
+
+def _notes(mesh: FileMesh) -> tuple[str, ...]:
+    notes = list(dict.fromkeys(mesh.notes))
+    if len(notes) > MOST_NOTES:
+        notes = [*notes[:MOST_NOTES], f"and {len(notes) - MOST_NOTES} more"]
+    return tuple(notes)

@@ -1,0 +1,148 @@
+"""Text of a mesh file, and of the files of its folder that it includes."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from geometry.errors import MeshFileError
+from geometry.sector import FloatArray, IntArray
+
+MOST_INCLUDED = 1000
+LARGEST_LABEL = 2**31 - 1
+
+
+def check_file(path: str | Path) -> None:
+    """Refuse what is no file with something in it.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Raises
+    ------
+    MeshFileError
+        There is none, or it is a folder or a device, or empty.
+    """
+    try:
+        if not os.path.exists(path):
+            raise MeshFileError(path, "no such file")
+        if not os.path.isfile(path):
+            raise MeshFileError(path, "is not a file: a folder or a device cannot be read")
+        if os.path.getsize(path) == 0:
+            raise MeshFileError(path, "is empty: a mesh is needed")
+    except (OSError, ValueError) as error:
+        raise MeshFileError(path, f"cannot be read: {error}") from None
+
+
+def text_lines(path: str | Path) -> list[str]:
+    """Lines of a text file.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Raises
+    ------
+    MeshFileError
+        It cannot be read, or is no text.
+    """
+    check_file(path)
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise MeshFileError(path, f"cannot be read: {error.strerror}") from None
+    if b"\0" in data:
+        raise MeshFileError(path, "is a binary file: text is needed")
+    return data.decode("latin-1").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
+def included_file(main: str | Path, parent: str | Path, name: str, chain: tuple[str, ...]) -> str:
+    """The file that an include statement names, if it stands in the folder of the main file.
+
+    Parameters
+    ----------
+    main, parent : str or path
+        The file that is read, and the one that holds the statement.
+    name : str
+        As written.
+    chain : tuple of str
+        Resolved paths of the files that are open.
+
+    Raises
+    ------
+    MeshFileError
+        It stands elsewhere, also by a symbolic link, or includes itself.
+    """
+    folder = os.path.realpath(os.path.dirname(os.path.abspath(main)))
+    target = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(parent)), name))
+    if os.path.commonpath([folder, target]) != folder:
+        raise MeshFileError(main, f"includes {name}: only files in its own folder can be included")
+    if target in chain:
+        raise MeshFileError(
+            main, f"includes {name}, which includes itself: each file can be included once in a chain"
+        )
+    if not os.path.isfile(target):
+        raise MeshFileError(main, f"includes {name}: no such file")
+    return target
+
+
+def numbers(fields: list[str], refusal: object) -> FloatArray:
+    """Fields as numbers; Fortran exponents (1.0D+3) are allowed.
+
+    Parameters
+    ----------
+    fields : list of str
+        The fields.
+    refusal : callable
+        Makes an exception from the first field that is no number.
+    """
+    try:
+        return np.array(list(map(float, fields)), dtype=np.float64)
+    except ValueError:
+        return np.array([_number(field, refusal) for field in fields], dtype=np.float64)
+
+
+def _number(field: str, refusal: object) -> float:
+    try:
+        return float(field.upper().replace("D", "E"))
+    except ValueError:
+        assert callable(refusal)
+        raise refusal(field) from None
+
+
+def labels_of(values: FloatArray | list[str], refusal: object) -> IntArray:
+    """Numbers or fields as labels: integers that are not negative.
+
+    Parameters
+    ----------
+    values : array or list of str
+        The numbers.
+    refusal : callable
+        Makes an exception from the first that is no label.
+    """
+    assert callable(refusal)
+    if isinstance(values, np.ndarray):
+        wrong = ~((values >= 0) & (values <= LARGEST_LABEL) & (values == np.floor(values)))
+        if wrong.any():
+            raise refusal(f"{values[wrong][0]:g}")
+        return values.astype(np.int64)
+    try:
+        found = np.array(list(map(int, values)), dtype=np.int64)
+    except (ValueError, OverflowError):
+        raise refusal(next(field for field in values if not _is_label(field))) from None
+    wrong = (found < 0) | (found > LARGEST_LABEL)
+    if wrong.any():
+        raise refusal(str(found[wrong][0]))
+    return found
+
+
+def _is_label(field: str) -> bool:
+    try:
+        return 0 <= int(field) <= LARGEST_LABEL
+    except ValueError:
+        return False

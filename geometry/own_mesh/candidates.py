@@ -1,0 +1,151 @@
+"""Sets that a user does not name, found by geometry where that is safe."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.contact import rotate_about_axis
+from geometry.elements import ElementBlock, ElementSides, IntArray
+from geometry.errors import OwnMeshError
+from geometry.own_mesh.body import chosen_sides, pieces, side_corners
+from geometry.sector import FloatArray
+
+_INNERMOST = 1e-4  # of the radial extent of the mesh: nodes of the root are within this of the hub or of its plane
+_MOST_TRIED = 20_000  # nodes of a boundary with which other numbers of blades are tried
+_SMOOTH = 0.866  # cosine of the largest angle between the normals of neighbouring sides of a face
+_NEAR = 0.02  # a node and its image under the pitch, over the length of an edge
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Sides that one pitch turns into each other.
+
+    Attributes
+    ----------
+    right, left : (k,) array
+        Rows of the boundary.
+    radius, axial : (float, float)
+        Range of the radius and of the axial coordinate, m.
+    """
+
+    right: IntArray
+    left: IntArray
+    radius: tuple[float, float]
+    axial: tuple[float, float]
+
+    def __str__(self) -> str:
+        radius, axial = (f"{low:.4g} to {high:.4g}" for low, high in (self.radius, self.axial))
+        return f"{len(self.right)} sides at radius {radius} m, axial {axial} m"
+
+
+def find_root(points: FloatArray, blocks: tuple[ElementBlock, ...], outside: ElementSides) -> ElementSides:
+    """The innermost cylindrical or plane surface of the boundary, of points (N, 3) with the axis x.
+
+    Raises OwnMeshError where there is none.
+    """
+    corners = side_corners(blocks, outside)
+    radius = np.hypot(points[:, 1], points[:, 2])
+    middle = points[np.argmin(radius)] * [0.0, 1.0, 1.0]
+    mean = np.array([0.0, *points[:, 1:].mean(axis=0)])
+    for direction in (middle, mean):
+        for depth in (radius, points @ (direction / (np.linalg.norm(direction) or 1.0))):
+            held = depth < depth.min() + _INNERMOST * np.ptp(radius)
+            rows = np.flatnonzero(held[corners].all(axis=1))
+            if len(rows):
+                return chosen_sides(outside, rows)
+    told = "name the clamped nodes; the body has no innermost cylindrical or plane surface"
+    raise OwnMeshError("mesh.sets.root", None, told)
+
+
+def find_faces(
+    points: FloatArray, blocks: tuple[ElementBlock, ...], outside: ElementSides, n_blades: int
+) -> tuple[ElementSides, ElementSides]:
+    """Right and left face: the only connected pair of surfaces whose nodes one pitch turns into each other.
+
+    Raises OwnMeshError where there is none, or more than one.
+    """
+    found = matched_pairs(points, blocks, outside, 2.0 * np.pi / n_blades)
+    keys = "contact_right"
+    if not found:
+        told = f"name the faces: no two surfaces of the body are one pitch ({360.0 / n_blades:.6g} degrees) apart"
+        other = fitting_number(points, blocks, outside)
+        told += f"; they would be with n_blades = {other}" if other else ", node by node"
+        raise OwnMeshError(f"mesh.sets.{keys}", None, told)
+    if len(found) > 1:
+        told = f"name the faces: {len(found)} pairs of surfaces are one pitch apart: {_list(found)}"
+        raise OwnMeshError(f"mesh.sets.{keys}", None, told)
+    return chosen_sides(outside, found[0].right), chosen_sides(outside, found[0].left)
+
+
+def matched_pairs(
+    points: FloatArray, blocks: tuple[ElementBlock, ...], outside: ElementSides, pitch: float
+) -> list[Pair]:
+    """Connected pairs of surfaces of the boundary that a `pitch` (rad) turns into each other, node by node."""
+    from scipy.spatial import cKDTree
+
+    corners = side_corners(blocks, outside)
+    nodes = np.unique(corners)
+    edge = float(np.median(np.linalg.norm(points[corners[:, 1]] - points[corners[:, 0]], axis=1)))
+    image = rotate_about_axis(points[nodes], -pitch)
+    distance, row = cKDTree(points[nodes]).query(image)
+    partner = np.full(len(points), -1, dtype=np.int64)
+    partner[nodes[distance < _NEAR * edge]] = nodes[row[distance < _NEAR * edge]]
+    known = {tuple(key): k for k, key in enumerate(np.sort(corners, axis=1).tolist())}
+    pairs = []
+    for k in np.flatnonzero((partner[corners] >= 0).all(axis=1)):
+        other = known.get(tuple(np.sort(partner[corners[k]]).tolist()))
+        if other is not None and other != k:
+            pairs.append((int(k), other))
+    return _connected(points, corners, np.array(pairs, dtype=np.int64).reshape(-1, 2))
+
+
+def fitting_number(points: FloatArray, blocks: tuple[ElementBlock, ...], outside: ElementSides) -> int | None:
+    """The number of blades with which surfaces of the boundary are one pitch apart; None where none is found."""
+    corners = side_corners(blocks, outside)
+    nodes = np.unique(corners)
+    turn = np.arctan2(points[nodes, 1], points[nodes, 2])
+    least = max(2, int(np.pi / max(np.ptp(turn), 1e-2)))
+    if len(nodes) > _MOST_TRIED:
+        return None
+    for count in range(least, 8 * least + 32):
+        if matched_pairs(points, blocks, outside, 2.0 * np.pi / count):
+            return count
+    return None
+
+
+def _connected(points: FloatArray, corners: IntArray, pairs: IntArray) -> list[Pair]:
+    """Pairs of sides (p, 2), right and left, collected into surfaces that are connected and without a sharp edge."""
+    if len(pairs) == 0:
+        return []
+    piece = _smooth_pieces(points, corners[pairs[:, 0]])
+    found = []
+    for number in np.unique(piece):
+        rows = pairs[piece == number]
+        at = points[np.unique(corners[rows[:, 0]])]
+        radius = np.hypot(at[:, 1], at[:, 2])
+        ranges = ((float(each.min()), float(each.max())) for each in (radius, at[:, 0]))
+        found.append(Pair(rows[:, 0], rows[:, 1], *ranges))
+    return sorted(found, key=lambda pair: -len(pair.right))
+
+
+def _smooth_pieces(points: FloatArray, corners: IntArray) -> IntArray:
+    """Number (p,) of the surface of each side, corners (p, 4); surfaces end at edges where the normal turns."""
+    diagonals = points[corners[:, 2]] - points[corners[:, 0]], points[corners[:, 3]] - points[corners[:, 1]]
+    normal = np.cross(*diagonals)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    sides = np.tile(np.arange(len(corners)), 4)
+    edges = np.concatenate([np.sort(corners[:, [i, (i + 1) % 4]], axis=1) for i in range(4)])
+    real = edges[:, 0] != edges[:, 1]
+    sides, edges = sides[real], edges[real]
+    order = np.lexsort(edges.T)
+    same = (edges[order][1:] == edges[order][:-1]).all(axis=1)
+    first, second = sides[order][:-1][same], sides[order][1:][same]
+    smooth = np.sum(normal[first] * normal[second], axis=1) > _SMOOTH
+    return pieces(len(corners), [np.column_stack([first, second])[smooth]])
+
+
+def _list(pairs: Sequence[Pair]) -> str:
+    return "; ".join(str(pair) for pair in pairs[:4])

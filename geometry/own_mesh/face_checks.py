@@ -1,0 +1,103 @@
+"""Whether two named faces can be the faces of a sector: radius, axial position, pitch, area and normals."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geometry.contact import rotate_about_axis
+from geometry.errors import OwnMeshError
+from geometry.own_mesh.side_quadrature import SidePoints
+from geometry.own_mesh.turning import axes_through, distance_from_axis
+from geometry.sector import FloatArray
+
+_SAME_PLACE = 0.2  # largest difference of radius or axial position of the faces, over the size of a face
+_AREAS = 0.1  # largest relative difference of the areas
+_OPPOSITE = 20.0  # degrees, largest angle between a normal and the opposite one
+_WHOLE = 1e-2  # a number of blades this near to a whole one, relatively
+_LIKE = 0.05  # of the size of a face: as near are the points of two faces that are alike
+
+
+def check_places(right: SidePoints, left: SidePoints, direction: FloatArray, axis: object) -> None:
+    """Raise OwnMeshError where the faces are not at the same radius and axial position.
+
+    The faces are in the axes of the file, with the origin on the engine axis of a `direction` (3,), given as `axis`.
+    """
+    size = float(np.sqrt(right.area.sum()))
+    faces = (right.centroid, left.centroid)
+    radius = [float(distance_from_axis(direction, at)) for at in faces]
+    axial = [float(at @ direction) for at in faces]
+    if _on_axis(*faces, direction, size):
+        told = "must be beside the contact faces; they lie on this axis or on opposite sides of it"
+        raise OwnMeshError("mesh.axis", axis, told + _fitting_axis(*faces, size))
+    for what, pair in (("radius", radius), ("axial position", axial)):
+        if abs(pair[0] - pair[1]) > _SAME_PLACE * size:
+            told = f"the contact faces must be at the same {what}; right {pair[0]:.4g} m, left {pair[1]:.4g} m"
+            raise OwnMeshError("mesh.axis", axis, told + _fitting_axis(*faces, size))
+
+
+def check_pitch(right: SidePoints, left: SidePoints, n_blades: int, tolerance: float) -> None:
+    """Raise OwnMeshError where the faces are not one pitch apart, with the number of blades that fits."""
+    turns = [float(np.arctan2(face.centroid[1], face.centroid[2])) for face in (right, left)]
+    apart = turns[0] - turns[1]
+    pitch = 2.0 * np.pi / n_blades
+    radius = float(np.hypot(*right.centroid[1:]))
+    if abs(apart - pitch) * radius <= tolerance:
+        return
+    fit = 2.0 * np.pi / apart if apart > 0.0 else 0.0
+    told = f"the contact faces are {np.degrees(apart):.6g} degrees apart, not {np.degrees(pitch):.6g}"
+    if fit > 1.5 and abs(fit - round(fit)) < _WHOLE * fit:
+        told += f"; n_blades = {round(fit)} would fit"
+    raise OwnMeshError("mesh.n_blades", n_blades, told)
+
+
+def check_alike(right: SidePoints, left: SidePoints, n_blades: int) -> float:
+    """Largest angle, degrees, between a normal of the right face and the opposite one; or OwnMeshError."""
+    from scipy.spatial import cKDTree
+
+    name = "mesh.sets.contact_left"
+    areas = [float(face.area.sum()) for face in (right, left)]
+    pitch = 2.0 * np.pi / n_blades
+    back, normal = rotate_about_axis(right.position, -pitch), rotate_about_axis(right.normal, -pitch)
+    if _mirrored(right, left, back):
+        told = "is the mirror image of the right face (y to -y), not the right face turned back by one pitch"
+        raise OwnMeshError(name, None, told)
+    if abs(areas[1] / areas[0] - 1.0) > _AREAS:
+        told = f"must have the area of the right face, {areas[0]:.4g} m^2; it has {areas[1]:.4g} m^2"
+        raise OwnMeshError(name, None, told)
+    opposite = left.normal[cKDTree(left.position).query(back)[1]]
+    angle = np.degrees(np.arccos(np.clip(-np.sum(normal * opposite, axis=1), -1.0, 1.0)))
+    # the nearest point may lie beyond an edge of a curved face: all but a few must be opposite
+    typical = float(np.quantile(angle, 0.9))
+    if typical > _OPPOSITE:
+        told = f"must face the right face turned back by one pitch; the normals are {typical:.3g} degrees off"
+        raise OwnMeshError(name, None, told)
+    return float(np.quantile(angle, 0.99))
+
+
+def _mirrored(right: SidePoints, left: SidePoints, back: FloatArray) -> bool:
+    """Whether the left face is the mirror image of the right one about the plane between them, and not its image."""
+    from scipy.spatial import cKDTree
+
+    size, tree = float(np.sqrt(right.area.sum())), cKDTree(left.position)
+    middle = right.centroid * [0.0, 1.0, 1.0] + left.centroid * [0.0, 1.0, 1.0]
+    frame = axes_through(np.array([1.0, 0.0, 0.0]), middle)
+    image = right.position @ frame.T * [1.0, -1.0, 1.0] @ frame
+    as_turned, as_mirrored = (float(np.quantile(tree.query(each)[0], 0.95)) for each in (back, image))
+    return as_turned > _LIKE * size and as_mirrored < 0.5 * as_turned and as_mirrored < _LIKE * size
+
+
+def _on_axis(right: FloatArray, left: FloatArray, direction: FloatArray, size: float) -> bool:
+    """Whether an axis through the origin goes through a face or between the faces."""
+    places = (right, left, (right + left) / 2.0)
+    return min(float(distance_from_axis(direction, at)) for at in places) < _SAME_PLACE * size
+
+
+def _fitting_axis(right: FloatArray, left: FloatArray, size: float) -> str:
+    """Which axis of the file has the faces at the same place, in words."""
+    found = []
+    for direction, name in zip(np.eye(3), "xyz", strict=True):
+        radii = [float(distance_from_axis(direction, at)) for at in (right, left)]
+        same = abs(radii[0] - radii[1]) < _SAME_PLACE * size and abs((right - left) @ direction) < _SAME_PLACE * size
+        if same and not _on_axis(right, left, direction, size):
+            found.append(f'"{name}"')
+    return f"; they are with {' or '.join(found)}" if found else ""

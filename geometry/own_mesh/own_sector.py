@@ -1,0 +1,211 @@
+"""A mesh from elsewhere taken for a sector."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from geometry.elements import ElementSides, IntArray
+from geometry.errors import OwnMeshError
+from geometry.imported_mesh import ImportedMesh
+from geometry.own_mesh.body import boundary, check_orientation, checked_body, side_corners
+from geometry.own_mesh.candidates import find_faces, find_root
+from geometry.own_mesh.face_checks import check_places
+from geometry.own_mesh.face_pairing import Surface
+from geometry.own_mesh.findings import SectorFindings
+from geometry.own_mesh.named_sets import face_sides, nodes_with_mid_sides
+from geometry.own_mesh.paired_faces import FacePair, contact_faces, pair_faces
+from geometry.own_mesh.sector_choice import SectorChoice
+from geometry.own_mesh.side_quadrature import quadrature, side_tables
+from geometry.own_mesh.turning import axes_through, distance_from_axis
+from geometry.own_mesh.units import check_size, materials_in_si
+from geometry.sector import ContactFace, SectorMesh
+
+_RIGHT, _LEFT = "contact_right", "contact_left"
+
+
+@dataclass(frozen=True)
+class OwnSector:
+    """A sector made of a mesh from elsewhere.
+
+    Attributes
+    ----------
+    sector : SectorMesh
+        The mesh in SI units and in our axes; sets and surfaces of the file keep their names.
+    findings : SectorFindings
+        How well the faces fit, and what was found or left out.
+    materials : mapping of str to mapping of str to float
+        Materials of the file in SI units.
+
+    Examples
+    --------
+    A file with one brick, 8 mm wide at radius 300 mm, of a ring of 236 blades:
+
+    >>> import numpy as np
+    >>> from geometry import ElementBlock, ImportedMesh, SectorChoice, sector_from_mesh
+    >>> x, y = np.array([-5.0, 5, 5, -5] * 2), np.array([-3.994, -3.994, 3.994, 3.994] * 2)
+    >>> points = np.column_stack([x, y, [300.0] * 4 + [310.0] * 4])
+    >>> points[4:, 1] *= 310 / 300
+    >>> sets = {"ps": np.array([2, 3, 6, 7]), "ss": np.array([0, 1, 4, 5]), "hub": np.arange(4)}
+    >>> mesh = ImportedMesh("b.inp", points, np.arange(8), (ElementBlock("hex8", np.arange(8)[None]),), (), sets)
+    >>> names = {"root": "hub", "contact_right": "ps", "contact_left": "ss"}
+    >>> own = sector_from_mesh(mesh, SectorChoice(236, "mm", sets=names, contact_grid=(1, 1)))
+    >>> print(own.findings.lines[1])
+    areas: right 100.009 mm^2, left 100.009 mm^2; normals opposite to 0 degrees
+    """
+
+    sector: SectorMesh
+    findings: SectorFindings
+    materials: Mapping[str, Mapping[str, float]]
+
+
+def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
+    """Take a mesh from elsewhere for a sector: SI units, our axes, faces paired, contact points, frames and areas.
+
+    Parameters
+    ----------
+    mesh : ImportedMesh
+        The mesh, in the units and axes of its file.
+    choice : SectorChoice
+        Number of blades, unit, axis, sets and contact grid.
+
+    Returns
+    -------
+    OwnSector
+        The sector, and how well its faces fit.
+
+    Raises
+    ------
+    OwnMeshError
+        The mesh is not the sector that the choice says; one line with what is expected and what there is.
+
+    Examples
+    --------
+    >>> from geometry import ImportedMesh, OwnMeshError, SectorChoice, sector_from_mesh
+    >>> try:
+    ...     sector_from_mesh(ImportedMesh("b.inp", np.empty((0, 3)), np.empty(0, int), (), ()), SectorChoice(40))
+    ... except OwnMeshError as error:
+    ...     print(error)
+    mesh.file = 'b.inp': must hold solid elements; there are none
+    """
+    mesh, notes = checked_body(mesh)
+    metres = choice.metres
+    mesh = replace(mesh, points=(mesh.points - np.asarray(choice.axis_point, dtype=float)) * metres)
+    check_size(float(distance_from_axis(choice.direction, mesh.points).max()), choice.unit)
+    outside = boundary(mesh.blocks)
+    check_orientation(mesh.path, mesh.points, mesh.blocks, outside)
+    mesh, right, left, rotation, found = _turned(mesh, choice, outside)
+    root, how = _root(mesh, choice, outside, right, left)
+    pair = pair_faces(_surface(mesh, right), _surface(mesh, left), choice)
+    faces = contact_faces(pair, choice.contact_grid)
+    sector = _assembled(mesh, choice, faces, {"root": root}, {"face_right": right, "face_left": left}, outside)
+    findings = SectorFindings(
+        matching=pair.partner is not None,
+        mismatch=pair.mismatch,
+        gap=pair.gap,
+        overlap=pair.overlap,
+        areas=pair.areas,
+        normal_angle=pair.normal_angle,
+        rotation=rotation,
+        notes=(*mesh.notes, *notes, *found, *how, *_remarks(pair)),
+    )
+    return OwnSector(sector, findings, materials_in_si(mesh.materials, choice.unit))
+
+
+def _turned(
+    mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides
+) -> tuple[ImportedMesh, ElementSides, ElementSides, np.ndarray, list[str]]:
+    """The mesh in our axes, right and left face, the rotation, and notes; the origin is on the engine axis."""
+    notes = []
+    if _RIGHT in choice.sets and _LEFT in choice.sets:
+        right, left = (face_sides(mesh, role, choice.sets[role], outside) for role in (_RIGHT, _LEFT))
+        if len(np.intersect1d(right.nodes(mesh.blocks), left.nodes(mesh.blocks))):
+            told = f'must have no node of {_RIGHT}, "{choice.sets[_RIGHT]}"'
+            raise OwnMeshError(f"mesh.sets.{_LEFT}", choice.sets[_LEFT], told)
+    elif _RIGHT in choice.sets or _LEFT in choice.sets:
+        missing = _LEFT if _RIGHT in choice.sets else _RIGHT
+        raise OwnMeshError(f"mesh.sets.{missing}", None, "name both contact faces, or neither to have them found")
+    else:
+        first = axes_through(choice.direction, mesh.points.mean(axis=0))
+        right, left = find_faces(mesh.points @ first.T, mesh.blocks, outside, choice.n_blades)
+        notes.append(f"contact faces found: {len(right)} element sides each, the only ones a pitch apart")
+    at = [quadrature(mesh.points, side_tables(mesh.blocks, face)) for face in (right, left)]
+    check_places(at[0], at[1], choice.direction, choice.axis)
+    rotation = axes_through(choice.direction, (at[0].centroid + at[1].centroid) / 2.0)
+    if (rotation @ (at[0].centroid - at[1].centroid))[1] < 0.0:
+        right, left = left, right
+        notes.append("right and left face exchanged: the right one is on the +y side")
+    if not np.array_equal(rotation, np.eye(3)):
+        mesh = replace(mesh, points=mesh.points @ rotation.T)
+    return mesh, right, left, rotation, notes
+
+
+def _root(
+    mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides, right: ElementSides, left: ElementSides
+) -> tuple[IntArray, list[str]]:
+    """Clamped nodes, and how they were found; OwnMeshError where a contact face is clamped."""
+    notes = []
+    if "root" in choice.sets:
+        root = nodes_with_mid_sides(mesh, "root", choice.sets["root"], outside)
+    else:
+        surface = find_root(mesh.points, mesh.blocks, outside)
+        root = surface.nodes(mesh.blocks)
+        radius = np.hypot(*mesh.points[root, 1:].T)
+        where = f"radius {radius.min():.4g} to {radius.max():.4g} m"
+        notes.append(f"root found: the innermost surface, {len(surface)} element sides at {where}")
+    for role, face in ((_RIGHT, right), (_LEFT, left)):
+        held = np.isin(side_corners(mesh.blocks, face), root)
+        if held.all(axis=1).any():
+            told = f"must not hold a contact face: {int(held.all(axis=1).sum())} sides of {role} are in it"
+            raise OwnMeshError("mesh.sets.root", choice.sets.get("root"), told)
+        if held.any():
+            notes.append(f"{role} touches the clamped root along an edge")
+    if len(root) < 3 or np.linalg.matrix_rank(mesh.points[root] - mesh.points[root].mean(axis=0), tol=1e-9) < 2:
+        told = f"must hold the blade: three nodes that are not on one line; it has {len(root)}"
+        raise OwnMeshError("mesh.sets.root", choice.sets.get("root"), told)
+    return root, notes
+
+
+def _assembled(
+    mesh: ImportedMesh,
+    choice: SectorChoice,
+    faces: tuple[ContactFace, ContactFace],
+    own_sets: dict[str, IntArray],
+    own_surfaces: dict[str, ElementSides],
+    outside: ElementSides,
+) -> SectorMesh:
+    """The sector, with the sets of the file beside ours."""
+    named = {f"face_{side}": own_surfaces[f"face_{side}"].nodes(mesh.blocks) for side in ("right", "left")}
+    contact = {_RIGHT: faces[0].nodes, _LEFT: faces[1].nodes}
+    tip = {"tip": np.array([_tip(mesh, choice, outside)], dtype=np.int64)}
+    sets = {**mesh.node_sets, **named, **contact, **tip, **own_sets}
+    surfaces = {**mesh.surfaces, **own_surfaces}
+    return SectorMesh(mesh.points, mesh.blocks, sets, faces[0], faces[1], int(choice.n_blades), surfaces)
+
+
+def _tip(mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides) -> int:
+    """The node of the tip nearest to its middle; without a name, the outermost node nearest to the stacking axis."""
+    if "tip" in choice.sets:
+        nodes = nodes_with_mid_sides(mesh, "tip", choice.sets["tip"], outside)
+        middle = mesh.points[nodes].mean(axis=0)
+    else:
+        radius = np.hypot(mesh.points[:, 1], mesh.points[:, 2])
+        nodes = np.flatnonzero(radius > radius.max() - 1e-3 * np.ptp(radius))
+        middle = mesh.points[nodes].mean(axis=0) * [1.0, 0.0, 1.0]
+    return int(nodes[np.argmin(np.linalg.norm(mesh.points[nodes] - middle, axis=1))])
+
+
+def _surface(mesh: ImportedMesh, face: ElementSides) -> Surface:
+    return Surface(mesh.points, face.nodes(mesh.blocks), side_tables(mesh.blocks, face))
+
+
+def _remarks(pair: FacePair) -> list[str]:
+    """What a user should know about the faces."""
+    remarks = []
+    if pair.gap[0] < -1e-9 - 1e-3 * np.sqrt(pair.areas[0]):
+        remarks.append(f"the faces overlap by up to {-1e6 * pair.gap[0]:.3g} um in the mesh")
+    if pair.partner is None:
+        remarks.append('contact dofs "mortar" or "patch" tie faces whose nodes are no pairs')
+    return remarks

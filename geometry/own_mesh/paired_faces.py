@@ -1,0 +1,141 @@
+"""The two contact faces of a sector: checked, paired, with contact points, frames and areas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.contact import rotate_about_axis
+from geometry.elements import IntArray
+from geometry.errors import OwnMeshError
+from geometry.own_mesh.contact_points import cell_centres, on_nodes, tributary_areas
+from geometry.own_mesh.face_checks import check_alike, check_pitch
+from geometry.own_mesh.face_pairing import Surface, gap_along, overlap, partners
+from geometry.own_mesh.sector_choice import SectorChoice
+from geometry.own_mesh.side_quadrature import SidePoints
+from geometry.own_mesh.smooth_normals import contact_frames, normals_at
+from geometry.sector import ContactFace, FloatArray
+
+_GAP = 0.05  # largest gap, over the size of a face
+_LEAST_OVERLAP = 0.9
+
+
+@dataclass(frozen=True)
+class FacePair:
+    """Right and left surface of a sector in our axes, and the numbers that tell how they fit.
+
+    Attributes
+    ----------
+    right, left : Surface
+        The surfaces.
+    pitch : float
+        Angle of a sector, rad.
+    partner : (k,) array or None
+        For each node of the right surface its partner, a row of the mesh; None where the nodes are no pairs.
+    mismatch, overlap, normal_angle : float
+        See `SectorFindings`.
+    gap : (float, float)
+        Smallest and largest gap, m.
+    areas : (float, float)
+        Areas, m^2.
+    """
+
+    right: Surface
+    left: Surface
+    pitch: float
+    partner: IntArray | None
+    mismatch: float
+    gap: tuple[float, float]
+    overlap: float
+    areas: tuple[float, float]
+    normal_angle: float
+
+
+def pair_faces(right: Surface, left: Surface, choice: SectorChoice) -> FacePair:
+    """The faces paired; OwnMeshError where one is not the other turned by one pitch."""
+    at_right, at_left = right.quadrature(), left.quadrature()
+    size = float(np.sqrt(at_right.area.sum()))
+    reach = _GAP * size if choice.tolerance is None else choice.tolerance * choice.metres
+    check_pitch(at_right, at_left, choice.n_blades, 2.0 * reach)
+    angle = check_alike(at_right, at_left, choice.n_blades)
+    pitch = 2.0 * np.pi / choice.n_blades
+    gap, share = _gap(right, left, pitch, reach)
+    at = right.points[right.nodes]
+    normal = rotate_about_axis(normals_at(at, at_right, _sides(right)), -pitch)
+    others = left.points[left.nodes]
+    row, mismatch = partners(rotate_about_axis(at, -pitch), others, normal)
+    if row is not None:
+        apart = np.sum((others[row] - rotate_about_axis(at, -pitch)) * normal, axis=1)
+        gap = float(apart.min()), float(apart.max())
+    areas = float(at_right.area.sum()), float(at_left.area.sum())
+    return FacePair(right, left, pitch, None if row is None else left.nodes[row], mismatch, gap, share, areas, angle)
+
+
+def contact_faces(pair: FacePair, grid: tuple[int, int] | None) -> tuple[ContactFace, ContactFace]:
+    """Contact points, frames and areas of both faces; the left ones are the right ones turned back by one pitch.
+
+    With matching nodes the contact points are nodes where the grid falls on nodes. Else the nodes of a contact face
+    are those nearest to its contact points.
+    """
+    right, left = pair.right, pair.left
+    points = right.quadrature()
+    if grid is None:
+        if pair.partner is None:
+            told = "must be two numbers: the nodes of the contact faces are no pairs under the pitch"
+            raise OwnMeshError("mesh.contact_grid", None, told)
+        corners = np.unique(np.concatenate([table[:, : _corners(table)].ravel() for table in right.tables]))
+        row: IntArray | None = np.searchsorted(right.nodes, corners)
+        centres = right.points[corners]
+    else:
+        centres = cell_centres(points, grid)
+        row = None if pair.partner is None else on_nodes(centres, right.points[right.nodes], points.area.sum())
+    if row is not None and pair.partner is not None:
+        at, nodes, others = right.points[right.nodes[row]], right.nodes[row], pair.partner[row]
+        opposite = left.points[others]
+    else:
+        at = _on_surface(centres, points, right)
+        opposite = rotate_about_axis(at, -pair.pitch)
+        nodes, others = _nearest(at, right), _nearest(opposite, left)
+    frame = contact_frames(at, normals_at(at, points, _sides(right)))
+    area = tributary_areas(at, points)
+    if area.min() <= 0.0:
+        raise OwnMeshError("mesh.contact_grid", grid, "is too fine for the shape of this face; take fewer points")
+    back = rotate_about_axis(frame, -pair.pitch)
+    return ContactFace(nodes, at, frame, area), ContactFace(others, opposite, back, area.copy())
+
+
+def _gap(right: Surface, left: Surface, pitch: float, reach: float) -> tuple[tuple[float, float], float]:
+    """Smallest and largest gap, m, and the smaller share of the area of a face that has the other opposite."""
+    at_right, at_left = right.samples(), left.samples()
+    back, normal = (rotate_about_axis(each, -pitch) for each in (at_right.position, at_right.normal))
+    gap = gap_along(back, normal, left.triangles(), reach)
+    turned = right.triangles().turned(rotate_about_axis(np.eye(3), -pitch).T)
+    shares = (overlap(at_right, gap), overlap(at_left, gap_along(at_left.position, at_left.normal, turned, reach)))
+    share = min(shares)
+    if share < _LEAST_OVERLAP:
+        told = f"must lie opposite the right face turned back by one pitch; only {100.0 * shares[0]:.3g} % of the "
+        told += f"right and {100.0 * shares[1]:.3g} % of the left face have the other within {1e3 * reach:.3g} mm"
+        raise OwnMeshError("mesh.sets.contact_left", None, told)
+    return (float(np.nanmin(gap)), float(np.nanmax(gap))), share
+
+
+def _on_surface(at: FloatArray, points: SidePoints, surface: Surface) -> FloatArray:
+    """Points (k, 3) moved along the normal onto the surface."""
+    normal = normals_at(at, points, _sides(surface))
+    move = gap_along(at, normal, surface.triangles(), float(np.sqrt(points.area.sum())))
+    return at + np.nan_to_num(move)[:, None] * normal
+
+
+def _nearest(at: FloatArray, surface: Surface) -> IntArray:
+    from scipy.spatial import cKDTree
+
+    return surface.nodes[cKDTree(surface.points[surface.nodes]).query(at)[1]]
+
+
+def _sides(surface: Surface) -> int:
+    return sum(len(table) for table in surface.tables)
+
+
+def _corners(table: IntArray) -> int:
+    return 3 if table.shape[1] in (3, 6) else 4

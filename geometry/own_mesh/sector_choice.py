@@ -1,0 +1,100 @@
+"""What a user says about a mesh from elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geometry.errors import OwnMeshError
+from geometry.own_mesh.units import UNITS
+from geometry.sector import FloatArray
+
+SETS = ("root", "contact_right", "contact_left", "tip")
+_AXES = {
+    sign + axis: value * np.eye(3)[k] for k, axis in enumerate("xyz") for sign, value in (("", 1.0), ("-", -1.0))
+}
+_MOST_POINTS = 40  # in a direction of the contact grid
+
+
+@dataclass(frozen=True)
+class SectorChoice:
+    """How a mesh from elsewhere becomes a sector.
+
+    Attributes
+    ----------
+    n_blades : int
+        Number of blades of the ring.
+    unit : {"m", "mm", "in"}
+        Unit of length of the file. With "mm" its materials are in N, mm, s, t; with "in" in lbf, in, s.
+    axis : str or (3,) sequence of float
+        Engine axis in the axes of the file: "x", "-x", "y", "-y", "z", "-z", or a vector.
+    axis_point : (3,) sequence of float
+        A point on the engine axis, in the unit of the file.
+    sets : mapping of str to str
+        Names of node sets or surfaces of the file for `root`, `contact_right`, `contact_left` and `tip`; those
+        without a name are found by geometry where that is safe.
+    contact_grid : (int, int) or None
+        Contact points on each face along t1 and along t2. None: all corner nodes of faces whose meshes match.
+    tolerance : float or None
+        Largest distance between a face and the opposite face of the neighbour, in the unit of the file. None: 5 % of
+        the square root of the area of the face.
+
+    Raises
+    ------
+    OwnMeshError
+        A value is not one of those allowed.
+
+    Examples
+    --------
+    >>> from geometry import SectorChoice
+    >>> choice = SectorChoice(40, "mm", "z", sets={"contact_right": "PS_FACE", "contact_left": "SS_FACE"})
+    >>> choice.direction.tolist()
+    [0.0, 0.0, 1.0]
+    """
+
+    n_blades: int
+    unit: str = "m"
+    axis: str | Sequence[float] = "x"
+    axis_point: Sequence[float] = (0.0, 0.0, 0.0)
+    sets: Mapping[str, str] = field(default_factory=dict)
+    contact_grid: tuple[int, int] | None = (3, 3)
+    tolerance: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.unit not in UNITS:
+            raise OwnMeshError("mesh.unit", self.unit, f"must be one of {', '.join(UNITS)}")
+        if not isinstance(self.n_blades, int | np.integer) or self.n_blades < 3:
+            raise OwnMeshError("mesh.n_blades", self.n_blades, "must be a whole number from 3")
+        if isinstance(self.axis, str):
+            if self.axis not in _AXES:
+                raise OwnMeshError("mesh.axis", self.axis, f"must be one of {', '.join(_AXES)}, or a vector")
+        elif np.shape(self.axis) != (3,) or not np.isfinite(self.axis).all() or not np.any(self.axis):
+            raise OwnMeshError("mesh.axis", self.axis, "must be three finite numbers, not all 0")
+        if np.shape(self.axis_point) != (3,) or not np.isfinite(self.axis_point).all():
+            raise OwnMeshError("mesh.axis_point", self.axis_point, "must be three finite numbers")
+        for name in self.sets:
+            if name not in SETS:
+                raise OwnMeshError(
+                    f"mesh.sets.{name}", self.sets[name], f"the sets of a sector are {', '.join(SETS)}"
+                )
+        self._check_numbers()
+
+    def _check_numbers(self) -> None:
+        grid = self.contact_grid
+        if grid is not None and (len(grid) != 2 or not all(1 <= count <= _MOST_POINTS for count in grid)):
+            raise OwnMeshError("mesh.contact_grid", grid, f"must be two whole numbers from 1 to {_MOST_POINTS}")
+        if self.tolerance is not None and not self.tolerance > 0.0:
+            raise OwnMeshError("mesh.tolerance", self.tolerance, "must be above 0")
+
+    @property
+    def direction(self) -> FloatArray:
+        """Engine axis in the axes of the file, (3,), of length 1."""
+        vector = _AXES[self.axis] if isinstance(self.axis, str) else np.asarray(self.axis, dtype=float)
+        return np.asarray(vector / np.linalg.norm(vector))
+
+    @property
+    def metres(self) -> float:
+        """Metres in a unit of the file."""
+        return UNITS[self.unit].length

@@ -1,0 +1,177 @@
+"""Extended periodic motion: a structure vibrates freely, and a negative damping makes up for what is dissipated.
+
+A nonlinear mode is a periodic motion of
+
+    M q'' + (C - 2 zeta omega M) q' + K q = B^H f(B q) + f_static,
+
+with the relative contact displacements d = B q: the damping ratio zeta is that of the mode, since the term that it
+stands in feeds back what structure and contacts dissipate [1]_. In modal coordinates the dynamic stiffness of mode m
+in harmonic h is
+
+    D_m^(h) = omega_m^2 + i h omega (c_m - 2 zeta omega) - (h omega)^2.
+
+One mode, the carrier k, vanishes from the receptance of harmonic 1: its coordinate q_k is an unknown of its own, real
+by the choice of phase. Then nothing is singular where the contacts are open. Equations and unknowns:
+
+    d^(h) - d_static - sum_m B_h phi_m q_m^(h) = 0,     q_m^(h) = (B_h phi_m)^H f^(h) / D_m^(h),
+    D_k^(1) q_k - (B_1 phi_k)^H f^(1) = 0,
+    ln(sum_m |q_m^(1)|^2) / 2 - ln a = 0
+
+for d, q_k, omega and zeta at the modal amplitude a.
+
+References
+----------
+.. [1] M. Krack, "Nonlinear modal analysis of nonconservative systems: extension of the periodic motion concept",
+   Computers and Structures 154 (2015) 59-71.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
+from nonlinear.contact.parameters import Array, ContactElement, ContactForces
+from nonlinear.harmonic_balance.residual import receptance_times_force_jacobian
+from rom import RelativeReceptance
+
+EXTRA = 4  # unknowns beside the displacements: q_k, omega, zeta, ln a
+
+
+@dataclass(frozen=True)
+class MotionState:
+    """The unknowns of an extended periodic motion.
+
+    Attributes
+    ----------
+    displacement : (2H+1, n_c, 3) array
+        Real Fourier coefficients of the relative displacement, m.
+    carrier : float
+        Coordinate q_k of the carrier in harmonic 1, m sqrt(kg).
+    omega : float
+        Frequency, rad/s.
+    damping : float
+        Damping ratio zeta.
+    level : float
+        ln a, a in m sqrt(kg).
+    """
+
+    displacement: Array
+    carrier: float
+    omega: float
+    damping: float
+    level: float
+
+    def packed(self) -> Array:
+        """All unknowns in one array, (n + 4,)."""
+        return np.append(self.displacement.reshape(-1), (self.carrier, self.omega, self.damping, self.level))
+
+    @classmethod
+    def unpacked(cls, values: Array, shape: tuple[int, ...]) -> MotionState:
+        """The state of an array (n + 4,); `shape` is that of the displacement."""
+        return cls(values[:-EXTRA].reshape(shape), *(float(value) for value in values[-EXTRA:]))
+
+
+@dataclass(frozen=True)
+class LinearisedMotion:
+    """The n + 3 equations at one state and their derivatives by the n + 4 unknowns.
+
+    Attributes
+    ----------
+    residual : (n + 3,) array
+        Displacements in m, the equation of the carrier divided by its omega_k^2, and the amplitude's.
+    jacobian : (n + 3, n + 4) array
+        Derivatives by d, q_k, omega, zeta and ln a.
+    contact : ContactForces
+        Contact forces.
+    coordinates : (H+1, m) complex array
+        Modal coordinates.
+    """
+
+    residual: Array
+    jacobian: Array
+    contact: ContactForces
+    coordinates: ComplexArray
+
+
+@dataclass(frozen=True)
+class ExtendedMotion:
+    """The equations of the extended periodic motion.
+
+    Attributes
+    ----------
+    receptance : rom.RelativeReceptance
+        The structure, with harmonics 0 .. H; its excitation plays no part.
+    element : ContactElement
+        The contact forces.
+    carrier : int
+        Mode k whose coordinate is an unknown.
+    """
+
+    receptance: RelativeReceptance
+    element: ContactElement
+    carrier: int
+
+    def stiffness(self, omega: float, damping: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """D (H+1, m) and its derivatives by omega and by zeta."""
+        modal, h = self.receptance.modal, np.asarray(self.receptance.harmonics, dtype=float)[:, None]
+        turned = 1j * h * omega
+        value = modal.angular_frequency**2 + turned * (modal.damping - 2.0 * damping * omega) - (h * omega) ** 2
+        by_omega = 1j * h * (modal.damping - 4.0 * damping * omega) - 2.0 * h**2 * omega
+        by_damping = np.broadcast_to(-2.0 * turned * omega, value.shape)
+        return value, by_omega, by_damping
+
+    def evaluate(self, state: MotionState) -> LinearisedMotion:
+        """The equations and their derivatives at a state."""
+        contact, k = self.element.evaluate(state.displacement), self.carrier
+        receptance, rows = self.receptance, len(state.displacement)
+        force = to_complex(contact.force.reshape(rows, -1))
+        value, by_omega, by_damping = self.stiffness(state.omega, state.damping)
+        pushed = (receptance.adjoint @ force[..., None])[..., 0]
+        own_stiffness, value[1, k] = value[1, k], np.inf
+        inverse = 1.0 / value
+        coordinates = pushed * inverse
+        coordinates[0] += receptance.modal.static_force * inverse[0]
+        rates = np.stack([-by_omega * inverse * coordinates, -by_damping * inverse * coordinates], axis=-1)
+        coordinates[1, k] = state.carrier
+        unit = np.zeros_like(coordinates)
+        unit[1, k] = 1.0
+        moved = receptance.relative @ np.concatenate([coordinates[..., None], rates, unit[..., None]], axis=-1)
+        columns = to_real(moved).reshape(-1, 4)
+        n, omega2 = columns.shape[0], receptance.modal.angular_frequency[k] ** 2
+        residual, jacobian = np.zeros(n + 3), np.zeros((n + 3, n + EXTRA))
+        residual[:n] = state.displacement.reshape(-1) - columns[:, 0]
+        matrix = (receptance.relative * inverse[:, None, :]) @ receptance.adjoint
+        jacobian[:n, :n] = np.eye(n) - self._by_displacement(matrix, contact)
+        jacobian[:n, n], jacobian[:n, n + 1], jacobian[:n, n + 2] = -columns[:, 3], -columns[:, 1], -columns[:, 2]
+        own = own_stiffness * state.carrier - pushed[1, k]
+        residual[n : n + 2] = np.array([own.real, own.imag]) / omega2
+        by_force = self._force_derivative(contact)  # of f^(1), (3 n_c, n)
+        row = -receptance.adjoint[1, k] @ by_force / omega2
+        parts = [own_stiffness, by_omega[1, k] * state.carrier, by_damping[1, k] * state.carrier]
+        for i, part in enumerate((np.real, np.imag)):
+            jacobian[n + i, :n] = part(row)
+            jacobian[n + i, n : n + 3] = [part(each) / omega2 for each in parts]
+        size = float(np.sum(np.abs(coordinates[1]) ** 2))
+        residual[n + 2] = 0.5 * np.log(size) - state.level
+        weights = coordinates[1].conj() * inverse[1]
+        jacobian[n + 2, :n] = np.real((weights @ receptance.adjoint[1]) @ by_force) / size
+        slopes = np.real(coordinates[1].conj()[:, None] * rates[1]).sum(axis=0) / size
+        jacobian[n + 2, n:] = [state.carrier / size, *slopes, -1.0]
+        return LinearisedMotion(residual, jacobian, contact, coordinates)
+
+    def _by_displacement(self, matrix: ComplexArray, contact: ContactForces) -> Array:
+        """G df/dd (n, n) in the order of the unknowns."""
+        product = receptance_times_force_jacobian(matrix, contact.jacobian, 0)
+        rows, nodes = contact.force.shape[0], contact.force.shape[1]
+        return product.reshape(-1, nodes, rows, 3).transpose(0, 2, 1, 3).reshape(product.shape)
+
+    @staticmethod
+    def _force_derivative(contact: ContactForces) -> ComplexArray:
+        """Derivatives of the contact force of harmonic 1 by the displacements, (3 n_c, n)."""
+        nodes, rows = contact.jacobian.shape[0], contact.jacobian.shape[3]
+        found = np.zeros((nodes, 3, rows, nodes, 3), dtype=complex)
+        for node, table in enumerate(contact.jacobian):
+            found[node, :, :, node] = (table[:, :, 1] + 1j * table[:, :, 2]).transpose(0, 2, 1)
+        return found.reshape(3 * nodes, rows * nodes * 3)

@@ -1,0 +1,57 @@
+"""The linear mode from which a nonlinear mode starts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nonlinear.contact.fourier import ComplexArray, to_real
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.nonlinear_modes.extended_motion import MotionState
+from rom import RelativeReceptance, contact_springs, spring_stiffness
+
+
+def linear_mode(
+    receptance: RelativeReceptance, contact: ContactParameters, share: Array, number: int
+) -> tuple[float, float, ComplexArray]:
+    """Frequency (rad/s), damping ratio and modal coordinates (m,) of one mode with linear contact springs.
+
+    Parameters
+    ----------
+    receptance : rom.RelativeReceptance
+        The structure; its mode shapes have harmonic 1.
+    contact : ContactParameters
+        The contact.
+    share : (n_c,) array
+        Share of the springs of each node that holds: 1 where it sticks, 0 where it is open.
+    number : int
+        Number of the mode, from 1.
+    """
+    from scipy.linalg import eigh
+
+    modal, relative = receptance.modal, receptance.relative[1]
+    springs = contact_springs(
+        modal.n_contacts,
+        contact.normal_stiffness * share,
+        contact.tangential_stiffness * share * (contact.friction > 0.0),
+    )
+    matrix = np.diag(modal.angular_frequency**2).astype(complex)
+    matrix += spring_stiffness(relative, springs)
+    squared, shapes = eigh(matrix, subset_by_index=(number - 1, number - 1))
+    shape = np.asarray(shapes[:, 0], dtype=complex)
+    omega = float(np.sqrt(squared[0]))
+    damping = float(modal.damping @ np.abs(shape) ** 2) / (2.0 * omega)
+    return omega, damping, shape
+
+
+def first_state(
+    receptance: RelativeReceptance, mode: tuple[float, float, ComplexArray], static: Array, level: float
+) -> tuple[int, MotionState]:
+    """The carrier, which takes the largest part in a linear mode, and the state at the amplitude exp(`level`)."""
+    omega, damping, shape = mode
+    carrier = int(np.argmax(np.abs(shape)))
+    shape = shape * (abs(shape[carrier]) / shape[carrier]) * np.exp(level)
+    motion = np.zeros((len(receptance.harmonics), static.size), dtype=complex)
+    motion[0] = static.reshape(-1)
+    motion[1] = receptance.relative[1] @ shape
+    displacement = to_real(motion).reshape(-1, *static.shape)
+    return carrier, MotionState(displacement, float(shape[carrier].real), omega, damping, level)

@@ -1,0 +1,128 @@
+"""A nonlinear mode over its amplitude: pseudo-arc-length continuation of the extended periodic motion.
+
+The arc length is measured in ln a, ln omega, zeta, the coordinate of the carrier over a, and the vibration over its
+own size: relative changes, so that one step length serves from the smallest to the largest amplitude.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from nonlinear.contact.parameters import Array
+from nonlinear.nonlinear_modes.extended_motion import EXTRA, ExtendedMotion, LinearisedMotion, MotionState
+
+TOLERANCE = 1e-11  # of the last Newton step, relative
+ITERATIONS = 12
+FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.05, 0.15, 1e-5
+MOST_POINTS = 2000
+_FEW, _MANY = 4, 8  # iterations with which the step grows and shrinks
+_LARGEST_MOVE = 0.5  # of a Newton step, in arc length
+
+
+@dataclass(frozen=True)
+class MotionPoint:
+    """A solution on the curve: the state, its linearised equations and the unit tangent, scaled."""
+
+    state: MotionState
+    linearised: LinearisedMotion
+    tangent: Array
+    iterations: int
+
+
+@dataclass(frozen=True)
+class ModeContinuation:
+    """Follows an extended periodic motion over its amplitude.
+
+    Attributes
+    ----------
+    motion : ExtendedMotion
+        The equations.
+    shape : (int, int, int)
+        Shape of the displacement, (2H+1, n_c, 3).
+    largest_step : float
+        Largest arc length of a step.
+    tolerance : float
+        Relative size of the last step of Newton's method.
+    """
+
+    motion: ExtendedMotion
+    shape: tuple[int, ...]
+    largest_step: float = LARGEST_STEP
+    tolerance: float = TOLERANCE
+
+    def solve_at_level(self, guess: MotionState) -> MotionPoint | None:
+        """The motion of the amplitude of `guess`; None where Newton's method does not converge."""
+        along = np.zeros(guess.displacement.size + EXTRA)
+        along[-1] = 1.0
+        return self._correct(guess.packed(), along)
+
+    def points(self, start: MotionPoint) -> Iterator[MotionPoint]:
+        """Points after `start`, at first towards larger amplitudes; it ends where no next point is found."""
+        point, step = start, FIRST_STEP
+        for _ in range(MOST_POINTS):
+            found = None
+            while found is None:
+                values = point.state.packed()
+                found = self._correct(values + step * self._scale(values) * point.tangent, point.tangent)
+                if found is None or found.tangent @ point.tangent < 0.5:
+                    found, step = None, step / 2.0
+                    if step < SMALLEST_STEP:
+                        return
+            step = min(step * 1.5, self.largest_step) if found.iterations <= _FEW else step
+            step = step / 2.0 if found.iterations >= _MANY else step
+            point = found
+            yield point
+
+    def _scale(self, values: Array) -> Array:
+        """Unit of each unknown in the arc length, (n + 4,)."""
+        dynamic = values[self.shape[1] * 3 : -EXTRA]
+        a = np.exp(values[-1])
+        scale = np.full(values.size, np.linalg.norm(dynamic) or a)
+        scale[-EXTRA:] = a, values[-3], 1.0, 1.0
+        return scale
+
+    def _correct(self, values: Array, tangent: Array) -> MotionPoint | None:
+        """Newton's method in the plane through `values` normal to the (scaled) tangent."""
+        scale, values = self._scale(values), values.copy()
+        for iteration in range(ITERATIONS):
+            linearised = self.motion.evaluate(MotionState.unpacked(values, self.shape))
+            matrix = self._scaled(linearised, scale, tangent)
+            right = np.append(-linearised.residual / self._rows(scale), 0.0)
+            try:
+                move = np.linalg.solve(matrix, right)
+            except np.linalg.LinAlgError:
+                return None
+            size = float(np.linalg.norm(move))
+            if not size < _LARGEST_MOVE:
+                return None
+            values += scale * move
+            if size < self.tolerance * max(1.0, np.linalg.norm(values[: self.shape[1] * 3]) / scale[0]):
+                return self._point(values, tangent, iteration + 1)
+        return None
+
+    def _point(self, values: Array, before: Array, iterations: int) -> MotionPoint | None:
+        """The point of a solution with its tangent, turned as `before`."""
+        state, scale = MotionState.unpacked(values, self.shape), self._scale(values)
+        linearised = self.motion.evaluate(state)
+        last = np.zeros(values.size)
+        last[-1] = 1.0
+        try:
+            tangent = np.linalg.solve(self._scaled(linearised, scale, before), last)
+        except np.linalg.LinAlgError:
+            return None
+        return MotionPoint(state, linearised, tangent / np.linalg.norm(tangent), iterations)
+
+    @staticmethod
+    def _rows(scale: Array) -> Array:
+        """Unit of each equation: displacements, the carrier's, the amplitude's."""
+        rows = np.ones(scale.size - 1)
+        rows[: scale.size - EXTRA] = scale[0]
+        rows[-3:-1] = scale[-EXTRA]
+        return rows
+
+    def _scaled(self, linearised: LinearisedMotion, scale: Array, tangent: Array) -> Array:
+        """The Jacobian in scaled unknowns and equations, bordered by the tangent."""
+        return np.vstack([linearised.jacobian * scale / self._rows(scale)[:, None], tangent])

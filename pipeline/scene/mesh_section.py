@@ -1,0 +1,97 @@
+"""[mesh] of a scene: hexahedra made here, or a mesh from a file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from pipeline.scene.fields import BLADES, LENGTH, Length, Number, Section, Vector, Whole, key
+
+SET_NAME = "the name of a node set or surface of the file"
+Coordinate = Annotated[Number, Field(ge=-1e6, le=1e6)]
+SetName = Annotated[str, Field(min_length=1, max_length=200)]
+
+
+class MeshSets(Section):
+    """[mesh.sets]: node sets or surfaces of a mesh file by their names there; one without a name is looked for."""
+
+    root: SetName | None = key("the clamped root", SET_NAME, None)
+    contact_right: SetName | None = key("contact face on the side of the next blade", SET_NAME, None)
+    contact_left: SetName | None = key("the opposite contact face", SET_NAME, None)
+    tip: SetName | None = key("the loaded and observed point", SET_NAME, None)
+
+
+class Mesh(Section):
+    """[mesh]: hexahedra made here, or a mesh from a file, and the grid of contact nodes."""
+
+    file: Annotated[str, Field(min_length=1, max_length=1000)] | None = key(
+        "mesh of one sector from another program, in place of [blade] and [shroud]; relative to the scene file",
+        "the name of a mesh file (.inp, .bdf, .cdb, .msh, .vtu, .med)",
+        None,
+    )
+    size: Length | None = key("element size, m", LENGTH, None, validate_default=True)
+    element: Literal["hex20", "hex8", "hex27"] = key("finite element", '"hex20", "hex8" or "hex27"', "hex20")
+    contact_grid: tuple[Annotated[Whole, Field(ge=1, le=15)], Annotated[Whole, Field(ge=1, le=15)]] = key(
+        "contact nodes along the segment and along the radius", "two whole numbers, 1 to 15", (3, 3)
+    )
+    grading: Number = key(
+        "how many times thinner the airfoil's layers are at root and shroud than at mid span",
+        "a number from 1 to 100",
+        4.0,
+        ge=1.0,
+        le=100.0,
+    )
+    n_blades: Annotated[Whole, Field(ge=3, le=10000)] | None = key(
+        "blades of the ring, for a mesh from a file", BLADES, None, validate_default=True
+    )
+    unit: Literal["m", "mm", "in"] = key(
+        "unit of length of the file; with mm its forces are N, its masses t, its stresses MPa",
+        '"m", "mm" or "in"',
+        "m",
+    )
+    axis: Literal["x", "-x", "y", "-y", "z", "-z"] | Vector = key(
+        "engine axis in the file; turning about it by the right hand leads from a blade to the next",
+        '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, -1000 to 1000, not all 0',
+        "x",
+    )
+    axis_point: tuple[Coordinate, Coordinate, Coordinate] = key(
+        "a point of the engine axis, in the unit of the file", "three numbers, -1e6 to 1e6", (0.0, 0.0, 0.0)
+    )
+    tolerance: Length | None = key(
+        "largest distance between a contact face and that of the neighbour, in the unit of the file; by default 5 % "
+        "of the size of the face",
+        LENGTH,
+        None,
+    )
+    sets: MeshSets = key("sets of the file by what they are", "a table [mesh.sets]", MeshSets())
+
+    @field_validator("size", "n_blades")
+    @classmethod
+    def _given_where_needed(cls, value: Any, info: ValidationInfo) -> Any:
+        """The element size for a mesh made here, the number of blades for a mesh from a file."""
+        if value is None and "file" in info.data:
+            if info.field_name == "size" and info.data["file"] is None:
+                raise ValueError(LENGTH)
+            if info.field_name == "n_blades" and info.data["file"] is not None:
+                raise ValueError(BLADES)
+        return value
+
+    @field_validator("size", "element", "grading")
+    @classmethod
+    def _of_a_mesh_made_here(cls, value: Any, info: ValidationInfo) -> Any:
+        if value != _default(cls, info) and info.data.get("file") is not None:
+            raise ValueError("nothing beside mesh.file, whose elements are used as they are")
+        return value
+
+    @field_validator("n_blades", "unit", "axis", "axis_point", "tolerance", "sets")
+    @classmethod
+    def _of_a_file(cls, value: Any, info: ValidationInfo) -> Any:
+        if value != _default(cls, info) and "file" in info.data and info.data["file"] is None:
+            raise ValueError("nothing without mesh.file")
+        return value
+
+
+def _default(section: type[Section], info: ValidationInfo) -> Any:
+    """The default of the key that is validated: a scene that has been written with all its values is read again."""
+    return section.model_fields[info.field_name or ""].default

@@ -1,0 +1,105 @@
+"""Reduced model of the matrices of another program, written as the files of one store entry."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.errors import InputError, reason_of
+from pipeline.process.isolated_reading import read_apart
+from pipeline.stages.scene_to_solver import linear_operation
+
+if TYPE_CHECKING:
+    from pipeline.scene.schema import Scene
+    from rom import BoundaryChoice, MatrixChoice, MatrixModel, ReducedModel
+
+REDUCED_MODEL = "rom.h5"
+AUGMENTED_MODEL = "augmented.h5"
+FACTS = "facts.json"
+READER = "the reader of matrices"
+ALLOWED = "files with stiffness, mass and nodes"
+
+
+def matrix_choice(scene: Scene) -> MatrixChoice:
+    """What [model] says about its files."""
+    from rom import MatrixChoice
+
+    assert scene.model is not None
+    values = scene.model.model_dump()
+    values["sets"] = {role: name for role, name in values["sets"].items() if name is not None}
+    return MatrixChoice(**values)
+
+
+def read_matrices(scene: Scene) -> MatrixModel:
+    """The full model in the files of [model], read in isolation.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, or the files do not fit each other.
+    ParameterError
+        A key of [model] does not fit the files.
+    """
+    from rom import model_from_matrices
+
+    return _read(scene, partial(model_from_matrices, matrix_choice(scene)))
+
+
+def read_superelement(scene: Scene) -> tuple[ReducedModel, tuple[str, ...]]:
+    """The reduced model in the files of [model], read in isolation, and what was found. Raises as `read_matrices`."""
+    from rom import model_from_superelement
+
+    return _read(scene, partial(model_from_superelement, matrix_choice(scene), nodal_choice(scene)))
+
+
+def _read(scene: Scene, read: Any) -> Any:
+    from rom import MatrixFileError, ReducedModelError
+
+    assert scene.model is not None
+    largest = max((Path(file) for file in scene.model.files.values()), key=lambda file: file.stat().st_size)
+    try:
+        return read_apart(largest, ALLOWED, read, READER)
+    except (MatrixFileError, ReducedModelError) as error:
+        raise InputError(reason_of(error)) from None
+
+
+def make_reduced_of_matrices(folder: Path, matrices: MatrixModel, scene: Scene, *, store_basis: bool = True) -> None:
+    """Reduce the full model of another program to `rom.h5` and write its sizes into `facts.json`."""
+    from rom import ReductionOptions, reduce_sector, reduce_to_tolerance, write_reduced_model
+
+    full, sector = matrices.full, matrices.sector
+    modes, limit = scene.rom.fixed_interface_modes, scene.rom.frequency_limit
+    boundary = nodal_choice(scene)
+    if modes == "auto":
+        operations = [linear_operation(scene, sector)]
+        made = reduce_to_tolerance(full, sector, scene.rom.tolerance, operations, boundary, store_basis=store_basis)
+    else:
+        made = reduce_sector(full, sector, ReductionOptions(modes, limit, store_basis), boundary, augment=True)
+    write_reduced_model(folder / REDUCED_MODEL, made.model)
+    if made.augmented is not None:
+        write_reduced_model(folder / AUGMENTED_MODEL, made.augmented)
+    facts = {"dofs": made.dofs, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
+    _write_facts(folder, made.model, facts, matrices.notes)
+
+
+def make_superelement(folder: Path, model: ReducedModel, notes: tuple[str, ...]) -> None:
+    """Write a reduced model of another program to `rom.h5` and its sizes into `facts.json`."""
+    from rom import write_reduced_model
+
+    write_reduced_model(folder / REDUCED_MODEL, model)
+    dofs = model.size if model.basis is None else len(model.basis)
+    _write_facts(folder, model, {"dofs": dofs, "modes": None}, notes)
+
+
+def nodal_choice(scene: Scene) -> BoundaryChoice:
+    """Excitation of a scene; the contact dofs are displacements of nodes, for averages there are no elements."""
+    from rom import BoundaryChoice
+
+    return BoundaryChoice(scene.excitation.unit_direction, scene.excitation.at, "nodal")
+
+
+def _write_facts(folder: Path, model: ReducedModel, facts: dict[str, Any], notes: tuple[str, ...]) -> None:
+    sizes = {"reduced_dofs": model.size, "n_contacts": model.n_contacts, "notes": list(notes)}
+    (folder / FACTS).write_text(json.dumps({**facts, **sizes}), encoding="utf-8")

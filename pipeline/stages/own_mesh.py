@@ -1,0 +1,158 @@
+"""The mesh of a sector from a file of another program: read in isolation, turned to our axes, its findings kept."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.errors import InputError, input_error, reason_of
+from pipeline.process.isolated_reading import read_apart
+from pipeline.scene.centrifugal_strain import LARGEST_STRAIN, allowed_speed, centrifugal_strain
+from pipeline.scene.size_limits import LARGEST_MODEL, MARGIN
+from pipeline.stages.mesh_findings import FINDINGS, elements_by_kind, extent, own_findings
+
+if TYPE_CHECKING:
+    from geometry import ImportedMesh, OwnSector, SectorChoice
+    from pipeline.scene.mesh_section import Mesh
+    from pipeline.scene.schema import Scene
+
+READER = "the reader of mesh files"
+ALLOWED = "a mesh file with solid elements"
+
+
+def read_own_sector(scene: Scene) -> OwnSector:
+    """The sector in the mesh file of a scene.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read.
+    OwnMeshError
+        What is in it does not make a sector.
+    """
+    from geometry import sector_from_mesh
+
+    assert scene.mesh is not None
+    mesh = with_materials(read_mesh_file(scene.mesh.file or ""), frozenset(scene.materials))
+    return sector_from_mesh(mesh, sector_choice(scene.mesh))
+
+
+def read_mesh_file(file: str) -> ImportedMesh:
+    """A mesh file, read in isolation.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is too large.
+    """
+    from geometry import MeshFileError, read_mesh
+
+    try:
+        mesh = read_apart(Path(file), ALLOWED, partial(read_mesh, file), READER)
+    except MeshFileError as error:
+        raise InputError(reason_of(error)) from None
+    if mesh.n_elements > LARGEST_MODEL:
+        raise input_error(file, "", f"{mesh.n_elements} elements", f"{LARGEST_MODEL} at most")
+    return mesh
+
+
+def sector_choice(mesh: Mesh) -> SectorChoice:
+    """What [mesh] says about its file.
+
+    Raises
+    ------
+    OwnMeshError
+        A value is not one of those allowed.
+    """
+    from geometry import SectorChoice
+
+    assert mesh.n_blades is not None
+    sets = {role: name for role, name in mesh.sets.model_dump().items() if name is not None}
+    return SectorChoice(mesh.n_blades, mesh.unit, mesh.axis, mesh.axis_point, sets, mesh.contact_grid, mesh.tolerance)
+
+
+def with_materials(mesh: ImportedMesh, names: frozenset[str]) -> ImportedMesh:
+    """The mesh with the elements of the sets that are named as materials in blocks of their own, of that material."""
+    import numpy as np
+
+    from geometry import ElementBlock
+
+    for name in sorted(names - {block.material for block in mesh.blocks} - set(mesh.materials)):
+        members = next((rows for key, rows in mesh.element_sets.items() if key.lower() == name.lower()), None)
+        if members is None:
+            continue
+        blocks, labels, sources = [], [], []
+        for index, block in enumerate(mesh.blocks):
+            inside = np.zeros(len(block), dtype=bool)
+            inside[members[members[:, 0] == index, 1]] = True
+            for chosen, material in ((~inside, block.material), (inside, name)):
+                rows = np.flatnonzero(chosen)
+                if len(rows):
+                    blocks.append(ElementBlock(block.kind, block.nodes[rows], material))
+                    labels.append(mesh.element_labels[index][rows])
+                    sources.append((index, rows))
+        mesh = _renumbered(replace(mesh, blocks=tuple(blocks), element_labels=tuple(labels)), mesh, sources)
+    return mesh
+
+
+def _renumbered(mesh: ImportedMesh, before: ImportedMesh, sources: list[tuple[int, Any]]) -> ImportedMesh:
+    """Element sets and surfaces by the new blocks; `sources`: block and rows before of each new block."""
+    import numpy as np
+
+    from geometry import ElementSides
+
+    place = [np.zeros((len(block), 2), dtype=np.int64) for block in before.blocks]
+    for new, (old, rows) in enumerate(sources):
+        place[old][rows, 0] = new
+        place[old][rows, 1] = np.arange(len(rows))
+    first = np.concatenate([[0], np.cumsum([len(block) for block in before.blocks])])
+    table = np.concatenate(place)
+    sets = {name: table[first[rows[:, 0]] + rows[:, 1]] for name, rows in before.element_sets.items()}
+    surfaces = {}
+    for name, sides in before.surfaces.items():
+        moved = table[first[sides.block] + sides.element]
+        surfaces[name] = ElementSides(moved[:, 0], moved[:, 1], sides.side)
+    return replace(mesh, element_sets=sets, surfaces=surfaces)
+
+
+def write_findings(folder: Path, own: OwnSector) -> None:
+    """What was found in the file, for report, summary and the stages that need materials."""
+    sector = own.sector
+    facts = {
+        "n_blades": sector.n_blades,
+        "elements": elements_by_kind(sector),
+        "points": len(sector.points),
+        "materials": {name: dict(numbers) for name, numbers in own.materials.items()},
+        "used": sorted({block.material for block in sector.blocks}),
+        "findings": list(own.findings.lines),
+        **extent(sector),
+    }
+    (folder / FINDINGS).write_text(json.dumps(facts), encoding="utf-8")
+
+
+def check_on_mesh(scene: Scene, folder: Path) -> None:
+    """Refuse a loaded point off the blade and a speed that no blade stands, on a mesh from a file.
+
+    Raises
+    ------
+    ParameterError
+        With the key of the scene.
+    """
+    from geometry import ParameterError
+
+    found, at = own_findings(folder), scene.excitation.at
+    radii = found["hub_radius"], found["tip_radius"]
+    margin = MARGIN * (radii[1] - radii[0])
+    if not isinstance(at, str):
+        places = (at[0], "x_low", "x_high"), (at[1], "y_low", "y_high"), (at[2], "z_low", "z_high")
+        if any(not found[low] - margin <= value <= found[high] + margin for value, low, high in places):
+            ends = ", ".join(f"{axis} {found[f'{axis}_low']:.4g} to {found[f'{axis}_high']:.4g}" for axis in "xyz")
+            allowed = f"a point of the blade, turned to the axes of the program: {ends}, m"
+            raise ParameterError("excitation", "at", list(at), allowed)
+    strain = centrifugal_strain(scene, radii)
+    if strain > LARGEST_STRAIN:
+        speed = scene.load.speed_rpm
+        raise ParameterError("load", "speed_rpm", speed, allowed_speed(speed, strain))

@@ -1,0 +1,217 @@
+"""Contact nodes of two faces without elements: pairs under the pitch, normals, areas and contact frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry import ContactFace
+from rom.errors import RomParameterError
+
+_PLANE, _QUADRIC = 3, 6  # coefficients of the two fits
+_STEEP = 0.05  # smallest circumferential part of a normal that says which way is outward
+_NEIGHBOURS = 4  # nodes off the face, times those on it, that say where the material is
+_LARGEST_MISMATCH = 0.25  # of the distance between contact nodes, by default
+
+
+@dataclass(frozen=True)
+class ContactPairs:
+    """Both faces and what was found on the way.
+
+    Attributes
+    ----------
+    right, left : ContactFace
+        Node k of one lies opposite node k of the other.
+    mismatch : float
+        Largest distance in the face between the nodes of a pair, m.
+    gap : float
+        Largest distance along the normal between them, m.
+    normals, areas : str
+        Where these are from.
+    """
+
+    right: ContactFace
+    left: ContactFace
+    mismatch: float
+    gap: float
+    normals: str
+    areas: str
+
+
+def contact_pairs(
+    points: NDArray[np.float64],
+    sets: tuple[NDArray[np.int64], NDArray[np.int64]],
+    n_blades: int,
+    tolerance: float | None = None,
+    normals: NDArray[np.float64] | None = None,
+    area: NDArray[np.float64] | None = None,
+) -> ContactPairs:
+    """Contact faces of a sector about the x axis.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        All nodes, m.
+    sets : two (k,) arrays
+        Rows of the right and of the left contact nodes.
+    n_blades : int
+        Blades of the ring.
+    tolerance : float, optional
+        Largest distance between the nodes of a pair in the tangent plane, m; by default a quarter of the distance
+        between contact nodes.
+    normals : (n, 3) array, optional
+        Outward normals; NaN where not known. Where one of the right face is not known they are fitted.
+    area : (n,) array, optional
+        Areas, m^2; NaN where not known. Where one of the right face is not known a triangulation shares the area.
+    """
+    right, left = sets
+    for name, nodes in (("contact_right", right), ("contact_left", left)):
+        if not len(nodes):
+            raise RomParameterError("model.sets", name, "no nodes", "must be a set with contact nodes")
+    if len(right) != len(left):
+        found = f"{len(left)} nodes"
+        raise RomParameterError("model.sets", "contact_left", found, f"must have as many as the right: {len(right)}")
+    if np.intersect1d(right, left).size:
+        raise RomParameterError("model.sets", "contact_left", "nodes of contact_right", "must be other nodes")
+    given = None if normals is None else normals[right]
+    fitted = given is None or bool(np.isnan(given).any())
+    normal = _fitted_normals(points, right) if fitted else np.asarray(given)
+    known = None if area is None or np.isnan(area[right]).any() else area[right]
+    frames = _frames(points[right], normal)
+    turned = points[left] @ _turn(2.0 * np.pi / n_blades).T  # onto the right face
+    partner, mismatch, gap = _partners(points[right], turned, frames)
+    spacing = _spacing(points[right])
+    allowed = tolerance if tolerance is not None else _LARGEST_MISMATCH * spacing if len(right) > 1 else np.inf
+    worst = float(mismatch.max())
+    if len(np.unique(partner)) < len(partner) or worst > allowed:
+        _refuse(points, (right, left), n_blades, worst, allowed)
+    back = _turn(-2.0 * np.pi / n_blades)
+    share = _triangulated_areas(points[right], frames) if known is None else known
+    return ContactPairs(
+        ContactFace(right, points[right], frames, share),
+        ContactFace(left[partner], points[left[partner]], frames @ back.T, share),
+        worst,
+        float(np.abs(gap).max()),
+        ("a quadric through the nodes" if len(right) > _QUADRIC else "a plane") if fitted else "the table",
+        "a triangulation of the nodes, a third of each triangle to each corner" if known is None else "the table",
+    )
+
+
+def _turn(angle: float) -> NDArray[np.float64]:
+    """Rotation about x by an angle, in the sense that takes blade j to blade j+1: z towards +y."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
+
+
+def _partners(
+    right: NDArray[np.float64], turned: NDArray[np.float64], frames: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """For each right node the nearest of the others (k, 3) in its tangent plane, that distance and the gap."""
+    offset = np.einsum("kij,klj->kli", frames, turned[None] - right[:, None])
+    distance = np.hypot(offset[..., 0], offset[..., 1])
+    partner = np.argmin(distance, axis=1)
+    every = np.arange(len(right))
+    return partner.astype(np.int64), distance[every, partner], offset[every, partner, 2]
+
+
+def _refuse(
+    points: NDArray[np.float64],
+    sets: tuple[NDArray[np.int64], NDArray[np.int64]],
+    n_blades: int,
+    worst: float,
+    allowed: float,
+) -> None:
+    """Raise the error for faces whose nodes do not match, with the likely cause."""
+    right, left = sets
+    back = points[left] @ _turn(-2.0 * np.pi / n_blades).T
+    nearest = np.linalg.norm(points[right].mean(axis=0) - back.mean(axis=0))
+    turned = points[left] @ _turn(2.0 * np.pi / n_blades).T
+    if nearest < 0.1 * np.linalg.norm(points[right].mean(axis=0) - turned.mean(axis=0)):
+        allowed_text = "must be the face on the -y side: contact_right and contact_left are exchanged"
+        raise RomParameterError("model.sets", "contact_left", f"a face {worst:.3g} m away", allowed_text)
+    found = f"a node {worst:.3g} m from the nearest right node turned by one pitch of {n_blades} blades"
+    raise RomParameterError(
+        "model.sets",
+        "contact_left",
+        found,
+        f"must match the right nodes one by one within {allowed:.3g} m (tolerance)",
+    )
+
+
+def _spacing(points: NDArray[np.float64]) -> float:
+    """Typical distance of a point to its nearest neighbour; infinite for one point."""
+    if len(points) < 2:
+        return np.inf
+    distance = np.linalg.norm(points[:, None] - points[None], axis=2)
+    np.fill_diagonal(distance, np.inf)
+    return float(np.median(distance.min(axis=1)))
+
+
+def _fitted_normals(points: NDArray[np.float64], face: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Outward normals (k, 3) of the quadric, with few nodes the plane, that fits the nodes of a face best."""
+    at = points[face]
+    centre = at.mean(axis=0)
+    _, sizes, axes = np.linalg.svd(at - centre, full_matrices=True)
+    allowed = "must have three nodes or more that are not on a line, or columns nx, ny, nz"
+    if len(face) < _PLANE or sizes[1] < 1e-6 * sizes[0]:
+        raise RomParameterError("model.sets", "contact_right", f"{len(face)} nodes without normals", allowed)
+    local = (at - centre) @ axes.T / sizes[0]
+    u, v, w = local.T
+    slope = np.zeros((len(face), 2))
+    terms = np.column_stack([np.ones_like(u), u, v, u * u, u * v, v * v])
+    if len(face) > _QUADRIC and np.linalg.matrix_rank(terms, tol=1e-8 * np.sqrt(len(face))) == _QUADRIC:
+        c = np.linalg.lstsq(terms, w, rcond=None)[0]
+        slope = np.column_stack([c[1] + 2.0 * c[3] * u + c[4] * v, c[2] + c[4] * u + 2.0 * c[5] * v])
+    normal = np.column_stack([-slope, np.ones(len(face))]) @ axes
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    return np.asarray(normal * _outward(points, face, normal.mean(axis=0)))
+
+
+def _outward(points: NDArray[np.float64], face: NDArray[np.int64], normal: NDArray[np.float64]) -> float:
+    """Sign that turns a normal away from the material, or without other nodes nearby towards +y."""
+    centre = points[face].mean(axis=0)
+    others = np.delete(points, face, axis=0) - centre
+    near = others[np.argsort(np.linalg.norm(others, axis=1))[: _NEIGHBOURS * len(face)]]
+    size = np.linalg.norm(points[face] - centre, axis=1).max()
+    near = near[np.linalg.norm(near, axis=1) < 2.0 * size]
+    depth = near @ normal
+    if len(near) and abs(depth.sum()) > 0.5 * np.abs(depth).sum() > 0.0:
+        return -float(np.sign(depth.sum()))
+    towards = np.array([0.0, centre[2], -centre[1]]) / np.hypot(centre[1], centre[2])
+    if abs(normal @ towards) < _STEEP:
+        allowed = "must have columns nx, ny, nz: the nodes do not say which side the material is on"
+        raise RomParameterError("model.sets", "contact_right", f"{len(face)} nodes without normals", allowed)
+    return float(np.sign(normal @ towards))
+
+
+def _frames(position: NDArray[np.float64], normal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Contact frames (k, 3, 3), rows t1, t2, n: t2 along the radius, in the face; t1 = n x t2."""
+    radial = position * np.array([0.0, 1.0, 1.0])
+    radial /= np.linalg.norm(radial, axis=1)[:, None]
+    second = radial - np.sum(radial * normal, axis=1)[:, None] * normal
+    length = np.linalg.norm(second, axis=1)
+    if np.any(length < 1e-3):
+        raise RomParameterError("model.sets", "contact_right", "a radial normal", "must be a face along the radius")
+    second /= length[:, None]
+    return np.stack([np.cross(normal, second), second, normal], axis=1)
+
+
+def _triangulated_areas(position: NDArray[np.float64], frames: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Areas (k,) in m^2: a third of each Delaunay triangle in the mean tangent plane to each of its corners."""
+    from scipy.spatial import Delaunay, QhullError
+
+    plane = (position - position.mean(axis=0)) @ frames.mean(axis=0)[:2].T
+    try:
+        corners = Delaunay(plane / np.abs(plane).max()).simplices
+    except (QhullError, ValueError):
+        allowed = "must have three nodes or more that are not on a line, or a column area"
+        raise RomParameterError(
+            "model.sets", "contact_right", f"{len(position)} nodes without areas", allowed
+        ) from None
+    sides = position[corners[:, 1:]] - position[corners[:, :1]]
+    triangle = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return np.asarray(
+        np.bincount(corners.ravel(), np.repeat(triangle / 3.0, 3), minlength=len(position)), dtype=float
+    )

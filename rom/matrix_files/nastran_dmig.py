@@ -1,0 +1,117 @@
+"""Nastran DMIG bulk data (.pch, .dmig, .bdf): matrices by grid point and component, in small, large or free field."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from rom.errors import MatrixFileError
+from rom.matrix_files.labelled_matrix import DofLabels, LabelledMatrix, from_entries
+from rom.matrix_files.matrix_names import chosen_name
+
+SQUARE, SYMMETRIC = 1, 6
+_ALLOWED = "DMIG entries in small, large or free field"
+_EXPONENT = re.compile(r"(?<=[0-9.])([+-][0-9]+)$")  # Nastran may leave out the letter of an exponent
+
+
+@dataclass
+class _Dmig:
+    """Entries of one matrix: row (node, component), column (node, component), value."""
+
+    form: int
+    kind: int
+    entries: list[tuple[int, int, int, int, float]] = field(default_factory=list)
+
+
+def read_dmig(path: str | os.PathLike[str], name: str | None, usual: tuple[str, ...]) -> LabelledMatrix:
+    """A matrix of DMIG entries: `name`, or the only one, or the first with a usual name; form 1 (square) or 6.
+
+    Of form 6 (symmetric) each entry off the diagonal stands once. A component 0 stands for a scalar point.
+    Raises MatrixFileError where the file is damaged or does not have the matrix; the message lists those it has.
+    """
+    from scipy.sparse import coo_matrix
+
+    matrices: dict[str, _Dmig] = {}
+    for fields in _cards(path):
+        _take(path, matrices, fields)
+    chosen = chosen_name(path, name, tuple(matrices), usual)
+    found = matrices[chosen]
+    if found.form not in (SQUARE, SYMMETRIC):
+        raise MatrixFileError(path, f"{chosen} has the form {found.form}", "1 (square) or 6 (symmetric)")
+    if found.kind in (3, 4):
+        raise MatrixFileError(path, f"{chosen} is complex", "real numbers: stiffness and mass without damping")
+    if not found.entries:
+        raise MatrixFileError(path, f"{chosen} has no entries", _ALLOWED)
+    table = np.array([entry[:4] for entry in found.entries], dtype=np.int64)
+    values = np.array([entry[4] for entry in found.entries])
+    pairs, place = np.unique(np.concatenate([table[:, :2], table[:, 2:]]), axis=0, return_inverse=True)
+    row, column = place.reshape(2, -1)
+    entries = coo_matrix((values, (row, column)), shape=(len(pairs), len(pairs)))
+    if found.form == SQUARE and np.any(row != column) and (np.all(row >= column) or np.all(row <= column)):
+        raise MatrixFileError(path, f"{chosen} of form 1 (square) holds one half only", "both halves, or form 6")
+    scalar = pairs[:, 1] == 0
+    labels = DofLabels(np.where(scalar, -pairs[:, 0], pairs[:, 0]), pairs[:, 1])
+    return from_entries(path, entries, labels, half=found.form == SYMMETRIC)
+
+
+def _take(path: str | os.PathLike[str], matrices: dict[str, _Dmig], fields: list[str]) -> None:
+    """Add one DMIG entry, its header or a column, to the matrices."""
+    name = fields[1].upper()
+    try:
+        if fields[2] == "0":
+            matrices[name] = _Dmig(int(fields[3]), int(fields[4]))
+            return
+        if name not in matrices:
+            raise MatrixFileError(path, f"a column of {name} before its header (DMIG, {name}, 0, ...)", _ALLOWED)
+        column = int(fields[2]), int(fields[3] or 0)
+        for k in range(5, len(fields) - 2, 4):
+            if fields[k]:
+                row = int(fields[k]), int(fields[k + 1] or 0)
+                matrices[name].entries.append((*row, *column, _number(fields[k + 2])))
+    except (ValueError, IndexError):
+        shown = ", ".join(fields[:8])
+        raise MatrixFileError(path, f"an entry that cannot be read: {shown}", _ALLOWED) from None
+
+
+def _cards(path: str | os.PathLike[str]) -> Iterator[list[str]]:
+    """Fields of each DMIG entry with its continuations: the name of the card first, four fields after the column."""
+    card: list[str] = []
+    try:
+        with Path(path).open(encoding="ascii") as file:
+            for line in file:
+                text = line.split("$")[0].rstrip("\n")
+                if not text.strip():
+                    continue
+                start = text[:8].split(",")[0].strip().rstrip("*").upper()
+                if start == "" or start.startswith("+") or text.startswith("*"):
+                    if card:
+                        card += _fields(text)[1:]
+                    continue
+                if card:
+                    yield card
+                card = _fields(text) if start == "DMIG" else []
+    except UnicodeDecodeError:
+        raise MatrixFileError(path, "not a text file", _ALLOWED) from None
+    if card:
+        yield card
+
+
+def _fields(line: str) -> list[str]:
+    """Fields 1 to 9 of a line in small field (or 1 to 5 in large field), the continuation mark left out."""
+    line = line.expandtabs(8)
+    if "," in line:
+        large = "*" in line.split(",")[0]
+        parts = [part.strip() for part in line.split(",")]
+        return (parts + [""] * 9)[: 5 if large else 9]
+    if "*" in line[:8]:
+        return [line[:8].strip(), *(line[8 + 16 * k : 24 + 16 * k].strip() for k in range(4))]
+    return [line[8 * k : 8 * k + 8].strip() for k in range(9)]
+
+
+def _number(text: str) -> float:
+    return float(_EXPONENT.sub(r"E\1", text.upper().replace("D", "E")) if "E" not in text.upper() else text)

@@ -1,0 +1,234 @@
+"""Tables of nodes and dofs that go with matrices: nodes.csv and dofs.csv."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom.errors import MatrixFileError
+from rom.matrix_files.calculix_storage import read_calculix_dofs
+from rom.matrix_files.csv_table import numbers, read_table, whole_numbers
+from rom.matrix_files.labelled_matrix import DofLabels
+
+_NORMAL = ("nx", "ny", "nz")
+_AXES = ("e1x", "e1y", "e1z", "e2x", "e2y", "e2z")
+_COMPONENTS = {
+    **{str(k): k for k in range(7)},
+    **{name: k for k, name in enumerate(("", "x", "y", "z", "rx", "ry", "rz")) if name},
+    **{name: k for k, name in enumerate(("", "ux", "uy", "uz", "rotx", "roty", "rotz")) if name},
+}
+
+
+@dataclass(frozen=True)
+class NodeTable:
+    """Nodes of a model from elsewhere, in its units and axes.
+
+    Attributes
+    ----------
+    path : str
+        The file.
+    labels : (n,) array
+        Numbers of the nodes.
+    points : (n, 3) array
+        Coordinates.
+    sets : mapping of str to (k,) array
+        Rows by the name of the set, in the order of the table.
+    normals : (n, 3) array or None
+        Outward normals; NaN where the table is empty.
+    area : (n,) array or None
+        Areas that the nodes stand for; NaN where the table is empty.
+    axes : (n, 3, 3) array or None
+        Rows: the axes of the displacements of each node; None: those of the coordinates.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from rom import NodeTable
+    >>> NodeTable("nodes.csv", np.array([7]), np.zeros((1, 3)), {"tip": np.array([0])}).rows_of([7]).tolist()
+    [0]
+    """
+
+    path: str
+    labels: NDArray[np.int64]
+    points: NDArray[np.float64]
+    sets: Mapping[str, NDArray[np.int64]]
+    normals: NDArray[np.float64] | None = None
+    area: NDArray[np.float64] | None = None
+    axes: NDArray[np.float64] | None = None
+
+    def rows_of(self, labels: NDArray[np.int64] | list[int]) -> NDArray[np.int64]:
+        """Rows of nodes by number; -1 for one that the table does not have.
+
+        Parameters
+        ----------
+        labels : (k,) array
+            Numbers of nodes.
+        """
+        order = np.argsort(self.labels, kind="stable")
+        place = np.minimum(np.searchsorted(self.labels[order], labels), len(order) - 1)
+        found = order[place]
+        return np.where(self.labels[found] == labels, found, -1)
+
+
+def read_nodes(path: str | os.PathLike[str]) -> NodeTable:
+    """Read a table of nodes.
+
+    Parameters
+    ----------
+    path : str or path
+        CSV with the columns node, x, y, z and any of sets (names, separated by spaces), area, nx, ny, nz (outward
+        normal) and e1x, e1y, e1z, e2x, e2y, e2z (first two axes of the displacements of a node; empty: those of x, y
+        and z).
+
+    Returns
+    -------
+    NodeTable
+        The nodes.
+
+    Raises
+    ------
+    MatrixFileError
+        The table is damaged; the message is one line.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from rom import read_nodes
+    >>> _ = Path("nodes.csv").write_text("node,x,y,z,sets\\n7,0,0,0.4,tip contact_right\\n9,0,0,0.3,root\\n")
+    >>> nodes = read_nodes("nodes.csv")
+    >>> nodes.labels.tolist(), sorted(nodes.sets)
+    ([7, 9], ['contact_right', 'root', 'tip'])
+    """
+    columns = read_table(path, ("node", "x", "y", "z"), ("sets", "area", *_NORMAL, *_AXES))
+    labels = whole_numbers(path, columns, "node")
+    if not len(labels):
+        raise MatrixFileError(path, "no nodes", "one node or more")
+    if len(np.unique(labels)) < len(labels):
+        values, counts = np.unique(labels, return_counts=True)
+        raise MatrixFileError(path, f"node {values[counts > 1][0]} is given twice", "each node once")
+    points = np.column_stack([numbers(path, columns, axis) for axis in "xyz"])
+    members: dict[str, list[int]] = {}
+    for row, text in enumerate(columns.get("sets", [])):
+        for name in dict.fromkeys(text.replace(";", " ").split()):
+            members.setdefault(name, []).append(row)
+    return NodeTable(
+        os.fspath(path),
+        labels,
+        points,
+        {name: np.array(rows, dtype=np.int64) for name, rows in members.items()},
+        _normals(path, columns),
+        _areas(path, columns),
+        _axes(path, columns),
+    )
+
+
+def read_dofs(path: str | os.PathLike[str]) -> DofLabels:
+    """Read the dofs of the rows of a matrix.
+
+    Parameters
+    ----------
+    path : str or path
+        CSV with the columns node and component (1, 2, 3 or x, y, z: displacements; 4, 5, 6 or rx, ry, rz: rotations;
+        0: a generalised coordinate, whose node is of no account), one line for each row of the matrix in their order
+        or with the column row, from 1; or a file .dof of CalculiX.
+
+    Returns
+    -------
+    DofLabels
+        Node and component of each row.
+
+    Raises
+    ------
+    MatrixFileError
+        The table is damaged, or a dof is given twice.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from rom import read_dofs
+    >>> _ = Path("dofs.csv").write_text("row,node,component\\n2,7,x\\n1,7,3\\n")
+    >>> read_dofs("dofs.csv").pairs.tolist()
+    [[7, 3], [7, 1]]
+    """
+    if Path(path).suffix.lower() == ".dof" and Path(path).is_file():
+        return checked_dofs(path, read_calculix_dofs(path))
+    columns = read_table(path, ("node", "component"), ("row",))
+    component = np.empty(len(columns["component"]), dtype=np.int64)
+    for k, text in enumerate(columns["component"]):
+        if text.lower() not in _COMPONENTS:
+            allowed = "1 to 3 or x, y, z, 4 to 6 or rx, ry, rz, 0 for a generalised coordinate"
+            raise MatrixFileError(path, f"component in row {k + 1} is {text!r}", allowed)
+        component[k] = _COMPONENTS[text.lower()]
+    columns["node"] = [text or "0" for text in columns["node"]]
+    node = np.where(component == 0, 0, whole_numbers(path, columns, "node"))
+    if "row" in columns:
+        row = whole_numbers(path, columns, "row")
+        if not np.array_equal(np.sort(row), np.arange(1, len(row) + 1)):
+            raise MatrixFileError(path, "rows that are not each number once", f"1 to {len(row)}")
+        order = np.argsort(row)
+        node, component = node[order], component[order]
+    return checked_dofs(path, DofLabels(node, component))
+
+
+def checked_dofs(path: str | os.PathLike[str], dofs: DofLabels) -> DofLabels:
+    """The dofs themselves. Raises MatrixFileError where there are none or one is given twice."""
+    if not len(dofs):
+        raise MatrixFileError(path, "no dofs", "one dof or more")
+    pairs, counts = np.unique(dofs.pairs[dofs.component > 0], axis=0, return_counts=True)
+    if np.any(counts > 1):
+        node, component = pairs[counts > 1][0]
+        raise MatrixFileError(path, f"component {component} of node {node} is given twice", "each dof once")
+    if np.any((dofs.component < 0) | (dofs.component > 6)):
+        found = dofs.component[(dofs.component < 0) | (dofs.component > 6)][0]
+        raise MatrixFileError(path, f"a dof of component {found}", "1 to 3 (displacements), 4 to 6 (rotations) or 0")
+    return dofs
+
+
+def _normals(path: str | os.PathLike[str], columns: dict[str, list[str]]) -> NDArray[np.float64] | None:
+    if not _all_given(path, columns, _NORMAL):
+        return None
+    normals = np.column_stack([numbers(path, columns, name, empty=np.nan) for name in _NORMAL])
+    length = np.linalg.norm(normals, axis=1)
+    if np.any(length == 0.0):
+        raise MatrixFileError(path, f"a normal of length 0 in row {int(np.argmin(length)) + 1}", "an outward normal")
+    return np.asarray(normals / length[:, None])
+
+
+def _areas(path: str | os.PathLike[str], columns: dict[str, list[str]]) -> NDArray[np.float64] | None:
+    if "area" not in columns:
+        return None
+    area = numbers(path, columns, "area", empty=np.nan)
+    if np.any(area <= 0.0):
+        raise MatrixFileError(
+            path, f"area in row {int(np.argmax(area <= 0.0)) + 1} is not above 0", "areas, or empty"
+        )
+    return area
+
+
+def _axes(path: str | os.PathLike[str], columns: dict[str, list[str]]) -> NDArray[np.float64] | None:
+    if not _all_given(path, columns, _AXES):
+        return None
+    table = np.column_stack([numbers(path, columns, name, empty=np.nan) for name in _AXES])
+    table[np.isnan(table).all(axis=1)] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    first, second = table[:, :3], table[:, 3:]
+    lengths = np.linalg.norm(first, axis=1), np.linalg.norm(second, axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        first, second = first / lengths[0][:, None], second / lengths[1][:, None]
+    wrong = ~(np.abs(np.sum(first * second, axis=1)) < 1e-6)  # catches NaN too
+    if np.any(wrong):
+        raise MatrixFileError(path, f"the axes in row {int(np.argmax(wrong)) + 1}", "two axes at right angles")
+    second = second - np.sum(first * second, axis=1)[:, None] * first
+    second /= np.linalg.norm(second, axis=1)[:, None]
+    return np.stack([first, second, np.cross(first, second)], axis=1)
+
+
+def _all_given(path: str | os.PathLike[str], columns: dict[str, list[str]], names: tuple[str, ...]) -> bool:
+    given = [name for name in names if name in columns]
+    if given and len(given) < len(names):
+        raise MatrixFileError(path, f"only the columns {', '.join(given)}", f"all of {', '.join(names)}, or none")
+    return bool(given)

@@ -1,0 +1,80 @@
+"""Units and axes of a model from elsewhere: into metres, x along the engine axis, z outward through the tip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rom.errors import RomParameterError
+
+INCH, POUND_FORCE = 0.0254, 4.4482216152605
+LENGTHS = {"m": 1.0, "mm": 1e-3, "in": INCH}  # m in a unit
+FORCES = {"m": 1.0, "mm": 1.0, "in": POUND_FORCE}  # N in a unit of force
+NAMED_AXES = {
+    sign + name: factor * row
+    for name, row in zip("xyz", np.eye(3), strict=True)
+    for sign, factor in (("", 1.0), ("-", -1.0))
+}
+_ON_AXIS = 1e-9  # of the largest distance from the axis
+
+
+@dataclass(frozen=True)
+class RingAxes:
+    """Rows: x, y, z of the ring in the axes of the file; a point on the engine axis; the unit of length.
+
+    Attributes
+    ----------
+    rows : (3, 3) array
+        Directions, orthonormal and right-handed; x is the engine axis, z outward.
+    origin : (3,) array
+        Point on the axis, in the unit of the file.
+    unit : {"m", "mm", "in"}
+        m, N, kg; or mm, N, t; or in, lbf, lbf s^2/in.
+    """
+
+    rows: NDArray[np.float64]
+    origin: NDArray[np.float64]
+    unit: str
+
+    @property
+    def turned(self) -> bool:
+        """Whether they are others than the axes of the file."""
+        return not np.array_equal(self.rows, np.eye(3))
+
+    def points(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points (n, 3) of the file in metres and the axes of the ring."""
+        moved = points - self.origin if np.any(self.origin) else points
+        moved = moved @ self.rows.T if self.turned else moved
+        return moved * LENGTHS[self.unit]
+
+    def directions(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Directions (..., 3) of the file in the axes of the ring."""
+        return vectors @ self.rows.T if self.turned else vectors
+
+
+def ring_axes(axis: str | ArrayLike, point: ArrayLike, unit: str, tip: NDArray[np.float64]) -> RingAxes:
+    """Axes of the ring: x along `axis` through `point`, z through the `tip` (3,), all in the axes of the file.
+
+    Raises RomParameterError for an unknown axis or unit and a tip on the axis.
+    """
+    if unit not in LENGTHS:
+        raise RomParameterError("model", "unit", unit, f"must be one of {', '.join(LENGTHS)}")
+    if isinstance(axis, str) and axis not in NAMED_AXES:
+        raise RomParameterError("model", "axis", axis, f"must be one of {', '.join(NAMED_AXES)} or three numbers")
+    x = np.asarray(NAMED_AXES[axis] if isinstance(axis, str) else axis, dtype=float)
+    length = np.linalg.norm(x)
+    if x.shape != (3,) or not np.isfinite(length) or length == 0.0:
+        raise RomParameterError("model", "axis", axis, "must be three finite numbers, not all 0")
+    x = x / length
+    origin = np.asarray(point, dtype=float)
+    arm = tip - origin
+    radial = arm - (arm @ x) * x
+    radius = np.linalg.norm(radial)
+    if radius <= _ON_AXIS * np.linalg.norm(arm) or radius == 0.0:
+        raise RomParameterError("model", "axis", axis, "must be an axis that the tip does not lie on")
+    z = radial / radius
+    rows = np.array([x, np.cross(z, x), z])
+    snapped = np.round(rows)
+    return RingAxes(snapped if np.abs(rows - snapped).max() < _ON_AXIS else rows, origin, unit)
