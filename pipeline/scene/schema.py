@@ -32,6 +32,7 @@ from pipeline.scene.fields import (
 from pipeline.scene.fields import key as _key
 from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.model_section import Model
+from pipeline.scene.stress_section import Fatigue, Stress
 
 AXES = ("x", "y", "z")
 
@@ -327,8 +328,15 @@ class Scene(Section):
     contact: Contact = _key("", "a table")
     excitation: Excitation = _key("", "a table")
     response: Response = _key("", "a table")
+    stress: Stress | None = _key("", "a table", None)
+    fatigue: Fatigue | None = _key("", "a table", None)
     render: Render | None = _key("", "a table", None)
     figures: Figures = _key("", "a table", Figures())
+
+    @property
+    def with_stress(self) -> bool:
+        """Whether the stress on the mesh is asked for."""
+        return self.stress is not None or self.fatigue is not None
 
     @property
     def mesh_file(self) -> str | None:
@@ -345,7 +353,7 @@ class Scene(Section):
         return None if self.blade is None else self.blade.n_blades
 
 
-NOT_SWEPT = ("render", "figures")  # pictures
+NOT_SWEPT = ("stress", "fatigue", "render", "figures")  # made of solved curves
 NOT_SWEPT_KEYS = ("mesh.sets", "model.sets")  # tables
 SECTIONS: dict[str, type[Section]] = {
     "blade": Blade,
@@ -358,6 +366,8 @@ SECTIONS: dict[str, type[Section]] = {
     "contact": Contact,
     "excitation": Excitation,
     "response": Response,
+    "stress": Stress,
+    "fatigue": Fatigue,
     "render": Render,
     "figures": Figures,
 }

@@ -59,6 +59,7 @@ LAYERS = {
         {"stages"},
         {"results"},
         {"figures", "render", "export", "verify"},
+        {"stress"},
         {"report"},
         {"run", "terminal"},
         {"check"},
