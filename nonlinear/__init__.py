@@ -38,7 +38,14 @@ if TYPE_CHECKING:
     )
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
     from nonlinear.nonlinear_modes.nonlinear_mode import ModeResonance, NonlinearMode, nonlinear_mode
-    from nonlinear.options import MOST_UNKNOWNS, Excitation, OptionsError, SolverOptions, least_samples
+    from nonlinear.options import (
+        MOST_UNKNOWNS,
+        Excitation,
+        ExcitationHarmonic,
+        OptionsError,
+        SolverOptions,
+        least_samples,
+    )
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
@@ -67,6 +74,7 @@ __all__ = [
     "ContactIterationError",
     "ContactParameters",
     "Excitation",
+    "ExcitationHarmonic",
     "Extension",
     "FoundSolution",
     "HarmonicBalance",
@@ -123,6 +131,7 @@ _PLACES = {
     "ContactForces": "nonlinear.contact.parameters",
     "ContactParameters": "nonlinear.contact.parameters",
     "Excitation": "nonlinear.options",
+    "ExcitationHarmonic": "nonlinear.options",
     "HarmonicBalance": "nonlinear.harmonic_balance.residual",
     "LinearisedResidual": "nonlinear.harmonic_balance.residual",
     "ModeResonance": "nonlinear.nonlinear_modes.nonlinear_mode",

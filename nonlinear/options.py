@@ -1,5 +1,6 @@
 """Options of the solver: excitation, frequency range, harmonics, tolerances."""
 
+import cmath
 import math
 from dataclasses import dataclass
 from typing import Literal
@@ -9,6 +10,7 @@ Integration = Literal["exact", "sampled"]
 Stability = Literal["ring", "wave", "folds"]
 ResidualTractions = Literal["projected", "bounds"]
 
+HIGHEST_EXCITED = 31  # harmonic of the excitation
 MOST_UNKNOWNS = 10_000  # of a harmonic balance; its dense Jacobian then takes 0.8 GB
 
 
@@ -44,6 +46,50 @@ class OptionsError(ValueError):
 
 
 @dataclass(frozen=True)
+class ExcitationHarmonic:
+    """One harmonic of the excitation: force * amplitude * cos(order w t + phase) on the fundamental blade.
+
+    Attributes
+    ----------
+    order : int
+        Harmonic h of the excitation, engine order h EO.
+    amplitude : float
+        Amplitude relative to `Excitation.force`.
+    phase_deg : float
+        Phase, degrees.
+
+    Raises
+    ------
+    OptionsError
+        The order is below 1 or above 31, the amplitude is negative, or a number is not finite.
+
+    Examples
+    --------
+    >>> from nonlinear import ExcitationHarmonic
+    >>> ExcitationHarmonic(order=2, amplitude=0.3, phase_deg=90.0).factor.imag
+    0.3
+    """
+
+    order: int
+    amplitude: float
+    phase_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check ranges."""
+        if not 1 <= self.order <= HIGHEST_EXCITED:
+            raise OptionsError(f"order: {self.order}, allowed: 1 to {HIGHEST_EXCITED}")
+        if not 0.0 <= self.amplitude < math.inf:
+            raise OptionsError(f"amplitude: {self.amplitude}, allowed: 0 or more, relative to the force")
+        if not math.isfinite(self.phase_deg):
+            raise OptionsError(f"phase: {self.phase_deg}, allowed: a finite angle (degrees)")
+
+    @property
+    def factor(self) -> complex:
+        """Complex amplitude relative to the force."""
+        return cmath.rect(self.amplitude, math.radians(self.phase_deg))
+
+
+@dataclass(frozen=True)
 class Excitation:
     """Travelling-wave excitation.
 
@@ -53,16 +99,39 @@ class Excitation:
         Engine order.
     force : float
         Amplitude on one blade, N.
+    harmonics : tuple of ExcitationHarmonic
+        Multiples of the engine order that act as well. An entry of order 1 replaces the amplitude of the engine
+        order itself, which is `force` otherwise.
+
+    Raises
+    ------
+    OptionsError
+        Two harmonics have the same order.
 
     Examples
     --------
-    >>> from nonlinear import Excitation
-    >>> Excitation(engine_order=36, force=0.2)
-    Excitation(engine_order=36, force=0.2)
+    Engine orders 36 and 72:
+
+    >>> from nonlinear import Excitation, ExcitationHarmonic
+    >>> excitation = Excitation(engine_order=36, force=0.2, harmonics=(ExcitationHarmonic(2, 0.5),))
+    >>> excitation.factors
+    ((2, (0.5+0j)),)
     """
 
     engine_order: int
     force: float
+    harmonics: tuple[ExcitationHarmonic, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check that each harmonic is given once."""
+        orders = [harmonic.order for harmonic in self.harmonics]
+        if len(set(orders)) < len(orders):
+            raise OptionsError(f"harmonics: orders {orders}, allowed: each order once")
+
+    @property
+    def factors(self) -> tuple[tuple[int, complex], ...]:
+        """Orders and complex amplitudes relative to the force, as in `rom.RelativeReceptance`."""
+        return tuple((harmonic.order, harmonic.factor) for harmonic in self.harmonics)
 
 
 @dataclass(frozen=True)

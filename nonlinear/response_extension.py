@@ -9,7 +9,7 @@ import numpy as np
 from nonlinear.branches.branch_collection import BranchCollection
 from nonlinear.branches.branch_lifting import Lifting
 from nonlinear.branches.branch_starts import BranchStart
-from nonlinear.branches.detached_branches import FEW_HARMONICS
+from nonlinear.branches.detached_branches import few_harmonics
 from nonlinear.branches.homotopy import Homotopy
 from nonlinear.branches.known_branches import KnownBranch
 from nonlinear.branches.parameter_continuation import Carried, carry_solution
@@ -170,7 +170,7 @@ def _offer(
     """
     lost: list[LostStart] = []
     ended: set[tuple[str, int]] = set()
-    few = lifting.balances.balance(min(FEW_HARMONICS[-1], lifting.numbers[-1]))
+    few = lifting.balances.balance(min(few_harmonics(lifting.balances)[-1], lifting.numbers[-1]))
     low, high = problem[3].omega_range
     for start in starts:
         branch = start.label, start.branch

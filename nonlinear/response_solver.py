@@ -14,15 +14,14 @@ from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.point_stability import PointStability
 from nonlinear.continuation.resonances import find_resonances
 from nonlinear.harmonic_balance.initial_solution import static_displacement
-from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
 from nonlinear.harmonic_selection.adaptive_harmonics import (
-    HARMONIC_NUMBERS,
     HarmonicSelection,
     feasible_harmonic_numbers,
 )
 from nonlinear.harmonic_selection.truncation_error import TruncationErrorEstimator, TruncationEstimate
-from nonlinear.options import Excitation, SolverOptions
+from nonlinear.options import Excitation, OptionsError, SolverOptions
 from nonlinear.peak_errors import with_peak_errors
 from nonlinear.residual_tractions.residual_bounds import residual_bounds
 from nonlinear.residual_tractions.traction_levels import free_tractions
@@ -107,11 +106,11 @@ def build_continuation(
     ArithmeticError
         No static equilibrium was found.
     """
-    fixed = replace(options, harmonics=HARMONIC_NUMBERS[0]) if options.harmonics == "auto" else options
+    fixed = _with_fixed_harmonics(modal, excitation, options)
     receptance, element = _parts(modal, contact, excitation, fixed)
     static = static_displacement(receptance, contact, options)
     frozen = static if options.method == "static-first" else None
-    balance = HarmonicBalance(receptance, element, frozen, odd=contact.odd)
+    balance = HarmonicBalance(receptance, element, frozen, odd=has_odd_harmonics_only(receptance, contact))
     balances = TruncatedBalances(balance, contact, fixed)
     continuation = Continuation(
         balance,
@@ -137,7 +136,7 @@ def _solve(
     except ArithmeticError as error:
         message = f"no start at {options.frequency_hz[0]:.6g} Hz: {error}"
         empty = Branch([], [], [], TerminationReason("start failed", options.frequency_hz[0], message))
-        fixed = replace(options, harmonics=HARMONIC_NUMBERS[0]) if options.harmonics == "auto" else options
+        fixed = _with_fixed_harmonics(modal, excitation, options)
         return assemble_curve(HarmonicBalance(*_parts(modal, contact, excitation, fixed)), empty, options.output)
     balance = continuation.balance
     estimator = TruncationErrorEstimator(continuation, balances)
@@ -182,7 +181,7 @@ def lifting_to(options: SolverOptions, balances: TruncatedBalances, most: int) -
     """The numbers of harmonics of detached branches; `most`: the largest number on the main branch."""
     if options.harmonics != "auto":
         return Lifting(balances, (options.harmonics,))
-    feasible = feasible_harmonic_numbers(balances.base.n_contacts)
+    feasible = feasible_harmonic_numbers(balances.base.n_contacts, balances.highest_excited)
     numbers = tuple(n for n in feasible if n <= max(most, LEAST_HARMONICS))
     return Lifting(balances, numbers, options.harmonic_tolerance)
 
@@ -200,7 +199,7 @@ def _with_adaptive_harmonics(
     tolerance = continuation.options.harmonic_tolerance
     stability, continuation = continuation.stability, replace(continuation, stability=None)
     selection = HarmonicSelection(estimator.balances, tolerance / STRICTER)
-    numbers = feasible_harmonic_numbers(estimator.balances.base.n_contacts)
+    numbers = feasible_harmonic_numbers(estimator.balances.base.n_contacts, estimator.balances.highest_excited)
     for n_harmonics in numbers:
         selection.min_harmonics, last = n_harmonics, n_harmonics == numbers[-1]
         start = continuation.with_balance(estimator.balances.balance(n_harmonics))
@@ -264,7 +263,7 @@ def build_harmonic_balance(
     """
     receptance, element = _parts(modal, contact, excitation, options)
     static = static_displacement(receptance, contact, options) if options.method == "static-first" else None
-    return HarmonicBalance(receptance, element, static, odd=contact.odd)
+    return HarmonicBalance(receptance, element, static, odd=has_odd_harmonics_only(receptance, contact))
 
 
 def _parts(
@@ -272,6 +271,23 @@ def _parts(
 ) -> tuple[RelativeReceptance, ContactElement]:
     """The two parts of a balance: structure and contact."""
     n_harmonics = options.fixed_harmonics
-    phase = modal.phase(excitation.engine_order)
-    receptance = RelativeReceptance(modal, phase, tuple(range(n_harmonics + 1)), excitation.force)
+    receptance = _receptance(modal, excitation, n_harmonics)
+    highest = receptance.excited_harmonics[-1]
+    if n_harmonics < highest:
+        raise OptionsError(
+            f"harmonics: {n_harmonics}, allowed: {highest} or more, the highest harmonic of the excitation"
+        )
     return receptance, contact_element(contact, n_harmonics, options)
+
+
+def _receptance(modal: ModalModel, excitation: Excitation, n_harmonics: int) -> RelativeReceptance:
+    phase, harmonics = modal.phase(excitation.engine_order), tuple(range(n_harmonics + 1))
+    return RelativeReceptance(modal, phase, harmonics, excitation.force, excitation.factors)
+
+
+def _with_fixed_harmonics(modal: ModalModel, excitation: Excitation, options: SolverOptions) -> SolverOptions:
+    """The options with the fewest harmonics that are tried in place of "auto"."""
+    if options.harmonics != "auto":
+        return options
+    highest = _receptance(modal, excitation, 1).excited_harmonics[-1]
+    return replace(options, harmonics=feasible_harmonic_numbers(modal.n_contacts, highest)[0])

@@ -25,6 +25,8 @@ from pipeline.command_options import (
 )
 from pipeline.command_usage import TOLERANCES, examples, output_parser, print_version, refuse_twice, wrong_usage
 from pipeline.process.garbage_collection import collect_rarely
+from pipeline.process.program_end import end_program
+from pipeline.process.program_start import prepare_libraries
 from pipeline.process.streams import flush_stdout, prepare_streams
 from pipeline.stages.stage_names import Stage
 from pipeline.terminal import print_error, print_notes, print_outcome, print_problems, print_verification
@@ -355,6 +357,7 @@ def _json(values: dict[str, Any]) -> str:
 def main() -> None:
     """Entry point: exit status 0 all computed, 1 something not reached, 2 bad input, 128 + a signal's number."""
     collect_rarely()
+    prepare_libraries()
     prepare_streams()
     status = command(sys.argv[1:])
     error = flush_stdout()
@@ -362,7 +365,7 @@ def main() -> None:
         if not (isinstance(error, BrokenPipeError) or status):
             print_error(f"{_NO_OUTPUT}: {error.strerror}")
         status = status or NOT_REACHED
-    sys.exit(status)
+    end_program(status)
 
 
 def command(arguments: list[str]) -> int:

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from rom.finite_elements.element_warnings import element_warnings
     from rom.finite_elements.full_model import FullModel, assemble
     from rom.finite_elements.material import Material
+    from rom.finite_elements.nodal_forces import nearest_vertices, nodal_force
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
     from rom.finite_elements.surface_loads import pressure_force, traction_force
     from rom.finite_elements.thermal_load import thermal_force
@@ -57,6 +58,8 @@ if TYPE_CHECKING:
     from rom.reduction.contact_dofs import contact_areas
     from rom.reduction.coriolis_error import coriolis_error
     from rom.reduction.craig_bampton import Reduction, ReductionOptions, reduce_sector
+    from rom.reduction.load_vectors import LoadVectors
+    from rom.reduction.modal_forces import with_modal_forces
     from rom.reduction.mode_selection import reduce_to_tolerance, reduction_errors
     from rom.reduction.model_comparison import (
         LinearError,
@@ -89,6 +92,7 @@ __all__ = [
     "LinearError",
     "LinearOperation",
     "LinearResponse",
+    "LoadVectors",
     "Material",
     "MatrixChoice",
     "MatrixFileError",
@@ -132,7 +136,9 @@ __all__ = [
     "model_from_matrices",
     "model_from_superelement",
     "natural_frequencies",
+    "nearest_vertices",
     "new_hdf5",
+    "nodal_force",
     "nodal_stress",
     "one_blas_thread",
     "one_blas_thread_in_children",
@@ -160,6 +166,7 @@ __all__ = [
     "traction_force",
     "von_mises",
     "why_unreadable",
+    "with_modal_forces",
     "write_matrices",
     "write_reduced_model",
 ]
@@ -177,14 +184,15 @@ _PLACES = {
     "LinearError": "rom.reduction.model_comparison",
     "LinearOperation": "rom.reduction.model_comparison",
     "LinearResponse": "rom.reduction.model_comparison",
+    "LoadVectors": "rom.reduction.load_vectors",
     "Material": "rom.finite_elements.material",
     "MatrixChoice": "rom.matrix_files.matrix_choice",
     "MatrixFileError": "rom.errors",
     "MatrixModel": "rom.matrix_files.matrix_model",
     "ModalModel": "rom.cyclic.modal_model",
     "NodalStress": "rom.stress.stress_recovery",
-    "OperatingStress": "rom.stress.operating_stress",
     "NodeTable": "rom.matrix_files.node_table",
+    "OperatingStress": "rom.stress.operating_stress",
     "ReducedModel": "rom.cyclic.reduced_model",
     "ReducedModelError": "rom.errors",
     "Reduction": "rom.reduction.craig_bampton",
@@ -221,7 +229,9 @@ _PLACES = {
     "model_from_matrices": "rom.matrix_files.matrix_model",
     "model_from_superelement": "rom.matrix_files.superelement",
     "natural_frequencies": "rom.cyclic.natural_frequencies",
+    "nearest_vertices": "rom.finite_elements.nodal_forces",
     "new_hdf5": "rom.files.hdf5_writing",
+    "nodal_force": "rom.finite_elements.nodal_forces",
     "nodal_stress": "rom.stress.operating_stress",
     "one_blas_thread": "rom.linear_algebra.threads",
     "one_blas_thread_in_children": "rom.linear_algebra.threads",
@@ -245,10 +255,11 @@ _PLACES = {
     "stiffen_by_rotation": "rom.finite_elements.rotation",
     "stored_array": "rom.files.hdf5_reading",
     "stress_cycle": "rom.stress.fatigue",
-    "von_mises": "rom.stress.stress_tensor",
     "thermal_force": "rom.finite_elements.thermal_load",
     "traction_force": "rom.finite_elements.surface_loads",
+    "von_mises": "rom.stress.stress_tensor",
     "why_unreadable": "rom.files.hdf5_reading",
+    "with_modal_forces": "rom.reduction.modal_forces",
     "write_matrices": "rom.matrix_files.matrix_writing",
     "write_reduced_model": "rom.files.reduced_model_file",
 }

@@ -63,7 +63,8 @@ class SectorFindings:
         right, left = (f"{1e6 * area:.6g}" for area in self.areas)
         return (
             f"faces: {pairs}, largest mismatch {1e6 * self.mismatch:.3g} um; {gap}{shared}",
-            f"areas: right {right} mm^2, left {left} mm^2; normals opposite to {round(self.normal_angle, 3):.2g} degrees",
+            f"areas: right {right} mm^2, left {left} mm^2; "
+            f"normals opposite to {round(self.normal_angle, 3):.2g} degrees",
             said(self.rotation),
             *self.notes,
         )

@@ -20,6 +20,7 @@ from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.nearest_solution import nearest_solution
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
 from nonlinear.nonlinear_modes.resonance_motions import resonance_motions
 
 MAX_ITERATIONS = 15
@@ -86,15 +87,21 @@ def detached_branches(
         progress=progress,
     )
     coarser: list[tuple[list[SolutionPoint], str]] = []
-    for number in [n for n in FEW_HARMONICS if n < most]:
+    few = few_harmonics(lifting.balances)
+    for number in [n for n in few if n < most]:
         coarser = _with_few_harmonics(continuation, lifting, number, static, coarser)
-    if most <= FEW_HARMONICS[-1]:
+    if most <= few[-1]:
         folds = _folds(points for points, _ in coarser)
         for point, origin in _starting_points(full.continuation, traced[0].points, folds, static):
             full.offer(point, origin)
     for points, origin in coarser:
         lift_branch(full, lifting, points, origin)
     return BranchSearch(sorted(full.found, key=lambda found: -found.height), full.left_out)
+
+
+def few_harmonics(balances: TruncatedBalances) -> tuple[int, ...]:
+    """`FEW_HARMONICS`, but none below the highest harmonic of the excitation."""
+    return tuple(sorted({max(n, balances.highest_excited) for n in FEW_HARMONICS}))
 
 
 def _with_few_harmonics(

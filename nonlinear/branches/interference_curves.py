@@ -88,7 +88,9 @@ class InterferenceBalance(HarmonicBalance):
         """
         given = balance.receptance
         return cls(
-            receptance=ReceptanceAtOneFrequency(given.modal, given.phase, given.harmonics, given.force),
+            receptance=ReceptanceAtOneFrequency(
+                given.modal, given.phase, given.harmonics, given.force, given.harmonic_factors
+            ),
             element=balance.element,
             frozen_static=balance.frozen_static,
             tiny=balance.tiny,

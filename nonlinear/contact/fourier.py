@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from nonlinear.contact.parameters import Array
 
 ComplexArray = NDArray[np.complex128]
+SAMPLES_PER_HARMONIC = 32  # of a search for an extreme value
+NEWTON_STEPS = 6
 
 
 def basis_table(n_harmonics: int, n_samples: int) -> Array:
@@ -41,3 +43,24 @@ def to_real(coefficients: ComplexArray) -> Array:
     result[1::2] = coefficients[1:].real
     result[2::2] = coefficients[1:].imag
     return result
+
+
+def smallest_values(coefficients: ComplexArray) -> Array:
+    """Smallest value over theta of x_0 + Re sum_h x_h exp(i h theta) for each column of coefficients (H+1, k): (k,).
+
+    The smallest of 32 H samples, improved by Newton's method on x' = 0.
+    """
+    order = np.arange(len(coefficients))
+    samples = SAMPLES_PER_HARMONIC * (len(coefficients) - 1)
+    theta = 2.0 * np.pi * np.arange(samples) / samples
+    values = (np.exp(1j * np.outer(theta, order)) @ coefficients).real
+    angle, least = theta[values.argmin(axis=0)], values.min(axis=0)
+    for _ in range(NEWTON_STEPS):
+        terms = np.exp(1j * np.outer(order, angle)) * coefficients
+        slope = (1j * order[:, None] * terms).real.sum(axis=0)
+        curvature = -(order[:, None] ** 2 * terms).real.sum(axis=0)
+        convex = curvature > 0.0
+        angle = angle - np.where(convex, slope, 0.0) / np.where(convex, curvature, 1.0)
+        value = (np.exp(1j * np.outer(order, angle)) * coefficients).real.sum(axis=0)
+        least = np.minimum(least, value)
+    return np.asarray(least)

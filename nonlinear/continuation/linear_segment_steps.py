@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from nonlinear.contact.parameters import Array
 from nonlinear.continuation.linear_segment_system import LinearMotion, LinearSegmentSystem
 from nonlinear.continuation.linear_segments import LinearSegments
 from nonlinear.continuation.metric import Metric
+from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import SolutionPoint
 
 SHORTEST_STEP = 1e-10  # relative to the frequency; a shorter step means that the end of the segment is reached
@@ -77,7 +78,7 @@ class LinearSegmentSteps:
         unknown, dx_domega = balance.unknown(motion.displacement), balance.unknown(motion.derivative)
         metric = self.metric(unknown)
         tangent = metric.unit((direction * dx_domega, direction))
-        return SolutionPoint(
+        point = SolutionPoint(
             balance=balance,
             unknown=unknown,
             omega=omega,
@@ -92,6 +93,9 @@ class LinearSegmentSteps:
             dA_ds=tangent[1] * motion.growth(balance.receptance.modal.outputs[self.output]),
             linear=system.state,
         )
+        if system.harmonics == (1,):
+            return point
+        return replace(point, dA_ds=amplitude_derivative(point, self.output))
 
 
 def _end(system: LinearSegmentSystem, inside: float, outside: float) -> float:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.fourier import ComplexArray, smallest_values, to_complex
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactForces, ContactParameters
 from nonlinear.continuation.solution_point import LinearState
 from nonlinear.harmonic_balance.residual import HarmonicBalance
@@ -25,7 +25,7 @@ class LinearMotion:
     displacement, derivative : (2H+1, n_c, 3) array
         Relative displacement and its derivative.
     coordinates, coordinates_derivative : (m,) complex array
-        Modal coordinates of harmonic 1 and their derivative.
+        Modal coordinates of the first excited harmonic and their derivative.
     """
 
     displacement: Array
@@ -34,7 +34,7 @@ class LinearMotion:
     coordinates_derivative: ComplexArray
 
     def growth(self, output: Array) -> float:
-        """Derivative in w of the amplitude ``|x^(1)|`` of an output, (m,) in modal coordinates."""
+        """Derivative in w of the amplitude ``|x^(h)|`` of an output, (m,) in modal coordinates."""
         first = output @ self.coordinates
         size = abs(first)
         return float((first.conjugate() * (output @ self.coordinates_derivative)).real / size) if size > 0.0 else 0.0
@@ -81,46 +81,64 @@ class LinearSegmentSystem:
         force[:, 2] = self.contact.preload - np.where(self.state.pressed, self.contact.initial_load, 0.0)
         return force
 
-    @cached_property
-    def _first(self) -> RelativeReceptance:
-        """The receptance of harmonic 1."""
-        return replace(self.balance.receptance, harmonics=(1,))
+    @property
+    def harmonics(self) -> tuple[int, ...]:
+        """Harmonics of the excitation."""
+        return self.balance.receptance.excited_harmonics
 
     @cached_property
-    def _sprung(self) -> ComplexArray:
-        """Modal forces of unit displacements through the springs, (m, 3 n_c)."""
-        return self._first.adjoint[0] * self.springs.reshape(-1)
+    def _receptances(self) -> tuple[RelativeReceptance, ...]:
+        """The receptance of each excited harmonic."""
+        return tuple(replace(self.balance.receptance, harmonics=(h,)) for h in self.harmonics)
+
+    @cached_property
+    def _sprung(self) -> tuple[ComplexArray, ...]:
+        """Modal forces of unit displacements through the springs, (m, 3 n_c) for each excited harmonic."""
+        return tuple(receptance.adjoint[0] * self.springs.reshape(-1) for receptance in self._receptances)
 
     def motion(self, omega: float) -> LinearMotion:
-        """The motion at `omega` (rad/s): (I + G k) d = d_lin in harmonic 1."""
-        relative, force = self._first.relative[0], self._first.modal_force[0]
-        value, value_derivative = (row[0] for row in self._first.denominators(omega))
+        """The motion at `omega` (rad/s): (I + G k) d = d_lin in each excited harmonic."""
+        found = [self._harmonic(index, omega) for index in range(len(self.harmonics))]
+        rows = np.zeros((2, 2 * self.balance.n_harmonics + 1, *self.static.shape))
+        rows[0, 0] = self.static
+        for h, (motion, change, _, _) in zip(self.harmonics, found, strict=True):
+            for row, values in zip(rows, (motion, change), strict=True):
+                row[2 * h - 1] = values.real.reshape(self.static.shape)
+                row[2 * h] = values.imag.reshape(self.static.shape)
+        return LinearMotion(rows[0], rows[1], *found[0][2:])
+
+    def _harmonic(self, index: int, omega: float) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+        """Relative motion and modal coordinates of one harmonic, each with its derivative in w behind it."""
+        receptance, sprung = self._receptances[index], self._sprung[index]
+        relative, force = receptance.relative[0], receptance.modal_force[0]
+        value, value_derivative = (row[0] for row in receptance.denominators(omega))
         modal = force / value
         motion = relative @ modal
         if not self.springs.any():
             modal_derivative = -value_derivative * modal / value
-            return LinearMotion(*self._rows(motion, relative @ modal_derivative), modal, modal_derivative)
-        system = SpringSupportedMotion(self._first.matrix(omega)[0] * self.springs.reshape(-1))
+            return motion, relative @ modal_derivative, modal, modal_derivative
+        system = SpringSupportedMotion(receptance.matrix(omega)[0] * self.springs.reshape(-1))
         motion = system.solve(motion)
-        modal = (force - self._sprung @ motion) / value
+        modal = (force - sprung @ motion) / value
         modal_derivative = -value_derivative * modal / value
         change = system.solve(relative @ modal_derivative)
-        return LinearMotion(*self._rows(motion, change), modal, modal_derivative - self._sprung @ change / value)
-
-    def _rows(self, harmonic: ComplexArray, derivative: ComplexArray) -> tuple[Array, Array]:
-        rows = np.zeros((2, 2 * self.balance.n_harmonics + 1, *self.static.shape))
-        rows[0, 0] = self.static
-        for row, values in zip(rows, (harmonic, derivative), strict=True):
-            row[1], row[2] = values.real.reshape(self.static.shape), values.imag.reshape(self.static.shape)
-        return rows[0], rows[1]
+        return motion, change, modal, modal_derivative - sprung @ change / value
 
     def margin(self, displacement: Array) -> float:
-        """Distance (m) of a displacement of one harmonic from the nearest change of state; negative beyond it.
+        """Distance (m) of a displacement from the nearest change of state; negative beyond it.
 
-        In closed form: c_0 + ``|c_1|`` is the largest value of c_0 + Re c_1 exp(i theta).
+        For one harmonic in closed form: c_0 + ``|c_1|`` is the largest value of c_0 + Re c_1 exp(i theta).
         """
         offset, of_static, swings = self._conditions
         displacement = self.contact.from_slider_origin(displacement)
+        if self.harmonics != (1,):
+            motion = to_complex(displacement.reshape(len(displacement), -1))[: self.harmonics[-1] + 1]
+            coefficients = motion @ of_static.T
+            coefficients[0] += offset
+            least = float(smallest_values(coefficients).min())
+            if self.contact.law == "cone" and self.held.any():
+                least = min(least, self._margin_in_cone(displacement))
+            return least
         static, harmonic = displacement[0].reshape(-1), (displacement[1] + 1j * displacement[2]).reshape(-1)
         least = float((offset + of_static @ static - np.abs(swings @ harmonic)).min())
         if self.contact.law == "cone" and self.held.any():
@@ -152,6 +170,8 @@ class LinearSegmentSystem:
         """Distance of the stuck nodes from slip under the cone law, by bounds of motion and normal load."""
         held, contact = self.held, self.contact
         harmonic = np.abs(displacement[1, held] + 1j * displacement[2, held])
+        for h in range(2, self.harmonics[-1] + 1):
+            harmonic = harmonic + np.abs(displacement[2 * h - 1, held] + 1j * displacement[2 * h, held])
         stiffness = contact.normal_stiffness[held]
         mean = contact.unclipped_load(displacement[0, :, 2])[held]
         farthest = np.linalg.norm(np.abs(displacement[0, held, :2]) + harmonic[:, :2], axis=1)

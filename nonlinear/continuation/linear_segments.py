@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.continuation.linear_segment_system import LinearSegmentSystem
@@ -45,13 +46,27 @@ class LinearSegments:
 
     def state(self, displacement: Array) -> LinearState | None:
         """The linear state of a motion (2H+1, n_c, 3); None if a contact opens, closes or slips in it."""
-        if displacement.shape[0] > 3:
+        highest = self.balance.receptance.excited_harmonics[-1]
+        if displacement.shape[0] > 2 * highest + 1:
             scale = float(np.abs(displacement).max())
-            if np.abs(displacement[3:]).max() > NEGLIGIBLE_HARMONICS * scale:
+            if np.abs(displacement[2 * highest + 1 :]).max() > NEGLIGIBLE_HARMONICS * scale:
                 return None
         load = self.contact.load_coefficients(displacement)
+        if highest > 1:
+            return self._state_of_several(displacement, load[0] > 0.0)
         mean, amplitude = load[0], np.hypot(load[1], load[2])
         if (np.abs(mean) < amplitude).any():
             return None
         state = LinearState(mean > 0.0)
+        return state if self.system(state).margin(displacement) >= 0.0 else None
+
+    def _state_of_several(self, displacement: Array, pressed: NDArray[np.bool_]) -> LinearState | None:
+        """As `state`, for several harmonics; those of them that are not excited must be negligible too."""
+        excited = self.balance.receptance.excited_harmonics
+        others = [h for h in range(1, excited[-1]) if h not in excited]
+        rows = [row for h in others for row in (2 * h - 1, 2 * h)]
+        scale = float(np.abs(displacement).max())
+        if rows and np.abs(displacement[rows]).max() > NEGLIGIBLE_HARMONICS * scale:
+            return None
+        state = LinearState(pressed)
         return state if self.system(state).margin(displacement) >= 0.0 else None

@@ -18,7 +18,7 @@ class Resonances:
     Attributes
     ----------
     natural : tuple of float
-        Natural frequencies with the contacts free, sliding and stuck.
+        Natural frequencies with the contacts free, sliding and stuck, of harmonic h of the excitation divided by h.
     all : tuple of float
         These and their fractions 1/2 ... 1/H: superharmonic resonances.
     """
@@ -38,6 +38,13 @@ def find_resonances(receptance: RelativeReceptance, contact: ContactParameters, 
         [coupled_frequencies(modal, phase, normal=n, tangential=t, highest=limit) for n, t in (free, sliding, stuck)]
     )
     parts = np.concatenate([found / order for order in range(1, highest + 1)])
+    for h in (h for h in receptance.excited_harmonics if h > 1):
+        top = h * options.omega_range[1]
+        own = [
+            coupled_frequencies(modal, h * phase, normal=n, tangential=t, highest=top) / h
+            for n, t in (free, sliding, stuck)
+        ]
+        found, parts = np.concatenate([found, *own]), np.concatenate([parts, *own])
     return Resonances(_inside(found, options), _inside(parts, options))
 
 

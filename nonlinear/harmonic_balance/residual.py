@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
-from nonlinear.contact.parameters import Array, ContactElement, ContactForces
+from nonlinear.contact.parameters import Array, ContactElement, ContactForces, ContactParameters
 from nonlinear.harmonic_balance.condensed_factors import SMALLEST_PROBLEM, CondensedFactors
 from nonlinear.harmonic_balance.dense_factors import DenseFactors
 from rom import RelativeReceptance
@@ -149,6 +149,11 @@ class LinearisedResidual:
         return self.factorise(border, border, 1.0).solve(right, 0.0)[0]
 
 
+def has_odd_harmonics_only(receptance: RelativeReceptance, contact: ContactParameters) -> bool:
+    """Whether half a period later all forces are opposite: neither contact nor excitation has even harmonics."""
+    return contact.odd and all(h % 2 == 1 for h in receptance.excited_harmonics)
+
+
 @dataclass(frozen=True)
 class HarmonicBalance:
     """R^(h) = d^(h) - d_lin^(h)(omega) - G^(h)(omega) f^(h)(d) = 0 (Gulisano et al. 2011, eqs. 6, 17 and 18).
@@ -167,7 +172,7 @@ class HarmonicBalance:
     tiny : float
         Length far below any displacement of interest, m. It keeps relative errors finite where nothing moves.
     odd : bool
-        The contact excites no even harmonics (see `ContactParameters.odd`). They stay zero and are not solved for.
+        There are no even harmonics (see `has_odd_harmonics_only`). They stay zero and are not solved for.
 
     Examples
     --------

@@ -29,6 +29,11 @@ class TruncatedBalances:
     options: SolverOptions
     _built: dict[int, HarmonicBalance] = field(default_factory=dict, init=False, repr=False, compare=False)
 
+    @property
+    def highest_excited(self) -> int:
+        """The highest harmonic of the excitation: no truncation may have fewer harmonics."""
+        return self.base.receptance.excited_harmonics[-1]
+
     def balance(self, n_harmonics: int) -> HarmonicBalance:
         """The balance of harmonics 0 .. `n_harmonics`."""
         if n_harmonics == self.base.n_harmonics:

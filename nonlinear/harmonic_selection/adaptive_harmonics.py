@@ -27,11 +27,10 @@ TRIAL_INTERVAL, LONGEST_TRIAL_INTERVAL = 4, 32  # points between two trials with
 ENOUGH = 0.5  # part of the tolerance below which the error with fewer harmonics is small enough to drop the others
 
 
-def feasible_harmonic_numbers(n_contacts: int) -> tuple[int, ...]:
-    """The numbers of harmonics that are tried with `n_contacts` contact nodes; one harmonic always."""
-    return tuple(
-        n for n in HARMONIC_NUMBERS if n == HARMONIC_NUMBERS[0] or 3 * n_contacts * (2 * n + 1) <= MOST_UNKNOWNS
-    )
+def feasible_harmonic_numbers(n_contacts: int, least: int = 1) -> tuple[int, ...]:
+    """The numbers of harmonics, `least` or more, that are tried with `n_contacts` contact nodes; the first always."""
+    numbers = [n for n in HARMONIC_NUMBERS if n >= least]
+    return tuple(n for n in numbers if n == numbers[0] or 3 * n_contacts * (2 * n + 1) <= MOST_UNKNOWNS)
 
 
 @dataclass

@@ -63,8 +63,10 @@ def energy_balance(integrator: RingIntegrator, start: RingState) -> RingEnergy:
         motion = motion - np.roll(coordinates, -1, axis=1) @ modal.left.T
     force = np.array([state.force.reshape(integrator.n_blades, -1) for state in states])
     theta = 2.0 * np.pi * np.arange(len(states)) / integrator.steps
-    turn = np.exp(1j * (theta[:, None] + integrator.ring.phase * np.arange(integrator.n_blades)))
-    external = (turn[:, :, None] * (integrator.ring.excitation.force * modal.force)).real + modal.static_force
+    angle = theta[:, None] + integrator.ring.phase * np.arange(integrator.n_blades)
+    excited = integrator.ring.excited
+    turns = np.exp(1j * angle[:, :, None] * np.asarray(excited.harmonics))
+    external = (turns @ excited.modal_force).real
     step = integrator.period / integrator.steps
     free = np.diff(np.array([integrator.contact_free(angle)[0] for angle in theta]), axis=0)
     damped = np.where(integrator.modes.retained, change, free)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -96,7 +97,13 @@ class Ring:
         n_harmonics : int
             Number of harmonics H.
         """
-        return RelativeReceptance(self.modal, self.phase, tuple(range(n_harmonics + 1)), self.excitation.force)
+        harmonics, excitation = tuple(range(n_harmonics + 1)), self.excitation
+        return RelativeReceptance(self.modal, self.phase, harmonics, excitation.force, excitation.factors)
+
+    @cached_property
+    def excited(self) -> RelativeReceptance:
+        """Receptance of the wave in harmonics 0 to the highest of the excitation."""
+        return self.receptance(self.receptance(1).excited_harmonics[-1])
 
 
 @dataclass(frozen=True)

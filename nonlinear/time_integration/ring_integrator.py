@@ -289,11 +289,18 @@ class RingIntegrator:
         coordinates, rates : (q, m) float
             Modal coordinates and their rates.
         """
-        linear = self.ring.receptance(1)
-        rows = 3 * self.ring.contact.n_contacts
-        coordinates, _ = linear.modal_response(self.omega, np.zeros((2, rows), dtype=complex))
-        turn = np.exp(1j * (theta + self.ring.phase * np.arange(self.n_blades)))[:, None]
-        return coordinates[0].real + (turn * coordinates[1]).real, (1j * self.omega * turn * coordinates[1]).real
+        linear = self.ring.excited
+        no_force = np.zeros((len(linear.harmonics), 3 * self.ring.contact.n_contacts), dtype=complex)
+        coordinates, _ = linear.modal_response(self.omega, no_force)
+        angle = theta + self.ring.phase * np.arange(self.n_blades)
+        turn = np.exp(1j * angle)[:, None]
+        position = coordinates[0].real + (turn * coordinates[1]).real
+        rate = (1j * self.omega * turn * coordinates[1]).real
+        for h in range(2, len(coordinates)):
+            turn = np.exp(1j * h * angle)[:, None]
+            position += (turn * coordinates[h]).real
+            rate += (1j * h * self.omega * turn * coordinates[h]).real
+        return position, rate
 
     def _loaded(self, state: RingState) -> RingWork:
         """Arrays of the kernels at a state."""

@@ -37,6 +37,14 @@ def predict_motion(theta: float, system: RingSystem, work: RingWork) -> None:
         imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
         for row in range(rows):
             work.guess[j, row] = free[0, row] + real * free[1, row] + imaginary * free[2, row]
+        higher_real, higher_imaginary = real, imaginary
+        for h in range(2, len(free) // 2 + 1):
+            higher_real, higher_imaginary = (
+                higher_real * real - higher_imaginary * imaginary,
+                higher_real * imaginary + higher_imaginary * real,
+            )
+            for row in range(rows):
+                work.guess[j, row] += higher_real * free[2 * h - 1, row] + higher_imaginary * free[2 * h, row]
         following = (j + 1) % n_blades
         for m in range(work.coordinates.shape[1]):
             add(work.coordinates[j, m], system.right_modes[m], work.guess[j])
@@ -102,6 +110,13 @@ def write_output(theta: float, system: RingSystem, work: RingWork, output: Array
         real = cosine * system.waves[j, 0] - sine * system.waves[j, 1]
         imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
         total = system.free_output[0] + real * system.free_output[1] + imaginary * system.free_output[2]
+        higher_real, higher_imaginary = real, imaginary
+        for h in range(2, len(system.free_output) // 2 + 1):
+            higher_real, higher_imaginary = (
+                higher_real * real - higher_imaginary * imaginary,
+                higher_real * imaginary + higher_imaginary * real,
+            )
+            total += higher_real * system.free_output[2 * h - 1] + higher_imaginary * system.free_output[2 * h]
         for m in range(work.coordinates.shape[1]):
             total += system.output_modes[m] * work.coordinates[j, m]
         for row in range(rows):

@@ -40,8 +40,8 @@ class RingSystem(NamedTuple):
     own: Array  # (r, r), m/N
     previous: Array  # (r, r)
     following: Array  # (r, r)
-    free_motion: Array  # (3, r): relative displacement without contact: static, cosine and sine
-    free_output: Array  # (3,): the same of the output
+    free_motion: Array  # (2H+1, r): relative displacement without contact: static, cosine and sine of harmonic 1, ...
+    free_output: Array  # (2H+1,): the same of the output
     output_modes: Array  # (m,)
     output_forces: Array  # (2, r): residual flexibility of the output to forces on its right and on its left pair
     waves: Array  # (q, 2): cosine and sine of j psi
@@ -79,8 +79,8 @@ def ring_system(modes: RetainedModes, omega: float, steps: int, n_blades: int) -
     following = -(right * at_end) @ left.T
     if n_blades == 1:
         own, previous, following = own + previous + following, 0.0 * previous, 0.0 * following
-    linear = ring.receptance(1)
-    coordinates, _ = linear.modal_response(omega, np.zeros((2, right.shape[0]), dtype=complex))
+    linear = ring.excited
+    coordinates, _ = linear.modal_response(omega, np.zeros((len(linear.harmonics), right.shape[0]), dtype=complex))
     output = modal.outputs[ring.output]
     angles = ring.phase * np.arange(n_blades)
     return RingSystem(
@@ -110,5 +110,6 @@ def ring_system(modes: RetainedModes, omega: float, steps: int, n_blades: int) -
 
 
 def _rows(coefficients: np.ndarray) -> Array:
-    """x_0 + Re x_1 e^(i theta) as the static part and the factors of cosine and sine, (3, ...)."""
-    return np.stack([coefficients[0].real, coefficients[1].real, -coefficients[1].imag])
+    """x_0 + Re sum_h x_h e^(i h theta) as the static part and the factors of cosine and sine, (2H+1, ...)."""
+    rows = [part for harmonic in coefficients[1:] for part in (harmonic.real, -harmonic.imag)]
+    return np.stack([coefficients[0].real, *rows])

@@ -8,7 +8,7 @@ import numpy as np
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array
 from nonlinear.harmonic_balance.initial_solution import solve_at
-from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
 from nonlinear.options import SolverOptions
 from nonlinear.time_integration.ring import Ring
 
@@ -42,7 +42,8 @@ def with_more_harmonics(ring: Ring, omega: float, displacement: Array, harmonics
         return displacement
     options = SolverOptions((1.0, 2.0), harmonics=harmonics)
     element = contact_element(ring.contact, harmonics, options)
-    balance = HarmonicBalance(ring.receptance(harmonics), element, odd=ring.contact.odd)
+    receptance = ring.receptance(harmonics)
+    balance = HarmonicBalance(receptance, element, odd=has_odd_harmonics_only(receptance, ring.contact))
     start = np.zeros((2 * harmonics + 1, *displacement.shape[1:]))
     start[:few] = displacement
     found = solve_at(balance, omega, balance.unknown(start), options, MAX_ITERATIONS)

@@ -12,7 +12,7 @@ from nonlinear.contact.fourier import ComplexArray, to_real
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.response_quantities import largest_amplitude, output_under_forces
 from nonlinear.harmonic_balance.initial_solution import solve_at
-from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
 from nonlinear.options import SolverOptions
 from nonlinear.time_integration.ring import Ring
 from nonlinear.worst_motion.ring_integration import Solution
@@ -130,7 +130,8 @@ class SolutionSearch:
 
     def _balance(self, n_harmonics: int) -> HarmonicBalance:
         element = contact_element(self.ring.contact, n_harmonics, self.options)
-        return HarmonicBalance(self.ring.receptance(n_harmonics), element, odd=self.ring.contact.odd)
+        receptance = self.ring.receptance(n_harmonics)
+        return HarmonicBalance(receptance, element, odd=has_odd_harmonics_only(receptance, self.ring.contact))
 
     def _found(self, number: int, displacement: Array) -> FoundSolution:
         balance = self._balance(len(displacement) // 2)

@@ -29,6 +29,7 @@ from pipeline.store.fingerprints import fingerprint
 FRAMES = 24  # of an animation
 MODES_DRAWER = "pipeline.render.mode_shapes"  # runs in a process of its own, as the next
 OPERATING_DRAWER = "pipeline.render.operating_shapes"
+SPRINGS = "pipeline.stages.scene_to_solver"  # computes the springs of a job
 
 
 @dataclass
@@ -60,9 +61,9 @@ class RenderingAhead:
         """Draw where the pictures are missing; `render_stage` waits for them."""
         with suppress(Exception):
             chosen = _models_to_draw(self.run, models)
-            job, key = _job_and_key(*chosen[0])
+            key = _key(*chosen[0])
             if self.run.store.find("render", key, thorough=False) is None:
-                text = replace(job, folder=str(self.folder)).to_json()
+                text = replace(_job(*chosen[0]), folder=str(self.folder)).to_json()
                 if self.waiting is None:
                     _ahead[key] = Drawing(MODES_DRAWER, text, aside=True), self.folder
                 else:
@@ -144,16 +145,25 @@ def operating_curves(render: Render | None, curves: Sequence[CurveResult]) -> li
 
 
 def _render(run: Run, model: BuiltModel, scene: Scene, prefix: str) -> list[Path]:
-    job, key = _job_and_key(model, scene, prefix)
+    key = _key(model, scene, prefix)
     doing, folder = "rendering mode shapes", run.request.out / "renders"
-    return published(run, "render", key, doing, lambda into: _draw(replace(job, folder=str(into)), key), folder)
+
+    def draw(into: Path) -> None:
+        _draw(replace(_job(model, scene, prefix), folder=str(into)), key)
+
+    return published(run, "render", key, doing, draw, folder)
 
 
-def _job_and_key(model: BuiltModel, scene: Scene, prefix: str) -> tuple[RenderJob, str]:
-    """The mode shapes of a model, without a folder, and their key in the store."""
-    job = _job(model, scene, prefix)
-    content = {**asdict(job), "sector": None, "rom": model.key, "code": code_fingerprint(MODES_DRAWER)}
-    return job, fingerprint(content)
+def _key(model: BuiltModel, scene: Scene, prefix: str) -> str:
+    """Key in the store of the mode shapes of a model. It needs no model: springs follow from it and the scene."""
+    content = {
+        **_common(model, scene, prefix),
+        "sector": None,
+        "rom": model.key,
+        "code": code_fingerprint(MODES_DRAWER),
+    }
+    stiffness = [scene.contact.normal_stiffness, scene.contact.tangential_stiffness]
+    return fingerprint(content | {"stiffness": stiffness, "springs": code_fingerprint(SPRINGS)})
 
 
 def _operate(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> list[Path]:
@@ -186,25 +196,30 @@ def _draw_operating(job: OperatingJob) -> None:
 
 
 def _job(model: BuiltModel, scene: Scene, prefix: str) -> RenderJob:
+    """The mode shapes of a model, without a folder."""
+    common = _common(model, scene, prefix)
+    springs = _springs(model, scene, common["contact"]) | _stuck_springs(model, scene, common["contact"])
+    return RenderJob(folder="", **common, **springs)
+
+
+def _common(model: BuiltModel, scene: Scene, prefix: str) -> dict[str, Any]:
+    """What a job says beside its folder and its springs."""
     from rom import inter_blade_phase
 
     render = scene.render or Render()
     assert model.mesh is not None
     assert scene.n_blades is not None
-    return RenderJob(
-        sector=str(model.mesh.parent / SECTOR),
-        rom=str(model.rom),
-        folder="",
-        prefix=prefix,
-        title=scene.title or scene.name,
-        modes=render.modes,
-        deformation=render.deformation * _length(model, scene),
-        contact=render.contact,
-        blades=render.blades,
-        phase=inter_blade_phase(scene.excitation.engine_order, scene.n_blades),
-        **_springs(model, scene, render.contact),
-        **_stuck_springs(model, scene, render.contact),
-    )
+    return {
+        "sector": str(model.mesh.parent / SECTOR),
+        "rom": str(model.rom),
+        "prefix": prefix,
+        "title": scene.title or scene.name,
+        "modes": render.modes,
+        "deformation": render.deformation * _length(model, scene),
+        "contact": render.contact,
+        "blades": render.blades,
+        "phase": inter_blade_phase(scene.excitation.engine_order, scene.n_blades),
+    }
 
 
 def _length(model: BuiltModel, scene: Scene) -> float:

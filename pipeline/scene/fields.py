@@ -36,6 +36,6 @@ STIFFNESS = (
 
 
 class Section(BaseModel):
-    """Base of all sections: unknown keys are refused, values are frozen."""
+    """Base of all sections: unknown keys are refused, values are frozen. Its validator is built when first used."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)

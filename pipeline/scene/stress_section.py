@@ -48,7 +48,9 @@ class Fatigue(Section):
     @property
     def named(self) -> tuple[str, ...]:
         """Materials that have limits of their own; "" stands for all others."""
-        tables = [v for v in (self.endurance_limit, self.tensile_strength, self.yield_strength) if isinstance(v, dict)]
+        tables = [
+            v for v in (self.endurance_limit, self.tensile_strength, self.yield_strength) if isinstance(v, dict)
+        ]
         return ("", *dict.fromkeys(name for table in tables for name in table))
 
 

@@ -86,7 +86,8 @@ def operating_shape(curve: Path, rom: Path, n_vertices: int) -> OperatingShape |
     model = read_reduced_model(rom)
     modal = damped_modes(model, response, load)
     phase = modal.phase(excitation.engine_order)
-    receptance = RelativeReceptance(modal, phase, tuple(range(len(force))), excitation.force)
+    harmonics = tuple(range(len(force)))
+    receptance = RelativeReceptance(modal, phase, harmonics, excitation.force, excitation.factors)
     coordinates, _ = receptance.modal_response(2.0 * np.pi * frequency, force.reshape(len(force), -1))
     vertices = expand_to_mesh(model, coordinates @ modal.shapes.T)[:, :n_vertices]
     return OperatingShape(frequency, amplitude, phase, vertices)

@@ -112,8 +112,10 @@ def make_operating_stress(
     from rom import load_full_model, load_sector, operating_stress, read_reduced_model
 
     with h5py.File(curve, "r") as file:
-        response, load = (section_from_attributes(kind, file.attrs) for kind in (Response, Load))
-        excitation, contact = (section_from_attributes(kind, file.attrs) for kind in (Excitation, Contact))
+        response = section_from_attributes(Response, file.attrs)
+        load = section_from_attributes(Load, file.attrs)
+        excitation = section_from_attributes(Excitation, file.attrs)
+        contact = section_from_attributes(Contact, file.attrs)
         point = operating_point(file)
     if point is None:
         raise ValueError("the curve has no solved point")
@@ -128,7 +130,7 @@ def make_operating_stress(
         materials,
         (model, modal),
         boundary_choice(scene),
-        _solved_point(point, modal.phase(excitation.engine_order), excitation.force),
+        _solved_point(point, modal.phase(excitation.engine_order), excitation),
         large_displacements=scene.load.equilibrium == "nonlinear",
         check=settings.check,
     )
@@ -139,10 +141,11 @@ def make_operating_stress(
     (folder / FACTS).write_text(json.dumps(found, allow_nan=False), encoding="utf-8")
 
 
-def _solved_point(point: OperatingPoint, phase: float, force: float) -> SolvedPoint:
+def _solved_point(point: OperatingPoint, phase: float, excitation: Excitation) -> SolvedPoint:
     from rom import SolvedPoint
 
-    return SolvedPoint(2.0 * math.pi * point.frequency_hz, phase, force, point.contact_force)
+    omega = 2.0 * math.pi * point.frequency_hz
+    return SolvedPoint(omega, phase, excitation.force, point.contact_force, getattr(excitation, "factors", ()))
 
 
 def _margins(stress: OperatingStress, fatigue: Fatigue | None) -> dict[str, NDArray[np.float64]]:

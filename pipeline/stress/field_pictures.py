@@ -61,7 +61,13 @@ def _view(plotter: Any, mesh: Any, view: tuple[str, str, float, str], job: Stres
             pv.PolyData(points).glyph(geom=pv.Sphere(radius=radius), scale=False, orient=False), color="#D55E00"
         )
         plotter.add_point_labels(
-            points, numbers, shape_opacity=0.6, always_visible=True, font_size=16, text_color="black", show_points=False
+            points,
+            numbers,
+            shape_opacity=0.6,
+            always_visible=True,
+            font_size=16,
+            text_color="black",
+            show_points=False,
         )
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     middle = (low + high) / 2.0

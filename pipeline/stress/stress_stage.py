@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ from pipeline.stages.request import Run
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.stage_names import Stage
 from pipeline.stages.sweep_models import Models
-from pipeline.store.fingerprints import fingerprint
+from pipeline.store.fingerprints import file_sha256, fingerprint
 from pipeline.stress.job import StressJob
 
 STRESS_CODE = "pipeline.stages.operating_stress"
@@ -104,7 +104,7 @@ def _computed(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> t
     """Fields of one curve in the output folder, and its entry of the summary."""
     assert curve.file is not None
     assert model.mesh is not None
-    scene, name, sector = curve.member.scene, f"stress_{number}", model.mesh.parent / SECTOR
+    scene, name, sector, solved = curve.member.scene, f"stress_{number}", model.mesh.parent / SECTOR, curve.file
     key = fingerprint(
         {
             "curve": curve.file.parent.name,
@@ -119,8 +119,10 @@ def _computed(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> t
 
     def build(folder: Path) -> None:
         full = chain.full_model(scene, model_keys(scene), chain.mesh(scene, model_keys(scene))).file(FULL_MODEL)
-        of = folder, name, curve.file, model.rom, sector, full, scene
-        call_apart(make_operating_stress, *of) if full.stat().st_size > LARGE else make_operating_stress(*of)
+        if full.stat().st_size > LARGE:
+            call_apart(make_operating_stress, folder, name, solved, model.rom, sector, full, scene)
+        else:
+            make_operating_stress(folder, name, solved, model.rom, sector, full, scene)
 
     entry = run.store.find(Stage.STRESS, key)
     if entry is None:
@@ -160,14 +162,17 @@ def _drawn(run: Run, curve: CurveResult, number: int, entry: dict[str, Any]) -> 
         largest_mean=entry["largest_mean_pa"],
         required=entry["required_margin"] or 0.0,
     )
-    spots = [[*spot["position_m"], spot["amplitude_pa"], spot["margin"]] for spot in entry["hot_spots"]]
-    content = {**asdict(job), "spots": spots, "code": code_fingerprint(DRAWER), "curve": curve.file and str(fields.stat().st_size)}
-    key = fingerprint(content | {"of": [curve.file.parent.name if curve.file else "", entry["expansion_error"]]})
+    content = {**asdict(job), "fields": file_sha256(fields), "code": code_fingerprint(DRAWER)}
 
     def draw(into: Path) -> None:
-        from dataclasses import replace
-
         text = replace(job, fields=str(fields), folder=str(into)).to_json()
         draw_apart(DRAWER, text, [into / f"{job.name}.png"])
 
-    return published(run, Stage.STRESS, key, f"drawing the stress of curve {number}", draw, run.request.out / FOLDER)
+    return published(
+        run,
+        Stage.STRESS,
+        fingerprint(content),
+        f"drawing the stress of curve {number}",
+        draw,
+        run.request.out / FOLDER,
+    )

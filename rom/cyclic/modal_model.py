@@ -1,7 +1,7 @@
 """Modes of the reduced system: its displacements, forces and contact motions in modal coordinates."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,6 +40,8 @@ class ModalModel:
         Areas of the contact nodes, as in `ReducedModel`.
     n_blades : int or None
         Number of blades of the ring.
+    harmonic_forces : mapping of int to (m,) array
+        Modal forces of 1 N of excitation in harmonics 2 and more that have a force of their own.
 
     Examples
     --------
@@ -64,6 +66,7 @@ class ModalModel:
     position: Array
     area: Array | None
     n_blades: int | None
+    harmonic_forces: Mapping[int, Array | ComplexArray] = field(default_factory=dict)
 
     @property
     def n_contacts(self) -> int:
@@ -136,6 +139,7 @@ def modal_model(
         position=model.contact_position,
         area=model.contact_area,
         n_blades=model.n_blades,
+        harmonic_forces={h: shapes.T @ vector for h, vector in model.force_harmonics.items()},
     )
 
 

@@ -43,7 +43,10 @@ class RelativeReceptance:
     harmonics : tuple of int
         The n_h harmonics h, ascending; may hold 0.
     force : float
-        Amplitude of the excitation, N; it acts in harmonic 1 only.
+        Amplitude of the excitation, N.
+    harmonic_factors : tuple of (int, complex)
+        Harmonics h of the excitation and their complex amplitudes relative to `force`. Harmonic 1, and the harmonics
+        with a force of their own in `modal`, have the factor 1 where none is given; the others are not excited.
 
     Examples
     --------
@@ -62,6 +65,7 @@ class RelativeReceptance:
     phase: float
     harmonics: tuple[int, ...]
     force: float
+    harmonic_factors: tuple[tuple[int, complex], ...] = ()
     _last: dict[float, tuple[ComplexArray, ComplexArray]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -81,14 +85,23 @@ class RelativeReceptance:
 
     @cached_property
     def modal_force(self) -> ComplexArray:
-        """External modal force: the static one in harmonic 0, the excitation in harmonic 1, (n_h, m)."""
+        """External modal force: the static one in harmonic 0, the excitation in its harmonics, (n_h, m)."""
+        factors = dict(self.harmonic_factors)
         forces = np.zeros((len(self.harmonics), self.modal.angular_frequency.size), dtype=complex)
         for row, h in enumerate(self.harmonics):
             if h == 0:
                 forces[row] = self.modal.static_force
-            if h == 1:
-                forces[row] = self.force * self.modal.force
+            elif h in self.excited_harmonics:
+                unit = self.modal.harmonic_forces.get(h, self.modal.force)
+                forces[row] = self.force * unit if h not in factors else self.force * factors[h] * unit
         return forces
+
+    @cached_property
+    def excited_harmonics(self) -> tuple[int, ...]:
+        """Harmonics in which the excitation acts, ascending; (1,) for a harmonic force."""
+        factors, own = dict(self.harmonic_factors), self.modal.harmonic_forces
+        given = sorted({1, *own} | set(factors))
+        return tuple(h for h in given if factors.get(h, 1.0) != 0.0) or (1,)
 
     @cached_property
     def adjoint(self) -> ComplexArray:
@@ -346,8 +359,10 @@ def linear_response(
     normal: ArrayLike = 0.0,
     tangential: ArrayLike = 0.0,
     output: str = "tip",
+    harmonic: int = 1,
+    harmonic_factors: tuple[tuple[int, complex], ...] = (),
 ) -> ComplexArray:
-    """Response of harmonic 1 with linear contact springs: free (no springs), sliding or stuck contacts.
+    """Response of one harmonic with linear contact springs: free (no springs), sliding or stuck contacts.
 
     Parameters
     ----------
@@ -363,6 +378,10 @@ def linear_response(
         Contact springs kn, kt of the nodes, N/m.
     output : str
         Name of the output.
+    harmonic : int
+        The harmonic h of the excitation, at h times the excitation frequency.
+    harmonic_factors : tuple of (int, complex)
+        Harmonics of the excitation, as in `RelativeReceptance`.
 
     Returns
     -------
@@ -381,7 +400,7 @@ def linear_response(
     [2e-06, 0.0001]
     """
     springs = contact_springs(modal.n_contacts, normal, tangential).reshape(-1)
-    receptance = RelativeReceptance(modal, phase, (1,), force)
+    receptance = RelativeReceptance(modal, phase, (harmonic,), force, harmonic_factors)
     response = np.empty(len(frequency_hz), dtype=complex)
     for index, hertz in enumerate(frequency_hz):
         omega = 2.0 * np.pi * hertz

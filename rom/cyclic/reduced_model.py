@@ -12,6 +12,7 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 SYMMETRY_TOLERANCE = 1e-8
 MOST_BLADES = 10_000
+HIGHEST_HARMONIC = 31  # of the excitation
 LARGEST_NUMBER = 1e100  # squares and products of larger numbers overflow
 
 
@@ -40,6 +41,9 @@ class ReducedModel:
         At a speed its static displacement is that of the equilibrium with free contacts.
     force_static : (n,) array or None
         Any other static force, N.
+    force_harmonics : mapping of int to (n,) array
+        Generalised forces of 1 N of excitation in harmonics h = 2 and more of the excitation that have a pattern of
+        their own, real or complex; the others have `force_excitation`.
     coriolis : (n, n) array or None
         Skew-symmetric matrix at 1 rad/s that times the speed multiplies the velocity, kg; None: not known.
     basis : (N, n) array or None
@@ -85,6 +89,7 @@ class ReducedModel:
     n_blades: int | None = None
     speed_rpm: float | None = None
     producer: str = field(default="shroud")
+    force_harmonics: Mapping[int, Array | ComplexArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check shapes, finiteness and symmetry."""
@@ -104,6 +109,7 @@ class ReducedModel:
             "force/static": (self.force_static, (n,)),
             "coriolis": (self.coriolis, (n, n)),
             **{f"output/{name}": (vector, (n,)) for name, vector in self.outputs.items()},
+            **{f"force/excitation_{h}": (vector, (n,)) for h, vector in self.force_harmonics.items()},
         }
         for name, (array, shape) in shapes.items():
             if array is not None:
@@ -112,6 +118,11 @@ class ReducedModel:
         _check_symmetric("stiffness", self.stiffness)
         if self.coriolis is not None:
             _check_symmetric("coriolis", self.coriolis, skew=True)
+        if any(not 2 <= h <= HIGHEST_HARMONIC for h in self.force_harmonics):
+            raise ReducedModelError(
+                f"force/excitation_h: harmonics {sorted(self.force_harmonics)}, allowed: 2 to {HIGHEST_HARMONIC}; "
+                "force/excitation is that of harmonic 1"
+            )
         if "tip" not in self.outputs:
             raise ReducedModelError("output/tip: missing; it is the default output")
         if self.basis is not None:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import h5py
 
 FORMAT = "1"
+_HARMONIC_FORCE = "force/excitation_"  # and the number of the harmonic
 LARGEST_MODEL = 20_000  # coordinates: matrices of 3 GB, all of whose modes are computed
 _OPTIONAL = {
     "contact_left": "contact/left",
@@ -61,6 +62,8 @@ def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> No
                 file.create_dataset(name, data=array, track_times=False)
         for name, vector in model.outputs.items():
             file.create_dataset(f"output/{name}", data=vector, track_times=False)
+        for h, force in model.force_harmonics.items():
+            file.create_dataset(f"{_HARMONIC_FORCE}{h}", data=force, track_times=False)
         file.attrs["format"] = FORMAT
         file.attrs["producer"] = model.producer
         if model.n_blades is not None:
@@ -125,12 +128,25 @@ def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
     if "output" not in file or not hasattr(file["output"], "keys"):
         raise ReducedModelError("output: missing; group output must hold the dataset tip")
     arguments["outputs"] = {name: _read_array(file, f"output/{name}") for name in file["output"]}
+    arguments["force_harmonics"] = {
+        h: _read_array(file, f"{_HARMONIC_FORCE}{h}", complex_allowed=True) for h in _harmonics(file)
+    }
     if "n_blades" in file.attrs:
         arguments["n_blades"] = _whole_number("n_blades", file.attrs["n_blades"])
     if "speed_rpm" in file.attrs:
         arguments["speed_rpm"] = _number("speed_rpm", file.attrs["speed_rpm"])
     arguments["producer"] = _text(file.attrs.get("producer", "unknown"))
     return arguments
+
+
+def _harmonics(file: "h5py.File") -> list[int]:
+    """Harmonics with a force of their own: numbers behind the name of the excitation."""
+    group, _, start = _HARMONIC_FORCE.partition("/")
+    names = [name for name in file[group] if name.startswith(start)]
+    for name in names:
+        if not name[len(start) :].isdecimal():
+            raise ReducedModelError(f"{group}/{name}: allowed: {_HARMONIC_FORCE}2 and higher whole numbers")
+    return sorted(int(name[len(start) :]) for name in names)
 
 
 def _read_array(file: "h5py.File", name: str, complex_allowed: bool = False) -> np.ndarray:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +13,7 @@ from rom.errors import RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.reduction.averaged_variables import averaged_variables
 from rom.reduction.contact_dofs import CONTACT_DOFS, ContactDofs, averaged_dofs, nodal_dofs
+from rom.reduction.load_vectors import LoadVectors
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -35,6 +37,8 @@ class BoundaryChoice:
         displacements of these nodes.
     mortar_grid : (int, int), optional
         Gauss points of the mortar along t1 and along the radius, by default as many as the mesh has contact nodes.
+    loads : callable, optional
+        Further loads and outputs, as a function of the full model.
 
     Raises
     ------
@@ -52,6 +56,7 @@ class BoundaryChoice:
     excitation_at: str | ArrayLike = "tip"
     contact_dofs: str = "mortar"
     mortar_grid: tuple[int, int] | None = None
+    loads: Callable[[FullModel], LoadVectors] | None = None
 
     def __post_init__(self) -> None:
         direction, at = np.asarray(self.excitation_direction, dtype=float), self.excitation_at
@@ -147,7 +152,7 @@ class BoundaryDofs:
         others = csr_matrix((np.ones(len(held)), (np.arange(len(held)), held)), shape=(len(held), 3 * n_nodes))
         return vstack([self.contact.motion, others], format="csr")
 
-    def transform_force(self, force: NDArray[np.float64]) -> NDArray[np.float64]:
+    def transform_force(self, force: NDArray[Any]) -> NDArray[Any]:
         """Forces T^T f (N,) on the variables z of nodal forces (N,)."""
         return force if self.variables is None else (self.variables.T @ force.reshape(-1, 3)).ravel()
 

@@ -8,6 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.reduction.boundary_dofs import BoundaryDofs
+from rom.reduction.substructure import Substructure
+
+
+def load_selection(parts: Substructure, shapes: NDArray[np.float64]) -> dict[str, Any]:
+    """Contact motions, outputs and forces of a model with the boundary dofs and shapes (3i, m) of the interior."""
+    b = parts.boundary.size
+    selected = boundary_selection(parts.boundary, np.eye(b, b + shapes.shape[1]))
+    return selected if parts.loads is None else parts.loads.selection(selected, parts.constraint, shapes)
 
 
 def boundary_selection(boundary: BoundaryDofs, motion: NDArray[np.float64]) -> dict[str, Any]:

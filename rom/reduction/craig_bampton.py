@@ -21,8 +21,9 @@ from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.finite_elements.rotation import coriolis_acceleration
 from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice
-from rom.reduction.boundary_selection import boundary_selection
+from rom.reduction.boundary_selection import load_selection
 from rom.reduction.fixed_interface_modes import ModalBasis, lowest_modes, modes_up_to
+from rom.reduction.load_vectors import with_attachment_modes
 from rom.reduction.residual_modes import augmented_model, residual_vectors
 from rom.reduction.substructure import Substructure, partition_at_boundary
 
@@ -189,6 +190,10 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
 
     K = diag(K_bb, w_m^2) and M = [[M_bb, L^T Phi], [Phi^T L, I]] with the condensed K_bb, M_bb.
     """
+    made_of = f"{parts.element or 'isoparametric'}, {parts.n_dofs} dofs, {len(modes)} modes"
+    if parts.loads is not None:
+        columns = parts.loads.columns
+        modes = with_attachment_modes(modes, columns, parts.factor.solve(columns), parts.interior_mass)
     boundary = parts.boundary
     b, n = boundary.size, boundary.size + len(modes)
     stiffness, mass = np.zeros((n, n)), np.eye(n)
@@ -200,10 +205,7 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
     inner = force[node_dofs(parts.interior).ravel()]
     centrifugal = np.concatenate([parts.constraint.T @ inner, modes.shapes.T @ inner])
     centrifugal[:b] += boundary.rotation @ force[boundary.dofs]
-    made_of = (
-        f"{parts.element or 'isoparametric'}, {parts.n_dofs} dofs, {len(modes)} modes, "
-        f"{boundary.contact.kind} contact dofs, {parts.speed_rpm:g} rpm"
-    )
+    made_of = f"{made_of}, {boundary.contact.kind} contact dofs, {parts.speed_rpm:g} rpm"
     return ReducedModel(
         mass=mass,
         stiffness=stiffness,
@@ -215,7 +217,7 @@ def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: boo
         n_blades=parts.sector.n_blades,
         speed_rpm=parts.speed_rpm,
         producer=f"shroud: {made_of}, {parts.factor.backend}",
-        **boundary_selection(boundary, np.eye(b, n)),
+        **load_selection(parts, modes.shapes),
     )
 
 

@@ -219,4 +219,6 @@ def _first_coordinates(model: ReducedModel, count: int) -> ReducedModel:
         contact_left=model.contact_left[:, :count],
         force_excitation=model.force_excitation[:count],
         outputs={name: vector[:count] for name, vector in model.outputs.items()},
+        force_harmonics={h: vector[:count] for h, vector in model.force_harmonics.items()},
+        force_static=None if model.force_static is None else model.force_static[:count],
     )

@@ -19,6 +19,7 @@ from rom.cyclic.receptance import RelativeReceptance
 from rom.cyclic.reduced_model import ReducedModel
 from rom.linear_algebra.threads import one_blas_thread
 
+COMPARED_OUTPUTS = ("tip", "tip_x", "tip_y", "tip_z")  # displacements; others may have another unit
 _FIRST_GUESS = 12
 _BETWEEN = 7  # frequencies of a receptance spread evenly over the range, its ends among them
 
@@ -295,7 +296,7 @@ def _receptances(
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Contact receptance (I + G k)^-1 G (f, 3 n_c, 3 n_c) and outputs (f, n_o) for 1 N with springs k (3 n_c,)."""
     receptance = RelativeReceptance(modal, phase, (1,), 1.0)
-    outputs = np.stack([modal.outputs[name] for name in sorted(modal.outputs)])
+    outputs = np.stack([modal.outputs[name] for name in sorted(modal.outputs) if name in COMPARED_OUTPUTS])
     size = len(springs)
     contact = np.empty((len(sample_hz), size, size), dtype=complex)
     output = np.empty((len(sample_hz), len(outputs)), dtype=complex)

@@ -30,6 +30,7 @@ from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, BoundaryDofs, ch
 from rom.reduction.boundary_selection import boundary_selection
 from rom.reduction.contact_dofs import ContactDofs, averaged_dofs
 from rom.reduction.fixed_interface_modes import ModalBasis, lowest_modes
+from rom.reduction.load_vectors import LoadVectors
 from rom.reduction.mortar_dofs import Grid, coarser_mortar, contact_grid
 from rom.reduction.substructure import symmetric
 
@@ -164,27 +165,37 @@ def full_reference(
     """
     dofs = choose_boundary_dofs(full, sector, boundary)
     face = _spread_over_face(full, sector) if with_face else None
-    return _reference(full, sector.n_blades, highest_hz, dofs, face, backend)
+    loads = None if boundary.loads is None else boundary.loads(full)
+    given = dofs, loads if loads is not None and loads.size else None
+    return _reference(full, sector.n_blades, highest_hz, given, face, backend)
 
 
 def _reference(
     full: FullModel,
     n_blades: int,
     highest_hz: float,
-    dofs: BoundaryDofs,
+    boundary: tuple[BoundaryDofs, LoadVectors | None],
     face: tuple[ContactDofs, Grid] | None,
     backend: str,
 ) -> FullReference:
     """The reference with these boundary dofs, and with contact dofs `face` on a mortar of the grid beside it."""
+    dofs, loads = boundary
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     parts = _Matrices(*(matrix[free][:, free] for matrix in (full.stiffness, full.mass)))
     motion = dofs.motion(len(full.positions))[:, free]
     factor = factorise(parts.stiffness, backend)
     forces = motion.T.toarray()
+    if loads is not None:
+        forces = np.hstack([forces, loads.columns()[free]])
     static = factor.solve(forces)
     modes = _modes_beyond(parts.mass, factor, highest_hz)
     basis = _basis(parts.mass, factor, modes, _without_modes(static, forces, modes))
     contact = 6 * dofs.n_contacts
+
+    def selected(basis: NDArray[np.float64]) -> dict[str, Any]:
+        found = boundary_selection(dofs, motion @ basis)
+        return found if loads is None else loads.selection(found, lambda vector: basis.T @ vector[free])
+
     model = ReducedModel(
         contact_position=dofs.contact.position,
         contact_area=dofs.contact.area,
@@ -192,7 +203,7 @@ def _reference(
         producer=f"shroud: {full.element or 'isoparametric'}, {full.n_dofs} dofs, {len(modes)} free modes "
         "and static responses",
         **parts.projected(basis),
-        **boundary_selection(dofs, motion @ basis),
+        **selected(basis),
     )
     reference = FullReference(model, (motion @ static)[:contact, :contact], len(modes))
     if face is None:
@@ -200,8 +211,8 @@ def _reference(
     forces = face[0].motion[:, free].T.toarray()
     added = _added(_without_modes(factor.solve(forces), forces, modes), basis, parts.mass)
     basis = np.hstack([basis, added])
-    selected = parts.projected(basis) | boundary_selection(dofs, motion @ basis)
-    return replace(reference, face=_on_face(model, face[0], forces.T @ basis, selected), face_grid=face[1])
+    changes = parts.projected(basis) | selected(basis)
+    return replace(reference, face=_on_face(model, face[0], forces.T @ basis, changes), face_grid=face[1])
 
 
 def _on_face(

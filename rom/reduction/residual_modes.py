@@ -25,14 +25,14 @@ from numpy.typing import NDArray
 
 from rom.cyclic.reduced_model import ReducedModel
 from rom.linear_algebra.orthonormalisation import orthonormal_combinations
-from rom.reduction.boundary_selection import boundary_selection
+from rom.reduction.boundary_selection import load_selection
 from rom.reduction.fixed_interface_modes import ModalBasis
 from rom.reduction.substructure import Substructure, symmetric
 
 
 def residual_vectors(parts: Substructure) -> NDArray[np.float64]:
-    """K_ii^-1 L (3i, b): static responses of the interior to its inertia under the constraint modes."""
-    return parts.factor.solve(parts.coupling)
+    """K_ii^-1 L (3i, b): static responses of the interior to its inertia under the constraint modes, and to loads."""
+    return parts.factor.solve(parts.sources)
 
 
 def augmented_model(parts: Substructure, modes: ModalBasis, residual: NDArray[np.float64]) -> ReducedModel:
@@ -42,7 +42,7 @@ def augmented_model(parts: Substructure, modes: ModalBasis, residual: NDArray[np
     """
     shapes, squared = modes.shapes, modes.omega[:, None] ** 2
     participation = parts.coupling.T @ shapes
-    in_modes = participation.T / squared
+    in_modes = (participation.T if parts.loads is None else shapes.T @ parts.sources) / squared
     remainder = residual - shapes @ in_modes
     correction = shapes.T @ (parts.interior_mass @ remainder)  # the difference may be small: orthogonalise twice
     remainder -= shapes @ correction
@@ -50,7 +50,7 @@ def augmented_model(parts: Substructure, modes: ModalBasis, residual: NDArray[np
     chosen = orthonormal_combinations(remainder.T @ (parts.interior_mass @ remainder), before)
     remainder = remainder @ chosen
     # K_ii times the remainder without K_ii: times the residual vectors it is L, times the modes w^2 M_ii times them.
-    forces = (parts.coupling - (parts.interior_mass @ shapes) @ (squared * (in_modes + correction))) @ chosen
+    forces = (parts.sources - (parts.interior_mass @ shapes) @ (squared * (in_modes + correction))) @ chosen
     b, m = parts.boundary.size, len(modes)
     n = b + m + remainder.shape[1]
     mass, stiffness = np.eye(n), np.zeros((n, n))
@@ -65,5 +65,5 @@ def augmented_model(parts: Substructure, modes: ModalBasis, residual: NDArray[np
         contact_position=parts.boundary.contact.position,
         contact_area=parts.boundary.contact.area,
         n_blades=parts.sector.n_blades,
-        **boundary_selection(parts.boundary, np.eye(b, n)),
+        **load_selection(parts, np.hstack([shapes, remainder])),
     )

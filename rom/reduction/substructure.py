@@ -22,6 +22,7 @@ from rom.finite_elements.rotation import coriolis_acceleration
 from rom.linear_algebra.factorisation import Factor, analyse
 from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 from rom.reduction.boundary_dofs import BoundaryChoice, BoundaryDofs, choose_boundary_dofs
+from rom.reduction.load_vectors import InteriorLoads
 from rom.reduction.partition import partitioned
 
 if TYPE_CHECKING:
@@ -63,6 +64,8 @@ class Substructure:
         Element of the full model.
     speed_rpm : float
         Speed of the full model, rev/min.
+    loads : InteriorLoads or None
+        Further loads and outputs.
     """
 
     sector: SectorMesh
@@ -79,6 +82,12 @@ class Substructure:
     coriolis_inertia: NDArray[np.float64] | None
     element: str | None
     speed_rpm: float
+    loads: InteriorLoads | None = None
+
+    @property
+    def sources(self) -> NDArray[np.float64]:
+        """Forces on the interior of which residual modes hold the static response: inertia L, and loads, (3i, k)."""
+        return self.coupling if self.loads is None else np.hstack([self.coupling, self.loads.columns])
 
     @property
     def n_dofs(self) -> int:
@@ -100,6 +109,8 @@ def partition_at_boundary(
     boundary = choose_boundary_dofs(full, sector, choice)
     interior = _interior_nodes(full, boundary)
     centrifugal, element, speed_rpm = boundary.transform_force(full.centrifugal), full.element, full.speed_rpm
+    given = None if choice.loads is None else choice.loads(full)
+    loads = InteriorLoads.of(given, boundary, interior, full.n_dofs) if given is not None and given.size else None
     k_ii, k_ib, k_bb = _stiffness_blocks(full.stiffness, interior, boundary)
     analysis = analyse(k_ii, backend)
     isotropic = full.isotropic_mass
@@ -125,6 +136,7 @@ def partition_at_boundary(
         coriolis_inertia=None if at_rest or isotropic else _coriolis_inertia(boundary, constraint, m_ii, m_ib),
         element=element,
         speed_rpm=speed_rpm,
+        loads=loads,
     )
 
 

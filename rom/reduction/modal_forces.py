@@ -1,0 +1,72 @@
+"""Forces on single modes of the blade: what a force does to one mode and to no other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from rom.cyclic.reduced_model import ReducedModel
+from rom.errors import ReducedModelError
+
+
+def with_modal_forces(
+    model: ReducedModel, modal: Mapping[int, complex], *, harmonic: int = 1, added: bool = False
+) -> ReducedModel:
+    """A reduced model that is excited in some of its modes with free contacts.
+
+    The force f = M sum_m a_m phi_m has the modal force a_m on the mass-normalised mode phi_m and none on the others.
+    The sign of a mode is that with which the largest of its outputs, by magnitude, is positive.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        The reduced model.
+    modal : mapping of int to complex
+        Modal forces a_m of 1 N of excitation, N / sqrt(kg), by number of the mode; 1 is the lowest.
+    harmonic : int
+        Harmonic of the excitation that they act in.
+    added : bool
+        Whether they are added to the force that the model has in this harmonic, or take its place.
+
+    Returns
+    -------
+    ReducedModel
+        The model with this excitation.
+
+    Raises
+    ------
+    ReducedModelError
+        The model has fewer modes.
+
+    Examples
+    --------
+    A modal force of 3 on the mode of 4 kg, phi = 1/2:
+
+    >>> from rom import ReducedModel, modal_model, with_modal_forces
+    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
+    >>> model = ReducedModel(4 * np.eye(1), 4e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one}, n_blades=40)
+    >>> excited = with_modal_forces(model, {1: 3.0})
+    >>> excited.force_excitation.tolist(), abs(modal_model(excited, damping_ratio=0.01).force).tolist()
+    ([6.0], [3.0])
+    """
+    from scipy.linalg import eigh
+
+    wrong = [number for number in modal if not 1 <= number <= model.size]
+    if wrong:
+        raise ReducedModelError(f"mode {wrong[0]}: not a mode of the model, allowed: 1 to {model.size}")
+    _, shapes = eigh(model.stiffness, model.mass, subset_by_index=[0, max(modal, default=1) - 1])
+    given = model.force_excitation if harmonic == 1 else model.force_harmonics.get(harmonic)
+    force = np.zeros(model.size, dtype=complex)
+    if added and given is not None:
+        force += given
+    for number, amplitude in modal.items():
+        shape = shapes[:, number - 1]
+        outputs = [row @ shape for _, row in sorted(model.outputs.items())]
+        sign = -1.0 if max(outputs, key=abs) < 0.0 else 1.0
+        force += amplitude * sign * (model.mass @ shape)
+    found = force if np.any(force.imag) else force.real
+    if harmonic == 1:
+        return replace(model, force_excitation=found)
+    return replace(model, force_harmonics={**model.force_harmonics, harmonic: found})
