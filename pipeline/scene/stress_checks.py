@@ -15,10 +15,10 @@ def unfit_stress_keys(file: SceneFile) -> Iterator[InputError]:
     for section in ("stress", "fatigue"):
         if scene.model is not None and getattr(scene, section) is not None:
             yield input_error(file.path, section, "given beside [model]", "a scene with a mesh: matrices have none")
-    if scene.stress is not None and not isinstance(scene.stress.curves, bool):
-        if max(scene.stress.curves) >= count:
-            allowed = f"true, false or a list of numbers of curves, 0 to {count - 1}"
-            yield input_error(file.path, "stress.curves", shown(list(scene.stress.curves)), allowed)
+    curves = () if scene.stress is None or isinstance(scene.stress.curves, bool) else scene.stress.curves
+    if curves and max(curves) >= count:
+        allowed = f"true, false or a list of numbers of curves, 0 to {count - 1}"
+        yield input_error(file.path, "stress.curves", shown(list(curves)), allowed)
     if scene.fatigue is None:
         return
     for material in scene.fatigue.named:

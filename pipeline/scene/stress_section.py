@@ -1,4 +1,4 @@
-"""Sections [stress] and [fatigue] of a scene: stress on the mesh at the worst motion, and the margin against fatigue."""
+"""Sections [stress] and [fatigue] of a scene: stress on the mesh at the worst motion, and fatigue margins."""
 
 from __future__ import annotations
 

@@ -60,8 +60,8 @@ class OperatingPoint:
         if self.motion != "periodic":
             ratio = self.worst_amplitude_m / self.amplitude_m
             return [
-                f"the worst motion is {self.motion}; the stress is that of the periodic solution that it departs from, "
-                f"whose amplitude the motion exceeds by the factor {ratio:.3g}"
+                f"the worst motion is {self.motion}; the stress is that of the periodic solution from which it "
+                f"departs, whose amplitude the motion exceeds by the factor {ratio:.3g}"
             ]
         return []
 

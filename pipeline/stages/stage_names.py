@@ -12,7 +12,7 @@ class Stage(StrEnum):
     ASSEMBLE = "assemble"
     REDUCE = "reduce"
     RESPOND = "respond"
-    STRESS = "stress"
+    STRESS = "stresses"
     RENDER = "render"
     FIGURES = "figures"
     REPORT = "report"

@@ -34,13 +34,15 @@ def draw(job: StressJob) -> None:
         plotter.subplot(0, place)
         plotter.enable_anti_aliasing("ssaa")
         _view(plotter, mesh, (name, said, top, colours), job)
-        plotter.add_text(job.title if place == 0 else " ", position="upper_left", font_size=11, color="black")
+        plotter.add_text(job.title if place == 0 else " ", position="upper_left", font_size=13, color="black")
     plotter.screenshot(str(Path(job.folder) / f"{job.name}.png"))
     plotter.close()
 
 
 def _view(plotter: Any, mesh: Any, view: tuple[str, str, float, str], job: StressJob) -> None:
     """One field with the hot spots, in colours that end at its largest value outside of singular places."""
+    import pyvista as pv
+
     name, said, top, colours = view
     shown = mesh.copy(deep=False)
     factor, unit = (1.0, "") if name == "margin" else prefixed(top or 1.0, "Pa")
@@ -49,14 +51,13 @@ def _view(plotter: Any, mesh: Any, view: tuple[str, str, float, str], job: Stres
     title = f"{said} [{unit}]" if unit else f"{said} (required {job.required:g})"
     bar = scalar_bar(title, "%.3g") | {"n_labels": 4, "width": 0.8, "position_x": 0.1}
     limits = (0.0, top * factor or 1.0)
-    plotter.add_mesh(surface, scalars="shown", cmap=colours, clim=limits, scalar_bar_args=bar)
+    light = {"ambient": 0.55, "diffuse": 0.5}  # colours stay those of the bar
+    plotter.add_mesh(surface, scalars="shown", cmap=colours, clim=limits, scalar_bar_args=bar, **light)
     plotter.add_mesh(edges(surface), color="black", line_width=1.0)
     if job.hot_spots:
         points = np.array(job.hot_spots)
         numbers = [str(k) for k in range(1, len(points) + 1)]
         radius = 0.006 * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
-        import pyvista as pv
-
         plotter.add_mesh(
             pv.PolyData(points).glyph(geom=pv.Sphere(radius=radius), scale=False, orient=False), color="#D55E00"
         )
@@ -74,6 +75,7 @@ def _view(plotter: Any, mesh: Any, view: tuple[str, str, float, str], job: Stres
     plotter.camera_position = [middle + np.asarray(VIEW), middle, (0.0, 0.0, 1.0)]
     plotter.camera.view_angle = 15.0
     plotter.reset_camera()
+    plotter.camera.zoom(1.35)
 
 
 if __name__ == "__main__":
