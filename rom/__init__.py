@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     from rom.finite_elements.full_model import FullModel, assemble
     from rom.finite_elements.material import Material
     from rom.finite_elements.nodal_forces import nearest_vertices, nodal_force
-    from rom.finite_elements.strain_gauge import strain_row
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
+    from rom.finite_elements.strain_gauge import strain_row
     from rom.finite_elements.surface_loads import pressure_force, traction_force
     from rom.finite_elements.thermal_load import thermal_force
     from rom.linear_algebra.blas_kernels import processor
@@ -196,8 +196,8 @@ _PLACES = {
     "MatrixFileError": "rom.errors",
     "MatrixModel": "rom.matrix_files.matrix_model",
     "ModalModel": "rom.cyclic.modal_model",
-    "NodeTable": "rom.matrix_files.node_table",
     "NodalStress": "rom.stress.stress_recovery",
+    "NodeTable": "rom.matrix_files.node_table",
     "OperatingStress": "rom.stress.operating_stress",
     "ReducedModel": "rom.cyclic.reduced_model",
     "ReducedModelError": "rom.errors",
@@ -240,8 +240,8 @@ _PLACES = {
     "one_blas_thread": "rom.linear_algebra.threads",
     "one_blas_thread_in_children": "rom.linear_algebra.threads",
     "opened": "rom.files.hdf5_reading",
-    "pressure_force": "rom.finite_elements.surface_loads",
     "operating_stress": "rom.stress.operating_stress",
+    "pressure_force": "rom.finite_elements.surface_loads",
     "processor": "rom.linear_algebra.blas_kernels",
     "read_dofs": "rom.matrix_files.node_table",
     "read_matrix": "rom.matrix_files.matrix_reading",
@@ -258,9 +258,9 @@ _PLACES = {
     "static_error": "rom.reduction.reference_model",
     "stiffen_by_rotation": "rom.finite_elements.rotation",
     "stored_array": "rom.files.hdf5_reading",
+    "stress_cycle": "rom.stress.fatigue",
     "thermal_force": "rom.finite_elements.thermal_load",
     "traction_force": "rom.finite_elements.surface_loads",
-    "stress_cycle": "rom.stress.fatigue",
     "von_mises": "rom.stress.stress_tensor",
     "why_unreadable": "rom.files.hdf5_reading",
     "write_matrices": "rom.matrix_files.matrix_writing",
