@@ -77,7 +77,7 @@ def _table_size(path: str | Path, lines: list[str], name: str) -> int:
     if len(fields) < 3 or fields[2].upper() != "SOLID":
         raise MeshFileError(path, f"{heads[0].strip()!r}: must be {name} with the key SOLID")
     size = fields[4] if len(fields) > 4 else ""
-    return int(size) if size.isdigit() else 0
+    return int(size) if size.isdecimal() else 0
 
 
 def _components(components: Any) -> dict[str, IntArray]:
