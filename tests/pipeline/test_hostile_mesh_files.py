@@ -52,16 +52,16 @@ def test_a_reader_that_crashes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="Linux tells how much memory a process has")
 def test_a_small_file_of_much_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Compressed numbers of a VTK file: a few megabytes of zeros compress to nothing."""
-    monkeypatch.setattr("pipeline.stages.own_mesh.MEMORY", 2**28)
-    block = zlib.compress(bytes(2**25))
-    blocks = 10
-    header = np.array([blocks, 2**25, 0, *[len(block)] * blocks], dtype="<u4").tobytes()
+    monkeypatch.setattr("pipeline.stages.own_mesh.MEMORY", 2**27)
+    block = zlib.compress(bytes(2**23))
+    blocks = 24
+    header = np.array([blocks, 2**23, 0, *[len(block)] * blocks], dtype="<u4").tobytes()
     data = (b64encode(header) + b64encode(block * blocks)).decode()
     path = tmp_path / "bomb.vtu"
     path.write_text(
         '<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian" header_type="UInt32" '
         'compressor="vtkZLibDataCompressor"><UnstructuredGrid>'
-        f'<Piece NumberOfPoints="{blocks * 2**25 // 24}" NumberOfCells="0"><Points>'
+        f'<Piece NumberOfPoints="{blocks * 2**23 // 24}" NumberOfCells="0"><Points>'
         f'<DataArray type="Float64" NumberOfComponents="3" format="binary">{data}</DataArray>'
         "</Points></Piece></UnstructuredGrid></VTKFile>"
     )
