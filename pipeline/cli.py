@@ -246,6 +246,7 @@ def info(
         "shroud export out/dummy --to modes.vtu",
         "shroud export out/dummy --to response.mat",
         "shroud export rom.h5 --to rom.mat",
+        "shroud export rom.h5 --to rom.op4",
     )
 )
 def export(
@@ -255,21 +256,29 @@ def export(
     to: Annotated[
         Path,
         typer.Option(
-            "--to", metavar="FILE", parser=output_parser("--to"), help="Ends with .mat, .uff, .unv or .vtu."
+            "--to",
+            metavar="FILE",
+            parser=output_parser("--to"),
+            help="Ends with .mat, .uff, .unv, .vtu, .op4 or .mtx.",
         ),
     ],
     mesh: Annotated[
         Path | None, typer.Option("--mesh", metavar="FILE", help="Mesh of a rom.h5, for .vtu.", readable=False)
     ] = None,
+    file_format: Annotated[
+        str | None,
+        typer.Option("--format", metavar="NAME", help="matrix-market or abaqus (.mtx), mat-7.3 (.mat)."),
+    ] = None,
     quiet: QuietOption = False,
 ) -> None:
     """Write results or a reduced model for other programs.
 
-    With an output folder: the response, or for .vtu the mode shapes of its first reduced model on their mesh.
+    With an output folder: the response, or for .vtu the mode shapes of its first reduced model on their mesh, for
+    .op4 and .mtx the matrices of that model.
     """
     from pipeline.export.write import export as write
 
-    said = write(source, to, mesh)
+    said = write(source, to, mesh, file_format)
     if not quiet:
         print(f"{to}: {said}")
 

@@ -1,4 +1,7 @@
-"""Writes a file of gmsh (.msh, version 2.2): materials, surfaces and node sets are physical groups."""
+"""Writes a file of gmsh (.msh, version 2.2): materials, surfaces and node sets are physical groups.
+
+Each block is an entity of its own: gmsh loses elements where one has linear and quadratic elements of a shape.
+"""
 
 from __future__ import annotations
 
@@ -49,14 +52,16 @@ def _elements(
         for label, row in zip(
             mesh.element_labels[index].tolist(), mesh.nodes_of(index)[:, columns].tolist(), strict=True
         ):
-            yield f"{label} {CODES[block.kind]} 2 {tag} {tag} " + " ".join(map(str, row))
+            yield f"{label} {CODES[block.kind]} 2 {tag} {index + 1} " + " ".join(map(str, row))
     label = max(int(labels.max()) for labels in mesh.element_labels)
+    entity = 0
     for name, surface in mesh.surfaces.items():
         for kind, faces in mesh.faces_of(surface):
+            entity += 1
             code = FACE_CODES[kind, faces.shape[1]]
             for row in mesh.node_labels[faces].tolist():
                 label += 1
-                yield f"{label} {code} 2 {surfaces[name]} {surfaces[name]} " + " ".join(map(str, row))
+                yield f"{label} {code} 2 {surfaces[name]} {entity} " + " ".join(map(str, row))
     for name, nodes in mesh.node_sets.items():
         for node in mesh.node_labels[nodes].tolist():
             label += 1

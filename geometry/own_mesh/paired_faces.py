@@ -9,7 +9,7 @@ import numpy as np
 from geometry.contact import rotate_about_axis
 from geometry.elements import IntArray
 from geometry.errors import OwnMeshError
-from geometry.own_mesh.contact_points import cell_centres, on_nodes, tributary_areas
+from geometry.own_mesh.contact_points import cell_centres, evened, on_nodes, tributary_areas
 from geometry.own_mesh.face_checks import check_alike, check_pitch
 from geometry.own_mesh.face_pairing import Surface, gap_along, overlap, partners
 from geometry.own_mesh.sector_choice import SectorChoice
@@ -89,9 +89,10 @@ def pair_faces(right: Surface, left: Surface, choice: SectorChoice) -> FacePair:
     )
 
 
-def contact_faces(pair: FacePair, grid: tuple[int, int] | None) -> tuple[ContactFace, ContactFace]:
+def contact_faces(pair: FacePair, grid: tuple[int, int] | None, clamped: IntArray) -> tuple[ContactFace, ContactFace]:
     """Contact points, frames and areas of both faces; the left ones are the right ones turned back by one pitch.
 
+    Without a grid all corner nodes of the sides are contact nodes but those that are `clamped`.
     With matching nodes the contact points are nodes where the grid falls on nodes. Else the nodes of a contact face
     are those nearest to its contact points.
     """
@@ -102,10 +103,11 @@ def contact_faces(pair: FacePair, grid: tuple[int, int] | None) -> tuple[Contact
             told = "must be two numbers: the nodes of the contact faces are no pairs under the pitch"
             raise OwnMeshError("mesh.contact_grid", None, told)
         corners = np.unique(np.concatenate([table[:, : _corners(table)].ravel() for table in right.tables]))
+        corners = np.setdiff1d(corners, clamped)
         row: IntArray | None = np.searchsorted(right.nodes, corners)
         centres = right.points[corners]
     else:
-        centres = cell_centres(points, grid)
+        centres = evened(cell_centres(points, grid), points)
         row = None if pair.partner is None else on_nodes(centres, right.points[right.nodes], points.area.sum())
     if row is not None and pair.partner is not None:
         at, nodes, others = right.points[right.nodes[row]], right.nodes[row], pair.partner[row]

@@ -122,6 +122,8 @@ def _renumbered(mesh: ImportedMesh, before: ImportedMesh, sources: list[tuple[in
 
 def write_findings(folder: Path, own: OwnSector) -> None:
     """What was found in the file, for report, summary and the stages that need materials."""
+    from rom import element_warnings
+
     sector = own.sector
     facts = {
         "n_blades": sector.n_blades,
@@ -129,7 +131,7 @@ def write_findings(folder: Path, own: OwnSector) -> None:
         "points": len(sector.points),
         "materials": {name: dict(numbers) for name, numbers in own.materials.items()},
         "used": sorted({block.material for block in sector.blocks}),
-        "findings": list(own.findings.lines),
+        "findings": [*own.findings.lines, *element_warnings(sector)],
         **extent(sector),
     }
     (folder / FINDINGS).write_text(json.dumps(facts), encoding="utf-8")

@@ -3,7 +3,7 @@
 import meshlane
 import numpy as np
 import pytest
-from mesh_file_support import area, straight_middles, volumes
+from mesh_file_support import VOLUMES, area, element_points, shape_of, straight_middles, volumes
 
 from geometry import MeshFileError, read_mesh
 from geometry.gmsh_start import start_gmsh
@@ -84,6 +84,17 @@ def test_no_script_is_run(tmp_path):
     assert not (tmp_path / "run").exists()
 
 
+def test_orders_that_gmsh_would_mix_up(tmp_path):
+    points = "".join(f"{k + 5} {x} {y} {z}\n" for k, (x, y, z) in enumerate(element_points("tet10").tolist()))
+    corners = "1 5 0 0\n2 6 0 0\n3 5 1 0\n4 5 0 1\n"
+    (tmp_path / "mixed.msh").write_text(
+        f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n14\n{corners}{points}$EndNodes\n$Elements\n2\n"
+        "1 4 2 1 1 1 2 3 4\n2 11 2 1 1 5 6 7 8 9 10 11 12 14 13\n$EndElements\n"
+    )
+    with pytest.raises(MeshFileError, match="linear and quadratic elements in one entity"):
+        read_mesh(tmp_path / "mixed.msh")
+
+
 def test_a_session_of_gmsh_goes_on(box):
     import gmsh
 
@@ -122,8 +133,6 @@ def test_fields_of_vtk_become_sets(tmp_path):
 @pytest.mark.parametrize("cell", ["tetra", "wedge", "hexahedron", "tetra10", "wedge15", "hexahedron20"])
 def test_vtk_cells_of_either_orientation(tmp_path, cell):
     """Programs differ in which triangle of a wedge comes first."""
-    from mesh_file_support import VOLUMES, element_points, shape_of
-
     from geometry.mesh_files.cells import KINDS
 
     kind = KINDS[cell]

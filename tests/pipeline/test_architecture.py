@@ -72,6 +72,7 @@ LAYERS = {
         {"stages"},
         {"results"},
         {"figures", "render", "export", "verify"},
+        {"stress"},
         {"report"},
         {"run", "terminal"},
         {"check", "new_scene"},
