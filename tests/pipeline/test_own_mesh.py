@@ -126,7 +126,7 @@ def test_a_response_is_that_of_the_dummy_blade(folder: Path) -> None:
         assert status == 0, error
         found.append(json.loads((folder / scene["name"] / "summary.json").read_text())["curves"][0])
     for key in ("peak_frequency_hz", "peak_amplitude_m"):
-        assert found[1][key] == pytest.approx(found[0][key], rel=2e-5)
+        assert found[1][key] == pytest.approx(found[0][key], rel=1e-4)
 
 
 def test_results_are_cached_by_the_content_of_the_file(folder: Path, tmp_path: Path) -> None:
