@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from rom.finite_elements.material import Material
     from rom.finite_elements.nodal_forces import nearest_vertices, nodal_force
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
+    from rom.finite_elements.strain_gauge import strain_row
     from rom.finite_elements.surface_loads import pressure_force, traction_force
     from rom.finite_elements.thermal_load import thermal_force
     from rom.linear_algebra.blas_kernels import processor
@@ -161,6 +162,7 @@ __all__ = [
     "static_error",
     "stiffen_by_rotation",
     "stored_array",
+    "strain_row",
     "stress_cycle",
     "thermal_force",
     "traction_force",
@@ -187,14 +189,15 @@ _PLACES = {
     "LoadVectors": "rom.reduction.load_vectors",
     "nearest_vertices": "rom.finite_elements.nodal_forces",
     "nodal_force": "rom.finite_elements.nodal_forces",
+    "strain_row": "rom.finite_elements.strain_gauge",
     "with_modal_forces": "rom.reduction.modal_forces",
     "Material": "rom.finite_elements.material",
     "MatrixChoice": "rom.matrix_files.matrix_choice",
     "MatrixFileError": "rom.errors",
     "MatrixModel": "rom.matrix_files.matrix_model",
     "ModalModel": "rom.cyclic.modal_model",
-    "NodeTable": "rom.matrix_files.node_table",
     "NodalStress": "rom.stress.stress_recovery",
+    "NodeTable": "rom.matrix_files.node_table",
     "OperatingStress": "rom.stress.operating_stress",
     "ReducedModel": "rom.cyclic.reduced_model",
     "ReducedModelError": "rom.errors",
@@ -237,8 +240,8 @@ _PLACES = {
     "one_blas_thread": "rom.linear_algebra.threads",
     "one_blas_thread_in_children": "rom.linear_algebra.threads",
     "opened": "rom.files.hdf5_reading",
-    "pressure_force": "rom.finite_elements.surface_loads",
     "operating_stress": "rom.stress.operating_stress",
+    "pressure_force": "rom.finite_elements.surface_loads",
     "processor": "rom.linear_algebra.blas_kernels",
     "read_dofs": "rom.matrix_files.node_table",
     "read_matrix": "rom.matrix_files.matrix_reading",
@@ -255,9 +258,9 @@ _PLACES = {
     "static_error": "rom.reduction.reference_model",
     "stiffen_by_rotation": "rom.finite_elements.rotation",
     "stored_array": "rom.files.hdf5_reading",
+    "stress_cycle": "rom.stress.fatigue",
     "thermal_force": "rom.finite_elements.thermal_load",
     "traction_force": "rom.finite_elements.surface_loads",
-    "stress_cycle": "rom.stress.fatigue",
     "von_mises": "rom.stress.stress_tensor",
     "why_unreadable": "rom.files.hdf5_reading",
     "write_matrices": "rom.matrix_files.matrix_writing",

@@ -35,9 +35,11 @@ from pipeline.report.rows import (
     over_sweep,
 )
 from pipeline.report.story import story
+from pipeline.report.stress import stress_details
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
 from pipeline.results.provenance import origin
 from pipeline.results.publishing import Attempts
+from pipeline.results.stress import SPOT_HEADINGS
 from pipeline.results.worst import search_notes
 from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.schema import Scene
@@ -111,6 +113,8 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
         "facts": _facts(source, model),
         "ring": _ring(model, attempts),
         "stills": _stills(source, attempts),
+        "stresses": stress_details(source, attempts),
+        "spot_headings": SPOT_HEADINGS,
         "viewer": None if viewer is None else _json(viewer.plain()),
         "viewer_left_out": 0 if viewer is None else viewer.left_out,
         "groups": [] if viewer is None else list(dict.fromkeys(shape["group"] for shape in viewer.shapes)),
