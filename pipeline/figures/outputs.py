@@ -31,10 +31,11 @@ def outputs_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
     title : str
         Heading.
     """
-    names = list(dict.fromkeys(name for curve in curves for name in curve.outputs))[:MOST_PANELS]
+    units = {output.name: output.unit for curve in curves for output in curve.scene.output}
+    found = dict.fromkeys([*units, *(name for curve in curves for name in curve.outputs)])
+    names = [name for name in found if any(name in curve.outputs for curve in curves)][:MOST_PANELS]
     if not names:
         return None
-    units = {output.name: output.unit for curve in curves for output in curve.scene.output}
     columns = min(len(names), 2)
     rows = -(-len(names) // columns)
     figure, places = subplots(rows, columns, size=(1.6 + 4.2 * columns, 0.9 + 2.8 * rows), sharex=True, squeeze=False)
@@ -57,7 +58,7 @@ def outputs_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None:
                     heights = branch.outputs[name] * factor
                     draw_line(axes, branch.frequency_hz, heights, branch.stable, None, branch.nodal_diameter, **look)
         axes.set_ylabel(f"{name} [{unit}]")
-        axes.set_ylim(bottom=0.0)
+        axes.set_ylim(0.0, 1.08 * highest * factor or 1.0)
     for axes in places[-1]:
         if axes.figure is not None:
             axes.set_xlabel("excitation frequency [Hz]")
