@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     from rom.finite_elements.full_model import FullModel, assemble
     from rom.finite_elements.material import Material
     from rom.finite_elements.nodal_forces import nearest_vertices, nodal_force
-    from rom.finite_elements.strain_gauge import strain_row
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
+    from rom.finite_elements.strain_gauge import strain_row
     from rom.finite_elements.surface_loads import pressure_force, traction_force
     from rom.finite_elements.thermal_load import thermal_force
     from rom.linear_algebra.blas_kernels import processor
