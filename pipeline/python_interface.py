@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from pipeline.results.results import Results
     from pipeline.stages.request import Request
 
-KEYWORDS = "name title accuracy blade shroud material mesh rom load contact excitation response render figures sweep"
+KEYWORDS = (
+    "name title accuracy blade shroud material mesh rom load "
+    "contact excitation response stress fatigue render figures sweep"
+)
 
 
 def run_scene(

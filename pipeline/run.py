@@ -219,14 +219,15 @@ def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:
 
 
 def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
-    """Renders and figures, where they are asked for and there is something to show."""
-    drawable = {Stage.FIGURES: any(curve.file for curve in outcome.curves), Stage.RENDER: any(models.values())}
+    """Stress, renders and figures, where they are asked for and there is something to show."""
+    solved = any(curve.file for curve in outcome.curves)
+    drawable = {Stage.STRESS: solved, Stage.FIGURES: solved, Stage.RENDER: any(models.values())}
     for stage, possible in drawable.items():
         if stage not in run.request.wanted or not possible:
             continue
         try:
             with run.log.timed(stage):
-                files = _renders(run, models, outcome) if stage is Stage.RENDER else _figures(run, outcome)
+                files = _DRAWN[stage](run, models, outcome)
         except PicturesMissing as missing:
             files = missing.files
             outcome.problems.extend(f"{stage}: {problem}" for problem in missing.problems)
@@ -235,7 +236,19 @@ def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
         except Exception as error:  # the numbers stand without the pictures
             files = []
             outcome.problems.append(f"{stage}: {reason_of(error)}")
-        outcome.pictures.extend(path.relative_to(run.request.out).as_posix() for path in files)
+        pictures = [path for path in files if path.suffix != ".vtu"]
+        outcome.pictures.extend(path.relative_to(run.request.out).as_posix() for path in pictures)
+
+
+def _stress(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:
+    from pipeline.stress.stress_stage import StressMissing, stress_stage
+
+    try:
+        files, outcome.stress = stress_stage(run, models, outcome.curves)
+    except StressMissing as missing:
+        outcome.stress = missing.entries
+        raise
+    return files
 
 
 def _rendering(run: Run) -> AbstractContextManager[RenderingAhead | None]:
@@ -253,10 +266,13 @@ def _renders(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:
     return render_stage(run, models, outcome.curves)
 
 
-def _figures(run: Run, outcome: RunOutcome) -> list[Path]:
+def _figures(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:
     from pipeline.figures.figure_stage import figure_stage
 
     return figure_stage(run, outcome.curves)
+
+
+_DRAWN = {Stage.STRESS: _stress, Stage.RENDER: _renders, Stage.FIGURES: _figures}
 
 
 def _report(run: Run, models: Models, outcome: RunOutcome) -> None:
@@ -293,6 +309,7 @@ def _summary(run: Run, outcome: RunOutcome) -> dict[str, Any]:
         TABLE_HASH: None if table is None else table.fingerprint(),
         "models": outcome.models,
         "pictures": outcome.pictures,
+        "stress": outcome.stress,
         "report": outcome.report,
         "provenance": provenance(run.request.scene),
     }

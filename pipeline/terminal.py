@@ -78,6 +78,7 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
     from pipeline.results.frequency_range import range_warning
     from pipeline.results.overview import abbreviated
     from pipeline.results.residual_notes import residual_notes
+    from pipeline.results.stress import stress_lines, stress_warning
     from pipeline.results.tables import (
         branch_warning,
         coriolis_notes,
@@ -92,6 +93,10 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
     searches = [*residual_notes(outcome.curves), *search_notes(outcome.curves)]
     for note in abbreviated([*mode_notes(outcome), *coriolis_notes(outcome), *motion_notes(outcome), *searches]):
         print(note)
+    for line in stress_lines(outcome.stress):
+        print(line)
+    if warning := stress_warning(outcome.stress):
+        print_notes([warning], "warning")
     if request.scene.accuracy is not None:
         print(request.scene.accuracy.text())
     if warning := worst_warning(outcome.curves):

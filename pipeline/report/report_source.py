@@ -41,6 +41,8 @@ class ReportSource:
         `models` of summary.json.
     pictures : mapping of str to bytes
         Figures and stills that the page may show, by their names in `out`.
+    stress : sequence of dict
+        `stress` of summary.json.
     verified : sequence of VerifiedCase
         Errors found by `shroud verify`, empty where it has not been run.
     costs, results : mapping of str
@@ -59,6 +61,7 @@ class ReportSource:
     models: Mapping[int, BuiltModel | None]
     model_rows: Sequence[dict[str, Any]]
     pictures: Mapping[str, bytes]
+    stress: Sequence[dict[str, Any]]
     verified: Sequence[VerifiedCase]
     costs: Mapping[str, float]
     results: Mapping[str, int]
@@ -92,6 +95,7 @@ class ReportSource:
                 "models": {str(index): model.key for index, model in self.models.items() if model is not None},
                 "rows": list(self.model_rows),
                 "pictures": {name: content_fingerprint(content) for name, content in self.pictures.items()},
+                "stress": list(self.stress),
                 "verified": [[case.label, repr(errors)] for case, errors in self.verified],
                 "costs": dict(self.costs),
                 "numbers": dict(self.results),
@@ -122,6 +126,7 @@ def report_source(run: Run, models: Models, outcome: RunOutcome) -> ReportSource
             for name in outcome.pictures
             if name.endswith((".svg", ".png"))
         },
+        stress=outcome.stress,
         verified=_verified(run, models),
         costs={stage: round(seconds, 2) for stage, seconds in costs.items() if counts[stage]},
         results=counts,

@@ -69,6 +69,11 @@ class Results:
     summary: Mapping[str, Any]
     table: CurveTable | None = None
 
+    @property
+    def stress(self) -> tuple[Mapping[str, Any], ...]:
+        """Stress on the mesh of the curves that it was computed for, as in `summary.json`; empty without [stress]."""
+        return tuple(self.summary.get("stress", ()))
+
     def to_dataframe(self, points: bool = False) -> pandas.DataFrame:
         """The results as a table of pandas: a row for each curve, or for each point.
 

@@ -17,6 +17,7 @@ from pipeline.scene.nodal_table import force_table, temperature_table
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_sweep
+from pipeline.scene.stress_checks import unfit_stress_keys
 from pipeline.scene.validation_errors import allowed_values
 
 PER_NODE = ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload")
@@ -53,6 +54,7 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
     """
     if not broken.get(0):
         yield from _raised(_check_pictured_curves, file)
+        yield from unfit_stress_keys(file)
     absent = _absent_sections(file.first) - set(broken.get(0, ()))
     for section in BLADE_SECTIONS:
         if section in absent:

@@ -43,6 +43,7 @@ from pipeline.scene.loads_section import (
 )
 from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.model_section import Model
+from pipeline.scene.stress_section import Fatigue, Stress
 
 DEFAULT_MODES = 30
 
@@ -365,6 +366,8 @@ class Scene(Section):
     output: tuple[Output, ...] = _key(
         "quantities recorded beside the default output", "tables [[output]] with different names", ()
     )
+    stress: Stress | None = _key("", "a table", None)
+    fatigue: Fatigue | None = _key("", "a table", None)
     render: Render | None = _key("", "a table", None)
     figures: Figures = _key("", "a table", Figures())
 
@@ -378,6 +381,11 @@ class Scene(Section):
             if not item.of_model and item.name in ("tip", "tip_x", "tip_y", "tip_z"):
                 raise ValueError("tables [[output]] with other names than tip, tip_x, tip_y, tip_z")
         return value
+
+    @property
+    def with_stress(self) -> bool:
+        """Whether the stress on the mesh is asked for."""
+        return self.stress is not None or self.fatigue is not None
 
     @property
     def mesh_file(self) -> str | None:
@@ -394,7 +402,7 @@ class Scene(Section):
         return None if self.blade is None else self.blade.n_blades
 
 
-NOT_SWEPT = ("render", "figures")  # pictures
+NOT_SWEPT = ("stress", "fatigue", "render", "figures")  # made of solved curves
 NOT_SWEPT_KEYS = (  # tables, and lists of tables
     "mesh.sets",
     "model.sets",
@@ -415,6 +423,8 @@ SECTIONS: dict[str, type[Section]] = {
     "contact": Contact,
     "excitation": Excitation,
     "response": Response,
+    "stress": Stress,
+    "fatigue": Fatigue,
     "render": Render,
     "figures": Figures,
 }

@@ -59,7 +59,7 @@ class Request:
         if self.rom is not None:
             return Stage.FIGURES.with_needs - Stage.REDUCE.with_needs
         rendered = {Stage.RENDER} if self.scene.first.render is not None and not self.without_mesh else set()
-        return Stage.FIGURES.with_needs | rendered
+        return Stage.FIGURES.with_needs | rendered | self._stress
 
     @property
     def without_mesh(self) -> bool:
@@ -69,15 +69,22 @@ class Request:
     @property
     def expands(self) -> bool:
         """Whether shapes on the mesh are asked for, now or by the whole scene."""
-        return self.scene.first.render is not None or Stage.REPORT in self.wanted
+        needed = Stage.REPORT in self.wanted or Stage.STRESS in self.wanted
+        return self.scene.first.render is not None or bool(self._stress) or needed
+
+    @property
+    def _stress(self) -> frozenset[Stage]:
+        """The stage `stress` where the scene asks for it and there is a mesh."""
+        return frozenset({Stage.STRESS} if self.scene.first.with_stress and not self.without_mesh else ())
 
     def _for_pictures(self, until: str) -> frozenset[str]:
         """What renders need and are needed for: curves for the motion at a peak, renders for the report."""
         render = self.scene.first.render
+        stress = self._stress if until == Stage.REPORT else frozenset()
         if render is None or self.without_mesh:
-            return frozenset()
+            return stress
         if until == Stage.REPORT:
-            return frozenset({Stage.RENDER})
+            return frozenset({Stage.RENDER}) | stress
         return frozenset({Stage.RESPOND} if until == Stage.RENDER and render.operating is not False else ())
 
 
@@ -104,6 +111,8 @@ class RunOutcome:
         Entries of `models` in summary.json.
     pictures : list of str
         Figures and renders by their names in the output folder.
+    stress : list of dict
+        Entries of `stress` in summary.json.
     report : str or None
         Name of the report page.
     table : CurveTable or None
@@ -121,6 +130,7 @@ class RunOutcome:
     curves: list[CurveResult] = field(default_factory=list)
     models: list[dict[str, Any]] = field(default_factory=list)
     pictures: list[str] = field(default_factory=list)
+    stress: list[dict[str, Any]] = field(default_factory=list)
     report: str | None = None
     table: CurveTable | None = None
     response: dict[str, str] | None = None

@@ -12,6 +12,7 @@ class Stage(StrEnum):
     ASSEMBLE = "assemble"
     REDUCE = "reduce"
     RESPOND = "respond"
+    STRESS = "stresses"
     RENDER = "render"
     FIGURES = "figures"
     REPORT = "report"
@@ -32,6 +33,7 @@ _AFTER = {  # stage -> the stage whose results it needs
     Stage.ASSEMBLE: Stage.MESH,
     Stage.REDUCE: Stage.ASSEMBLE,
     Stage.RESPOND: Stage.REDUCE,
+    Stage.STRESS: Stage.RESPOND,
     Stage.RENDER: Stage.REDUCE,
     Stage.FIGURES: Stage.RESPOND,
     Stage.REPORT: Stage.FIGURES,
@@ -41,6 +43,7 @@ _RESULTS = {
     Stage.ASSEMBLE: "assembling stiffness and mass",
     Stage.REDUCE: "reduced model",
     Stage.RESPOND: "response curves",
+    Stage.STRESS: "stress on the mesh",
     Stage.RENDER: "renders",
     Stage.FIGURES: "figures",
     Stage.REPORT: "report page",

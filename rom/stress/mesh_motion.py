@@ -33,6 +33,8 @@ from rom.finite_elements.full_model import FullModel
 from rom.linear_algebra.factorisation import Factor, factorise
 from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import BoundaryChoice, choose_boundary_dofs
+from rom.reduction.load_vectors import LoadVectors
+from rom.units import angular_speed
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -56,6 +58,8 @@ class SolvedPoint:
         Amplitude of the excitation, N.
     contact_force : (H+1, n_c, 3) complex array
         f^(h) on the right nodes in the contact frame, N.
+    harmonic_factors : tuple of (int, complex)
+        Harmonics of the excitation, as in `RelativeReceptance`.
 
     Examples
     --------
@@ -68,6 +72,7 @@ class SolvedPoint:
     phase: float
     force: float
     contact_force: Complex
+    harmonic_factors: tuple[tuple[int, complex], ...] = ()
 
     @property
     def harmonics(self) -> tuple[int, ...]:
@@ -104,13 +109,14 @@ class MeshMotion:
         self.dofs = choose_boundary_dofs(full, sector, boundary)
         self.motion = self.dofs.motion(len(full.positions))
         self.free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
+        found = None if boundary.loads is None else boundary.loads(full)
+        self.loads = LoadVectors() if found is None else found
         self.factor: Factor = factorise(full.stiffness[self.free][:, self.free])
 
     def static_force(self) -> NDArray[np.float64]:
-        """External static force (N,) on the mesh: the centrifugal force at the speed of the model, N."""
-        from rom.units import angular_speed
-
-        return self.full.centrifugal * angular_speed(self.full.speed_rpm) ** 2
+        """External static force (N,) on the mesh: the centrifugal force at the speed of the model, and others, N."""
+        found = self.full.centrifugal * angular_speed(self.full.speed_rpm) ** 2
+        return found if self.loads.static is None else found + self.loads.static
 
     def forces(self, point: SolvedPoint) -> Complex:
         """External and contact forces (H+1, N) on the mesh, N."""
@@ -120,11 +126,24 @@ class MeshMotion:
         count = right.shape[1]
         generalised[:, :count] = right
         generalised[:, count : 2 * count] = -right * turns
-        if len(point.harmonics) > 1:
-            generalised[1] += point.force * self.dofs.direction @ self.dofs.node_displacement(self.dofs.loaded)
         found: Complex = generalised @ self.motion
         found[0] += self.static_force()
+        factors = dict(point.harmonic_factors)
+        for h in self._receptance(point).excited_harmonics:
+            if h < len(found):
+                found[h] += point.force * factors.get(h, 1.0) * self._unit_excitation(h)
         return found
+
+    def _unit_excitation(self, harmonic: int) -> NDArray[Any]:
+        """Forces (N,) on the mesh of 1 N of excitation in a harmonic."""
+        for own in (harmonic, 1):
+            if own in self.loads.excitation:
+                return self.loads.excitation[own]
+        at_node = self.dofs.direction @ self.dofs.node_displacement(self.dofs.loaded)
+        return np.asarray(at_node @ self.motion)
+
+    def _receptance(self, point: SolvedPoint) -> RelativeReceptance:
+        return RelativeReceptance(self.modal, point.phase, point.harmonics, point.force, point.harmonic_factors)
 
     @one_blas_thread()
     def base(self) -> NDArray[np.float64]:
@@ -208,9 +227,8 @@ class MeshMotion:
 
     def _coordinates(self, point: SolvedPoint) -> Complex:
         """Modal coordinates (H+1, m) of the reduced model."""
-        receptance = RelativeReceptance(self.modal, point.phase, point.harmonics, point.force)
         contact = point.contact_force.reshape(len(point.harmonics), -1)
-        return receptance.modal_response(point.omega, contact)[0]
+        return self._receptance(point).modal_response(point.omega, contact)[0]
 
     def _static(self, force: Complex) -> Complex:
         """K^-1 f of a force (N,), zero on the clamped dofs."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,8 @@ from rom.cyclic.modal_model import ModalModel
 from rom.cyclic.reduced_model import ReducedModel
 from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import FullModel
-from rom.finite_elements.material import Material
+from rom.finite_elements.material import Materials
+from rom.finite_elements.thermal_load import temperature_at_points
 from rom.reduction.boundary_dofs import BoundaryChoice
 from rom.stress.fatigue import StressCycle, stress_cycle
 from rom.stress.hot_spots import Surroundings
@@ -87,7 +87,11 @@ class OperatingStress:
 
 
 def nodal_stress(
-    sector: SectorMesh, material: Material, displacement: ArrayLike, element: str = "hex20"
+    sector: SectorMesh,
+    material: Materials,
+    displacement: ArrayLike,
+    element: str | None = "hex20",
+    temperature: float | Array | None = None,
 ) -> tuple[NodalStress, IntArray]:
     """Stress at the nodes of a mesh of a displacement with small strains.
 
@@ -98,12 +102,14 @@ def nodal_stress(
     ----------
     sector : SectorMesh
         The mesh.
-    material : Material
-        Its material.
+    material : Material or mapping of str to Material
+        Its material, or its materials by name.
     displacement : (N,) or (n, 3) array
         Displacement of the nodes of the full model, m; complex for a harmonic.
-    element : str
+    element : str or None
         Element of the full model.
+    temperature : float or (V,) array, optional
+        Temperature above the stress-free state, K; its free expansion causes no stress.
 
     Returns
     -------
@@ -125,19 +131,22 @@ def nodal_stress(
     >>> print((stress.values.max(axis=0) / 1e6).round(6) + 0.0)
     [200.   0.   0.   0.   0.   0.]
     """
-    recovery = StressRecovery.of(discretise(sector.points, sector.hexahedra, element), {"": material})
-    return recovery.increments(np.asarray(displacement)[None])[0], recovery.node
+    heated = None if temperature is None else temperature_at_points(temperature, len(sector.points))
+    recovery = StressRecovery.of(discretise(sector, element), material, None, heated)
+    moved = np.asarray(displacement)
+    return recovery.increments(moved[None])[0] if heated is None else recovery.static(moved), recovery.node
 
 
 def operating_stress(
     full: FullModel,
     sector: SectorMesh,
-    materials: Mapping[str, Material],
+    materials: Materials,
     reduced: tuple[ReducedModel, ModalModel],
     boundary: BoundaryChoice,
     point: SolvedPoint,
     *,
     large_displacements: bool = True,
+    temperature: float | Array | None = None,
     check: bool = True,
 ) -> OperatingStress:
     """Stress on the mesh at a solved point of a response curve.
@@ -148,8 +157,8 @@ def operating_stress(
         The full model at its speed.
     sector : SectorMesh
         Its mesh.
-    materials : mapping of str to Material
-        Materials by name, "" that of the scene.
+    materials : Material or mapping of str to Material
+        Its material, or its materials by name.
     reduced : (ReducedModel, ModalModel)
         The reduced model with its basis, and its modes with damping.
     boundary : BoundaryChoice
@@ -159,6 +168,8 @@ def operating_stress(
     large_displacements : bool
         Whether the static equilibrium at speed is one at large displacements: its Cauchy stress is then exact and all
         else is linearised about it. Otherwise strains are small.
+    temperature : float or (V,) array, optional
+        Temperature above the stress-free state, K, that the static force of the loads is of.
     check : bool
         Whether the harmonics are compared with a solution of the full model under the same forces.
 
@@ -185,14 +196,15 @@ def operating_stress(
     >>> model = reduce_sector(full, sector, ReductionOptions(modes=8), nodal).model
     >>> point = SolvedPoint(100.0, 0.0, 10.0, np.zeros((2, model.n_contacts, 3), complex))
     >>> reduced = model, modal_model(model, damping_ratio=0.01)
-    >>> stress = operating_stress(full, sector, {"": steel}, reduced, nodal, point)
+    >>> stress = operating_stress(full, sector, steel, reduced, nodal, point)
     >>> stress.harmonics.shape[0], stress.model_error < 1e-4
     (2, True)
     """
     motion = MeshMotion(full, sector, *reduced, boundary)
     large = large_displacements and full.speed_rpm != 0.0
     base = motion.base() if large else None
-    recovery = StressRecovery.of(discretise(sector.points, sector.hexahedra, full.element), materials, base)
+    heated = None if temperature is None else temperature_at_points(temperature, len(sector.points))
+    recovery = StressRecovery.of(discretise(sector, full.element), materials, base, heated)
     near = _surroundings(full, sector, motion, recovery, boundary)
     return _recovered(motion, recovery, point, near, _cells(sector, full, recovery), check)
 
@@ -207,13 +219,8 @@ def _recovered(
 ) -> OperatingStress:
     """The stress of the statically corrected motion, and its errors."""
     moved = motion.corrected(point)
-    further = moved.copy()
-    if recovery.base is not None:
-        further[0] -= recovery.base.ravel()
-    found = recovery.increments(further)
-    values = np.array([each.values for each in found])
-    static = recovery.base_stress()
-    values[0] += static.values
+    static, found = recovery.static(moved[0]), recovery.increments(moved[1:])
+    values = np.array([static.values, *(each.values for each in found)])
     plain = recovery.increments(motion.expanded(point)[1:])
     exact, residual = motion.solved(point, moved) if check else (moved, np.nan)
     solved = recovery.increments(exact[1:]) if check else plain
@@ -222,14 +229,14 @@ def _recovered(
         displacement=moved.reshape(len(moved), -1, 3)[:, recovery.node],
         harmonics=values,
         cycle=stress_cycle(values),
-        spread=np.sum([each.spread for each in found[1:]] or [np.zeros(len(static.spread))], axis=0),
-        static_spread=np.hypot(static.spread, found[0].spread),
+        spread=np.sum([each.spread for each in found] or [np.zeros(len(static.spread))], axis=0),
+        static_spread=static.spread,
         surroundings=near,
         material=recovery.material,
         materials=recovery.names,
         cells=cells,
-        expansion_error=_difference(plain, found[1:], near.regular),
-        model_error=_difference(found[1:], solved, near.regular) if check else np.nan,
+        expansion_error=_difference(plain, found, near.regular),
+        model_error=_difference(found, solved, near.regular) if check else np.nan,
         residual=residual,
     )
 

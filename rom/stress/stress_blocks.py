@@ -14,15 +14,18 @@ method, Int. J. Numer. Methods Eng. 8 (1974) 461.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.finite_elements.discretisation import Discretisation, shape_functions
+from geometry import ELEMENT_KINDS
+from rom.finite_elements.discretisation import DiscreteBlock, Discretisation
+from rom.finite_elements.quadrature import volume_rule
+from rom.finite_elements.shape_functions import shape_functions, vtk_shape_functions
 
 Array = NDArray[np.float64]
+_LINEAR = {4: "tet4", 6: "wedge6", 8: "hex8"}  # by the number of corners
 
 
 @dataclass(frozen=True)
@@ -37,50 +40,51 @@ class StressBlock:
         From values at the quadrature points to values at the nodes.
     material : str
         Name of the material.
-    discretisation : Discretisation
-        Where the gradients come from.
     """
 
     nodes: NDArray[np.int64]
     extrapolation: Array
     material: str
-    discretisation: Discretisation
-
-    def batches(self) -> Iterator[tuple[slice, Array]]:
-        """Yield (elements, gradients (e, q, 3, b) [1/m]) for bounded batches of elements."""
-        for part, gradients, _ in self.discretisation.batches():
-            yield part, gradients
 
 
 def stress_blocks(discretisation: Discretisation) -> tuple[StressBlock, ...]:
-    """The elements of a discretisation, for the recovery of stresses."""
-    from skfem.quadrature import get_quadrature
-    from skfem.refdom import RefHex
-
-    points, _ = get_quadrature(RefHex, 3 if discretisation.element == "hex8" else 5)
-    corners, _ = shape_functions("hex8", points)
-    matrix = extrapolation(corners, discretisation.weights, discretisation.support)
-    return (StressBlock(discretisation.element_nodes, matrix, "", discretisation),)
+    """The elements of a discretisation, for the recovery of stresses; as many as it has blocks."""
+    return tuple(
+        StressBlock(block.nodes, _extrapolation_in(block), block.material) for block in discretisation.blocks
+    )
 
 
-def extrapolation(corner_values: Array, weights: Array, support: NDArray[np.bool_]) -> Array:
-    """Least squares projection on the corner functions, then their means at the nodes.
+def _extrapolation_in(block: DiscreteBlock) -> Array:
+    """From the quadrature points to the nodes of the elements of a block."""
+    reference = block.reference
+    points, weights = volume_rule(reference.element)
+    if reference.promoted:
+        (values, _), (shares, _) = shape_functions("hex8", points), shape_functions("hex8", reference.nodes.T)
+    else:
+        corners = _LINEAR[ELEMENT_KINDS[reference.kind].corners]
+        (values, _), (shares, _) = (
+            vtk_shape_functions(corners, points),
+            vtk_shape_functions(corners, reference.nodes.T),
+        )
+    return extrapolation(values, weights, shares)
+
+
+def extrapolation(corner_values: Array, weights: Array, shares: Array) -> Array:
+    """Least squares projection on the corner functions, then their values at the nodes.
 
     Parameters
     ----------
     corner_values : (q, c) array
         Linear shape functions of the c corners at the quadrature points.
     weights : (q,) array
-        Quadrature weights.
-    support : (b, c) array of bool
-        The corners between which each node lies.
+        Quadrature weights, above 0.
+    shares : (b, c) array
+        The same functions at the nodes.
 
     Returns
     -------
     (b, q) array
         With too few quadrature points for a linear field, the smallest corner values that fit.
     """
-    root = np.sqrt(np.abs(weights))
-    at_corners = np.linalg.pinv(root[:, None] * corner_values) * root
-    shares = support / support.sum(axis=1, keepdims=True)
-    return shares @ at_corners
+    root = np.sqrt(weights)
+    return np.asarray(shares @ (np.linalg.pinv(root[:, None] * corner_values) * root))

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.finite_elements.discretisation import Discretisation
-from rom.finite_elements.material import Material
+from rom.finite_elements.discretisation import Batch, Discretisation
+from rom.finite_elements.material import Material, Materials, material_of
+from rom.finite_elements.thermal_load import thermal_stress
 from rom.stress.cauchy_stress import cauchy_increment, cauchy_stress
 from rom.stress.stress_blocks import StressBlock, stress_blocks
 from rom.stress.stress_tensor import components, deviator
@@ -31,7 +32,7 @@ class NodalStress:
         Components xx, yy, zz, xy, yz, zx, Pa; complex for a harmonic.
     spread : (..., s) array
         Root mean square, over the elements at a place, of the von Mises stress of their deviations from the average,
-        Pa: an estimate of the error of the mesh.
+        Pa: an estimate of the error of the mesh. At a place of a single element it is that of its other nodes.
 
     Examples
     --------
@@ -50,34 +51,45 @@ class StressRecovery:
 
     Attributes
     ----------
+    discretisation : Discretisation
+        The mesh.
     blocks : sequence of StressBlock
-        The elements.
-    materials : mapping of str to Material
-        Materials by name.
+        Its elements.
+    materials : Material or mapping of str to Material
+        The material, or the materials by name.
     node, material : (s,) array
         Node and number of the material of each place; the materials are numbered in the order of `names`.
     names : tuple of str
         Names of the materials.
     base : (n, 3) array or None
         Displacement about which increments are linearised, m; None: small strains.
+    thermal : tuple of (E, q) array, or None
+        Pressure of the heated elements if they could not expand, E alpha T / (1 - 2 nu), Pa, block by block.
     """
 
+    discretisation: Discretisation
     blocks: Sequence[StressBlock]
-    materials: Mapping[str, Material]
+    materials: Materials
     node: NDArray[np.int64]
     material: NDArray[np.int64]
     names: tuple[str, ...]
     base: Array | None = None
+    thermal: tuple[Array, ...] | None = None
     _places: tuple[NDArray[np.int64], ...] = field(default=(), repr=False)
 
     @classmethod
     def of(
         cls,
         discretisation: Discretisation,
-        materials: Mapping[str, Material],
+        materials: Materials,
         base: Array | None = None,
+        temperature: Array | None = None,
     ) -> StressRecovery:
-        """The recovery on a discretisation; `base` (3n,) or (n, 3): static displacement with large strains, m."""
+        """The recovery on a discretisation.
+
+        `base` (3n,) or (n, 3): static displacement with large strains, m; `temperature` (V,): of the points of the
+        mesh above the stress-free state, K.
+        """
         blocks = stress_blocks(discretisation)
         names = tuple(dict.fromkeys(block.material for block in blocks))
         n = discretisation.n_nodes
@@ -89,81 +101,89 @@ class StressRecovery:
             for key, start, end in zip(keys, ends[:-1], ends[1:], strict=True)
         )
         at = None if base is None else np.asarray(base).reshape(-1, 3)
-        return cls(blocks, materials, used % n, used // n, names, at, places)
+        heated = None if temperature is None else thermal_stress(discretisation, materials, temperature)
+        return cls(discretisation, blocks, materials, used % n, used // n, names, at, heated, places)
 
     @property
     def places(self) -> tuple[NDArray[np.int64], ...]:
         """Place of each node of each element, (E, b) for each block."""
         return self._places
 
-    def base_stress(self) -> NodalStress:
-        """Cauchy stress of the base displacement; without one, zero."""
-        count = len(self.node)
-        if self.base is None:
-            return NodalStress(np.zeros((count, 6)), np.zeros(count))
-        base = self.base
+    def static(self, displacement: NDArray[Any]) -> NodalStress:
+        """Stress of a static displacement (N,) or (n, 3), m.
+
+        About a base it is the Cauchy stress there, and linear in the rest.
+        """
+        nodal = np.real(np.asarray(displacement)).reshape(-1, 3)
+        change = nodal if self.base is None else nodal - self.base
         return self._averaged(
-            (place, block, cauchy_stress(self._law(block), _gradient(gradients, base[nodes]))[None])
-            for place, block, nodes, gradients in self._batches()
-        )[0]
+            (places, block, self._static_stress(batch, change)) for places, block, batch in self._batches()
+        )
 
     def increments(self, displacement: NDArray[Any]) -> list[NodalStress]:
         """Stress of small displacements (k, N) or (k, n, 3), real or complex, about the base: one for each."""
         nodal = np.asarray(displacement)
-        nodal = nodal.reshape(len(nodal), -1, 3)
         return [
-            self._averaged(
-                (place, block, self._increment(block, gradients, nodes, each)[None])
-                for place, block, nodes, gradients in self._batches()
-            )[0]
-            for each in nodal
+            self._averaged((places, block, self._increment(batch, each)) for places, block, batch in self._batches())
+            for each in nodal.reshape(len(nodal), -1, 3)
         ]
 
-    def _increment(
-        self, block: StressBlock, gradients: Array, nodes: NDArray[np.int64], nodal: NDArray[Any]
-    ) -> NDArray[Any]:
+    def _static_stress(self, batch: Batch, change: Array) -> NDArray[Any]:
+        """Stress (e, q, 3, 3) of the base and a further displacement (n, 3), less that of the free expansion."""
+        found = self._increment(batch, change)
+        if self.base is not None:
+            gradient = _gradient(batch.gradients, self.base[batch.nodes])
+            found = found + cauchy_stress(self._law(batch), gradient)
+        if self.thermal is not None:
+            found = found - self.thermal[batch.block][batch.part][..., None, None] * np.eye(3)
+        return found
+
+    def _increment(self, batch: Batch, nodal: NDArray[Any]) -> NDArray[Any]:
         """Stress (e, q, 3, 3) of a displacement (n, 3)."""
-        change = _gradient(gradients, nodal[nodes])
+        change = _gradient(batch.gradients, nodal[batch.nodes])
         if self.base is None:
-            return self._law(block).stress(0.5 * (change + change.swapaxes(-1, -2)))
-        return cauchy_increment(self._law(block), _gradient(gradients, self.base[nodes]), change)
+            return self._law(batch).stress(0.5 * (change + change.swapaxes(-1, -2)))
+        return cauchy_increment(self._law(batch), _gradient(batch.gradients, self.base[batch.nodes]), change)
 
-    def _law(self, block: StressBlock) -> Material:
-        return self.materials[block.material]
+    def _law(self, batch: Batch) -> Material:
+        return material_of(self.materials, self.blocks[batch.block].material)
 
-    def _batches(self) -> Iterator[tuple[NDArray[np.int64], StressBlock, NDArray[np.int64], Array]]:
-        """Places (e, b), block, nodes (e, b) and gradients (e, q, 3, b) of bounded batches."""
-        for block, places in zip(self.blocks, self._places, strict=True):
-            for part, gradients in block.batches():
-                yield places[part], block, block.nodes[part], gradients
+    def _batches(self) -> Iterator[tuple[NDArray[np.int64], StressBlock, Batch]]:
+        """Places (e, b) of the nodes, block and elements of bounded batches."""
+        for batch in self.discretisation.batches():
+            yield self._places[batch.block][batch.part], self.blocks[batch.block], batch
 
-    def _averaged(self, parts: Iterator[tuple[NDArray[np.int64], StressBlock, NDArray[Any]]]) -> list[NodalStress]:
-        """Averages over the elements at each place of stresses (k, e, q, 3, 3) at the quadrature points."""
-        total: NDArray[Any] | None = None
-        square: Array | None = None
-        count = np.zeros(len(self.node))
+    def _averaged(self, parts: Iterator[tuple[NDArray[np.int64], StressBlock, NDArray[Any]]]) -> NodalStress:
+        """Averages over the elements at each place of stresses (e, q, 3, 3) at the quadrature points."""
+        size = len(self.node)
+        total: NDArray[Any] = np.zeros((size, 6))
+        square, count = np.zeros(size), np.zeros(size)
         for places, block, stress in parts:
-            k = len(stress)
-            values = np.moveaxis(block.extrapolation @ components(stress), 0, 2)  # (e, b, k, 6)
-            gather = self._gathering(places)
-            flat = values.reshape(places.size, k * 6)
-            sizes = np.sum(np.abs(deviator(values)) ** 2, axis=-1).reshape(places.size, k)
-            total = gather @ flat if total is None else total + gather @ flat
-            square = gather @ sizes if square is None else square + gather @ sizes
-            count += np.asarray(gather.sum(axis=1)).ravel()
-        assert total is not None
-        assert square is not None
-        mean = (total / count[:, None]).reshape(len(count), -1, 6)
-        deviation = square / count[:, None] - np.sum(np.abs(deviator(mean)) ** 2, axis=-1)
-        spread = np.sqrt(np.maximum(deviation, 0.0))
-        return [NodalStress(mean[:, i], spread[:, i]) for i in range(mean.shape[1])]
+            values = (block.extrapolation @ components(stress)).reshape(-1, 6)
+            gather = _gathering(places, size)
+            total = total + gather @ values
+            square += gather @ np.sum(np.abs(deviator(values)) ** 2, axis=-1)
+            count += np.bincount(places.ravel(), minlength=size)
+        mean = total / count[:, None]
+        deviation = square / count - np.sum(np.abs(deviator(mean)) ** 2, axis=-1)
+        return NodalStress(mean, self._filled(np.sqrt(np.maximum(deviation, 0.0)), count))
 
-    def _gathering(self, places: NDArray[np.int64]) -> csr_matrix:
-        """Sums (s, e b) over the nodes of elements that stand at a place."""
-        from scipy.sparse import csr_matrix
+    def _filled(self, spread: Array, count: Array) -> Array:
+        """The spread (s,), at the place of a single element that of the other places of this element, the largest."""
+        found = spread.copy()
+        for places in self._places:
+            largest = spread[places].max(axis=1)
+            alone = count[places] == 1
+            found[places[alone]] = np.broadcast_to(largest[:, None], places.shape)[alone]
+        return found
 
-        flat = places.ravel()
-        return csr_matrix((np.ones(len(flat)), (flat, np.arange(len(flat)))), shape=(len(self.node), len(flat)))
+
+def _gathering(places: NDArray[np.int64], size: int) -> csr_matrix:
+    """Sums (s, e b) over the nodes of elements that stand at a place."""
+    from scipy.sparse import csr_matrix
+
+    flat = places.ravel()
+    return csr_matrix((np.ones(len(flat)), (flat, np.arange(len(flat)))), shape=(size, len(flat)))
 
 
 def _gradient(gradients: Array, nodal: NDArray[Any]) -> NDArray[Any]:

@@ -12,8 +12,8 @@ from pipeline_support import shroud, small_scene, statuses, summary_of, write_sc
 from pipeline.stages.stage_names import Stage
 from rom import read_reduced_model
 
-ALL = ("mesh", "assemble", "reduce", "respond", "render", "figures", "report")
-NOT_ASKED = {"render": "skipped", "report": "skipped"}
+ALL = ("mesh", "assemble", "reduce", "respond", "stresses", "render", "figures", "report")
+NOT_ASKED = {"stresses": "skipped", "render": "skipped", "report": "skipped"}
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 
 
@@ -26,7 +26,7 @@ def rerun(out: Path, *options: str, **changes: Any) -> dict[str, str]:
 
 
 def expected(**status: str) -> dict[str, str]:
-    """Every stage reused but render and report, which nobody asked for, and what is given."""
+    """Every stage reused but stresses, render and report, which nobody asked for, and what is given."""
     return dict.fromkeys(ALL, "reused") | NOT_ASKED | status
 
 

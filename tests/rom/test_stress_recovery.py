@@ -3,7 +3,8 @@
 import calculix
 import numpy as np
 import pytest
-from rom_meshes import NODAL, box_sector, distorted_box
+from element_meshes import KINDS, arched, brick, mixed_brick, moved
+from rom_meshes import NODAL, box_sector, distorted_box, mesh_of
 from scipy.sparse.linalg import spsolve
 
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
@@ -31,35 +32,102 @@ from rom.stress.stress_tensor import components
 STEEL = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7850.0)
 
 
-def recovery(points, hexahedra, element="hex20", base=None):
-    return StressRecovery.of(discretise(points, hexahedra, element), {"": STEEL}, base)
+def recovery(mesh, element="hex20", base=None, materials=STEEL):
+    return StressRecovery.of(discretise(mesh, element), materials, base)
 
 
 @pytest.mark.parametrize("element", ["hex8", "hex20", "hex27"])
 def test_constant_strain_gives_constant_stress_in_distorted_elements(element):
-    points, hexahedra = distorted_box((3, 2, 3), (1.0, 0.7, 1.2))
-    nodes = discretise(points, hexahedra, element).positions
+    mesh = mesh_of(*distorted_box((3, 2, 3), (1.0, 0.7, 1.2)))
+    nodes = discretise(mesh, element).positions
     gradient = 1e-4 * np.random.default_rng(0).normal(size=(3, 3))
     exact = components(STEEL.stress(0.5 * (gradient + gradient.T)))
     for phase in (1.0, 0.3 + 2.0j):
-        found = recovery(points, hexahedra, element).increments((phase * nodes @ gradient.T)[None])[0]
+        found = recovery(mesh, element).increments((phase * nodes @ gradient.T)[None])[0]
         np.testing.assert_allclose(found.values, np.tile(phase * exact, (len(nodes), 1)), rtol=1e-9, atol=1e-6)
         assert found.spread.max() < 1e-6 * von_mises(exact)
 
 
+@pytest.mark.parametrize("kind", [*KINDS, "mixed"])
+def test_constant_strain_in_every_kind_of_element_with_curved_edges(kind):
+    mesh = mixed_brick(arched) if kind == "mixed" else moved(brick(kind, (2, 2, 2)), 0.1)
+    gradient = 1e-4 * np.random.default_rng(0).normal(size=(3, 3))
+    exact = components(STEEL.stress(0.5 * (gradient + gradient.T)))
+    found = recovery(mesh, None).increments((mesh.points @ gradient.T)[None])[0]
+    np.testing.assert_allclose(found.values, np.tile(exact, (len(mesh.points), 1)), rtol=1e-8, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "rate"), [("hex8", 0.9), ("tet4", 0.4), ("hex20", 1.9), ("tet10", 1.4), ("wedge15", 1.4)]
+)
+def test_nodal_stresses_converge_at_the_rate_of_the_element(kind, rate):
+    """Interpolated displacements of a smooth field: the stresses of the interpolant against the exact ones."""
+
+    def field(x):
+        return 1e-3 * np.column_stack(
+            [np.sin(x[:, 1]) * x[:, 2], np.cos(x[:, 0] + x[:, 2]), np.exp(x[:, 0]) * x[:, 1]]
+        )
+
+    def exact(x):
+        h, step = np.empty((len(x), 3, 3)), 1e-6
+        for j in range(3):
+            ahead, behind = x.copy(), x.copy()
+            ahead[:, j] += step
+            behind[:, j] -= step
+            h[:, :, j] = (field(ahead) - field(behind)) / (2 * step)
+        return components(STEEL.stress(0.5 * (h + h.swapaxes(1, 2))))
+
+    errors = []
+    for n in (3, 6):
+        mesh = brick(kind, (n, n, n), bend=arched)
+        found = recovery(mesh, None).increments(field(mesh.points)[None])[0]
+        off = von_mises(found.values - exact(mesh.points))
+        errors.append(np.sqrt(np.mean(off**2)))
+    assert np.log2(errors[0] / errors[1]) > rate
+
+
+def test_stresses_are_averaged_within_one_material_only():
+    soft = Material(young_modulus=7e10, poisson_ratio=0.33, density=2700.0)
+    mesh = mixed_brick(materials=("steel", "soft", "steel"))
+    gradient = np.diag([1e-3, 0.0, 0.0])
+    found = recovery(mesh, None, materials={"steel": STEEL, "soft": soft})
+    stress = found.increments((mesh.points @ gradient.T)[None])[0].values
+    assert found.names == ("steel", "soft")
+    assert len(found.node) > len(mesh.points)  # two places at a node of the interface
+    for number, material in enumerate((STEEL, soft)):
+        exact = components(material.stress(gradient))
+        np.testing.assert_allclose(
+            stress[found.material == number],
+            np.tile(exact, (np.sum(found.material == number), 1)),
+            rtol=1e-8,
+            atol=1e-3,
+        )
+
+
+@pytest.mark.parametrize("kind", [*KINDS, "mixed"])
+def test_free_expansion_causes_no_stress_and_held_expansion_a_pressure(kind):
+    warm = Material(young_modulus=2.1e11, poisson_ratio=0.3, density=7850.0, expansion=12e-6)
+    mesh = mixed_brick(arched) if kind == "mixed" else moved(brick(kind, (2, 2, 2)), 0.1)
+    free, _ = nodal_stress(mesh, warm, 12e-6 * 80.0 * mesh.points, None, temperature=80.0)
+    held, _ = nodal_stress(mesh, warm, 0.0 * mesh.points, None, temperature=80.0)
+    pressure = 2.1e11 * 12e-6 * 80.0 / (1 - 2 * 0.3)
+    np.testing.assert_allclose(held.values[:, :3], -pressure, rtol=1e-9)
+    assert np.abs(free.values).max() < 1e-8 * pressure
+
+
 def test_large_rotation_turns_the_stress_and_increments_are_its_derivative():
-    points, hexahedra = distorted_box((2, 2, 2), (1.0, 1.0, 1.0))
-    nodes = discretise(points, hexahedra, "hex20").positions
+    mesh = mesh_of(*distorted_box((2, 2, 2), (1.0, 1.0, 1.0)))
+    nodes = discretise(mesh, "hex20").positions
     turn = np.array([[np.cos(0.7), -np.sin(0.7), 0], [np.sin(0.7), np.cos(0.7), 0], [0, 0, 1.0]])
     stretch = np.diag([1.003, 1.0, 0.999])
     base = nodes @ (turn @ stretch - np.eye(3)).T
     strain = 0.5 * (stretch @ stretch - np.eye(3))
     exact = turn @ (stretch @ STEEL.stress(strain) @ stretch / np.linalg.det(stretch)) @ turn.T
-    found = recovery(points, hexahedra, base=base).base_stress().values
+    found = recovery(mesh, base=base).static(base).values
     np.testing.assert_allclose(found, np.tile(components(exact), (len(nodes), 1)), rtol=1e-7, atol=1.0)
     step = 1e-6 * np.random.default_rng(1).normal(size=nodes.shape)
-    ahead, behind = (recovery(points, hexahedra, base=base + s * step).base_stress().values for s in (1, -1))
-    increment = recovery(points, hexahedra, base=base).increments(step[None])[0].values
+    ahead, behind = (recovery(mesh, base=at).static(at).values for at in (base + step, base - step))
+    increment = recovery(mesh, base=base).increments(step[None])[0].values
     np.testing.assert_allclose(increment, (ahead - behind) / 2, atol=1e-6 * np.abs(increment).max())
 
 
@@ -118,7 +186,7 @@ def test_centrifugal_stress_of_a_blade_is_that_of_calculix(tmp_path):
     displaced = calculix.nodal_field(tmp_path / "blade.frd", "DISP")
     np.testing.assert_allclose(moved.reshape(-1, 3)[ours], displaced, atol=1e-5 * np.abs(moved).max())
     # CalculiX extrapolates by its 20 shape functions fitted to the 27 Gauss points: so do we for once
-    found = recovery(sector.points, sector.hexahedra)
+    found = recovery(sector)
     like_theirs = calculix.with_serendipity_extrapolation(found)
     exact = like_theirs.increments(moved[None])[0].values[ours]
     np.testing.assert_allclose(exact, theirs, atol=5e-5 * np.abs(theirs).max())
@@ -192,7 +260,7 @@ def test_stress_converges_with_the_modes_and_faster_with_the_static_correction()
     expansion, correction = [], []
     for modes in (4, 16, 40):
         reduced = reduced_of(full, sector, modes)
-        stress = operating_stress(full, sector, {"": STEEL}, reduced, NODAL, point_of(reduced[0], 1))
+        stress = operating_stress(full, sector, STEEL, reduced, NODAL, point_of(reduced[0], 1))
         expansion.append(stress.expansion_error)
         correction.append(stress.model_error)
         assert stress.residual < 1e-9
@@ -209,12 +277,10 @@ def test_static_stress_of_rotation_is_that_of_the_full_model(equilibrium):
     point = point_of(reduced[0], 1)
     point.contact_force[0] = 0.0
     large = equilibrium == "nonlinear"
-    stress = operating_stress(
-        full, sector, {"": STEEL}, reduced, NODAL, point, large_displacements=large, check=False
-    )
+    stress = operating_stress(full, sector, STEEL, reduced, NODAL, point, large_displacements=large, check=False)
     moved = angular_speed(9000.0) ** 2 * centrifugal_displacement(full)
-    found = recovery(sector.points, sector.hexahedra, base=moved if large else None)
-    exact = (found.base_stress() if large else found.increments(moved[None])[0]).values
+    found = recovery(sector, base=moved if large else None)
+    exact = found.static(moved).values
     np.testing.assert_allclose(stress.harmonics[0], exact, atol=1e-8 * np.abs(exact).max())
     mid = np.abs(stress.positions[:, 2] - 0.35) < 1e-9  # rho W^2 (r_tip^2 - r^2) / 2 away from the ends
     axial = STEEL.density * angular_speed(9000.0) ** 2 * (0.4**2 - 0.35**2) / 2

@@ -1,0 +1,90 @@
+"""The stress on the mesh in words: lines for a terminal and rows of the report, from the entries of summary.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pipeline.scene.labels import prefixed
+
+SPOT_HEADINGS = (
+    "place",
+    "x, y, z [mm]",
+    "amplitude [MPa]",
+    "mean [MPa]",
+    "between elements [MPa]",
+    "margin",
+    "at fixed mean",
+)
+
+
+def stress_lines(entries: Sequence[Mapping[str, Any]]) -> list[str]:
+    """One line for each curve whose stress was computed, one for each of its notes."""
+    lines = []
+    for entry in entries:
+        lines.append(f"curve {entry['curve']}: {headline(entry)}; {errors_said(entry)}; {entry['file']}")
+        lines += [f"curve {entry['curve']}: {note}" for note in entry["notes"]]
+    return lines
+
+
+def stress_warning(entries: Sequence[Mapping[str, Any]]) -> str:
+    """A line on the curves with a margin below the required one; "" where there are none."""
+    low = [entry for entry in entries if _short(entry)]
+    if not low:
+        return ""
+    worst = min(low, key=lambda entry: entry["least_margin"])
+    curves = ", ".join(str(entry["curve"]) for entry in low)
+    return (
+        f"fatigue margin {worst['least_margin']:.3g} below the required {worst['required_margin']:g} "
+        f"(curve{'s' * (len(low) > 1)} {curves}), outside of singular places"
+    )
+
+
+def _short(entry: Mapping[str, Any]) -> bool:
+    margin, required = entry["least_margin"], entry["required_margin"]
+    return margin is not None and required is not None and margin < required
+
+
+def headline(entry: Mapping[str, Any]) -> str:
+    """Largest amplitude and mean, and the least margin, outside of singular places."""
+    parts = [f"{with_prefix(entry[f'largest_{name}_pa'])} {said}" for name, said in _LARGEST]
+    if entry["least_margin"] is not None:
+        parts.append(f"least margin {entry['least_margin']:.3g}")
+    return f"stress at {entry['frequency_hz']:.6g} Hz, outside of singular places: at most {', '.join(parts)}"
+
+
+_LARGEST = (("amplitude", "amplitude"), ("mean", "tensile mean"))
+
+
+def errors_said(entry: Mapping[str, Any]) -> str:
+    """The error figures of the amplitude."""
+    said = f"static correction {100 * entry['expansion_error']:.2g} %"
+    if entry["model_error"] is not None:
+        said += f", from the full model {100 * entry['model_error']:.2g} %"
+    spots = entry["hot_spots"]
+    if spots and spots[0]["amplitude_pa"]:
+        said += f", between elements at hot spot 1 {100 * spots[0]['spread_pa'] / spots[0]['amplitude_pa']:.2g} %"
+    return said
+
+
+def spot_rows(spots: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
+    """Cells of the table of hot spots, under `SPOT_HEADINGS`."""
+    return [(_place(number, spot), *_cells(spot)) for number, spot in enumerate(spots, start=1)]
+
+
+def _place(number: int, spot: Mapping[str, Any]) -> str:
+    of = f", {spot['material']}" if spot["material"] else ""
+    return f"{spot['singular'] or number}{of}"
+
+
+def _cells(spot: Mapping[str, Any]) -> tuple[str, ...]:
+    position = ", ".join(f"{1e3 * x:.1f}" for x in spot["position_m"])
+    stresses = (f"{spot[name] / 1e6:.4g}" for name in ("amplitude_pa", "mean_pa", "spread_pa"))
+    margins = ("-" if spot[name] is None else f"{spot[name]:.3g}" for name in ("margin", "amplitude_margin"))
+    return (position, *stresses, *margins)
+
+
+def with_prefix(stress_pa: float) -> str:
+    """A stress with four digits and its unit."""
+    factor, unit = prefixed(stress_pa, "Pa")
+    return f"{stress_pa * factor:.4g} {unit}"

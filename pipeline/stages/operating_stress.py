@@ -1,0 +1,268 @@
+"""Stress on the mesh at the worst motion of a curve, written as the files of one store entry."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.scene.schema import Contact, Excitation, Load, Response
+from pipeline.scene.stress_section import Fatigue, Stress
+from pipeline.stages.build_reduced_model import at_speed, boundary_choice
+from pipeline.stages.curve_file import BRANCHES, section_from_attributes
+from pipeline.stages.scene_materials import scene_materials
+from pipeline.stages.scene_to_solver import damped_modes
+from pipeline.stages.vtu_file import write_vtu
+
+if TYPE_CHECKING:
+    import h5py
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from pipeline.scene.schema import Scene
+    from rom import OperatingStress, SolvedPoint
+
+FACTS = "stress.json"
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """The solved point that the stress is of.
+
+    Attributes
+    ----------
+    frequency_hz, amplitude_m : float
+        Of the point.
+    motion : str
+        "periodic", "quasi-periodic" or, where no motion that persists is known, "peak".
+    branch : int
+        0: main branch; k: detached branch k.
+    worst_amplitude_m : float
+        Amplitude of the worst motion; nan where it is not known.
+    contact_force : (H+1, n_c, 3) complex array
+        Contact forces, N.
+    """
+
+    frequency_hz: float
+    amplitude_m: float
+    motion: str
+    branch: int
+    worst_amplitude_m: float
+    contact_force: NDArray[np.complex128]
+
+    @property
+    def notes(self) -> list[str]:
+        """What the reader of the numbers has to know of the point."""
+        if self.motion == "peak":
+            return ["no motion that persists is known: the stress is that of the peak of the main branch"]
+        if self.motion != "periodic":
+            ratio = self.worst_amplitude_m / self.amplitude_m
+            return [
+                f"the worst motion is {self.motion}; the stress is that of the periodic solution from which it "
+                f"departs, whose amplitude the motion exceeds by the factor {ratio:.3g}"
+            ]
+        return []
+
+
+def operating_point(file: h5py.File) -> OperatingPoint | None:
+    """The worst motion of a stored curve, or its peak where that is not known; None where there is neither."""
+    attributes = file.attrs
+    branch, index = int(attributes.get("worst_branch", -1)), int(attributes.get("worst_index", -1))
+    motion, worst = str(attributes.get("worst_motion", "")), float(attributes.get("worst_amplitude_m", math.nan))
+    group = file if branch == 0 else file.get(f"{BRANCHES}/{branch}")
+    if group is None or branch < 0 or not 0 <= index < len(group["frequency_hz"]) or not math.isfinite(worst):
+        branch, index, motion, group = 0, int(attributes["peak_index"]), "peak", file
+        if index < 0:
+            return None
+    return OperatingPoint(
+        float(group["frequency_hz"][index]),
+        float(group["amplitude_m"][index]),
+        motion,
+        branch,
+        worst,
+        group["contact_force"][index],
+    )
+
+
+def make_operating_stress(
+    folder: Path, name: str, curve: Path, rom: Path, sector_file: Path, full_file: Path, scene: Scene
+) -> None:
+    """Write `<name>.vtu`, the fields on the mesh, and `stress.json`, their largest values and hot spots.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the files go.
+    name : str
+        Name of the VTU file.
+    curve, rom, sector_file, full_file : Path
+        Files of the curve, its reduced model with basis, its mesh and its full model.
+    scene : Scene
+        The scene of the curve.
+
+    Raises
+    ------
+    ValueError
+        The curve has no solved point.
+    """
+    import h5py
+
+    from rom import load_full_model, load_sector, operating_stress, read_reduced_model
+
+    with h5py.File(curve, "r") as file:
+        response = section_from_attributes(Response, file.attrs)
+        load = section_from_attributes(Load, file.attrs)
+        excitation = section_from_attributes(Excitation, file.attrs)
+        contact = section_from_attributes(Contact, file.attrs)
+        point = operating_point(file)
+    if point is None:
+        raise ValueError("the curve has no solved point")
+    settings = scene.stress or Stress()
+    sector, materials = load_sector(sector_file), scene_materials(scene, sector_file)
+    full = at_speed(load_full_model(full_file), sector, scene, materials)
+    model = read_reduced_model(rom)
+    modal = damped_modes(model, response, load)
+    stress = operating_stress(
+        full,
+        sector,
+        materials,
+        (model, modal),
+        boundary_choice(scene, sector, materials),
+        _solved_point(point, modal.phase(excitation.engine_order), excitation),
+        large_displacements=scene.load.equilibrium == "nonlinear",
+        check=settings.check,
+    )
+    limits = _margins(stress, scene.fatigue)
+    _write_fields(folder / f"{name}.vtu", stress, limits)
+    found = _facts(stress, limits, point, settings.hot_spots, scene.fatigue)
+    found["notes"] += _notes(contact, response, stress)
+    (folder / FACTS).write_text(json.dumps(found, allow_nan=False), encoding="utf-8")
+
+
+def _solved_point(point: OperatingPoint, phase: float, excitation: Excitation) -> SolvedPoint:
+    from rom import SolvedPoint
+
+    omega = 2.0 * math.pi * point.frequency_hz
+    return SolvedPoint(omega, phase, excitation.force, point.contact_force, getattr(excitation, "factors", ()))
+
+
+def _margins(stress: OperatingStress, fatigue: Fatigue | None) -> dict[str, NDArray[np.float64]]:
+    """Margins at the places by name; empty without limits, nan where a material has none."""
+    import numpy as np
+
+    from rom import FatigueLimits
+
+    if fatigue is None:
+        return {}
+    count = len(stress.material)
+    found = {"margin": np.full(count, np.nan), "amplitude_margin": np.full(count, np.nan)}
+    cycle = stress.cycle
+    for number, material in enumerate(stress.materials):
+        limits = fatigue.limits_of(material)
+        if limits is None:
+            continue
+        at, law = stress.material == number, FatigueLimits(*limits)
+        found["margin"][at] = law.margin(cycle.amplitude[at], cycle.mean[at])
+        found["amplitude_margin"][at] = law.amplitude_margin(cycle.amplitude[at], cycle.mean[at])
+    return found
+
+
+def _write_fields(path: Path, stress: OperatingStress, margins: dict[str, NDArray[np.float64]]) -> None:
+    """The fields as VTU; places that no element of the file uses are left out."""
+    import numpy as np
+
+    from rom import von_mises
+
+    used = np.unique(np.concatenate([nodes.ravel() for _, nodes in stress.cells]))
+    cells = [(kind, np.searchsorted(used, nodes)) for kind, nodes in stress.cells]
+    fields: dict[str, Any] = {
+        "von_mises_amplitude_pa": stress.cycle.amplitude,
+        "mean_stress_pa": stress.cycle.mean,
+        "largest_von_mises_pa": stress.cycle.largest,
+        "von_mises_static_pa": von_mises(stress.harmonics[0].real),
+        **{name: np.minimum(values, 1e6) for name, values in margins.items()},
+        "spread_pa": stress.spread,
+        "static_spread_pa": stress.static_spread,
+        "singular": stress.surroundings.cause.astype("i8"),
+        "material": stress.material.astype("i8"),
+        "stress_0_pa": stress.harmonics[0].real,
+        "displacement_0_m": stress.displacement[0].real,
+    }
+    for h in range(1, len(stress.harmonics)):
+        for part, of in (("real", np.real), ("imag", np.imag)):
+            fields[f"stress_{h}_{part}_pa"] = of(stress.harmonics[h])
+            fields[f"displacement_{h}_{part}_m"] = of(stress.displacement[h])
+    write_vtu(path, stress.positions[used], cells, {name: values[used] for name, values in fields.items()})
+
+
+def _facts(
+    stress: OperatingStress,
+    margins: dict[str, NDArray[np.float64]],
+    point: OperatingPoint,
+    count: int,
+    fatigue: Fatigue | None,
+) -> dict[str, Any]:
+    """The numbers of the summary."""
+    import numpy as np
+
+    from rom import hot_spots
+
+    cycle, regular = stress.cycle, stress.surroundings.regular
+    ranking = 1.0 / margins["margin"] if margins else cycle.amplitude
+    listed = [
+        [
+            _spot(stress, margins, place)
+            for place in hot_spots(ranking, stress.positions, stress.surroundings.size, chosen, count)
+        ]
+        for chosen in (regular, ~regular)
+    ]
+    largest = float(cycle.amplitude[regular].max(initial=0.0))
+    least = float(np.nanmin(margins["margin"][regular], initial=np.inf)) if margins else math.inf
+    return {
+        "frequency_hz": point.frequency_hz,
+        "amplitude_m": point.amplitude_m,
+        "motion": point.motion,
+        "branch": point.branch,
+        "harmonics": len(stress.harmonics) - 1,
+        "largest_amplitude_pa": largest,
+        "largest_mean_pa": float(cycle.mean[regular].max(initial=0.0)),
+        "least_margin": least if math.isfinite(least) else None,
+        "required_margin": fatigue.factor if fatigue is not None else None,
+        "expansion_error": stress.expansion_error,
+        "model_error": stress.model_error if math.isfinite(stress.model_error) else None,
+        "hot_spots": listed[0],
+        "singular_spots": listed[1],
+        "notes": point.notes,
+    }
+
+
+def _spot(stress: OperatingStress, margins: dict[str, NDArray[np.float64]], place: int) -> dict[str, Any]:
+    """One hot spot."""
+    cause = int(stress.surroundings.cause[place])
+    values = {name: float(field[place]) for name, field in margins.items()}
+    return {
+        "position_m": [float(x) for x in stress.positions[place]],
+        "amplitude_pa": float(stress.cycle.amplitude[place]),
+        "mean_pa": float(stress.cycle.mean[place]),
+        "largest_pa": float(stress.cycle.largest[place]),
+        "spread_pa": float(stress.spread[place]),
+        "mean_spread_pa": float(stress.static_spread[place]),
+        "margin": None,
+        "amplitude_margin": None,
+        **{name: value if math.isfinite(value) else None for name, value in values.items()},
+        "singular": None if cause < 0 else stress.surroundings.causes[cause],
+        "material": stress.materials[int(stress.material[place])],
+    }
+
+
+def _notes(contact: Contact, response: Response, stress: OperatingStress) -> list[str]:
+    """What the stress leaves out."""
+    preload = contact.preload if isinstance(contact.preload, tuple) else (contact.preload,)
+    notes = []
+    if any(preload):
+        notes.append("contact.preload is in equilibrium already: the stress that it causes is not included")
+    if response.method == "static-first":
+        notes.append('response.method = "static-first": the mean stress lacks the static contact forces')
+    return notes

@@ -1,0 +1,178 @@
+"""The stage `stress`: fields on the mesh, hot spots and pictures of the curves with the highest and lowest motion."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from pipeline.process.workers import call_apart
+from pipeline.render.drawing_process import draw_apart
+from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
+from pipeline.scene.labels import member_label
+from pipeline.scene.schema import Scene
+from pipeline.scene.stress_section import Stress
+from pipeline.stages.build_full_model import FULL_MODEL
+from pipeline.stages.build_mesh import SECTOR
+from pipeline.stages.cache_keys import model_keys
+from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.model_chain import LARGE, BuiltModel, ModelChain
+from pipeline.stages.operating_stress import FACTS, make_operating_stress
+from pipeline.stages.request import Run
+from pipeline.stages.respond import CurveResult
+from pipeline.stages.stage_names import Stage
+from pipeline.stages.sweep_models import Models
+from pipeline.store.fingerprints import file_sha256, fingerprint
+from pipeline.stress.job import StressJob
+
+STRESS_CODE = "pipeline.stages.operating_stress"
+DRAWER = "pipeline.stress.field_pictures"  # runs in a process of its own
+FOLDER = "stress"
+
+
+def stress_stage(run: Run, models: Models, curves: Sequence[CurveResult]) -> tuple[list[Path], list[dict[str, Any]]]:
+    """Files of the stage, and the entries of `stress` in summary.json.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    models : mapping of int to BuiltModel or None
+        Reduced model of each member.
+    curves : sequence of CurveResult
+        The curves.
+
+    Raises
+    ------
+    PicturesMissing
+        Something could not be computed or drawn; `files` and the entries of the others are in it.
+    """
+    target = run.request.out / FOLDER
+    files: list[Path] = []
+    entries: list[dict[str, Any]] = []
+    attempts = Attempts(target)
+    for number in chosen_curves(run.request.scene.first.stress or Stress(), curves):
+        model = models[curves[number].member.index]
+        if model is None or model.mesh is None:
+            continue
+        made = attempts.result(f"curve {number}", partial(_computed, run, model, curves[number], number))
+        if made is None:
+            continue
+        of_curve, entry = made
+        drawn = attempts.result(f"picture of curve {number}", partial(_drawn, run, curves[number], number, entry))
+        entry["pictures"] = [path.relative_to(run.request.out).as_posix() for path in drawn or []]
+        files += [*of_curve, *(drawn or [])]
+        entries.append(entry)
+    remove_outdated(target, ["stress_*.*"], files)
+    if attempts.problems:
+        raise StressMissing(files, attempts.problems, entries)
+    return files, entries
+
+
+class StressMissing(PicturesMissing):
+    """Some results of the stage are missing; `entries`: those of the others."""
+
+    def __init__(self, files: list[Path], problems: list[str], entries: list[dict[str, Any]]) -> None:
+        super().__init__(files, problems)
+        self.entries = entries
+
+
+def chosen_curves(stress: Stress, curves: Sequence[CurveResult]) -> list[int]:
+    """Numbers of the curves whose stress is computed: those listed, or the highest and the lowest worst motion."""
+    heights = {number: _height(curve) for number, curve in enumerate(curves)}
+    heights = {number: height for number, height in heights.items() if math.isfinite(height)}
+    if stress.curves is False or not heights:
+        return []
+    if stress.curves is True:
+        return sorted({max(heights, key=heights.__getitem__), min(heights, key=heights.__getitem__)})
+    return sorted(set(stress.curves) & set(heights))
+
+
+def _height(curve: CurveResult) -> float:
+    """Worst motion of a curve, or its peak where that is not known, m; nan without one."""
+    if curve.facts is None:
+        return math.nan
+    worst = curve.facts.worst_amplitude_m
+    return worst if math.isfinite(worst) else curve.facts.peak_amplitude_m
+
+
+def _computed(run: Run, model: BuiltModel, curve: CurveResult, number: int) -> tuple[list[Path], dict[str, Any]]:
+    """Fields of one curve in the output folder, and its entry of the summary."""
+    assert curve.file is not None
+    assert model.mesh is not None
+    scene, name, sector, solved = curve.member.scene, f"stress_{number}", model.mesh.parent / SECTOR, curve.file
+    key = fingerprint(
+        {
+            "curve": curve.file.parent.name,
+            "rom": model.key,
+            "name": name,
+            "stress": (scene.stress or Stress()).model_dump(exclude={"curves"}),
+            "fatigue": None if scene.fatigue is None else scene.fatigue.model_dump(),
+            "code": code_fingerprint(STRESS_CODE),
+        }
+    )
+    chain = ModelChain(run.store, run.log, run.reporter, True, {(Stage.ASSEMBLE, model_keys(scene).assemble)})
+
+    def build(folder: Path) -> None:
+        full = chain.full_model(scene, model_keys(scene), chain.mesh(scene, model_keys(scene))).file(FULL_MODEL)
+        if full.stat().st_size > LARGE:
+            call_apart(make_operating_stress, folder, name, solved, model.rom, sector, full, scene)
+        else:
+            make_operating_stress(folder, name, solved, model.rom, sector, full, scene)
+
+    entry = run.store.find(Stage.STRESS, key)
+    if entry is None:
+        with run.reporter.working(f"stress of curve {number}"):
+            entry = run.store.get(Stage.STRESS, key, build)
+    run.log.note(Stage.STRESS, entry.ran, entry.seconds)
+    target = run.request.out / FOLDER / f"{name}.vtu"
+    copy_file(run, entry.file(f"{name}.vtu"), target)
+    facts = json.loads(entry.file(FACTS).read_text(encoding="utf-8"))
+    head = {"curve": number, "file": f"{FOLDER}/{target.name}", "pictures": []}
+    return [target], head | facts
+
+
+def copy_file(run: Run, source: Path, target: Path) -> None:
+    """Copy a file of the store into the output folder, in one step; nothing is done where it is there."""
+    import filecmp
+    import shutil
+
+    if target.is_file() and filecmp.cmp(source, target, shallow=False):
+        return
+    with run.store.replacing(target) as (path,):
+        shutil.copyfile(source, path)
+
+
+def _drawn(run: Run, curve: CurveResult, number: int, entry: dict[str, Any]) -> list[Path]:
+    """The picture of the fields of one curve."""
+    scene: Scene = curve.member.scene
+    label = f", {member_label(curve.member)}" if curve.member.parameters else ""
+    fields = run.request.out / entry["file"]
+    job = StressJob(
+        fields="",
+        folder="",
+        name=f"stress_{number}",
+        title=f"{scene.title or scene.name}{label}: {entry['frequency_hz']:.1f} Hz",
+        hot_spots=tuple(tuple(spot["position_m"]) for spot in entry["hot_spots"]),
+        largest_amplitude=entry["largest_amplitude_pa"],
+        largest_mean=entry["largest_mean_pa"],
+        required=entry["required_margin"] or 0.0,
+    )
+    content = {**asdict(job), "fields": file_sha256(fields), "code": code_fingerprint(DRAWER)}
+
+    def draw(into: Path) -> None:
+        text = replace(job, fields=str(fields), folder=str(into)).to_json()
+        draw_apart(DRAWER, text, [into / f"{job.name}.png"])
+
+    return published(
+        run,
+        Stage.STRESS,
+        fingerprint(content),
+        f"drawing the stress of curve {number}",
+        draw,
+        run.request.out / FOLDER,
+    )
