@@ -103,6 +103,7 @@ ifeq ($(BENCH),)
 	@$(BIN)/python benchmarks/run_times.py
 	@$(BIN)/python benchmarks/family.py
 	@$(BIN)/python benchmarks/reduction.py
+	@$(BIN)/python benchmarks/own_mesh.py --full
 	@$(BIN)/python benchmarks/parallel.py
 endif
 

@@ -30,7 +30,8 @@ LIFT_OFF = (  # contacts that open in a part of the period: the hardest for harm
     CurveCase(ROOT / "scenes" / "figure6.toml", 40e-6, "figure 6, v0 = 40 µm"),
 )
 STUDIES = ("mesh", "modes", "harmonics", "integration", "continuation", "whole")
-REPORTS = ("run_times", "family", "reduction", "parallel", "scaling", "peers", "linear")  # of the other benchmarks
+# of the other benchmarks
+REPORTS = ("run_times", "family", "reduction", "own_mesh", "parallel", "scaling", "peers", "linear")
 PLANS = {
     "harmonics": curve_studies.harmonics_plan((1, 2, 3, 5, 7, 9, 11, 15), (1e-1, 1e-2, 1e-3), 17, 21),
     "integration": curve_studies.integration_plan(3, [2**n for n in (5, 7, 9, 11, 12)]),

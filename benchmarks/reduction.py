@@ -14,6 +14,7 @@ from __future__ import annotations
 import functools
 import sys
 import time
+from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ from problems import full_model_of, mesh_of, scene_with
 from tables import in_a_process, machine_line, markdown_table, options_of, peak_memory_gb, write_results
 
 if TYPE_CHECKING:
+    from geometry import SectorMesh
     from rom import FullModel
 
 SIZES, LARGEST = (4.0, 2.8, 1.9), 1.17  # mm
@@ -63,24 +65,32 @@ def main(arguments: list[str] | None = None) -> int:
 
 def measure(scene_file: str, size: float, modes: int, backend: str) -> dict[str, Any]:
     """Seconds of each phase, dofs and largest memory of this process, for a mesh size in mm."""
+    scene = scene_with(scene_file, {"mesh.size": 1e-3 * size})
+    row = measured(lambda: mesh_of(scene), lambda sector: full_model_of(scene, sector), modes, backend)
+    return {"size_mm": size, **row}
+
+
+def measured(
+    sector_of: Callable[[], SectorMesh], assembled_of: Callable[[SectorMesh], FullModel], modes: int, backend: str
+) -> dict[str, Any]:
+    """Seconds of each phase, dofs and largest memory of this process, for a mesh and its assembly."""
     from rom import ReductionOptions, reduce_sector
 
-    scene = scene_with(scene_file, {"mesh.size": 1e-3 * size})
     seconds: dict[str, float] = dict.fromkeys((place.rpartition(".")[2].rpartition(":")[2] for place in TIMED), 0.0)
     for place in TIMED:
         _time(place, seconds)
     start = time.perf_counter()
-    sector = mesh_of(scene)
+    sector = sector_of()
     seconds["mesh_of"] = time.perf_counter() - start
 
     def assembled() -> FullModel:
         start = time.perf_counter()
-        full = full_model_of(scene, sector)
+        full = assembled_of(sector)
         seconds["full_model_of"] = time.perf_counter() - start
         return full
 
     reduction = reduce_sector(assembled, sector, ReductionOptions(modes, backend=backend))
-    row = {"size_mm": size, "dofs": reduction.dofs, "modes": reduction.modes, "reduced": reduction.model.size}
+    row: dict[str, Any] = {"dofs": reduction.dofs, "modes": reduction.modes, "reduced": reduction.model.size}
     for phase, functions in PHASES.items():
         row[phase] = round(sum(-seconds[name[1:]] if name[0] == "-" else seconds[name] for name in functions), 3)
     solver = str(reduction.model.producer).rsplit(", ", maxsplit=1)[-1]

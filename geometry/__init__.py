@@ -7,7 +7,7 @@ from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementS
 from geometry.errors import GeometryError, MeshFileError, OwnMeshError, ParameterError, SectorFileError
 from geometry.exchange import MESHIO_CELLS, export_sector, import_sector
 from geometry.imported_mesh import ImportedMesh
-from geometry.mesh_files import read_mesh
+from geometry.mesh_files import read_mesh, write_mesh
 from geometry.own_mesh.findings import SectorFindings
 from geometry.own_mesh.own_sector import OwnSector, sector_from_mesh
 from geometry.own_mesh.sector_choice import SectorChoice
@@ -49,4 +49,5 @@ __all__ = [
     "side_edge_angle",
     "sides_on",
     "subdivided",
+    "write_mesh",
 ]

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from geometry.blade_surfaces import airfoil_surfaces
 from geometry.checks import check_parameters
 from geometry.contact import contact_faces
 from geometry.divisions import contact_fractions, grid_fractions
@@ -82,7 +83,9 @@ def build_sector(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPar
     if not worst > 0:
         reason = f"gives folded elements (worst scaled Jacobian {worst:.2g}), try a smaller one"
         raise GeometryError("mesh", "size", mesh.size, reason)
-    return _with_faces(points, hexahedra, flat, blade, shroud, mesh)
+    sector = _with_faces(points, hexahedra, flat, blade, shroud, mesh)
+    levels = np.arange(int(sector.node_sets["root"][0]), len(points), len(sector.node_sets["root"]))
+    return replace(sector, surfaces=airfoil_surfaces(plan, flat, sector.blocks, levels, mirrored))
 
 
 def _planform_as_meshed(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> Planform:

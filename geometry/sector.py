@@ -63,7 +63,8 @@ class SectorMesh:
         Number of blades of the ring.
     surfaces : mapping of str to ElementSides
         Surfaces by name, of which pressures and contact faces are made; without `face_right` and `face_left` the
-        sides between the nodes of these sets.
+        sides between the nodes of these sets. A mesh made here has `pressure_side`, `suction_side` (towards +y),
+        `leading_edge` (at -x) and `trailing_edge` of the airfoil.
 
     Examples
     --------

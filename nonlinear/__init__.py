@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         ContactParameters,
         punch_stiffness,
     )
+    from nonlinear.continuation.named_outputs import largest_lengths, output_components
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
     from nonlinear.nonlinear_modes.nonlinear_mode import ModeResonance, NonlinearMode, nonlinear_mode
     from nonlinear.options import (
@@ -108,8 +109,10 @@ __all__ = [
     "find_worst_motion",
     "forced_response",
     "integrate_ring",
+    "largest_lengths",
     "least_samples",
     "nonlinear_mode",
+    "output_components",
     "punch_stiffness",
 ]
 
@@ -149,7 +152,9 @@ _PLACES = {
     "contact_element": "nonlinear.contact.element_choice",
     "forced_response": "nonlinear.response_solver",
     "build_harmonic_balance": "nonlinear.response_solver",
+    "largest_lengths": "nonlinear.continuation.named_outputs",
     "least_samples": "nonlinear.options",
+    "output_components": "nonlinear.continuation.named_outputs",
     "punch_stiffness": "nonlinear.contact.parameters",
     "FoundSolution": "nonlinear.worst_motion.solutions_at",
     "RingIntegration": "nonlinear.worst_motion.ring_integration",

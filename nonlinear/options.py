@@ -168,6 +168,9 @@ class SolverOptions:
         Whether the worst motion is sought by time integration too, where no solution that is high enough is stable.
     output : str
         Name of the output whose peaks are located.
+    outputs : tuple of str
+        Further outputs whose motion is recorded. "NAME" of a model with outputs NAME_x, NAME_y and NAME_z is the
+        vector of these.
     tolerance : float
         Residual, relative to the displacement, at which Newton's method stops.
     round_off : float
@@ -199,6 +202,7 @@ class SolverOptions:
     residual_tractions: ResidualTractions = "projected"
     time_integration: bool = True
     output: str = "tip"
+    outputs: tuple[str, ...] = ()
     tolerance: float = 1e-13
     round_off: float = 1e-12
     step: float = 0.05

@@ -1,7 +1,7 @@
 """A response curve as arrays over its points."""
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,11 @@ from nonlinear.branches.termination import TerminationReason
 from nonlinear.branches.worst_motion import WorstMotion
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
+from nonlinear.continuation.named_outputs import largest_lengths, output_components
 from nonlinear.continuation.response_quantities import evaluate_responses, largest_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.options import SolverOptions
 from nonlinear.residual_tractions.residual_bounds import ResidualBounds
 
 MAX_BATCH = 500  # points whose modal coordinates are in memory at a time
@@ -108,6 +110,8 @@ class ResponseCurve:
     motion_truncation_error : float
         Estimated relative error of the motion at the peak, on whatever branch it lies with more harmonics. Smaller
         than `truncation_error` where the peak detaches.
+    outputs : mapping of str to (P, H+1, c) complex
+        Fourier coefficients of the further outputs that `SolverOptions.outputs` names; c = 3 for a vector x, y, z.
 
     Examples
     --------
@@ -157,6 +161,17 @@ class ResponseCurve:
     truncation_branch: str = ""
     truncation_frequency_hz: float = float("nan")
     motion_truncation_error: float = float("nan")
+    outputs: Mapping[str, ComplexArray] = field(default_factory=dict)
+
+    def amplitude_of(self, name: str) -> Array:
+        """Largest abs(x(t)) of a further output over a period at each point, (P,); of a vector its largest length.
+
+        Parameters
+        ----------
+        name : str
+            One of `outputs`.
+        """
+        return largest_lengths(self.outputs[name])
 
     @property
     def points(self) -> int:
@@ -170,7 +185,9 @@ class ResponseCurve:
         return np.flatnonzero(direction[1:] * direction[:-1] < 0) + 1
 
 
-def assemble_curve(balance: HarmonicBalance, branch: Branch, output: str, origin: str = "") -> ResponseCurve:
+def assemble_curve(
+    balance: HarmonicBalance, branch: Branch, options: SolverOptions, origin: str = ""
+) -> ResponseCurve:
     """The quantities of all points of a branch as arrays; `balance` gives the sizes of a branch without points."""
     points = branch.points
     n_contacts = balance.n_contacts
@@ -184,9 +201,16 @@ def assemble_curve(balance: HarmonicBalance, branch: Branch, output: str, origin
         return result
 
     response = np.zeros((len(points), n_harmonics + 1), dtype=complex)
+    components = {name: output_components(balance.receptance.modal.outputs, name) for name in options.outputs}
+    others = {
+        name: np.zeros((len(points), n_harmonics + 1, len(parts)), dtype=complex)
+        for name, parts in components.items()
+    }
     friction, energy_error = np.zeros((2, len(points)))
     for batch in _batches(points):
-        found = evaluate_responses(points[batch], output)
+        found = evaluate_responses(points[batch], options.output, options.outputs)
+        for name, values in found.outputs.items():
+            others[name][batch, : values.shape[1]] = values
         response[batch, : found.output.shape[1]] = found.output
         friction[batch], energy_error[batch] = found.friction, found.energy_error
     numbers = {point.balance.n_harmonics for point in points}
@@ -224,6 +248,7 @@ def assemble_curve(balance: HarmonicBalance, branch: Branch, output: str, origin
         harmonics=n_harmonics,
         truncation_error=float("nan"),
         origin=origin,
+        outputs=others,
     )
 
 

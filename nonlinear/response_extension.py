@@ -150,7 +150,7 @@ def carry_branches(
     estimator = TruncationErrorEstimator(continuation, balances)
     added = [
         with_peak_errors(
-            assemble_curve(full.balance, found.branch, options.output, found.origin), found.branch, contact, estimator
+            assemble_curve(full.balance, found.branch, options, found.origin), found.branch, contact, estimator
         )
         for found in collection.found
     ]

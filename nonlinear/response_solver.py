@@ -137,7 +137,7 @@ def _solve(
         message = f"no start at {options.frequency_hz[0]:.6g} Hz: {error}"
         empty = Branch([], [], [], TerminationReason("start failed", options.frequency_hz[0], message))
         fixed = _with_fixed_harmonics(modal, excitation, options)
-        return assemble_curve(HarmonicBalance(*_parts(modal, contact, excitation, fixed)), empty, options.output)
+        return assemble_curve(HarmonicBalance(*_parts(modal, contact, excitation, fixed)), empty, options)
     balance = continuation.balance
     estimator = TruncationErrorEstimator(continuation, balances)
     if options.harmonics == "auto":
@@ -146,7 +146,7 @@ def _solve(
         branches, truncation = continue_over_range(continuation, static, progress), TruncationEstimate()
         if options.truncation:
             truncation = estimator.of_branch(branches[0].points, branches[0].peak_indices)
-    curve = assemble_curve(balance, branches[0], options.output)
+    curve = assemble_curve(balance, branches[0], options)
     curve = with_peak_errors(curve, branches[0], contact, estimator, truncation)
     curve = _with_residual_tractions(curve, continuation, contact, branches[0], static)
     others = [(branch, "") for branch in branches[1:]]
@@ -156,7 +156,7 @@ def _solve(
         others += [(each.branch, each.origin) for each in search.branches]
         curve = replace(curve, branches_left_out=search.left_out)
     detached = [
-        with_peak_errors(assemble_curve(balance, branch, options.output, origin), branch, contact, estimator)
+        with_peak_errors(assemble_curve(balance, branch, options, origin), branch, contact, estimator)
         for branch, origin in others
     ]
     return replace(curve, detached=by_height(detached))

@@ -9,11 +9,13 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from pipeline.command_options import (
+    AxisOption,
+    BladesOption,
     ClusterOption,
     ForceOption,
     JobsOption,
@@ -22,8 +24,17 @@ from pipeline.command_options import (
     QuietOption,
     SceneArgument,
     SchedulerOption,
+    UnitOption,
 )
-from pipeline.command_usage import TOLERANCES, examples, output_parser, print_version, refuse_twice, wrong_usage
+from pipeline.command_usage import (
+    TOLERANCES,
+    examples,
+    output_parser,
+    print_version,
+    refuse_twice,
+    refuse_without,
+    wrong_usage,
+)
 from pipeline.process.garbage_collection import collect_rarely
 from pipeline.process.program_end import end_program
 from pipeline.process.program_start import prepare_libraries
@@ -235,6 +246,7 @@ def info(
         "shroud export out/dummy --to modes.vtu",
         "shroud export out/dummy --to response.mat",
         "shroud export rom.h5 --to rom.mat",
+        "shroud export rom.h5 --to rom.op4",
     )
 )
 def export(
@@ -244,21 +256,29 @@ def export(
     to: Annotated[
         Path,
         typer.Option(
-            "--to", metavar="FILE", parser=output_parser("--to"), help="Ends with .mat, .uff, .unv or .vtu."
+            "--to",
+            metavar="FILE",
+            parser=output_parser("--to"),
+            help="Ends with .mat, .uff, .unv, .vtu, .op4 or .mtx.",
         ),
     ],
     mesh: Annotated[
         Path | None, typer.Option("--mesh", metavar="FILE", help="Mesh of a rom.h5, for .vtu.", readable=False)
     ] = None,
+    file_format: Annotated[
+        str | None,
+        typer.Option("--format", metavar="NAME", help="matrix-market or abaqus (.mtx), mat-7.3 (.mat)."),
+    ] = None,
     quiet: QuietOption = False,
 ) -> None:
     """Write results or a reduced model for other programs.
 
-    With an output folder: the response, or for .vtu the mode shapes of its first reduced model on their mesh.
+    With an output folder: the response, or for .vtu the mode shapes of its first reduced model on their mesh, for
+    .op4 and .mtx the matrices of that model.
     """
     from pipeline.export.write import export as write
 
-    said = write(source, to, mesh)
+    said = write(source, to, mesh, file_format)
     if not quiet:
         print(f"{to}: {said}")
 
@@ -269,40 +289,19 @@ def validate(scene: SceneArgument, as_json: JsonOption = False) -> None:
 
     One line for each error with the line of the file; exit status 2 where there is one.
     """
-    from pipeline.errors import InputError
-    from pipeline.scene.all_errors import all_errors
-    from pipeline.scene.plausibility import plausibility_warnings
+    from pipeline.scene_commands import print_validation
 
-    try:
-        file, errors = all_errors(scene)
-    except InputError as error:
-        file, errors = None, [str(error)]
-    if file is None:
-        if as_json:
-            print(_json({"valid": False, "errors": errors, "warnings": []}))
-        for line in errors:
-            print_error(line)
+    if not print_validation(scene, as_json):
         raise typer.Exit(BAD_INPUT)
-    remarks = plausibility_warnings(file)
-    if as_json:
-        accuracy = None if file.accuracy is None else file.accuracy.plain()
-        found = {
-            "name": file.first.name,
-            "curves": len(file.members),
-            "swept": list(file.swept),
-            "accuracy": accuracy,
-        }
-        print(_json({"valid": True, "errors": [], "warnings": [*file.notes, *remarks], **found}))
-        return
-    print_notes(file.notes)
-    print_notes(remarks, "warning")
-    curves = f"{len(file.members)} curve{'s' if len(file.members) > 1 else ''}"
-    print(f"{scene}: valid, {curves}" + (f" over {', '.join(file.swept)}" if file.swept else ""))
-    if file.accuracy is not None:
-        print(file.accuracy.text())
 
 
-@app.command(epilog=examples("shroud new my-blade", 'shroud new my-blade --title "Stage 3"'))
+@app.command(
+    epilog=examples(
+        "shroud new my-blade",
+        'shroud new my-blade --title "Stage 3"',
+        "shroud new my-blade --mesh blade.inp --unit mm",
+    )
+)
 def new(
     folder: Annotated[
         Path,
@@ -311,20 +310,24 @@ def new(
     title: Annotated[
         str | None, typer.Option("--title", help="Heading of the figures; asked for at a terminal, else left out.")
     ] = None,
+    mesh: Annotated[
+        Path | None,
+        typer.Option("--mesh", metavar="FILE", help="Mesh of a sector from another program.", readable=False),
+    ] = None,
+    unit: UnitOption = None,
+    axis: AxisOption = None,
+    blades: BladesOption = None,
 ) -> None:
     """Write a commented scene to start from.
 
-    Its JSON schema, by which editors complete keys, stands beside it.
+    Its JSON schema, by which editors complete keys, stands beside it. With a mesh file: what is in it, a scene for
+    it, and a picture with the contact faces coloured.
     """
-    from pipeline.scene.templates import check_title, write_new_scene
+    from pipeline.scene_commands import print_new_scene
 
-    if title is None:
-        at_terminal = sys.stdin is not None and sys.stdin.isatty() and sys.stdout.isatty()
-        asked = "Heading of the figures (Enter: the name of the folder)"
-        title = typer.prompt(asked, default="", show_default=False) if at_terminal else ""
-    scene, schema = write_new_scene(folder, check_title(title.strip()))
-    print(f"written: {scene}, {schema}")
-    print(f"next: shroud run {scene}")
+    if mesh is None:
+        refuse_without("--mesh", {"--unit": unit, "--axis": axis, "--blades": blades})
+    print_new_scene(folder, title, mesh, (unit, axis, blades))
 
 
 @app.command("warm-up")
@@ -345,13 +348,6 @@ def schema() -> None:
     from pipeline.scene.json_schema import scene_schema
 
     print(json.dumps(scene_schema(), indent=1))
-
-
-def _json(values: dict[str, Any]) -> str:
-    """JSON text of plain values; NumPy, which the writer of results imports, is not needed without `--json`."""
-    from pipeline.results.outputs import as_json
-
-    return as_json(values)
 
 
 def main() -> None:

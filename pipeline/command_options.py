@@ -38,3 +38,8 @@ ClusterOption = Annotated[
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else on stdout.")]
+UnitOption = Annotated[str | None, typer.Option("--unit", metavar="UNIT", help="Of the mesh file: m, mm or in.")]
+AxisOption = Annotated[
+    str | None, typer.Option("--axis", metavar="AXIS", help="Engine axis in the mesh file: x, y, z, -x, -y or -z.")
+]
+BladesOption = Annotated[int | None, typer.Option("--blades", metavar="N", help="Blades of the ring of the mesh.")]

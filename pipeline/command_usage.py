@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -59,6 +59,21 @@ def wrong_usage(error: TyperException) -> str:
     option = f"--{name}" if name in ALLOWED else str(name).upper()
     found = shown(str(cause.errors(include_url=False)[0]["input"]))
     return f"{option}: {found}, allowed: {ALLOWED.get(name, 'a path')}"
+
+
+def refuse_without(option: str, given: Mapping[str, object]) -> None:
+    """Refuse options that mean nothing without another one.
+
+    Raises
+    ------
+    InputError
+        Names the first of them that is given.
+    """
+    from pipeline.errors import input_error, shown
+
+    for name, value in given.items():
+        if value is not None:
+            raise input_error("shroud", name, shown(value), f"nothing without {option}")
 
 
 def refuse_twice(arguments: list[str]) -> None:

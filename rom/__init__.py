@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from rom.finite_elements.material import Material
     from rom.finite_elements.nodal_forces import nearest_vertices, nodal_force
     from rom.finite_elements.rotation import centrifugal_displacement, stiffen_by_rotation
+    from rom.finite_elements.strain_gauge import strain_row
     from rom.finite_elements.surface_loads import pressure_force, traction_force
     from rom.finite_elements.thermal_load import thermal_force
     from rom.linear_algebra.blas_kernels import processor
@@ -161,6 +162,7 @@ __all__ = [
     "static_error",
     "stiffen_by_rotation",
     "stored_array",
+    "strain_row",
     "stress_cycle",
     "thermal_force",
     "traction_force",
@@ -185,6 +187,10 @@ _PLACES = {
     "LinearOperation": "rom.reduction.model_comparison",
     "LinearResponse": "rom.reduction.model_comparison",
     "LoadVectors": "rom.reduction.load_vectors",
+    "nearest_vertices": "rom.finite_elements.nodal_forces",
+    "nodal_force": "rom.finite_elements.nodal_forces",
+    "strain_row": "rom.finite_elements.strain_gauge",
+    "with_modal_forces": "rom.reduction.modal_forces",
     "Material": "rom.finite_elements.material",
     "MatrixChoice": "rom.matrix_files.matrix_choice",
     "MatrixFileError": "rom.errors",
@@ -229,9 +235,7 @@ _PLACES = {
     "model_from_matrices": "rom.matrix_files.matrix_model",
     "model_from_superelement": "rom.matrix_files.superelement",
     "natural_frequencies": "rom.cyclic.natural_frequencies",
-    "nearest_vertices": "rom.finite_elements.nodal_forces",
     "new_hdf5": "rom.files.hdf5_writing",
-    "nodal_force": "rom.finite_elements.nodal_forces",
     "nodal_stress": "rom.stress.operating_stress",
     "one_blas_thread": "rom.linear_algebra.threads",
     "one_blas_thread_in_children": "rom.linear_algebra.threads",
@@ -259,7 +263,6 @@ _PLACES = {
     "traction_force": "rom.finite_elements.surface_loads",
     "von_mises": "rom.stress.stress_tensor",
     "why_unreadable": "rom.files.hdf5_reading",
-    "with_modal_forces": "rom.reduction.modal_forces",
     "write_matrices": "rom.matrix_files.matrix_writing",
     "write_reduced_model": "rom.files.reduced_model_file",
 }

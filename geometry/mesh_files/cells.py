@@ -1,4 +1,4 @@
-"""Cells of meshio and meshlane as elements and faces of a mesh file."""
+"""Cells of meshlane as elements and faces of a mesh file."""
 
 from __future__ import annotations
 
@@ -89,4 +89,5 @@ def add_cells_to_set(mesh: FileMesh, name: str, block: Any, first: int, inside: 
     if block.type in FACE_CORNERS:
         mesh.faces.setdefault(name, []).append(nodes[:, : FACE_CORNERS[block.type]])
     before = mesh.node_sets.get(name, np.empty(0, dtype=np.int64))
-    mesh.node_sets[name] = np.unique(np.concatenate([before, nodes.ravel()]))
+    everything = np.concatenate([before, nodes.ravel()])
+    mesh.node_sets[name] = everything[np.sort(np.unique(everything, return_index=True)[1])]

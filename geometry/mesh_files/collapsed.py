@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.elements import ELEMENT_KINDS, ElementKind
-from geometry.mesh_files.file_mesh import FileElements, FileMesh
+from geometry.mesh_files.file_mesh import FileElements, FileMesh, counted
 from geometry.sector import IntArray
 
 GONE = -1
@@ -91,7 +91,7 @@ def _linear_where_no_midside(
         row = int(np.flatnonzero(partly)[0])
         raise mesh.refuse(
             f"element {elements.labels[row]} ({kind.name}) lacks {missing[row]} of its {count[row]} mid-side nodes: "
-            f"give all {count[row]} or none ({int(partly.sum())} such elements)"
+            f"give all {count[row]} or none ({counted(int(partly.sum()), 'such element')})"
         )
     bare = missing == count
     linear = next(k for k in ELEMENT_KINDS.values() if k.corners == kind.corners and not k.quadratic)
@@ -124,8 +124,9 @@ def _of_pattern(
     if corners is None:
         pyramid = shape == [3, 3, 3, 3, 4]
         what = "a pyramid" if pyramid else "no wedge and no tetrahedron"
+        such = counted(len(labels), "such element")
         raise mesh.refuse(
-            f"element {labels[0]} ({kind.name} with repeated nodes) is {what} ({len(labels)} such elements): "
+            f"element {labels[0]} ({kind.name} with repeated nodes) is {what} ({such}): "
             "only tetrahedra, wedges and hexahedra are read; fill pyramids with tetrahedra"
         )
     new = next(k for k in ELEMENT_KINDS.values() if k.name.startswith(name) and k.quadratic == kind.quadratic)

@@ -32,6 +32,7 @@ EDGES = {
         *((2, 6), (3, 7), (4, 5), (4, 7), (5, 6), (6, 7)),
     ),
 }
+SHAPES = ("Triangles", "Quadrangles", "Tetrahedra", "Hexahedra", "Prisms", "Pyramids")
 DIMENSIONS = ("point", "curve", "surface", "volume")
 
 
@@ -99,23 +100,36 @@ def _from_model(path: str | Path, gmsh: Any) -> FileMesh:
     labels, positions, _ = gmsh.model.mesh.getNodes()
     mesh.node_labels = labels.astype(np.int64)
     mesh.points = positions.reshape(-1, 3)
-    for code in gmsh.model.mesh.getElementTypes(3):
-        name, _, order, count, _, _ = gmsh.model.mesh.getElementProperties(code)
-        elements, nodes = gmsh.model.mesh.getElementsByType(code)
-        if code in PYRAMIDS:
-            raise mesh.refuse(f"element {elements[0]} is a pyramid: only tetrahedra, wedges and hexahedra are read")
-        if code not in KINDS:
-            raise mesh.refuse(f"element {elements[0]} is a {name} of order {order}: must be of order 1 or 2")
-        if code in EXTRA_NODES:
-            mesh.notes.append(
-                f"{EXTRA_NODES[code]} elements are taken as {KINDS[code]}: their inner nodes are left out"
-            )
-        table = nodes.reshape(-1, count).astype(np.int64)[:, columns_from_gmsh(KINDS[code])]
-        mesh.elements.append(FileElements(KINDS[code], elements.astype(np.int64), table))
+    # not getElementsByType, which writes beyond its arrays where an entity has elements of several types
+    for _, entity in gmsh.model.getEntities(3):
+        for code, elements, nodes in zip(*gmsh.model.mesh.getElements(3, entity), strict=True):
+            _add_elements(mesh, gmsh, int(code), elements.astype(np.int64), nodes.astype(np.int64))
+    given = sum(len(labels) for d, e in gmsh.model.getEntities() if d > 1 for labels in _labels(gmsh, d, e))
+    if given != sum(
+        int(gmsh.option.getNumber(f"Mesh.Nb{shape}")) for shape in SHAPES
+    ):  # of a shape it gives one order
+        raise mesh.refuse("has linear and quadratic elements in one entity: give each order an entity of its own")
     for dimension, tag in gmsh.model.getPhysicalGroups():
         name = gmsh.model.getPhysicalName(dimension, tag) or f"{DIMENSIONS[dimension]}_{tag}"
         _add_group(mesh, gmsh, name, dimension, tag)
     return mesh
+
+
+def _labels(gmsh: Any, dimension: int, entity: int) -> list[IntArray]:
+    found: list[IntArray] = gmsh.model.mesh.getElements(dimension, entity)[1]
+    return found
+
+
+def _add_elements(mesh: FileMesh, gmsh: Any, code: int, elements: IntArray, nodes: IntArray) -> None:
+    if code in PYRAMIDS:
+        raise mesh.refuse(f"element {elements[0]} is a pyramid: only tetrahedra, wedges and hexahedra are read")
+    if code not in KINDS:
+        name, _, order = gmsh.model.mesh.getElementProperties(code)[:3]
+        raise mesh.refuse(f"element {elements[0]} is a {name} of order {order}: must be of order 1 or 2")
+    if code in EXTRA_NODES:
+        mesh.notes.append(f"elements {EXTRA_NODES[code]} are taken as {KINDS[code]} without their inner nodes")
+    table = nodes.reshape(len(elements), -1)[:, columns_from_gmsh(KINDS[code])]
+    mesh.elements.append(FileElements(KINDS[code], elements, table))
 
 
 def _add_group(mesh: FileMesh, gmsh: Any, name: str, dimension: int, tag: int) -> None:
@@ -133,6 +147,7 @@ def _add_group(mesh: FileMesh, gmsh: Any, name: str, dimension: int, tag: int) -
             nodes.append(table.ravel())
             if code in FACE_CORNERS:
                 faces.append(table[:, : FACE_CORNERS[code]])
-    mesh.node_sets[name] = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *nodes]))
+    everything = np.concatenate([mesh.node_sets.get(name, np.empty(0, dtype=np.int64)), *nodes])
+    mesh.node_sets[name] = everything[np.sort(np.unique(everything, return_index=True)[1])]
     if faces:
         mesh.faces[name] = faces

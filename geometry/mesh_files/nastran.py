@@ -67,7 +67,10 @@ def _add_nodes(mesh: FileMesh, by_name: dict[str, list[Card]]) -> None:
     usual = next((card.label(1, 0) for card in by_name.get("GRDSET", [])), 0)
     labels = np.array([card.label(0) for card in found], dtype=np.int64)
     systems = np.array([card.label(1, usual) for card in found], dtype=np.int64)
-    numbers = np.array([[card.number(k, 0.0) for k in (2, 3, 4)] for card in found]).reshape(-1, 3)
+    try:
+        numbers = np.array([[float(text or 0) for text in card.fields[2:5]] for card in found]).reshape(-1, 3)
+    except ValueError:  # exponents without E, or no numbers
+        numbers = np.array([[card.number(k, 0.0) for k in (2, 3, 4)] for card in found]).reshape(-1, 3)
     coordinates = NastranCoordinates(
         [card for name in SYSTEMS for card in by_name.get(name, [])], labels, systems, numbers
     )

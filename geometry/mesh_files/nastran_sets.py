@@ -60,16 +60,16 @@ def _members(labels: IntArray, ranges: Ranges) -> IntArray:
 
 def _case_control_sets(deck: NastranDeck) -> list[tuple[int, Ranges, str]]:
     found = []
-    text = ""
-    for line in deck.case_control:
-        text = text + line.strip() if text else line
-        head = _SET.match(text)
-        if head and text.rstrip().endswith(","):
+    lines = iter(deck.case_control)
+    for line in lines:
+        head = _SET.match(line)
+        if head is None:
             continue
-        if head:
-            words = head[2].replace(",", " ").split()
-            found.append((int(head[1]), _ranges(deck.path, f"SET {head[1]}", words), "SET"))
-        text = ""
+        parts = [head[2]]
+        while parts[-1].rstrip().endswith(","):
+            parts.append(next(lines, ""))
+        words = " ".join(parts).replace(",", " ").split()
+        found.append((int(head[1]), _ranges(deck.path, f"SET {head[1]}", words), "SET"))
     return found
 
 

@@ -54,7 +54,8 @@ def imported_mesh(mesh: FileMesh) -> ImportedMesh:
     finder = _ElementFinder(element_labels)
     collapsed = sum(len(whole.labels) for whole in wholes if whole.collapsed)
     if collapsed:
-        mesh.notes.append(f"{collapsed} collapsed elements (repeated nodes) are taken as wedges or tetrahedra")
+        are = "is taken as a wedge or a tetrahedron" if collapsed == 1 else "are taken as wedges or tetrahedra"
+        mesh.notes.append(f"{counted(collapsed, 'collapsed element')} (repeated nodes) {are}")
     return ImportedMesh(
         mesh.path,
         points,

@@ -1,4 +1,4 @@
-"""VTK's unstructured grids (.vtu), by meshio: fields named ``set_NAME`` and fields of integers become sets.
+"""VTK's unstructured grids (.vtu), by meshlane: fields named ``set_NAME`` and fields of integers become sets.
 
 A point field ``set_NAME`` is a node set: 0 outside, else 1 + place in the set. A cell field ``set_NAME`` marks solids
 (an element set) and faces (a surface and its nodes). Any other field of integers gives a set ``FIELD_VALUE`` for each
@@ -33,13 +33,13 @@ def read_vtu(path: str | Path) -> FileMesh:
     MeshFileError
         The file cannot be used.
     """
-    import meshio
+    import meshlane  # meshio has no 15-node wedges
 
     try:
-        grid = meshio.vtu.read(str(path))  # not meshio.read, which ends the program on a bad file
+        grid = meshlane.vtu.read(str(path))  # not meshlane.read, which ends the program on a bad file
     except MemoryError:
         raise
-    except (Exception, SystemExit) as error:  # meshio raises whatever its parsers stumble over
+    except (Exception, SystemExit) as error:  # it raises whatever its parsers stumble over
         raise MeshFileError(path, f"cannot be read: {str(error) or type(error).__name__}") from None
     points = np.asarray(grid.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:

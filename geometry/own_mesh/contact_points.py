@@ -10,6 +10,7 @@ from geometry.own_mesh.smooth_normals import face_axes
 from geometry.sector import FloatArray
 
 _ON_NODE = 0.03  # a centre this near to a node, over the size of its cell, is the node
+_EVEN, _ROUNDS = 0.4, 60  # smallest part of the face over the mean, and rounds to reach it
 _SAME = 1e-6  # points nearer than this, over the length of the face, are at the same coordinate
 
 
@@ -28,6 +29,30 @@ def cell_centres(points: SidePoints, grid: tuple[int, int]) -> FloatArray:
     weight = np.bincount(cell, points.area, count)
     centre = np.stack([np.bincount(cell, points.area * points.position[:, i], count) for i in range(3)], axis=1)
     return np.asarray(centre / weight[:, None])
+
+
+def evened(centres: FloatArray, points: SidePoints) -> FloatArray:
+    """The centres (k, 3) moved so that none has next to nothing of the face, where its shape would have it so.
+
+    Each becomes the centroid of the part of the face that is nearest to it, time and again [1]_; one without a part
+    starts anew where the face is farthest from all.
+
+    References
+    ----------
+    .. [1] S. Lloyd, "Least squares quantization in PCM", IEEE Transactions on Information Theory 28 (1982) 129-137.
+    """
+    from scipy.spatial import cKDTree
+
+    for _ in range(_ROUNDS):
+        distance, owner = cKDTree(centres).query(points.position)
+        area = np.bincount(owner, points.area, len(centres))
+        if area.min() > _EVEN * area.mean():
+            break
+        sums = [np.bincount(owner, points.area * points.position[:, i], len(centres)) for i in range(3)]
+        centres = np.stack(sums, axis=1) / np.where(area > 0.0, area, 1.0)[:, None]
+        if area.min() <= 0.0:
+            centres[np.argmin(area)] = points.position[np.argmax(distance)]
+    return centres
 
 
 def on_nodes(centres: FloatArray, nodes: FloatArray, area: float) -> IntArray | None:

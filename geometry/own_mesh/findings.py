@@ -61,10 +61,10 @@ class SectorFindings:
         gap = f"gap {low} to {high} um" if low != high else f"gap {low} um"
         shared = "" if self.overlap > 0.995 else f"; {100.0 * self.overlap:.3g} % of the area is opposite"
         right, left = (f"{1e6 * area:.6g}" for area in self.areas)
+        angle = round(self.normal_angle, 3)
         return (
             f"faces: {pairs}, largest mismatch {1e6 * self.mismatch:.3g} um; {gap}{shared}",
-            f"areas: right {right} mm^2, left {left} mm^2; "
-            f"normals opposite to {round(self.normal_angle, 3):.2g} degrees",
+            f"areas: right {right} mm^2, left {left} mm^2; normals opposite to {angle:.2g} degrees",
             said(self.rotation),
             *self.notes,
         )

@@ -99,7 +99,7 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
     mesh, right, left, rotation, found = _turned(mesh, choice, outside)
     root, how = _root(mesh, choice, outside, right, left)
     pair = pair_faces(_surface(mesh, right), _surface(mesh, left), choice)
-    faces = contact_faces(pair, choice.contact_grid)
+    faces = contact_faces(pair, choice.contact_grid, root)
     sector = _assembled(mesh, choice, faces, {"root": root}, {"face_right": right, "face_left": left}, outside)
     findings = SectorFindings(
         matching=pair.partner is not None,

@@ -9,7 +9,7 @@ import numpy as np
 from geometry.contact import rotate_about_axis
 from geometry.elements import IntArray
 from geometry.errors import OwnMeshError
-from geometry.own_mesh.contact_points import cell_centres, on_nodes, tributary_areas
+from geometry.own_mesh.contact_points import cell_centres, evened, on_nodes, tributary_areas
 from geometry.own_mesh.face_checks import check_alike, check_pitch
 from geometry.own_mesh.face_pairing import Surface, gap_along, overlap, partners
 from geometry.own_mesh.sector_choice import SectorChoice
@@ -19,6 +19,8 @@ from geometry.sector import ContactFace, FloatArray
 
 _GAP = 0.05  # largest gap, over the size of a face
 _LEAST_OVERLAP = 0.9
+# A mean gap counts from so many standard deviations, and from this part of the size of a face.
+_SCATTER, _NO_GAP = 3.0, 1e-7
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,8 @@ class FacePair:
         See `SectorFindings`.
     gap : (float, float)
         Smallest and largest gap, m.
+    mean_gap : float
+        Mean of the gap, m; 0 where it is no more than the scatter that sides of elements on a curved face cause.
     areas : (float, float)
         Areas, m^2.
     """
@@ -47,6 +51,7 @@ class FacePair:
     partner: IntArray | None
     mismatch: float
     gap: tuple[float, float]
+    mean_gap: float
     overlap: float
     areas: tuple[float, float]
     normal_angle: float
@@ -61,20 +66,33 @@ def pair_faces(right: Surface, left: Surface, choice: SectorChoice) -> FacePair:
     angle = check_alike(at_right, at_left, choice.n_blades)
     pitch = 2.0 * np.pi / choice.n_blades
     gap, share = _gap(right, left, pitch, reach)
+    mean = float(np.nanmean(gap))
     at = right.points[right.nodes]
     normal = rotate_about_axis(normals_at(at, at_right, _sides(right)), -pitch)
     others = left.points[left.nodes]
     row, mismatch = partners(rotate_about_axis(at, -pitch), others, normal)
     if row is not None:
         apart = np.sum((others[row] - rotate_about_axis(at, -pitch)) * normal, axis=1)
-        gap = float(apart.min()), float(apart.max())
+        gap = apart
     areas = float(at_right.area.sum()), float(at_left.area.sum())
-    return FacePair(right, left, pitch, None if row is None else left.nodes[row], mismatch, gap, share, areas, angle)
+    return FacePair(
+        right=right,
+        left=left,
+        pitch=pitch,
+        partner=None if row is None else left.nodes[row],
+        mismatch=mismatch,
+        gap=(float(np.nanmin(gap)), float(np.nanmax(gap))),
+        mean_gap=mean if abs(mean) > _SCATTER * float(np.nanstd(gap)) + _NO_GAP * size else 0.0,
+        overlap=share,
+        areas=areas,
+        normal_angle=angle,
+    )
 
 
-def contact_faces(pair: FacePair, grid: tuple[int, int] | None) -> tuple[ContactFace, ContactFace]:
+def contact_faces(pair: FacePair, grid: tuple[int, int] | None, clamped: IntArray) -> tuple[ContactFace, ContactFace]:
     """Contact points, frames and areas of both faces; the left ones are the right ones turned back by one pitch.
 
+    Without a grid all corner nodes of the sides are contact nodes but those that are `clamped`.
     With matching nodes the contact points are nodes where the grid falls on nodes. Else the nodes of a contact face
     are those nearest to its contact points.
     """
@@ -85,10 +103,11 @@ def contact_faces(pair: FacePair, grid: tuple[int, int] | None) -> tuple[Contact
             told = "must be two numbers: the nodes of the contact faces are no pairs under the pitch"
             raise OwnMeshError("mesh.contact_grid", None, told)
         corners = np.unique(np.concatenate([table[:, : _corners(table)].ravel() for table in right.tables]))
+        corners = np.setdiff1d(corners, clamped)
         row: IntArray | None = np.searchsorted(right.nodes, corners)
         centres = right.points[corners]
     else:
-        centres = cell_centres(points, grid)
+        centres = evened(cell_centres(points, grid), points)
         row = None if pair.partner is None else on_nodes(centres, right.points[right.nodes], points.area.sum())
     if row is not None and pair.partner is not None:
         at, nodes, others = right.points[right.nodes[row]], right.nodes[row], pair.partner[row]
@@ -96,6 +115,8 @@ def contact_faces(pair: FacePair, grid: tuple[int, int] | None) -> tuple[Contact
     else:
         at = _on_surface(centres, points, right)
         opposite = rotate_about_axis(at, -pair.pitch)
+        normal = rotate_about_axis(normals_at(at, points, _sides(right)), -pair.pitch)
+        opposite = opposite + pair.mean_gap * normal
         nodes, others = _nearest(at, right), _nearest(opposite, left)
     frame = contact_frames(at, normals_at(at, points, _sides(right)))
     area = tributary_areas(at, points)
@@ -105,8 +126,8 @@ def contact_faces(pair: FacePair, grid: tuple[int, int] | None) -> tuple[Contact
     return ContactFace(nodes, at, frame, area), ContactFace(others, opposite, back, area.copy())
 
 
-def _gap(right: Surface, left: Surface, pitch: float, reach: float) -> tuple[tuple[float, float], float]:
-    """Smallest and largest gap, m, and the smaller share of the area of a face that has the other opposite."""
+def _gap(right: Surface, left: Surface, pitch: float, reach: float) -> tuple[FloatArray, float]:
+    """The gap at points of the right face, m, and the smaller share of the area of a face with the other opposite."""
     at_right, at_left = right.samples(), left.samples()
     back, normal = (rotate_about_axis(each, -pitch) for each in (at_right.position, at_right.normal))
     gap = gap_along(back, normal, left.triangles(), reach)
@@ -117,7 +138,7 @@ def _gap(right: Surface, left: Surface, pitch: float, reach: float) -> tuple[tup
         told = f"must lie opposite the right face turned back by one pitch; only {100.0 * shares[0]:.3g} % of the "
         told += f"right and {100.0 * shares[1]:.3g} % of the left face have the other within {1e3 * reach:.3g} mm"
         raise OwnMeshError("mesh.sets.contact_left", None, told)
-    return (float(np.nanmin(gap)), float(np.nanmax(gap))), share
+    return gap, share
 
 
 def _on_surface(at: FloatArray, points: SidePoints, surface: Surface) -> FloatArray:

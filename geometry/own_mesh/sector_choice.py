@@ -36,7 +36,8 @@ class SectorChoice:
         Names of node sets or surfaces of the file for `root`, `contact_right`, `contact_left` and `tip`; those
         without a name are found by geometry where that is safe.
     contact_grid : (int, int) or None
-        Contact points on each face along t1 and along t2. None: all corner nodes of faces whose meshes match.
+        Contact points on each face along t1 and along t2. None: all corner nodes of faces
+        whose meshes match, but for clamped ones.
     tolerance : float or None
         Largest distance between a face and the opposite face of the neighbour, in the unit of the file. None: 5 % of
         the square root of the area of the face.

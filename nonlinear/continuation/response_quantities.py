@@ -8,6 +8,7 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import Array, ContactForces
+from nonlinear.continuation.named_outputs import output_components
 from nonlinear.continuation.solution_point import SolutionPoint
 from rom import RelativeReceptance
 
@@ -75,19 +76,28 @@ def amplitude_derivative(point: SolutionPoint, output: str, mean: float | None =
     With the coefficients x_h of the output and the angle theta at which abs(x) is largest,
     dA/ds = sign(x(theta)) Re sum_h dx_h/ds exp(i h theta). With a given `mean` x_0 is that, and constant.
     """
+    from nonlinear.continuation.amplitude_kernel import output_along_curve
+
     balance, receptance = point.balance, point.balance.receptance
-    output_shape = receptance.modal.outputs[output]
-    coordinates, dcoordinates_domega = receptance.modal_response(point.omega, complex_force(point.contact))
-    first = balance.first_row
-    dx_ds = point.tangent[0].reshape(-1, balance.n_contacts, 3)
-    dforce = np.einsum("kabij,jkb->ika", point.contact.jacobian[..., first:], dx_ds)
-    dforce_ds = to_complex(dforce.reshape(dforce.shape[0], -1))
-    rows = receptance.output_rows(output, point.omega)
-    derivative = (rows * dforce_ds).sum(axis=1) + (dcoordinates_domega @ output_shape) * point.tangent[1]
-    amplitude = largest_amplitude(with_mean(coordinates @ output_shape, mean))
-    order = np.arange(derivative.size)
+    motion = np.zeros(point.contact.force.shape)
+    motion[balance.first_row :] = point.tangent[0].reshape(-1, balance.n_contacts, 3)
+    harmonics, derivative = output_along_curve(
+        receptance.denominators(point.omega),
+        receptance.adjoint,
+        receptance.modal_force,
+        np.ascontiguousarray(receptance.modal.outputs[output], dtype=complex),
+        (np.ascontiguousarray(point.contact.force), np.ascontiguousarray(point.contact.jacobian)),
+        motion,
+        float(point.tangent[1]),
+    )
+    amplitude = largest_amplitude(with_mean(harmonics, mean))
     derivative = derivative if mean is None else np.append(0j, derivative[1:])
-    return float(amplitude.sign * (derivative * np.exp(1j * order * amplitude.angle)).sum().real)
+    return float(amplitude.sign * (derivative * _turned(amplitude.angle, derivative.size)).sum().real)
+
+
+def _turned(angle: float, count: int) -> ComplexArray:
+    """exp(i h angle), h = 0 .. count - 1."""
+    return np.exp(1j * angle * np.arange(count))
 
 
 @dataclass(frozen=True)
@@ -101,6 +111,8 @@ class Responses:
     ----------
     output : (P, H+1) complex
         Fourier coefficients of the output, m.
+    outputs : dict of str to (P, H+1, c) complex
+        Those of further outputs of c components.
     excitation : (P,) float
         Work of the excitation.
     damping : (P,) float
@@ -110,6 +122,7 @@ class Responses:
     """
 
     output: ComplexArray
+    outputs: dict[str, ComplexArray]
     excitation: Array
     damping: Array
     friction: Array
@@ -121,8 +134,8 @@ class Responses:
         return np.abs(self.excitation - self.damping - self.friction) / np.maximum(scale, 1e-300)
 
 
-def evaluate_responses(points: Sequence[SolutionPoint], output: str) -> Responses:
-    """Output and energy balance of points that have the same balance."""
+def evaluate_responses(points: Sequence[SolutionPoint], output: str, others: Sequence[str] = ()) -> Responses:
+    """Outputs and energy balance of points that have the same balance."""
     receptance = points[0].balance.receptance
     omega = np.array([point.omega for point in points])
     force = _stacked([point.contact.force for point in points])
@@ -134,10 +147,17 @@ def evaluate_responses(points: Sequence[SolutionPoint], output: str) -> Response
     friction = (force.conj() * displacement).imag.sum(axis=-1)
     return Responses(
         output=coordinates @ receptance.modal.outputs[output],
+        outputs={name: _components(receptance, coordinates, name) for name in others},
         excitation=-np.pi * (excitation @ order),
         damping=np.pi * omega * (damping @ order**2),
         friction=np.pi * (friction @ order),
     )
+
+
+def _components(receptance: RelativeReceptance, coordinates: ComplexArray, name: str) -> ComplexArray:
+    """Fourier coefficients (P, H+1, c) of an output of one component, or of a vector."""
+    outputs = receptance.modal.outputs
+    return coordinates @ np.stack([outputs[part] for part in output_components(outputs, name)], axis=1)
 
 
 def _stacked(coefficients: list[Array]) -> ComplexArray:

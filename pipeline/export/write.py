@@ -12,7 +12,7 @@ from pipeline.output_paths import check_output_path
 from pipeline.store.disk_errors import storage_error
 
 
-def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
+def export(source: Path, target: Path, sector_file: Path | None = None, file_format: str | None = None) -> str:
     """Export a response or a reduced model; returns a summary in words.
 
     The target is replaced in one step, or left as it is.
@@ -20,13 +20,16 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
     Parameters
     ----------
     source : Path
-        A response (response.h5), a reduced model (rom.h5), or the output folder of a run: its response, or for .vtu
-        its first reduced model with its mesh.
+        A response (response.h5), a reduced model (rom.h5), or the output folder of a run: its response, or for .vtu,
+        .op4 and .mtx its first reduced model (with its mesh).
     target : Path
         Its suffix chooses the format: .mat for both kinds (`write_matlab`), .uff or .unv for a response
-        (`write_universal`), .vtu for a reduced model with its mesh (`write_shapes`).
+        (`write_universal`), .vtu for a reduced model with its mesh (`write_shapes`), .op4 and .mtx for matrices of
+        a reduced model (`write_matrix_files`), of which .mtx has a file for each.
     sector_file : Path, optional
         The mesh, for .vtu.
+    file_format : {"matrix-market", "abaqus", "mat-7.3"}, optional
+        The format where the suffix leaves a choice.
 
     Raises
     ------
@@ -36,19 +39,32 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
         The disk is full.
     """
     from pipeline.export.matlab import write_matlab
+    from pipeline.export.matrices import matrix_format, moved, write_matrix_files
     from pipeline.export.shapes import write_shapes
     from pipeline.export.universal import write_universal
 
     suffix = target.suffix.lower()
     note = ""
-    if source.is_dir() and suffix in (".mat", ".uff", ".unv", ".vtu"):
-        source, sector_file, note = _in_folder(source, sector_file, suffix)
+    matrices = matrix_format(target, file_format)
+    if source.is_dir() and suffix in (".mat", ".uff", ".unv", ".vtu", ".op4", ".mtx"):
+        source, sector_file, note = _in_folder(source, sector_file, ".vtu" if matrices else suffix)
+    files: list[Path] = []
+
+    def write_them(path: Path) -> str:
+        said, written = write_matrix_files(source, path, str(matrices))
+        files.extend(written)
+        return said
+
     writers: dict[str, Callable[[Path], str]] = {
         ".mat": lambda path: write_matlab(source, path),
         ".uff": lambda path: write_universal(source, path),
         ".unv": lambda path: write_universal(source, path),
         ".vtu": lambda path: write_shapes(source, sector_file, path),
+        ".op4": write_them,
+        ".mtx": write_them,
     }
+    if matrices is not None:
+        writers[suffix] = write_them
     if suffix not in writers:
         raise input_error(target, "", f'ends with "{suffix}"', ", ".join(writers))
     check_output_path(target, "--to")
@@ -60,14 +76,17 @@ def export(source: Path, target: Path, sector_file: Path | None = None) -> str:
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         summary = writers[suffix](beside)
-        beside.replace(target)
+        places = moved(files or [beside], beside, target)
+        if len(places) > 1:
+            note += f"; files {places[0].name} to {places[-1].name}"
     except OSError as error:
         storage = storage_error(error, target.parent)
         if storage is not None and storage.full:
             raise storage from None
         raise InputError(f"{target}: cannot be written: {system_reason(error)}") from None
     finally:
-        _remove(beside)
+        for path in (beside, *files):
+            _remove(path)
         with suppress(OSError):  # not empty after an export
             for folder in made:
                 folder.rmdir()

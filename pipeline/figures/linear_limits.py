@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pipeline.figures.data import Array, PlottedCurve
-from pipeline.stages.scene_to_solver import damped_modes
+from pipeline.stages.scene_to_solver import damped_modes, section_excitation
 
 if TYPE_CHECKING:
     from rom import ModalModel, ReducedModel
@@ -20,7 +21,7 @@ _NEAR, _WIDTH = 121, 0.04  # frequencies around each resonance, and their relati
 
 @dataclass(frozen=True)
 class Limit:
-    """Amplitude of harmonic 1, m, over frequency, Hz, and the indices of the plotted curves with this limit."""
+    """Amplitude of the vibration, m, over frequency, Hz, and the indices of the plotted curves with this limit."""
 
     kind: str
     frequency_hz: Array
@@ -57,14 +58,22 @@ def _case(curve: PlottedCurve, kind: str) -> object:
     """The values that the linear response depends on: all but friction, interference and preload."""
     scene, contact = curve.scene, curve.contact
     response = scene.response
-    case = (curve.rom, scene.excitation.force, response.damping_ratio, response.rayleigh, response.frequency)
+    case: tuple[object, ...] = (
+        curve.rom,
+        scene.excitation.force,
+        response.damping_ratio,
+        response.rayleigh,
+        response.frequency,
+    )
+    if scene.excitation.harmonic:
+        case = (*case, scene.excitation.harmonic)
     if kind == "free":
         return case
     return *case, scene.excitation.engine_order, contact.normal_stiffness, contact.tangential_stiffness
 
 
 def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: list[int]) -> Limit:
-    from rom import linear_response, natural_frequencies
+    from rom import RelativeReceptance, linear_response, natural_frequencies
 
     curve = curves[at[0]]
     scene = curve.scene
@@ -77,9 +86,25 @@ def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: l
     }
     phase = modal.phase(scene.excitation.engine_order)
     resonances = natural_frequencies(model, phase, count=min(10, model.size), **springs)
-    frequency = _grid(*scene.response.frequency, resonances)
-    amplitude = np.abs(linear_response(modal, frequency, phase=phase, force=scene.excitation.force, **springs))
-    return Limit(kind, frequency, amplitude, tuple(at))
+    wave = section_excitation(scene.excitation)
+    excited = RelativeReceptance(modal, phase, (1,), wave.force, wave.factors).excited_harmonics
+    own = [natural_frequencies(model, h * phase, count=min(10, model.size), **springs) / h for h in excited if h > 1]
+    frequency = _grid(*scene.response.frequency, np.concatenate([resonances, *own]))
+    given = {"phase": phase, "force": wave.force, "harmonic_factors": wave.factors, **springs}
+    harmonics = [linear_response(modal, frequency, harmonic=h, **given) for h in excited]
+    return Limit(kind, frequency, _largest(harmonics, excited), tuple(at))
+
+
+def _largest(harmonics: list[NDArray[np.complex128]], order: Sequence[int]) -> Array:
+    """Largest displacement over a period, (F,), of harmonics (F,) of an output."""
+    from nonlinear import largest_lengths
+
+    if tuple(order) == (1,):
+        return np.abs(harmonics[0])
+    rows = np.zeros((len(harmonics[0]), max(order) + 1, 1), dtype=complex)
+    for h, values in zip(order, harmonics, strict=True):
+        rows[:, h, 0] = values
+    return largest_lengths(rows)
 
 
 def _grid(low: float, high: float, resonances: Array) -> Array:

@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import heapq
 import itertools
-import multiprocessing
-import os
 import signal
 import sys
-import threading
 import warnings
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from multiprocessing import resource_tracker
+from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.context import SpawnProcess
 from typing import Any, Generic, ParamSpec, TypeVar
 
-from pipeline.errors import SAVES_MEMORY, reason_of
-from pipeline.process.interrupts import kept_from_children
-from pipeline.process.without_main import without_main
-from rom import one_blas_thread_in_children
+from pipeline.errors import SAVES_MEMORY
+from pipeline.process.forked_workers import ForkedWorker, can_fork, fork_workers
+from pipeline.process.worker_loop import serve, start_process
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -51,7 +47,7 @@ class Call(Generic[T]):
 class _Worker:
     """A process with our end of its pipe, its call with its key, and the number of the attempt at it."""
 
-    process: SpawnProcess
+    process: SpawnProcess | ForkedWorker
     pipe: Connection
     key: Any = None
     call: Call[Any] | None = None
@@ -98,11 +94,16 @@ class Workers:
         return len(self._all)
 
     def prepare(self, call: Call[Any]) -> None:
-        """Start all processes now, each with a call that prepares it for those to come, such as imports.
+        """Start all processes now, with a call that prepares them for those to come, such as imports.
 
-        Nothing is waited for. What comes of the call does not matter; where it dies, its process is replaced later.
+        Several are forked from one that has made the call. Nothing is waited for. What comes of the call does not
+        matter; where it dies, its processes are replaced later.
         """
+        missing = self.count - len(self._all)
         with suppress(OSError):  # the calls to come will tell
+            if missing > 1 and can_fork() and not call.kwargs:
+                for process, pipe in fork_workers(missing, call.function, call.args, not sys.warnoptions):
+                    self._all.append(_Worker(process, pipe, _PREPARATION, attempt=1))
             while len(self._all) < self.count:
                 worker = _start()
                 self._all.append(worker)
@@ -310,14 +311,9 @@ def _in_attempts(attempts: int) -> str:
 
 
 def _start() -> _Worker:
-    context: SpawnContext = multiprocessing.get_context("spawn")
-    ours, theirs = context.Pipe()
+    ours, theirs = Pipe()
     try:
-        with kept_from_children():
-            resource_tracker.ensure_running()  # also a process, the start of which undoes the block
-        with kept_from_children(), one_blas_thread_in_children(), without_main():
-            process = context.Process(target=_work, args=(theirs, not sys.warnoptions))
-            process.start()
+        process = start_process(_work, theirs, not sys.warnoptions)
     except BaseException:
         ours.close()
         raise
@@ -330,28 +326,6 @@ def _work(pipe: Connection, quiet: bool) -> None:
     """A worker: ends when its parent has ended; `quiet` ignores warnings as the parent does."""
     if quiet:
         warnings.simplefilter("ignore")
-    threading.Thread(target=_end_with_parent, name="watch parent", daemon=True).start()
     with suppress(EOFError, OSError):
         pipe.send((None, None))
-        while True:
-            function, args, kwargs = pipe.recv()
-            pipe.send(_outcome(function, args, kwargs))
-
-
-def _outcome(function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> tuple[bool, Any]:
-    """Whether there is a result, and the result or the exception."""
-    try:
-        return True, function(*args, **kwargs)
-    except Exception as error:
-        try:
-            multiprocessing.reduction.ForkingPickler.loads(multiprocessing.reduction.ForkingPickler.dumps(error))
-        except Exception:  # some exceptions cannot leave their process
-            return False, RuntimeError(reason_of(error))
-        return False, error
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+        serve(pipe)

@@ -22,6 +22,7 @@ from pipeline.report.contacts import FaceCycle, face_cycle
 from pipeline.report.drawings import loops_drawing, ring_drawing
 from pipeline.report.error_budget import error_rows
 from pipeline.report.many_curves import LEVELS, first_few, quantile_rows, shown_rows
+from pipeline.report.matrix_rows import matrix_rows, model_rows, nodal_contact_rows
 from pipeline.report.pictures import inline_figure, inline_render, inline_vector
 from pipeline.report.report_source import ReportSource
 from pipeline.report.rows import (
@@ -110,7 +111,7 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
         "figures": _figures(source, attempts, points),
         "frequencies": frequency_tables(source),
         "facts": _facts(source, model),
-        "ring": None if model is None else attempts.result("ring", lambda: _png(ring_drawing(model, STILL_BLADES))),
+        "ring": _ring(model, attempts),
         "stills": _stills(source, attempts),
         "stresses": stress_details(source, attempts),
         "spot_headings": SPOT_HEADINGS,
@@ -126,6 +127,13 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
         "script": (TEMPLATES / "viewer.js").read_text(encoding="utf-8"),
         "chart_script": (TEMPLATES / "chart.js").read_text(encoding="utf-8"),
     }
+
+
+def _ring(model: BuiltModel | None, attempts: Attempts) -> str | None:
+    """The blade between its neighbours as a data URI; None without a mesh."""
+    if model is None or model.mesh is None:
+        return None
+    return attempts.result("ring", lambda: _png(ring_drawing(model, STILL_BLADES)))
 
 
 def _origin() -> str:
@@ -216,9 +224,15 @@ def _facts(source: ReportSource, model: BuiltModel | None) -> list[tuple[str, li
     """Tables of a name and a value, with their headings."""
     if model is None:
         return []
-    from rom import load_sector
+    from rom import load_sector, read_reduced_model
 
-    assert model.mesh is not None
+    if model.mesh is None:
+        reduced = read_reduced_model(model.rom, with_basis=False)
+        return [
+            ("Matrices", over_sweep(source, matrix_rows)),
+            ("Reduced model", model_rows(model)),
+            ("Contact and load", over_sweep(source, lambda scene: nodal_contact_rows(reduced, scene))),
+        ]
     face = load_sector(model.mesh.parent / SECTOR).right
     return [
         ("Blade", over_sweep(source, blade_rows)),
@@ -234,7 +248,7 @@ def _viewer(source: ReportSource, shown: Sequence[PlottedCurve]) -> ViewerData |
     seen: dict[str, tuple[BuiltModel, Scene, str]] = {}
     for curve in source.curves:
         model = source.models[curve.member.index]
-        if model is not None:
+        if model is not None and model.mesh is not None:
             seen.setdefault(model.key, (model, curve.member.scene, member_label(curve.member)))
     for model, scene, label in list(seen.values())[:MOST_MODELS]:
         data.add_modes(model, scene, _springs(model, scene), f" ({label})" if len(seen) > 1 else "")
@@ -244,7 +258,7 @@ def _viewer(source: ReportSource, shown: Sequence[PlottedCurve]) -> ViewerData |
     for place in chosen_evenly(len(peaks), MOST_OPERATING, ends):
         solved = source.curves[peaks[place].index]
         model = source.models[solved.member.index]
-        if model is not None:
+        if model is not None and model.mesh is not None:
             data.add_operating(model, solved, peaks[place].label)
     return data if data.shapes else None
 
@@ -267,8 +281,7 @@ def _contacts(
     for place in chosen_evenly(len(peaks), MOST_CONTACTS, also):
         curve = peaks[place]
         mesh = curve.scene.mesh
-        assert mesh is not None
-        face = face_cycle(curve, mesh.contact_grid)
+        face = face_cycle(curve, None if mesh is None else mesh.contact_grid)
         if face is None:
             continue
         factor, unit = prefixed(max(node.work_j for node in face.nodes), "J")

@@ -48,6 +48,8 @@ def _computed(source: ReportSource, points: Sequence[SweepPoint]) -> str:
     of = ""
     if scene.blade is not None and scene.shroud is not None:
         of = f" of a ring of {scene.blade.n_blades} blades, shroud angle {scene.shroud.angle:g}°"
+    elif scene.model is not None:
+        of = f" of a ring of {scene.model.n_blades} blades, matrices of another program"
     elif scene.mesh_file is not None:
         of = f" of a ring of {scene.n_blades} blades, mesh {Path(scene.mesh_file).name}"
     if "shroud.angle" in source.swept or "mesh.file" in source.swept:

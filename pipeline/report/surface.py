@@ -53,7 +53,7 @@ class Surface:
 def outer_surface(sector: SectorMesh, most: int = MOST_TRIANGLES) -> Surface:
     """The boundary of the mesh with at most `most` triangles; a finer one is coarsened by vertex clustering."""
     sides = boundary_sides(sector.blocks)
-    triangles = np.concatenate([side[:, list(corners)] for side in sides for corners in _TRIANGLES[side.shape[1]]])
+    triangles = _triangles(sides)
     edges = _unique_edges(np.concatenate([_outline(side) for side in sides]))
     if len(triangles) > most:
         triangles = _clustered(sector.points, triangles, most)
@@ -66,6 +66,15 @@ def outer_surface(sector: SectorMesh, most: int = MOST_TRIANGLES) -> Surface:
     contacts = len(used) + np.arange(2 * n_c)
     vertices = np.concatenate([used, sector.right.nodes, sector.left.nodes])
     return Surface(vertices, row[triangles], row[edges], row[sharp], contacts[:n_c], contacts[n_c:])
+
+
+def triangles_of(blocks: tuple[ElementBlock, ...]) -> Indices:
+    """The boundary of elements as triangles (t, 3), anticlockwise from outside."""
+    return _triangles(boundary_sides(blocks))
+
+
+def _triangles(sides: list[Indices]) -> Indices:
+    return np.concatenate([side[:, list(corners)] for side in sides for corners in _TRIANGLES[side.shape[1]]])
 
 
 def boundary_sides(blocks: tuple[ElementBlock, ...]) -> list[Indices]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import InputError
-from pipeline.results.point_columns import csv_names
+from pipeline.results.point_columns import csv_names, recorded_outputs
 from pipeline.results.tables import bare_value
 from pipeline.scene.labels import prefixed, quantity
 from pipeline.scene.sweep_grid import grid_values
@@ -64,11 +64,12 @@ def points_frame(curves: Sequence[Curve], table: CurveTable | None) -> pandas.Da
         return pandas.DataFrame()
     swept = {column_name(key): values for key, values in swept_columns(table).items()}
     highest = max((int(h) for h in table.columns["harmonics"]), default=1)
+    names = csv_names(highest, recorded_outputs(table.summary_of(number) for number in range(len(table))))
     pieces = []
     for curve in curves:
         head = {"curve": curve.number} | {name: values[curve.number] for name, values in swept.items()}
         for branch, source in enumerate((curve, *curve.detached)):
-            columns = {column: source.datasets.get(name) for name, column in csv_names(highest).items()}
+            columns = {column: source.datasets.get(name) for name, column in names.items()}
             count = source.frequency_hz.size
             there = {name: np.full(count, np.nan) if values is None else values for name, values in columns.items()}
             pieces.append(pandas.DataFrame({**head, **there, "branch": branch}, index=range(count)))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.results.frames import number_columns, swept_columns
-from pipeline.results.point_columns import WHOLE, csv_names
+from pipeline.results.point_columns import WHOLE, csv_names, recorded_outputs
 from pipeline.results.point_reader import TABLE_HASH
 from pipeline.scene.units import column_name
 from pipeline.stages.code_fingerprint import code_fingerprint
@@ -146,12 +146,13 @@ def _write_points(path: Path, curves: Sequence[CurveResult], table: CurveTable) 
     """response.csv: a row for every point."""
     highest = max((curve.facts.harmonics for curve in curves if curve.facts), default=1)
     swept = tuple(table.parameters)
+    names = csv_names(highest, recorded_outputs(curve.facts for curve in curves))
     with path.open("w", newline="", encoding="utf-8") as text:
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(csv_header(swept, highest))
+        writer.writerow(csv_header(swept, names))
         for index, curve in enumerate(curves):
             head = [index, *(cell_value(curve.member.parameters[key]) for key in swept)]
-            writer.writerows(_curve_rows(curve, head, highest))
+            writer.writerows(_curve_rows(curve, head, names))
 
 
 def write_rows(path: Path, table: CurveTable) -> None:
@@ -171,28 +172,28 @@ def _cells(values: list[Any]) -> list[Any]:
     return ["" if isinstance(value, float) and math.isnan(value) else value for value in values]
 
 
-def csv_header(swept: Iterable[str], harmonics: int) -> list[str]:
+def csv_header(swept: Iterable[str], names: Mapping[str, str]) -> list[str]:
     """Names of the columns of response.csv: curve, the swept keys, the quantities of a point, and its branch."""
-    return ["curve", *(column_name(key) for key in swept), *csv_names(harmonics).values(), "branch"]
+    return ["curve", *(column_name(key) for key in swept), *names.values(), "branch"]
 
 
-def _curve_rows(curve: CurveResult, head: list[Any], harmonics: int) -> Iterator[list[Any]]:
+def _curve_rows(curve: CurveResult, head: list[Any], names: Iterable[str]) -> Iterator[list[Any]]:
     """The points of a curve and of its detached branches."""
     import h5py
 
     if curve.file is None:
         return
     with h5py.File(curve.file, "r") as source:
-        yield from _rows(head, 0, source, harmonics)
+        yield from _rows(head, 0, source, names)
         for number in sorted(source.get(BRANCHES, ()), key=int):
-            yield from _rows(head, int(number), source[f"{BRANCHES}/{number}"], harmonics)
+            yield from _rows(head, int(number), source[f"{BRANCHES}/{number}"], names)
 
 
-def _rows(head: list[Any], branch: int, source: h5py.Group, harmonics: int) -> Iterator[list[Any]]:
+def _rows(head: list[Any], branch: int, source: h5py.Group, names: Iterable[str]) -> Iterator[list[Any]]:
     """The points of a curve (branch 0) or of one of its detached branches."""
     points = len(source["frequency_hz"])
     columns: list[list[Any]] = []
-    for name in csv_names(harmonics):
+    for name in names:
         if name not in source:  # a curve with fewer harmonics than the others of its sweep
             columns.append([""] * points)
             continue
@@ -221,6 +222,9 @@ def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
         numbers["points"], numbers["iterations"] = facts.points, facts.total_iterations
         numbers["seconds"], numbers["harmonics"] = facts.seconds, facts.harmonics
         numbers["bifurcations"], numbers["detached"] = list(facts.bifurcations), list(facts.detached)
+        if facts.outputs:
+            units = {output.name: output.unit for output in curve.member.scene.output}
+            numbers["outputs"] = [{**item, "unit": units.get(item["name"], "m")} for item in facts.outputs]
     return {
         "parameters": {key: _plain_list(value) for key, value in curve.member.parameters.items()},
         "carried_from": list(curve.carried_from),

@@ -10,8 +10,10 @@ from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.centrifugal_strain import check_speed
 from pipeline.scene.geometry_parameters import geometry_parameters
+from pipeline.scene.loads_section import files_of
 from pipeline.scene.matrix_scene import unfit_beside_matrices, unfit_matrix_keys
 from pipeline.scene.mesh_file import check_mesh_file
+from pipeline.scene.nodal_table import force_table, temperature_table
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_sweep
@@ -130,7 +132,7 @@ def _unfit_sizes(path: Path, member: Member, wrong: Set[str]) -> Unfit:
         yield from _raised(check_balance, path, member, n_contacts)
 
 
-def _raised(check: Callable[..., None], *arguments: Any) -> Unfit:
+def _raised(check: Callable[..., Any], *arguments: Any) -> Unfit:
     """The error that a check raises, if any."""
     try:
         check(*arguments)
@@ -187,12 +189,27 @@ def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
         yield input_error(path, "rom.frequency_limit", "given beside modes", "one of the two")
     if "excitation" not in wrong and not any(scene.excitation.unit_direction):
         yield _refused(path, member, "excitation.direction", list(scene.excitation.direction))
+    if not wrong & {"excitation", "load", "output"}:
+        yield from _unfit_files(path, scene)
+    if not wrong & {"excitation", "response"} and isinstance(scene.response.harmonics, int):
+        highest = scene.excitation.highest_harmonic
+        if scene.response.harmonics < highest:
+            allowed = f'{highest} or more, the highest harmonic of the excitation, or "auto"'
+            yield input_error(path, key_in_file(member, "response.harmonics"), str(scene.response.harmonics), allowed)
     if not wrong & {"response", "contact"}:
         harmonics = scene.response.harmonics
         least = least_samples(1 if harmonics == "auto" else harmonics)
         if scene.contact.samples < least:
             allowed = f"{least} or more with {harmonics} harmonics"
             yield input_error(path, key_in_file(member, "contact.samples"), shown(scene.contact.samples), allowed)
+
+
+def _unfit_files(path: Path, scene: Scene) -> Unfit:
+    """CSV files of loads that are not there, or that cannot be read."""
+    for file in files_of(scene.excitation.load, scene.load.force):
+        yield from _raised(force_table, file)
+    for file in files_of(scene.load.temperature):
+        yield from _raised(temperature_table, file)
 
 
 def _unfit_response(path: Path, member: Member) -> Unfit:

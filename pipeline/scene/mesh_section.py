@@ -51,7 +51,7 @@ class Mesh(Section):
         "m",
     )
     axis: Literal["x", "-x", "y", "-y", "z", "-z"] | Vector = key(
-        "engine axis in the file; turning about it by the right hand leads from a blade to the next",
+        "engine axis in the file; it becomes the axis x of the program",
         '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, -1000 to 1000, not all 0',
         "x",
     )

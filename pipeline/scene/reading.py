@@ -211,9 +211,13 @@ def _valid_sections(merged: Mapping[str, Any]) -> Scene:
 
 
 def _with_full_paths(path: Path, scene: Scene) -> Scene:
-    """The scene with the full paths of its mesh and matrix files, which are relative to the scene file."""
+    """The scene with the full paths of its mesh, matrix and load files, which are relative to the scene file."""
     if scene.model is not None:
         scene = scene.model_copy(update={"model": scene.model.placed(path.parent)})
+    for name in ("load", "excitation"):
+        section = getattr(scene, name)
+        if section is not None and (section.load if name == "excitation" else section.force or section.temperature):
+            scene = scene.model_copy(update={name: section.placed(path.parent)})
     mesh = scene.mesh
     if mesh is None or mesh.file is None:
         return scene

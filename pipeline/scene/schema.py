@@ -6,9 +6,10 @@ quote the latter.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from pipeline.scene.fields import (
     BLADES,
@@ -30,12 +31,19 @@ from pipeline.scene.fields import (
     Whole,
 )
 from pipeline.scene.fields import key as _key
+from pipeline.scene.loads_section import (
+    ExcitationHarmonic,
+    ExcitationLoad,
+    Output,
+    Pressure,
+    StaticForce,
+    Temperature,
+    placed,
+    unit_vector,
+)
 from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.model_section import Model
 from pipeline.scene.stress_section import Fatigue, Stress
-
-AXES = ("x", "y", "z")
-
 
 DEFAULT_MODES = 30
 
@@ -104,6 +112,7 @@ class Material(Section):
     young_modulus: Positive = _key("Young's modulus, Pa", POSITIVE)
     poisson_ratio: Number = _key("Poisson's ratio", "a number above -1 and below 0.4999", gt=-1.0, lt=0.4999)
     density: Positive = _key("density, kg/m^3", POSITIVE)
+    expansion: Number = _key("coefficient of thermal expansion, 1/K", "a number, 0 to 0.01", 0.0, ge=0.0, le=0.01)
 
 
 class Rom(Section):
@@ -148,6 +157,14 @@ class Load(Section):
         '"nonlinear" or "linear"',
         "nonlinear",
     )
+    force: tuple[StaticForce, ...] = _key("static forces", "tables [[load.force]]", ())
+    pressure: tuple[Pressure, ...] = _key("static pressures", "tables [[load.pressure]]", ())
+    temperature: Temperature | None = _key("temperature field", "a table [load.temperature]", None)
+
+    def placed(self, folder: Path) -> Load:
+        """The section with the full paths of its files, which are relative to the folder."""
+        found: Load = placed(self, ("force", "temperature"), folder)
+        return found
 
 
 class Contact(Section):
@@ -185,7 +202,7 @@ class Contact(Section):
 
 
 class Excitation(Section):
-    """[excitation]: one engine order of force on one point."""
+    """[excitation]: an engine order and its multiples, forces on a point or on loads of the blade."""
 
     engine_order: Whole = _key("engine order", "a whole number, 0 to 100000", ge=0, le=100000)
     force: Positive = _key("amplitude, N", POSITIVE)
@@ -200,19 +217,37 @@ class Excitation(Section):
         "tip",
     )
 
+    harmonic: tuple[ExcitationHarmonic, ...] = _key(
+        "multiples of the engine order that act as well", "tables [[excitation.harmonic]], each order once", ()
+    )
+    load: tuple[ExcitationLoad, ...] = _key(
+        "where the force acts, in place of `at`", "tables [[excitation.load]]", ()
+    )
+
+    @field_validator("harmonic")
+    @classmethod
+    def _each_order_once(cls, value: Any) -> Any:
+        orders = [item.order for item in value]
+        if len(set(orders)) < len(orders):
+            raise ValueError("tables [[excitation.harmonic]], each order once")
+        return value
+
     @property
     def unit_direction(self) -> tuple[float, float, float]:
         """The direction as a vector of length 1 (three zeros where it is zero, which the checks refuse)."""
-        if isinstance(self.direction, str):
-            sign = -1.0 if self.direction.startswith("-") else 1.0
-            x, y, z = (sign if self.direction[-1] == axis else 0.0 for axis in AXES)
-            return x, y, z
-        largest = max(abs(c) for c in self.direction)
-        if largest == 0.0:
-            return 0.0, 0.0, 0.0
-        scaled = [c / largest for c in self.direction]  # so that no square over- or underflows
-        length = sum(c * c for c in scaled) ** 0.5
-        return scaled[0] / length, scaled[1] / length, scaled[2] / length
+        return unit_vector(self.direction)
+
+    @property
+    def highest_harmonic(self) -> int:
+        """The highest harmonic in which the excitation acts."""
+        given = {item.order: item.amplitude for item in self.harmonic}
+        acting = [h for h in {1, *given, *(item.harmonic for item in self.load)} if given.get(h, 1.0) != 0.0]
+        return max(acting, default=1)
+
+    def placed(self, folder: Path) -> Excitation:
+        """The section with the full paths of its files, which are relative to the folder."""
+        found: Excitation = placed(self, ("load",), folder)
+        return found
 
 
 class Response(Section):
@@ -328,10 +363,24 @@ class Scene(Section):
     contact: Contact = _key("", "a table")
     excitation: Excitation = _key("", "a table")
     response: Response = _key("", "a table")
+    output: tuple[Output, ...] = _key(
+        "quantities recorded beside the default output", "tables [[output]] with different names", ()
+    )
     stress: Stress | None = _key("", "a table", None)
     fatigue: Fatigue | None = _key("", "a table", None)
     render: Render | None = _key("", "a table", None)
     figures: Figures = _key("", "a table", Figures())
+
+    @field_validator("output")
+    @classmethod
+    def _different_names(cls, value: Any) -> Any:
+        names = [item.name for item in value]
+        if len(set(names)) < len(names):
+            raise ValueError("tables [[output]] with different names")
+        for item in value:
+            if not item.of_model and item.name in ("tip", "tip_x", "tip_y", "tip_z"):
+                raise ValueError("tables [[output]] with other names than tip, tip_x, tip_y, tip_z")
+        return value
 
     @property
     def with_stress(self) -> bool:
@@ -354,7 +403,15 @@ class Scene(Section):
 
 
 NOT_SWEPT = ("stress", "fatigue", "render", "figures")  # made of solved curves
-NOT_SWEPT_KEYS = ("mesh.sets", "model.sets")  # tables
+NOT_SWEPT_KEYS = (  # tables, and lists of tables
+    "mesh.sets",
+    "model.sets",
+    "excitation.harmonic",
+    "excitation.load",
+    "load.force",
+    "load.pressure",
+    "load.temperature",
+)
 SECTIONS: dict[str, type[Section]] = {
     "blade": Blade,
     "shroud": Shroud,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated
@@ -42,20 +43,45 @@ def write_new_scene(folder: Path, title: str = "") -> list[Path]:
     InputError
         A file is in the way, the folder cannot be created or is none to write to, or its name cannot name a scene.
     """
+    check_new_folder(folder)
+    return new_files(folder, scene_text(folder.resolve().name, title), {})
+
+
+def check_new_folder(folder: Path, *further: str) -> None:
+    """Refuse a folder that cannot name a scene or that has files of these names.
+
+    Raises
+    ------
+    InputError
+        As `write_new_scene`.
+    """
     check_output_path(folder, "DIR", len(SCHEMA) + 1)
     name = folder.resolve().name
     if not _NAME.fullmatch(name):
         allowed = "letters, digits, '.', '_' and '-', beginning with a letter or a digit, 64 at most"
         raise input_error(folder, "", f'"{name}" is to name the scene', allowed)
-    targets = [folder / SCENE, folder / SCHEMA]
-    for target in targets:
+    names = (SCENE, SCHEMA, *further)
+    for target in (folder / each for each in names):
         if target.exists() or target.is_symlink():
-            raise input_error(target, "", "is there already", f"a folder without {SCENE} and {SCHEMA}")
-    texts = scene_text(name, title), json.dumps(scene_schema(), indent=1) + "\n"
+            raise input_error(target, "", "is there already", f"a folder without {' and '.join(names)}")
+
+
+def new_files(folder: Path, text: str, further: Mapping[str, bytes]) -> list[Path]:
+    """Write the text of a scene, its schema and further files by their names; nothing is overwritten.
+
+    Raises
+    ------
+    InputError
+        As `write_new_scene`.
+    """
+    check_new_folder(folder, *further)
+    schema = json.dumps(scene_schema(), indent=1) + "\n"
+    contents = {SCENE: text.encode(), SCHEMA: schema.encode(), **further}
+    targets = [folder / name for name in contents]
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for target, text in zip(targets, texts, strict=True):
-            _write(target, text)
+        for target, content in zip(targets, contents.values(), strict=True):
+            _write(target, content)
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {system_reason(error)}") from None
     return targets
@@ -76,11 +102,11 @@ def check_title(title: str) -> str:
     return title
 
 
-def _write(target: Path, text: str) -> None:
+def _write(target: Path, content: bytes) -> None:
     """Write a file that is not there yet, or nothing."""
-    with target.open("x", encoding="utf-8") as file:
+    with target.open("xb") as file:
         try:
-            file.write(text)
+            file.write(content)
             file.flush()
         except OSError:
             target.unlink()

@@ -10,13 +10,18 @@ from typing import Any
 from pydantic import BaseModel
 
 from pipeline.errors import InputError, input_error, one_line, shown
+from pipeline.scene.loads_section import TABLES, Temperature
 from pipeline.scene.mesh_section import MeshSets
 from pipeline.scene.model_section import ModelSets
 from pipeline.scene.schema import SECTIONS, Material, Scene
 from pipeline.scene.suggestions import meant
 
 MISSING = object()
-SETS: dict[str, type[BaseModel]] = {"mesh.sets": MeshSets, "model.sets": ModelSets}  # tables in sections
+SETS: dict[str, type[BaseModel]] = {  # tables in sections
+    "mesh.sets": MeshSets,
+    "model.sets": ModelSets,
+    "load.temperature": Temperature,
+}
 LONGEST_KEY = 60
 MOST_ERRORS = 50  # that are listed at once
 
@@ -76,6 +81,9 @@ def _in_terms_of_the_file(
     section = str(location[0])
     if section == "materials" and len(location) > 2:
         return _of_named_material(path, raw, error, location)
+    listed = _of_listed_table(path, raw, error, location)
+    if listed is not None:
+        return listed
     if error["type"] == "extra_forbidden":
         return _unknown(path, location)
     if section not in SECTIONS:
@@ -103,6 +111,24 @@ def _of_named_material(path: Path, raw: Mapping[str, Any], error: Any, location:
     return input_error(
         path, f"{place}.{key}", _found(raw["materials"][name].get(key, MISSING)), allowed_values(f"material.{key}")
     )
+
+
+def _of_listed_table(path: Path, raw: Mapping[str, Any], error: Any, location: tuple[Any, ...]) -> InputError | None:
+    """An error in a table of a list such as [[load.force]]; None for any other error."""
+    depth = next((k for k in (1, 2) if ".".join(map(str, location[:k])) in TABLES), 0)
+    if not depth or len(location) < depth + 2 or not isinstance(location[depth], int):
+        return None
+    name, number, inner = ".".join(map(str, location[:depth])), location[depth], str(location[depth + 1])
+    value: Any = raw
+    for part in location[: depth + 1]:
+        value = value[part]
+    place = f"{name}[{number}]"
+    if error["type"] == "extra_forbidden":
+        return unknown_key(path, inner, list(TABLES[name].model_fields), place)
+    found = value.get(inner, MISSING) if isinstance(value, Mapping) else value
+    said = _said_by_validator(error)
+    shown_value = "not given" if said and found is MISSING else _found(found) + _nearest(error)
+    return input_error(path, f"{place}.{inner}", shown_value, said or _allowed_of(TABLES[name], inner))
 
 
 def _said_by_validator(error: Any) -> str:

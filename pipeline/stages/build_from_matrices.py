@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, reason_of
 from pipeline.process.isolated_reading import read_apart
+from pipeline.stages.scene_loads import scene_loads, with_modal_excitation
 from pipeline.stages.scene_to_solver import linear_operation
 
 if TYPE_CHECKING:
@@ -71,15 +73,15 @@ def make_reduced_of_matrices(folder: Path, matrices: MatrixModel, scene: Scene, 
 
     full, sector = matrices.full, matrices.sector
     modes, limit = scene.rom.fixed_interface_modes, scene.rom.frequency_limit
-    boundary = nodal_choice(scene)
+    boundary = replace(nodal_choice(scene), loads=scene_loads(scene, sector, None))
     if modes == "auto":
         operations = [linear_operation(scene, sector)]
         made = reduce_to_tolerance(full, sector, scene.rom.tolerance, operations, boundary, store_basis=store_basis)
     else:
         made = reduce_sector(full, sector, ReductionOptions(modes, limit, store_basis), boundary, augment=True)
-    write_reduced_model(folder / REDUCED_MODEL, made.model)
+    write_reduced_model(folder / REDUCED_MODEL, with_modal_excitation(scene, made.model))
     if made.augmented is not None:
-        write_reduced_model(folder / AUGMENTED_MODEL, made.augmented)
+        write_reduced_model(folder / AUGMENTED_MODEL, with_modal_excitation(scene, made.augmented))
     facts = {"dofs": made.dofs, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
     _write_facts(folder, made.model, facts, matrices.notes)
 

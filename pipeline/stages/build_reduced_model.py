@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.stages.scene_loads import scene_loads, with_modal_excitation
 from pipeline.stages.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import linear_operation
 
@@ -63,27 +64,28 @@ def make_reduced_model(
         return at_speed(assembled.pop() if assembled else load_full_model(full_file), sector, scene, materials)
 
     modes, limit = scene.rom.fixed_interface_modes, scene.rom.frequency_limit
-    boundary = boundary_choice(scene)
+    boundary = boundary_choice(scene, sector, materials)
     if modes == "auto":
         operations = [linear_operation(scene, sector)]
         made = reduce_to_tolerance(full, sector, scene.rom.tolerance, operations, boundary, store_basis=store_basis)
     else:
         options = ReductionOptions(modes, limit, store_basis)
         made = reduce_sector(full, sector, options, boundary, augment=True)
-    model = made.model
+    model = with_modal_excitation(scene, made.model)
     write_reduced_model(folder / REDUCED_MODEL, model)
     if made.augmented is not None:
-        write_reduced_model(folder / AUGMENTED_MODEL, made.augmented)
+        write_reduced_model(folder / AUGMENTED_MODEL, with_modal_excitation(scene, made.augmented))
     facts: dict[str, Any] = {"dofs": made.dofs, "reduced_dofs": model.size}
     facts |= {"n_contacts": model.n_contacts, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
     (folder / FACTS).write_text(json.dumps(facts))
 
 
-def boundary_choice(scene: Scene) -> BoundaryChoice:
-    """Excitation and contact dofs of a scene."""
+def boundary_choice(scene: Scene, sector: SectorMesh, materials: Material | dict[str, Material]) -> BoundaryChoice:
+    """Excitation, contact dofs, loads and outputs of a scene."""
     from rom import BoundaryChoice
 
-    return BoundaryChoice(scene.excitation.unit_direction, scene.excitation.at, scene.rom.contact_dofs)
+    loads = scene_loads(scene, sector, materials)
+    return BoundaryChoice(scene.excitation.unit_direction, scene.excitation.at, scene.rom.contact_dofs, loads=loads)
 
 
 def at_speed(

@@ -50,6 +50,7 @@ def model_keys(scene: Scene) -> ModelKeys:
             **rotation_inputs(scene),
             "direction": scene.excitation.unit_direction,
             "at": scene.excitation.at,
+            **load_inputs(scene),
             "code": code_fingerprint(REDUCED_MODEL_CODE),
         }
     )
@@ -65,7 +66,7 @@ def _matrix_model_keys(scene: Scene) -> ModelKeys:
         content["beside"] = (".dof", file_sha256(beside))
     said = scene.model.model_dump(exclude=set(scene.model.files))
     assemble = fingerprint({"files": content, "model": said, "code": code})
-    excitation = {"direction": scene.excitation.unit_direction, "at": scene.excitation.at}
+    excitation = {"direction": scene.excitation.unit_direction, "at": scene.excitation.at, **load_inputs(scene)}
     reduced = fingerprint({"assemble": assemble, "rom": _reduction_inputs(scene), **excitation, "code": code})
     return ModelKeys("", assemble, reduced)
 
@@ -130,6 +131,32 @@ def rotation_inputs(scene: Scene) -> dict[str, Any]:
     return {"speed_rpm": speed, "equilibrium": scene.load.equilibrium if speed else None}
 
 
+def load_inputs(scene: Scene) -> dict[str, Any]:
+    """Loads and outputs that a reduced model depends on, with the content of their files; none: nothing."""
+    excitation, load = scene.excitation, scene.load
+    outputs = [output.model_dump() for output in scene.output if not output.of_model]
+    if not (excitation.load or load.force or load.pressure or load.temperature or outputs):
+        return {}
+    return {
+        "loads": {
+            "excitation": [_without_file(item) for item in excitation.load],
+            "force": [_without_file(item) for item in load.force],
+            "pressure": [item.model_dump() for item in load.pressure],
+            "temperature": None if load.temperature is None else _without_file(load.temperature),
+            "outputs": outputs,
+            "expansion": None if scene.material is None else scene.material.expansion,
+        }
+    }
+
+
+def _without_file(item: Any) -> dict[str, Any]:
+    """A table with the content of its file in place of its name."""
+    values: dict[str, Any] = item.model_dump()
+    if values.get("file") is not None:
+        values["file"] = file_sha256(Path(values["file"]))
+    return values
+
+
 def _reduction_inputs(scene: Scene) -> dict[str, Any]:
     """What the reduction depends on; with modes = "auto" also the linear operation that the model is used for."""
     rom = scene.rom
@@ -149,8 +176,12 @@ def _curve_inputs(scene: Scene) -> dict[str, Any]:
         "contact": scene.contact.model_dump(),
         "excitation": {"engine_order": scene.excitation.engine_order, "force": scene.excitation.force},
         "response": scene.response.model_dump(),
-        "load": scene.load.model_dump(exclude={"equilibrium"}),
+        "load": scene.load.model_dump(exclude={"equilibrium", "force", "pressure", "temperature"}),
     }
+    if scene.excitation.harmonic:
+        values["harmonics"] = [item.model_dump() for item in scene.excitation.harmonic]
+    if scene.output:
+        values["outputs"] = [output.name for output in scene.output]
     if scene.contact.uses_punch:
         values["material"] = scene.material.model_dump() if scene.material else None
     return values

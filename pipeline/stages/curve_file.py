@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from pipeline.scene.loads_section import ExcitationHarmonic
 from pipeline.stages.curve_summary import summary_attributes
 
 if TYPE_CHECKING:
@@ -35,6 +36,8 @@ COLUMNS = {
     "growth_rate": "growth_rate",
     "growth_nodal_diameter": "growth_nodal_diameter",
 }
+HARMONICS = "excitation.harmonic"  # attribute: the harmonics of the excitation as JSON
+OUTPUT, AMPLITUDE = "output_", "amplitude_"  # datasets of a further output, and its name
 RESIDUAL = "residual"  # group of the bounds over residual tractions
 BRANCHES = "branch"  # group of the detached branches of a curve: branch/1, branch/2, ...
 
@@ -56,6 +59,8 @@ def used_parameters(scene: Scene, contact: Contact, parameters: Mapping[str, Any
     values |= {f"response.{key}": value for key, value in response.items()}
     values["excitation.engine_order"] = scene.excitation.engine_order
     values["excitation.force"] = scene.excitation.force
+    if scene.excitation.harmonic:
+        values[HARMONICS] = json.dumps([item.model_dump() for item in scene.excitation.harmonic])
     values["load.speed_rpm"] = scene.load.speed_rpm
     return {key: value for key, value in parameters.items() if key not in values} | values
 
@@ -72,7 +77,11 @@ def section_from_attributes(kind: type[S], attributes: Mapping[str, Any]) -> S:
     """
     prefix = f"{kind.__name__.lower()}."
     values = {key.removeprefix(prefix): value for key, value in attributes.items() if key.startswith(prefix)}
-    return kind.model_construct(**{name: _scene_value(value) for name, value in values.items()})
+    plain = {name: _scene_value(value) for name, value in values.items()}
+    if HARMONICS in attributes:
+        given = json.loads(attributes[HARMONICS])
+        plain |= {"harmonic": tuple(ExcitationHarmonic(**item) for item in given)} if prefix == "excitation." else {}
+    return kind.model_construct(**plain)
 
 
 def _scene_value(value: Any) -> Any:
@@ -124,6 +133,10 @@ def _write_points(group: h5py.Group, response: ResponseCurve) -> None:
         group.create_dataset(f"harmonic_{h + 1}_m", data=harmonics[:, h], track_times=False)
     for name in ("relative_displacement", "contact_force", "output", "energy_error"):
         group.create_dataset(name, data=np.asarray(getattr(response, name)), track_times=False)
+    for name, values in response.outputs.items():
+        data = values[:, :, 0] if values.shape[2] == 1 else values
+        group.create_dataset(f"{OUTPUT}{name}", data=data, track_times=False)
+        group.create_dataset(f"{AMPLITUDE}{name}", data=response.amplitude_of(name), track_times=False)
 
 
 def cell_value(value: Any) -> Any:

@@ -64,7 +64,26 @@ def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
         "detached": json.dumps([_detached(branch) for branch in response.detached]),
         **_worst(response.worst),
         "free_nodes": int(response.free_nodes),
+        "outputs": json.dumps([_peak_of(response, name) for name in response.outputs]),
         **_residual(response.residual_bounds),
+    }
+
+
+def _peak_of(response: ResponseCurve, name: str) -> dict[str, Any]:
+    """The largest amplitude of a further output on any branch; branch 0 is the main one."""
+    branches = [response, *response.detached]
+    found = [(number, branch.amplitude_of(name)) for number, branch in enumerate(branches) if branch.points]
+    if not found:
+        return {"name": name, "peak_amplitude": None, "peak_frequency_hz": None, "branch": None}
+    number, amplitude = max(found, key=lambda each: float(each[1].max()))
+    at = int(amplitude.argmax())
+    frequency = float(branches[number].frequency_hz[at])
+    return {
+        "name": name,
+        "peak_amplitude": float(amplitude[at]),
+        "peak_frequency_hz": frequency,
+        "branch": number,
+        "stable": bool(branches[number].stable[at]),
     }
 
 
@@ -172,6 +191,7 @@ class CurveSummary:
     residual_highest_m: float
     residual_highest_hz: float
     residual_highest_static_m: float
+    outputs: tuple[dict[str, Any], ...] = ()
 
 
 def _bounds(attributes: Mapping[str, Any]) -> dict[str, Any]:
@@ -207,6 +227,7 @@ def read_summary(group: h5py.Group) -> CurveSummary:
         detached=tuple(json.loads(attributes["detached"])),
         **{name: type(none)(attributes.get(name, none)) for name, none in NO_WORST.items()},
         free_nodes=int(attributes.get("free_nodes", -1)),
+        outputs=tuple(json.loads(attributes.get("outputs", "[]"))),
         **_bounds(attributes),
     )
 

@@ -136,7 +136,13 @@ def write_table(group: h5py.Group, table: CurveTable) -> None:
 def read_table(group: h5py.Group) -> CurveTable:
     """The table in a group; columns are read when they are first asked for."""
     parameters = group[_PARAMETERS]
-    columns = LazyArrays([*_TYPES, *_OTHERS], lambda name: _read(group[name]))
+    count = len(group["solved"])
+
+    def column(name: str) -> Array:
+        absent = name == "outputs" and name not in group  # files of earlier versions
+        return np.full(count, "[]", dtype=object) if absent else _read(group[name])
+
+    columns = LazyArrays([*_TYPES, *_OTHERS], column)
     return CurveTable(columns, LazyArrays(list(parameters), lambda key: _read(parameters[key])))
 
 

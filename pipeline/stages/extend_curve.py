@@ -13,7 +13,7 @@ from pipeline.process.clock import seconds_since
 from pipeline.scene import schema
 from pipeline.stages.curve_file import CURVE, section_from_attributes
 from pipeline.stages.curve_summary import keep_summary
-from pipeline.stages.scene_to_solver import contact_parameters, nonlinear_problem
+from pipeline.stages.scene_to_solver import contact_parameters, nonlinear_problem, section_excitation
 from pipeline.stages.solve_curve import Progress
 from pipeline.stages.stored_curve import branch_mark, read_added, read_curve, write_extended
 
@@ -142,7 +142,7 @@ def _offers(source: Source) -> Iterator[_Offer]:
     """Solutions on the branches of a neighbour that are new in its file, with the parameters that they solve."""
     import h5py
 
-    from nonlinear import Excitation, branch_starts
+    from nonlinear import branch_starts
     from rom import read_reduced_model
 
     model = read_reduced_model(source.rom, with_basis=False)
@@ -150,7 +150,7 @@ def _offers(source: Source) -> Iterator[_Offer]:
         section = section_from_attributes(schema.Contact, file.attrs)
         wave = section_from_attributes(schema.Excitation, file.attrs)
     contact = contact_parameters(section, model.n_contacts, model.contact_area)
-    force = Excitation(engine_order=wave.engine_order, force=wave.force)
+    force = section_excitation(wave)
     curve = read_added(source.file)
     branches = (*curve.detached, curve)
     of_branch: list[list[BranchStart]] = [[] for _ in branches]

@@ -61,8 +61,7 @@ def _built(run: Run, member: Member, keys: ModelKeys, read: dict[str, MatrixMode
         entry = _make(run, member, keys, read)
     run.log.note(Stage.REDUCE, ran=ran, seconds=entry.seconds)
     facts = json.loads(entry.file(FACTS).read_text(encoding="utf-8"))
-    notes = facts.pop("notes")
-    for note in notes if ran else ():
+    for note in facts["notes"] if ran else ():
         run.reporter.line(f"{member.scene.name}: {note}")
     return BuiltModel(keys.reduce, entry.file(REDUCED_MODEL), None, facts)
 

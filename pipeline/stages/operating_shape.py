@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pipeline.scene.schema import Excitation, Load, Response
 from pipeline.stages.curve_file import section_from_attributes
-from pipeline.stages.scene_to_solver import damped_modes
+from pipeline.stages.scene_to_solver import damped_modes, section_excitation
 
 Array = NDArray[np.float64]
 
@@ -86,8 +86,8 @@ def operating_shape(curve: Path, rom: Path, n_vertices: int) -> OperatingShape |
     model = read_reduced_model(rom)
     modal = damped_modes(model, response, load)
     phase = modal.phase(excitation.engine_order)
-    harmonics = tuple(range(len(force)))
-    receptance = RelativeReceptance(modal, phase, harmonics, excitation.force, excitation.factors)
+    wave, harmonics = section_excitation(excitation), tuple(range(len(force)))
+    receptance = RelativeReceptance(modal, phase, harmonics, wave.force, wave.factors)
     coordinates, _ = receptance.modal_response(2.0 * np.pi * frequency, force.reshape(len(force), -1))
     vertices = expand_to_mesh(model, coordinates @ modal.shapes.T)[:, :n_vertices]
     return OperatingShape(frequency, amplitude, phase, vertices)

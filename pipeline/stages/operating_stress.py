@@ -129,7 +129,7 @@ def make_operating_stress(
         sector,
         materials,
         (model, modal),
-        boundary_choice(scene),
+        boundary_choice(scene, sector, materials),
         _solved_point(point, modal.phase(excitation.engine_order), excitation),
         large_displacements=scene.load.equilibrium == "nonlinear",
         check=settings.check,

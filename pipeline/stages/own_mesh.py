@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import InputError, input_error, reason_of
 from pipeline.process.isolated_reading import read_apart
 from pipeline.scene.centrifugal_strain import LARGEST_STRAIN, allowed_speed, centrifugal_strain
+from pipeline.scene.consistency import parameter_error
 from pipeline.scene.size_limits import LARGEST_MODEL, MARGIN
 from pipeline.stages.mesh_findings import FINDINGS, elements_by_kind, extent, own_findings
 
 if TYPE_CHECKING:
     from geometry import ImportedMesh, OwnSector, SectorChoice
     from pipeline.scene.mesh_section import Mesh
+    from pipeline.scene.reading import SceneFile
     from pipeline.scene.schema import Scene
 
 READER = "the reader of mesh files"
@@ -120,6 +122,8 @@ def _renumbered(mesh: ImportedMesh, before: ImportedMesh, sources: list[tuple[in
 
 def write_findings(folder: Path, own: OwnSector) -> None:
     """What was found in the file, for report, summary and the stages that need materials."""
+    from rom import element_warnings
+
     sector = own.sector
     facts = {
         "n_blades": sector.n_blades,
@@ -127,10 +131,28 @@ def write_findings(folder: Path, own: OwnSector) -> None:
         "points": len(sector.points),
         "materials": {name: dict(numbers) for name, numbers in own.materials.items()},
         "used": sorted({block.material for block in sector.blocks}),
-        "findings": list(own.findings.lines),
+        "findings": [*own.findings.lines, *element_warnings(sector)],
         **extent(sector),
     }
     (folder / FINDINGS).write_text(json.dumps(facts), encoding="utf-8")
+
+
+def check_meshes(file: SceneFile) -> list[str]:
+    """Read the mesh files of a scene; a line for each that cannot be read or makes no sector."""
+    lines: dict[str, None] = {}
+    known: set[object] = set()
+    for member in file.members:
+        scene = member.scene
+        if scene.mesh in known:
+            continue
+        known.add(scene.mesh)
+        try:
+            read_own_sector(scene)
+        except InputError as error:
+            lines[str(error)] = None
+        except ValueError as error:
+            lines[str(parameter_error(file.path, member, error))] = None
+    return list(lines)
 
 
 def check_on_mesh(scene: Scene, folder: Path) -> None:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from geometry import SectorMesh
     from nonlinear import ContactParameters, Excitation, SolverOptions
     from pipeline.scene.schema import Contact, Load, Response, Scene
+    from pipeline.scene.schema import Excitation as ExcitationSection
     from rom import LinearOperation, ModalModel, ReducedModel
 
 
@@ -70,9 +71,15 @@ def face_area(model: ReducedModel) -> float | None:
 
 def excitation(scene: Scene) -> Excitation:
     """The travelling-wave excitation."""
-    from nonlinear import Excitation
+    return section_excitation(scene.excitation)
 
-    return Excitation(engine_order=scene.excitation.engine_order, force=scene.excitation.force)
+
+def section_excitation(section: ExcitationSection) -> Excitation:
+    """The travelling-wave excitation of a section [excitation]."""
+    from nonlinear import Excitation, ExcitationHarmonic
+
+    harmonics = tuple(ExcitationHarmonic(item.order, item.amplitude, item.phase) for item in section.harmonic)
+    return Excitation(section.engine_order, section.force, harmonics)
 
 
 def solver_options(scene: Scene) -> SolverOptions:
@@ -92,6 +99,7 @@ def solver_options(scene: Scene) -> SolverOptions:
         truncation=response.truncation,
         residual_tractions=response.residual_tractions,
         time_integration=response.time_integration,
+        outputs=tuple(output.name for output in scene.output),
     )
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.stages.curve_file import BRANCHES, COLUMNS, write_branch
+from pipeline.stages.curve_file import BRANCHES, COLUMNS, OUTPUT, write_branch
 from pipeline.stages.curve_summary import stored_worst, summary_attributes
 from pipeline.store.fingerprints import content_fingerprint
 
@@ -29,7 +29,7 @@ NUMBERS = (
 )
 ADDED = "added"  # attribute of a branch: whether it is new in this file, and not in the one that the file extends
 # What further branches change in the summary of a curve; everything else speaks of the main branch.
-_CHANGED = ("detached", "branches_left_out", "worst_", "seconds")
+_CHANGED = ("detached", "outputs", "branches_left_out", "worst_", "seconds")
 
 
 def read_curve(path: Path) -> ResponseCurve:
@@ -154,6 +154,11 @@ def _read(group: h5py.Group) -> ResponseCurve:
         truncation_branch=str(attributes["truncation_branch"]),
         branches_left_out=int(attributes["branches_left_out"]),
         free_nodes=int(attributes["free_nodes"]),
+        outputs={
+            name.removeprefix(OUTPUT): values[()].reshape(*values.shape[:2], -1)
+            for name, values in group.items()
+            if name.startswith(OUTPUT)
+        },
     )
 
 

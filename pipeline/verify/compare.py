@@ -98,7 +98,7 @@ def blade_reference(scene: Scene, files: BladeFiles) -> BladeReference:
         The range holds too many modes.
     """
     sector, full = _loaded(scene, files)
-    reference = _reference(scene, sector, full)
+    reference = _reference(scene, files, sector, full)
     try:
         other, reason = _other_reference(scene, sector, files), ""
     except Exception as error:  # the modal truncation error needs no other mesh
@@ -210,13 +210,14 @@ def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -
 
     first = scenes[0]
     sector, full = _loaded(first, files)
+    materials = scene_materials(first, files.sector)
     try:
         return reduce_to_tolerance(
             full,
             sector,
             tolerance,
             [linear_operation(scene, sector) for scene in scenes],
-            boundary_choice(first),
+            boundary_choice(first, sector, materials),
             store_basis=False,
         ).modes
     except RomParameterError:
@@ -236,13 +237,14 @@ def _nonlinear_reference(scene: Scene, files: BladeFiles) -> FullReference | Non
         return None
     load = scene.load.model_copy(update={"equilibrium": "nonlinear"})
     other = scene.model_copy(update={"load": load})
-    return _reference(other, *_loaded(other, files))
+    return _reference(other, files, *_loaded(other, files))
 
 
-def _reference(scene: Scene, sector: SectorMesh, full: FullModel) -> FullReference:
+def _reference(scene: Scene, files: BladeFiles, sector: SectorMesh, full: FullModel) -> FullReference:
     from rom import full_reference
 
-    highest, choice = scene.response.frequency[1], boundary_choice(scene)
+    choice = boundary_choice(scene, sector, scene_materials(scene, files.sector))
+    highest = scene.response.frequency[1]
     return full_reference(full, sector, highest, choice, with_face=not node_by_node(scene))
 
 
@@ -291,7 +293,7 @@ def _other_reference(scene: Scene, own: SectorMesh, files: BladeFiles) -> OtherR
         size, element, sector = finer_sector(own)
         at_rest = assemble(sector, materials, None)
     full = at_speed(at_rest, sector, scene, materials)
-    return OtherReference(OtherMesh(size, element, full.n_dofs), sector, _reference(scene, sector, full))
+    return OtherReference(OtherMesh(size, element, full.n_dofs), sector, _reference(scene, files, sector, full))
 
 
 def _convergence(size: float, element: str, other: OtherReference | None) -> float:

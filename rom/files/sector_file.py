@@ -34,7 +34,7 @@ def save_sector(path: str | Path, sector: SectorMesh) -> None:
     >>> save_sector("sector.h5", build_sector(blade, shroud, MeshParameters(size=0.02)))
     >>> with opened("sector.h5") as file:
     ...     print(*sorted(file), file.attrs["n_blades"])
-    blocks left node_sets points right 40
+    blocks left node_sets points right surfaces 40
     """
     with new_hdf5(path) as file:
         file.attrs["format"] = FORMAT

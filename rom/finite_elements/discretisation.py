@@ -199,7 +199,7 @@ def _promoted(mesh: ElementMesh, element: str) -> Discretisation:
     other = sorted({block.kind for block in mesh.blocks} - {"hex8"})
     if other:
         raise RomParameterError(
-            "mesh", "element", element, f"must be left out: the mesh has {', '.join(other)} elements"
+            "mesh", "element", element, f"must be None, left out in a scene: the mesh has {', '.join(other)} elements"
         )
     from skfem import Dofs, ElementHex1, ElementHex2, ElementHexS2, MeshHex1
 

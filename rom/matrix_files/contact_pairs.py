@@ -199,10 +199,15 @@ def _frames(position: NDArray[np.float64], normal: NDArray[np.float64]) -> NDArr
 
 
 def _triangulated_areas(position: NDArray[np.float64], frames: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Areas (k,) in m^2: a third of each Delaunay triangle in the mean tangent plane to each of its corners."""
+    """Areas (k,) in m^2: a third of each Delaunay triangle in the mean tangent plane to each of its corners.
+
+    The area in the plane over n . n_mean is that on the face; slivers along a curved edge of the face have none.
+    """
     from scipy.spatial import Delaunay, QhullError
 
-    plane = (position - position.mean(axis=0)) @ frames.mean(axis=0)[:2].T
+    left, _, right = np.linalg.svd(frames.mean(axis=0))
+    mean = left @ right
+    plane = (position - position.mean(axis=0)) @ mean[:2].T
     try:
         corners = Delaunay(plane / np.abs(plane).max()).simplices
     except (QhullError, ValueError):
@@ -210,8 +215,7 @@ def _triangulated_areas(position: NDArray[np.float64], frames: NDArray[np.float6
         raise RomParameterError(
             "model.sets", "contact_right", f"{len(position)} nodes without areas", allowed
         ) from None
-    sides = position[corners[:, 1:]] - position[corners[:, :1]]
-    triangle = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    return np.asarray(
-        np.bincount(corners.ravel(), np.repeat(triangle / 3.0, 3), minlength=len(position)), dtype=float
-    )
+    (ax, ay), (bx, by) = (plane[corners[:, k]].T - plane[corners[:, 0]].T for k in (1, 2))
+    triangle = 0.5 * np.abs(ax * by - ay * bx)
+    flat = np.bincount(corners.ravel(), np.repeat(triangle / 3.0, 3), minlength=len(position))
+    return np.asarray(flat / np.abs(frames[:, 2] @ mean[2]))

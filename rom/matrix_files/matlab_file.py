@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.errors import MatrixFileError
-from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
+from rom.files.hdf5_reading import opened, stored_array, why_unreadable
 from rom.matrix_files.labelled_matrix import LARGEST, LabelledMatrix, check_numbers
 from rom.matrix_files.matrix_names import chosen_name
 
@@ -35,7 +35,7 @@ def read_matlab(path: str | os.PathLike[str], name: str | None, usual: tuple[str
         return _read_level_5(path, name, usual)
     except MatrixFileError:
         raise
-    except (*UNREADABLE, NotImplementedError) as error:
+    except Exception as error:  # the libraries raise whatever a damaged record makes of their arithmetic
         raise MatrixFileError(path, f"not readable as MATLAB: {why_unreadable(error)}", _ALLOWED) from None
 
 
@@ -96,14 +96,17 @@ def write_matlab_file(
             if issparse(value):
                 _write_sparse(file.create_group(name), csc_matrix(value))
             else:
-                array = np.asarray(value)
-                columns = array.reshape(len(array), 1) if array.ndim == 1 else array
-                if columns.dtype.kind == "c":
-                    columns = np.ascontiguousarray(columns).view([("real", "<f8"), ("imag", "<f8")])
-                file[name] = columns.T
-                file[name].attrs["MATLAB_class"] = np.bytes_("double")
+                _write_full(file, name, np.asarray(value))
     with open(path, "r+b") as raw:
         raw.write(_HEADER.ljust(116) + bytes(8) + b"\x00\x02IM")
+
+
+def _write_full(file: Any, name: str, array: NDArray[Any]) -> None:
+    columns = array.reshape(len(array), 1) if array.ndim == 1 else array
+    if columns.dtype.kind == "c":
+        columns = np.ascontiguousarray(columns).view([("real", "<f8"), ("imag", "<f8")])
+    file[name] = columns.T
+    file[name].attrs["MATLAB_class"] = np.bytes_("double")
 
 
 def _write_sparse(group: Any, matrix: Any) -> None:

@@ -8,7 +8,7 @@ as a spring without mass or coupling, which never moves.
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -134,48 +134,59 @@ def model_from_matrices(choice: MatrixChoice) -> MatrixModel:
     >>> model.full.n_dofs, model.full.isotropic_mass, len(model.sector.right.nodes)
     (6, True, 1)
     """
-    from scipy.sparse import coo_matrix
-
     found = sector_nodes(choice)
     stiffness, mass, labels, notes = read_matrix_pair(choice)
     rows = _rows(choice, found, labels, stiffness.shape[0])
-    scale = _scale(choice.unit, rows)
-
-    def embedded(matrix: csr_matrix) -> csr_matrix:
-        entries = matrix.tocoo()
-        data = entries.data * scale[entries.row] * scale[entries.col] * FORCES[choice.unit] * LENGTHS[choice.unit]
-        where = rows.place[entries.row], rows.place[entries.col]
-        return coo_matrix((data, where), shape=(rows.size, rows.size)).tocsr()
-
     n = len(found.sector.points)
-    absent, held, single = _constrained(rows, found.sector.node_sets["root"])
-    k, m = embedded(stiffness), embedded(mass)
-    spring = np.zeros(rows.size)
-    spring[single] = np.abs(k.diagonal()).mean() or 1.0
-    k = _turned(_with_diagonal(k, spring), found, rows.size)
-    m = _turned(m, found, rows.size)
-    if choice.speed_rpm and len(np.flatnonzero(rows.place >= _TRANSLATIONS * n)):
+    if choice.speed_rpm and np.any(rows.place >= _TRANSLATIONS * n):
         allowed = "must be 0 with rotations or generalised coordinates, whose Coriolis forces are not known"
         raise RomParameterError("model", "speed_rpm", choice.speed_rpm, allowed)
+    absent, held, single = _constrained(rows, found.sector.node_sets["root"])
+    _check_boundary(choice, found, np.union1d(held, single // 3))
+    full = _full_model(choice, found, rows, (stiffness, mass), (held, single))
+    said = f"{len(rows.place)} dofs, {len(held)} clamped nodes, {np.sum(single < 3 * n)} single constraints"
+    left_out = _ABSENT if len(absent) and choice.centrifugal is None else ()
+    return MatrixModel(full, found.sector, (*notes, *found.notes, said, *left_out, *_findings(choice, full, n)))
+
+
+def _full_model(
+    choice: MatrixChoice,
+    found: SectorNodes,
+    rows: Rows,
+    matrices: tuple[csr_matrix, csr_matrix],
+    constrained: tuple[NDArray[np.int64], NDArray[np.int64]],
+) -> FullModel:
+    """The matrices in SI units, the axes of the ring and the places of the full model."""
+    held, single = constrained
+    k, m = (_embedded(matrix, rows, choice.unit) for matrix in matrices)
+    spring = np.zeros(rows.size)
+    spring[single] = np.abs(k.diagonal()).mean() or 1.0
+    k, m = _turned(_with_diagonal(k, spring), found, rows.size), _turned(m, found, rows.size)
+    n = len(found.sector.points)
     positions = np.zeros((rows.size // 3, 3))
     positions[:n] = found.sector.points
-    full = FullModel(
+    given = choice.centrifugal is not None
+    return FullModel(
         stiffness=k,
         mass=m,
         positions=positions,
         vertex_node=np.arange(n),
         fixed=node_dofs(held).ravel(),
-        centrifugal=_spin_force(m, positions),
+        centrifugal=_given_force(choice, found, rows) if given else _spin_force(m, positions),
         element="matrices",
         speed_rpm=float(choice.speed_rpm),
         isotropic_mass=_is_isotropic(m),
     )
-    if choice.centrifugal is not None:
-        full = replace(full, centrifugal=_given_force(choice, found, rows))
-    _check_boundary(choice, found, np.union1d(held, single // 3))
-    said = f"{len(rows.place)} dofs, {len(held)} clamped nodes, {np.sum(single < 3 * n)} single constraints"
-    left_out = _ABSENT if len(absent) and choice.centrifugal is None else ()
-    return MatrixModel(full, found.sector, (*notes, *found.notes, said, *left_out, *_findings(choice, full, n)))
+
+
+def _embedded(matrix: csr_matrix, rows: Rows, unit: str) -> csr_matrix:
+    """A matrix in the places of the full model, in SI units."""
+    from scipy.sparse import coo_matrix
+
+    scale, entries = _scale(unit, rows), matrix.tocoo()
+    data = entries.data * scale[entries.row] * scale[entries.col] * FORCES[unit] * LENGTHS[unit]
+    where = rows.place[entries.row], rows.place[entries.col]
+    return coo_matrix((data, where), shape=(rows.size, rows.size)).tocsr()
 
 
 def _reordered(choice: MatrixChoice, mass: LabelledMatrix, labels: DofLabels) -> csr_matrix:

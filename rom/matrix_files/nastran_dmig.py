@@ -61,18 +61,20 @@ def read_dmig(path: str | os.PathLike[str], name: str | None, usual: tuple[str, 
 
 def _take(path: str | os.PathLike[str], matrices: dict[str, _Dmig], fields: list[str]) -> None:
     """Add one DMIG entry, its header or a column, to the matrices."""
-    name = fields[1].upper()
+    name = fields[1].upper() if len(fields) > 1 else ""
     try:
         if fields[2] == "0":
             matrices[name] = _Dmig(int(fields[3]), int(fields[4]))
             return
-        if name not in matrices:
-            raise MatrixFileError(path, f"a column of {name} before its header (DMIG, {name}, 0, ...)", _ALLOWED)
         column = int(fields[2]), int(fields[3] or 0)
         for k in range(5, len(fields) - 2, 4):
             if fields[k]:
                 row = int(fields[k]), int(fields[k + 1] or 0)
                 matrices[name].entries.append((*row, *column, _number(fields[k + 2])))
+    except KeyError:
+        raise MatrixFileError(
+            path, f"a column of {name} before its header (DMIG, {name}, 0, ...)", _ALLOWED
+        ) from None
     except (ValueError, IndexError):
         shown = ", ".join(fields[:8])
         raise MatrixFileError(path, f"an entry that cannot be read: {shown}", _ALLOWED) from None
@@ -82,21 +84,18 @@ def _cards(path: str | os.PathLike[str]) -> Iterator[list[str]]:
     """Fields of each DMIG entry with its continuations: the name of the card first, four fields after the column."""
     card: list[str] = []
     try:
-        with Path(path).open(encoding="ascii") as file:
-            for line in file:
-                text = line.split("$")[0].rstrip("\n")
-                if not text.strip():
-                    continue
-                start = text[:8].split(",")[0].strip().rstrip("*").upper()
-                if start == "" or start.startswith("+") or text.startswith("*"):
-                    if card:
-                        card += _fields(text)[1:]
-                    continue
-                if card:
-                    yield card
-                card = _fields(text) if start == "DMIG" else []
+        lines = Path(path).read_text(encoding="ascii").splitlines()
     except UnicodeDecodeError:
         raise MatrixFileError(path, "not a text file", _ALLOWED) from None
+    for line in lines:
+        text = line.split("$")[0]
+        start = text[:8].split(",")[0].strip().rstrip("*").upper()
+        if start == "" or start.startswith("+"):
+            card += _fields(text)[1:] if card and text.strip() else []
+            continue
+        if card:
+            yield card
+        card = _fields(text) if start == "DMIG" else []
     if card:
         yield card
 

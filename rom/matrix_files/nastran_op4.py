@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,7 +31,8 @@ def read_op4(path: str | os.PathLike[str], name: str | None, usual: tuple[str, .
 
     op4 = _library(path)
     size = Path(path).stat().st_size
-    with np.printoptions(), np.errstate(all="ignore"):
+    with np.printoptions(), np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
         try:
             names, shapes, _, _ = op4.dir(os.fspath(path), verbose=False)
         except Exception as error:  # the library raises whatever a damaged record makes of its arithmetic

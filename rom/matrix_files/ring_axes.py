@@ -1,4 +1,4 @@
-"""Units and axes of a model from elsewhere: into metres, x along the engine axis, z outward through the tip."""
+"""Units and axes of a model from elsewhere: metres, x along the engine axis, z through the contact faces."""
 
 from __future__ import annotations
 
@@ -54,10 +54,10 @@ class RingAxes:
         return vectors @ self.rows.T if self.turned else vectors
 
 
-def ring_axes(axis: str | ArrayLike, point: ArrayLike, unit: str, tip: NDArray[np.float64]) -> RingAxes:
-    """Axes of the ring: x along `axis` through `point`, z through the `tip` (3,), all in the axes of the file.
+def ring_axes(axis: str | ArrayLike, point: ArrayLike, unit: str, at: NDArray[np.float64]) -> RingAxes:
+    """Axes of the ring: x along `axis` through `point`, z through the point `at` (3,), all in the axes of the file.
 
-    Raises RomParameterError for an unknown axis or unit and a tip on the axis.
+    Raises RomParameterError for an unknown axis or unit and a point on the axis.
     """
     if unit not in LENGTHS:
         raise RomParameterError("model", "unit", unit, f"must be one of {', '.join(LENGTHS)}")
@@ -69,11 +69,11 @@ def ring_axes(axis: str | ArrayLike, point: ArrayLike, unit: str, tip: NDArray[n
         raise RomParameterError("model", "axis", axis, "must be three finite numbers, not all 0")
     x = x / length
     origin = np.asarray(point, dtype=float)
-    arm = tip - origin
+    arm = at - origin
     radial = arm - (arm @ x) * x
     radius = np.linalg.norm(radial)
     if radius <= _ON_AXIS * np.linalg.norm(arm) or radius == 0.0:
-        raise RomParameterError("model", "axis", axis, "must be an axis that the tip does not lie on")
+        raise RomParameterError("model", "axis", axis, "must be an axis that the contact faces stand around")
     z = radial / radius
     rows = np.array([x, np.cross(z, x), z])
     snapped = np.round(rows)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,33 +78,36 @@ def model_from_superelement(
     """
     found = sector_nodes(choice)
     stiffness, mass, motion, factor, notes = _matrices(choice, found)
-    n_nodes = len(found.table.labels)
     basis = _nodal_motion(found, motion)
-    loaded = _loaded_node(found, basis, boundary)
-    tip = int(found.sector.node_sets["tip"][0])
-    motions = {}
-    for name, face in (("contact_right", found.sector.right), ("contact_left", found.sector.left)):
-        _require(choice, found, basis, face.nodes, name)
-        motions[name] = (face.frame @ basis[face.nodes]).reshape(3 * len(face.nodes), -1)
-    _require(choice, found, basis, np.array([tip]), "tip")
-    load = boundary.unit_direction @ basis[loaded]
-    known = np.nan_to_num(basis.reshape(3 * n_nodes, -1))
+    _require(choice, found, basis)
     model = ReducedModel(
         mass=mass.toarray() * factor,
         stiffness=stiffness.toarray() * factor,
-        contact_position=found.sector.right.position,
-        contact_area=found.sector.right.area,
-        force_excitation=load,
         force_centrifugal=_centrifugal(choice, stiffness.shape[0], factor),
-        outputs={"tip": load, **{f"tip_{axis}": basis[tip, k] for k, axis in enumerate("xyz")}},
-        basis=known,
+        basis=np.nan_to_num(basis.reshape(-1, basis.shape[2])),
         n_blades=choice.n_blades,
         speed_rpm=float(choice.speed_rpm),
         producer=f"superelement of {stiffness.shape[0]} coordinates, {choice.speed_rpm:g} rpm",
-        **motions,
+        **_selection(found, basis, boundary),
     )
     _check_mass(choice, model)
     return model, (*notes, *found.notes)
+
+
+def _selection(found: SectorNodes, basis: NDArray[np.float64], boundary: BoundaryChoice) -> dict[str, Any]:
+    """Contact motions, excitation and outputs, by argument of `ReducedModel`."""
+    right, left = found.sector.right, found.sector.left
+    load = boundary.unit_direction @ basis[_loaded_node(found, basis, boundary)]
+    tip = basis[found.sector.node_sets["tip"][0]]
+    n = basis.shape[2]
+    return {
+        "contact_right": (right.frame @ basis[right.nodes]).reshape(-1, n),
+        "contact_left": (left.frame @ basis[left.nodes]).reshape(-1, n),
+        "contact_position": right.position,
+        "contact_area": right.area,
+        "force_excitation": load,
+        "outputs": {"tip": load, **{f"tip_{axis}": tip[k] for k, axis in enumerate("xyz")}},
+    }
 
 
 def _matrices(
@@ -160,15 +163,16 @@ def _loaded_node(found: SectorNodes, basis: NDArray[np.float64], boundary: Bound
     return int(known[np.argmin(np.linalg.norm(away, axis=1))])
 
 
-def _require(
-    choice: MatrixChoice, found: SectorNodes, basis: NDArray[np.float64], nodes: NDArray[np.int64], name: str
-) -> None:
-    unknown = nodes[~np.isfinite(basis[nodes]).all(axis=(1, 2))]
-    if len(unknown):
-        label = found.table.labels[unknown[0]]
-        shown = f"node {label} of {choice.set_name(name)} has no coordinates in the dofs"
-        allowed = "three displacements of every contact node and the tip"
-        raise MatrixFileError(choice.dofs or choice.stiffness, shown, allowed)
+def _require(choice: MatrixChoice, found: SectorNodes, basis: NDArray[np.float64]) -> None:
+    """Refuse contact nodes and a tip whose displacements are not known."""
+    for name in ("contact_right", "contact_left", "tip"):
+        nodes = found.sector.node_sets[name]
+        unknown = nodes[~np.isfinite(basis[nodes]).all(axis=(1, 2))]
+        if len(unknown):
+            label = found.table.labels[unknown[0]]
+            shown = f"node {label} of {choice.set_name(name)} has no coordinates in the dofs"
+            allowed = "three displacements of every contact node and the tip"
+            raise MatrixFileError(choice.dofs or choice.stiffness, shown, allowed)
 
 
 def _centrifugal(choice: MatrixChoice, size: int, factor: float) -> NDArray[np.float64] | None:

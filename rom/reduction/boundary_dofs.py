@@ -204,7 +204,8 @@ def _contact_nodes(
         contact = nodal_dofs(sector, full.vertex_node, len(full.positions))
         return contact, contact.weights.indices.astype(np.int64), None
     contact = averaged_dofs(sector, full.element, choice.contact_dofs, choice.mortar_grid)
-    return contact, *averaged_variables(contact.weights, others, choice.contact_dofs)
+    reserved = np.union1d(others, full.fixed // 3)
+    return contact, *averaged_variables(contact.weights, reserved, choice.contact_dofs)
 
 
 def _nearest_vertex(full: FullModel, position: ArrayLike) -> int:

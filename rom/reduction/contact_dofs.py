@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from rom.errors import RomParameterError
 from rom.finite_elements.discretisation import discretise
 from rom.reduction.mortar_dofs import Grid, contact_grid, mortar_projections
 from rom.reduction.patch_dofs import patch_averages
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
     from geometry import SectorMesh
 
+_ON_NODE = 1e-6  # a contact node this near to a node of the mesh, over the size of the face, is that node
 CONTACT_DOFS = ("mortar", "patch", "nodal")
 
 
@@ -58,8 +60,17 @@ class ContactDofs:
 
 
 def nodal_dofs(sector: SectorMesh, vertex_node: NDArray[np.int64], n_nodes: int) -> ContactDofs:
-    """Displacements of the contact nodes themselves; `vertex_node` (V,): node of each mesh vertex."""
+    """Displacements of the contact nodes themselves; `vertex_node` (V,): node of each mesh vertex.
+
+    Raises RomParameterError where the contact nodes are not nodes of the mesh on both faces.
+    """
     from scipy.sparse import csr_matrix
+
+    size = float(np.sqrt(sector.right.area.sum()))
+    for face in (sector.right, sector.left):
+        if np.abs(sector.points[face.nodes] - face.position).max() > _ON_NODE * size:
+            allowed = 'needs faces whose meshes match, and a contact grid on their nodes; "mortar" and "patch" do not'
+            raise RomParameterError("rom", "contact_dofs", "nodal", allowed)
 
     nodes = vertex_node[np.concatenate([sector.right.nodes, sector.left.nodes])]
     weights = csr_matrix((np.ones(len(nodes)), (np.arange(len(nodes)), nodes)), shape=(len(nodes), n_nodes))
@@ -74,7 +85,8 @@ def averaged_dofs(sector: SectorMesh, element: str | None, kind: str, grid: Grid
     nodes = discretise(sector, element)
     if kind == "patch":
         weights = patch_averages(nodes, sector)
-        return ContactDofs(weights, _node_frames(sector), sector.right.position, sector.right.area, kind)
+        centroids = weights[: len(sector.right.position)] @ nodes.positions
+        return ContactDofs(weights, _node_frames(sector), centroids, sector.right.area, kind)
     weights, frames, shares = mortar_projections(nodes, sector, grid or contact_grid(sector.right))
     position = weights[: len(shares)] @ nodes.positions
     return ContactDofs(weights, frames, position, shares * float(sector.right.area.sum()), kind)

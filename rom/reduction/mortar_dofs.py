@@ -25,23 +25,31 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry import sides_on
 from rom.errors import RomParameterError
 from rom.finite_elements.discretisation import Discretisation
-from rom.reduction.face_integrals import Rule, face_points
+from rom.reduction.face_integrals import FacePoints, Rule, face_points
+from rom.reduction.face_outline import outline, outline_edges
+from rom.reduction.static_equivalence import opposite_points, with_points_at
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-    from geometry import ContactFace, SectorMesh
+    from geometry import ContactFace, ElementSides, SectorMesh
 
 Grid = tuple[int, int]
 _OBLIQUE = 0.05  # largest scalar product of two psi_k over the largest w_k
+_RECTANGLE = 0.005  # the same, where the face is near enough to a rectangle
+_CURVED = 2  # more points in the rule of a straightened face
 _CURVATURE = 2  # degree, in s, of the fit of the contact frames
+_TURNED = 1e-4  # entries of the frames that this fit may miss
 
 
 def contact_grid(face: ContactFace) -> Grid:
@@ -49,8 +57,10 @@ def contact_grid(face: ContactFace) -> Grid:
 
     Raises RomParameterError where the nodes are no such grid.
     """
-    s, _ = _coordinates(face, face.position)
+    s, r = _coordinates(face, face.position)
     steps = np.diff(s)
+    if len(s) > 1 and abs(steps[0]) < abs(r[1] - r[0]):  # the second node is above the first, not beside it
+        return 1, len(s)
     backward = np.flatnonzero(steps * steps[:1] < 0.0)
     along = int(backward[0]) + 1 if len(backward) else len(s)
     if len(s) % along:
@@ -63,26 +73,98 @@ def mortar_projections(
 ) -> tuple[csr_matrix, NDArray[np.float64], NDArray[np.float64]]:
     """W (2 n_c, n) from n mesh nodes, frames (2 n_c, 3, 3) and shares w_k / A (n_c,) of the face's area.
 
-    W u are the displacements u_k of the right, then of the left face; each row sums to 1.
-    Raises RomParameterError where the mesh has no node sets of the faces, or a face is far from a rectangle.
+    W u are the displacements u_k of the right, then of the left face; each row sums to 1. The left contact nodes are
+    the right ones turned back by one pitch, whether the meshes of the faces match or not. A face that is far from a
+    rectangle is straightened to one.
+    Raises RomParameterError where the mesh has no node sets of the faces, or a face cannot be straightened.
     """
     from scipy.sparse import vstack
 
-    rows, frames, shares = [], [], []
-    rule = _element_rule(max(grid))
+    found = _projections(discretisation, sector, grid, False)
+    if _oblique(found) > _RECTANGLE:
+        found = min(found, _projections(discretisation, sector, grid, True), key=_oblique)
+    if _oblique(found) > _OBLIQUE:
+        allowed = 'needs contact faces that lines along t1 cross once; "patch" is for any shape'
+        raise RomParameterError("rom", "contact_dofs", "mortar", allowed)
+    right, left = found
+    targets = opposite_points(right.rows @ discretisation.positions, sector)
+    rows = with_points_at(left.rows, targets, discretisation.positions, left.points)
+    frames = np.concatenate([_frames(sector.right, right.at), _frames(sector.left, left.at)])
+    return vstack([right.rows, rows], format="csr"), frames, right.weight / right.weight.sum()
+
+
+@dataclass(frozen=True)
+class _Projection:
+    """Mortar projection of one face.
+
+    Attributes
+    ----------
+    rows : (n_c, n) CSR matrix
+        W.
+    points : FacePoints
+        Quadrature points.
+    at : (2, n_c) array
+        Coordinates s, r of the contact nodes, m.
+    weight : (n_c,) array
+        w_k, m^2.
+    oblique : float
+        Largest scalar product of two psi_k over the largest w_k; infinite where a w_k is not above 0.
+    """
+
+    rows: csr_matrix
+    points: FacePoints
+    at: NDArray[np.float64]
+    weight: NDArray[np.float64]
+    oblique: float
+
+
+def _oblique(projections: Sequence[_Projection]) -> float:
+    """The worst of both faces; infinite where there are none."""
+    return max((projection.oblique for projection in projections), default=np.inf)
+
+
+def _projections(
+    discretisation: Discretisation, sector: SectorMesh, grid: Grid, straighten: bool
+) -> list[_Projection]:
+    """Right and left projection in the coordinates (s, r), or in those of the faces straightened to rectangles.
+
+    Empty where the faces cannot be straightened.
+    """
+    found = []
+    rule = _element_rule(max(grid) + _CURVED * straighten)
     for side, face in (("right", sector.right), ("left", sector.left)):
         points = face_points(discretisation, sector, side, "mortar", rule)
         s, r = _coordinates(face, points.position)
-        polynomials, at_s = _lagrange_at_gauss_points(s, r, points.area, grid)
-        weight = polynomials @ points.area
-        products = (polynomials * points.area) @ polynomials.T
-        if np.abs(products - np.diag(weight)).max() > _OBLIQUE * weight.max() or weight.min() <= 0.0:
-            raise RomParameterError("rom", "contact_dofs", "mortar", "needs contact faces that are nearly rectangles")
-        # a sparse product keeps the columns of other nodes out
-        rows.append(_sparse(polynomials * points.area / weight[:, None]) @ points.interpolation)
-        frames.append(_frames(face, at_s))
-        shares.append(weight / weight.sum())
-    return vstack(rows, format="csr"), np.concatenate(frames), shares[0]
+        if straighten:
+            edges = outline_edges(sector.blocks, _surface(sector, side))
+            ends = _coordinates(face, sector.points[edges.ravel()])
+            chords = outline(*(end.reshape(-1, 2) for end in ends))
+            if chords is None:
+                return []
+            s = chords.straightened(s, r)
+        projection = _projection(points, s, r, grid)
+        if straighten:
+            at = np.stack(_coordinates(face, projection.rows @ discretisation.positions))
+            projection = replace(projection, at=at)
+        found.append(projection)
+    return found
+
+
+def _projection(points: FacePoints, s: NDArray[np.float64], r: NDArray[np.float64], grid: Grid) -> _Projection:
+    """The projection of one face on polynomials in s and r (q,)."""
+    polynomials, at = _lagrange_at_gauss_points(s, r, points.area, grid)
+    weight = polynomials @ points.area
+    products = (polynomials * points.area) @ polynomials.T
+    oblique = float(np.abs(products - np.diag(weight)).max() / weight.max()) if weight.min() > 0.0 else np.inf
+    # a sparse product keeps the columns of other nodes out
+    rows = _sparse(polynomials * points.area / weight[:, None]) @ points.interpolation
+    return _Projection(rows.tocsr(), points, at, weight, oblique)
+
+
+def _surface(sector: SectorMesh, side: str) -> ElementSides:
+    """The sides of elements on the face of a side."""
+    name = f"face_{side}"
+    return sector.surfaces[name] if name in sector.surfaces else sides_on(sector.blocks, sector.node_sets[name])
 
 
 def coarser_mortar(fine: Grid, coarse: Grid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -118,10 +200,11 @@ def _coordinates(face: ContactFace, position: NDArray[np.float64]) -> tuple[NDAr
 def _lagrange_at_gauss_points(
     s: NDArray[np.float64], r: NDArray[np.float64], area: NDArray[np.float64], grid: Grid
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """psi_k (n_c, q) at quadrature points with coordinates s, r (q,), and s (n_c,) of the contact nodes."""
+    """psi_k (n_c, q) at quadrature points with coordinates s, r (q,), and s, r (2, n_c) of the contact nodes."""
     along, radial = gauss_points(s, area, grid[0]), gauss_points(r, area, grid[1])
     product = _lagrange(radial, r)[:, None] * _lagrange(along, s)[None]
-    return product.reshape(len(radial) * len(along), -1), np.tile(along, len(radial))
+    at = np.stack([np.tile(along, len(radial)), np.repeat(radial, len(along))])
+    return product.reshape(len(radial) * len(along), -1), at
 
 
 def gauss_points(x: NDArray[np.float64], weight: NDArray[np.float64], count: int) -> NDArray[np.float64]:
@@ -153,14 +236,27 @@ def _lagrange(nodes: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.
     return values
 
 
-def _frames(face: ContactFace, s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Contact frames (n_c, 3, 3) at coordinates s (n_c,), from those of the face's nodes: they turn with s only."""
-    at, _ = _coordinates(face, face.position)
-    distinct = len(np.unique(np.round(at / (np.ptp(at) or 1.0), 6)))
-    fit = np.polynomial.polynomial.polyfit(at, face.frame.reshape(len(at), 9), min(_CURVATURE, distinct - 1))
-    found = np.polynomial.polynomial.polyval(s, fit).T.reshape(-1, 3, 3)
-    left, _, right = np.linalg.svd(found)
+def _frames(face: ContactFace, at: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Contact frames (n_c, 3, 3) at coordinates s, r (2, n_c), from those of the face's nodes.
+
+    On the faces of our own blades they turn with s only; on others with r too.
+    """
+    known = np.stack(_coordinates(face, face.position))
+    entries = face.frame.reshape(known.shape[1], 9)
+    distinct = len(np.unique(np.round(known[0] / (np.ptp(known[0]) or 1.0), 6)))
+    fit = np.polynomial.polynomial.polyfit(known[0], entries, min(_CURVATURE, distinct - 1))
+    found = np.polynomial.polynomial.polyval(at[0], fit).T
+    if np.abs(np.polynomial.polynomial.polyval(known[0], fit).T - entries).max() > _TURNED:
+        scale = np.abs(known).max()
+        found = _quadratic(at / scale) @ np.linalg.lstsq(_quadratic(known / scale), entries, rcond=_TURNED)[0]
+    left, _, right = np.linalg.svd(found.reshape(-1, 3, 3))
     return np.asarray(left @ right)
+
+
+def _quadratic(at: NDArray[np.float64]) -> NDArray[np.float64]:
+    """1, s, r, s^2, s r, r^2 (k, 6) at coordinates (2, k)."""
+    s, r = at
+    return np.stack([np.ones_like(s), s, r, s * s, s * r, r * r], axis=1)
 
 
 def _element_rule(degree: int) -> Rule:

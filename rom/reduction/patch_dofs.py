@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from rom.errors import RomParameterError
 from rom.finite_elements.discretisation import Discretisation
 from rom.reduction.face_integrals import FacePoints, Rule, face_points
+from rom.reduction.static_equivalence import opposite_points, with_points_at
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -35,28 +36,40 @@ _NORMALISED = 1e-12
 def patch_averages(discretisation: Discretisation, sector: SectorMesh) -> csr_matrix:
     """W (2 n_c, n) of the patches of the right, then of the left face, from n mesh nodes; each row sums to 1.
 
+    On faces whose meshes differ the left patches get linear weights with the centroids of the right patches turned
+    back by one pitch.
     Raises RomParameterError where the mesh has no node sets of the faces, or a contact node has no patch on its face.
     """
     from scipy.sparse import vstack
 
-    rows = []
+    rows: list[csr_matrix] = []
     for side, face in (("right", sector.right), ("left", sector.left)):
         points = face_points(discretisation, sector, side, "patch", _halves())
-        rows.append(_averages(points, face.position))
+        owner = _owner(points, face.position)
+        average = _averages(points, owner, len(face.position))
+        if rows:
+            targets = opposite_points(rows[0] @ discretisation.positions, sector)
+            average = with_points_at(average, targets, discretisation.positions, points, owner)
+        rows.append(average)
     return vstack(rows, format="csr")
 
 
-def _averages(points: FacePoints, centres: NDArray[np.float64]) -> csr_matrix:
-    """W (n_c, n) of one face with contact nodes at `centres` (n_c, 3) in m."""
-    from scipy.sparse import csr_matrix
+def _owner(points: FacePoints, centres: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The contact node (q,) that each quadrature point is nearest to, of those at `centres` (n_c, 3) in m."""
     from scipy.spatial import cKDTree
 
-    owner = cKDTree(centres).query(points.position)[1]
-    area = np.bincount(owner, points.area, len(centres))
+    return np.asarray(cKDTree(centres).query(points.position)[1], dtype=np.int64)
+
+
+def _averages(points: FacePoints, owner: NDArray[np.int64], count: int) -> csr_matrix:
+    """W (n_c, n) of one face with `count` contact nodes."""
+    from scipy.sparse import csr_matrix
+
+    area = np.bincount(owner, points.area, count)
     if not np.all(area > _NORMALISED * area.max(initial=0.0)):
         node = int(np.argmin(area))
         raise RomParameterError("rom", "contact_dofs", "patch", f"needs a face around contact node {node}")
-    share = csr_matrix((points.area / area[owner], (owner, np.arange(len(owner)))), shape=(len(centres), len(owner)))
+    share = csr_matrix((points.area / area[owner], (owner, np.arange(len(owner)))), shape=(count, len(owner)))
     return (share @ points.interpolation).tocsr()
 
 

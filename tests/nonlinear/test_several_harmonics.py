@@ -226,3 +226,22 @@ def test_smallest_value_of_a_trigonometric_polynomial():
     theta = 2.0 * np.pi * np.arange(200_000) / 200_000
     dense = (np.exp(1j * np.outer(theta, np.arange(5))) @ coefficients).real.min(axis=0)
     assert smallest_values(coefficients) == pytest.approx(dense, abs=1e-7)
+
+
+def test_further_outputs_and_the_largest_length():
+    """Components and a vector: the default output again, and a length that lies between bounds of the components."""
+    model = lumped_blade(3)
+    select = np.eye(model.size)
+    named = {f"mass_{axis}": select[row] for row, axis in enumerate("xyz")}
+    modal = modal_model(replace(model, outputs={**model.outputs, **named}), damping_ratio=0.03)
+    options = SolverOptions((0.1, 0.4), harmonics=3, outputs=("mass_y", "mass"), stability="wave", detached=False)
+    curve = forced_response(modal, contact(RUBBING), TWO, options)
+    assert curve.outputs["mass"].shape == (curve.points, 4, 3)
+    np.testing.assert_array_equal(curve.outputs["mass_y"][:, :, 0], curve.output)  # the force is along y
+    assert curve.amplitude_of("mass_y") == pytest.approx(curve.amplitude_m, rel=1e-9)
+    theta = 2.0 * np.pi * np.arange(20_000) / 20_000
+    at = int(np.argmax(curve.amplitude_m))
+    dense = (np.exp(1j * np.outer(theta, np.arange(4))) @ curve.outputs["mass"][at]).real
+    assert curve.amplitude_of("mass")[at] == pytest.approx(np.linalg.norm(dense, axis=1).max(), rel=1e-7)
+    with pytest.raises(OptionsError, match=r"^outputs: 'nose', allowed: tip, mass_x, "):
+        forced_response(modal, contact(RUBBING), TWO, replace(options, outputs=("nose",)))

@@ -12,7 +12,20 @@ from pipeline_support import ground_scene, small_scene, write_ground_model, writ
 
 PROJECT = Path(__file__).parents[2]
 PACKAGES = ("geometry", "rom", "nonlinear", "pipeline")
-HEAVY = ("gmsh", "pyvista", "vtk", "matplotlib", "meshio", "skfem", "numba", "rich", "jinja2", "PIL")
+HEAVY = (
+    "gmsh",
+    "pyvista",
+    "vtk",
+    "matplotlib",
+    "meshio",
+    "meshlane",
+    "mapdl_archive",
+    "skfem",
+    "numba",
+    "rich",
+    "jinja2",
+    "PIL",
+)
 # Folders and top-level files of a package, lowest first: each imports only from those on earlier lines.
 LAYERS = {
     "geometry": [
@@ -62,8 +75,8 @@ LAYERS = {
         {"stress"},
         {"report"},
         {"run", "terminal"},
-        {"check"},
-        {"python_interface", "command_usage"},
+        {"check", "new_scene"},
+        {"python_interface", "command_usage", "scene_commands"},
         {"command_options"},
         {"cli"},
     ],

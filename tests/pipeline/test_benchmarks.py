@@ -23,6 +23,12 @@ HERTZ = tuple(f"{springs}_{k}_hz" for springs in ("free", "scene", "punch", "rig
 SMOKE = {  # script, its table, arguments, rows, columns that hold finite numbers
     "family": ("family", "--interferences -0.00001 0.00001 --repeats 1", 2, ("points", "seconds", "least seconds")),
     "reduction": ("reduction", "--sizes 12 9 --modes 5", 2, ("dofs", "reduced", *PHASES, "total s", "memory_gb")),
+    "own_mesh": (
+        "own_mesh",
+        "--sizes 18 --modes 5",
+        2,
+        ("dofs", "reduced", "read s", "sector s", *PHASES[1:], "total s", "memory_gb"),
+    ),
     "parallel": (
         "parallel",
         "--curves 2 --jobs 1 2",

@@ -49,7 +49,7 @@ def off_by(found, exact):
 
 
 @needs_calculix
-@pytest.mark.parametrize("kind", [*QUADRATIC, "mixed"])
+@pytest.mark.parametrize("kind", [*QUADRATIC, "mixed", "hex8"])
 def test_ten_frequencies_of_a_curved_body_agree_to_a_millionth(kind, tmp_path):
     mesh = curved(kind)
     held = clamped_nodes(mesh)

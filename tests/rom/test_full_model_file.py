@@ -41,6 +41,12 @@ def test_reads_back_what_was_written(saved):
         np.testing.assert_array_equal(mine.indices, theirs.indices)
 
 
+def test_a_model_of_the_elements_of_a_mesh_says_so(tmp_path):
+    sector = box_sector(divisions=(2, 2, 2))
+    save_full_model(tmp_path / "own.h5", assemble(sector, STEEL, None))
+    assert load_full_model(tmp_path / "own.h5").element is None
+
+
 def test_reduces_to_the_same_bits(saved):
     sector, full, path = saved
     first, second = (

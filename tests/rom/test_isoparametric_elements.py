@@ -1,13 +1,15 @@
 """Every kind of element: shape functions, rigid motions, patch test, rates of convergence, curved geometry."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from element_meshes import KINDS, QUADRATIC, arched, brick, mixed_brick, moved, split_to_tetrahedra, wavy
-from rom_meshes import box, mesh_of
+from rom_meshes import box, mesh_of, mesh_of_blocks
 from rom_reference import lowest_hz
 from scipy.sparse.linalg import eigsh, spsolve
 
-from geometry import ELEMENT_KINDS, BladeParameters, MeshParameters, ShroudParameters, build_sector
+from geometry import ELEMENT_KINDS, BladeParameters, ElementBlock, MeshParameters, ShroudParameters, build_sector
 from rom import Material, RomParameterError, assemble, element_warnings, factorise
 from rom.finite_elements.assembly import elastic_matrices, stress_at_quadrature
 from rom.finite_elements.discretisation import discretise
@@ -191,8 +193,25 @@ def test_linear_tetrahedra_and_wedges_bend_too_stiffly_and_are_warned_of(kind):
     assert all(kind in line for line in element_warnings(mesh))
 
 
+def test_hanging_mid_side_nodes_are_warned_of():
+    """Linear elements beside quadratic ones, and mid-side nodes that were not merged."""
+    assert element_warnings(mixed_brick()) == ()
+    mesh = brick("hex20", (2, 1, 1))
+    block = mesh.blocks[0]
+    half = mesh_of_blocks(
+        mesh.points, replace(block, nodes=block.nodes[:1]), ElementBlock("hex8", block.nodes[1:, :8])
+    )
+    assert element_warnings(half)[-1].startswith("4 edges have a mid-side node in one element and none, or another")
+    table = block.nodes.copy()
+    common = np.intersect1d(table[0, 8:], table[1, 8:])
+    copies = dict(zip(common.tolist(), range(len(mesh.points), len(mesh.points) + 4), strict=True))
+    table[1] = [copies.get(node, node) for node in table[1].tolist()]
+    apart = mesh_of_blocks(np.vstack([mesh.points, mesh.points[common]]), replace(block, nodes=table))
+    assert element_warnings(apart)[0].startswith("4 edges")
+
+
 def test_a_mesh_of_other_elements_cannot_be_promoted():
-    with pytest.raises(RomParameterError, match="must be left out: the mesh has tet10 elements"):
+    with pytest.raises(RomParameterError, match="must be None, left out in a scene: the mesh has tet10 elements"):
         discretise(brick("tet10", (1, 1, 1)), "hex20")
 
 

@@ -134,12 +134,17 @@ def test_three_by_three_is_as_good_as_springs_spread_over_the_face(angle, engine
     assert error(patches) > 3.0 * error(reference.model)
 
 
-def test_a_face_that_is_no_rectangle_and_a_grid_that_is_none_are_refused():
+def test_a_face_of_two_parts_and_a_mesh_without_faces_are_refused():
     block = patch_block((6, 1, 6))
-    skew = block.points.copy()
-    skew[:, 0] *= 1.0 + 60.0 * (skew[:, 2] - 0.3)
+    level = np.round((block.points[:, 2] - 0.3) / 0.002).astype(int)
+    x = block.points[:, 0]
+    fork = {
+        name: nodes[(level[nodes] < 3) | (x[nodes] > 3e-3) | (np.abs(x[nodes] + 3e-3) < 2e-3)]
+        for name, nodes in block.node_sets.items()
+        if name.startswith("face")
+    }
     cases = [
-        (replace(block, points=skew), "nearly rectangles"),
+        (replace(block, node_sets={**block.node_sets, **fork}), "lines along t1 cross once"),
         (box_sector(divisions=(2, 2, 4)), 'node set "face_right"'),
     ]
     for sector, reason in cases:

@@ -1,0 +1,143 @@
+"""A mesh as the writers of mesh files need it: by labels, with its surfaces also as node sets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.elements import ElementBlock, ElementSides, sides_on
+from geometry.imported_mesh import ImportedMesh
+from geometry.sector import FloatArray, IntArray, SectorMesh
+
+MATERIAL = "MATERIAL"  # name of the material of blocks without one
+FACES = ("face_right", "face_left")
+
+
+@dataclass(frozen=True)
+class WrittenMesh:
+    """What is written.
+
+    Attributes
+    ----------
+    points, node_labels : (N, 3) array, (N,) array
+        Nodes.
+    blocks, element_labels : tuples of ElementBlock and of (E,) arrays
+        Elements.
+    node_sets : dict of str to (k,) array
+        Rows of the points.
+    element_sets : dict of str to (k, 2) array
+        Block and element.
+    surfaces : dict of str to ElementSides
+        Surfaces.
+    materials : dict of str to dict of str to float
+        Properties by the name of the material of a block.
+    """
+
+    points: FloatArray
+    node_labels: IntArray
+    blocks: tuple[ElementBlock, ...]
+    element_labels: tuple[IntArray, ...]
+    node_sets: dict[str, IntArray]
+    element_sets: dict[str, IntArray]
+    surfaces: dict[str, ElementSides]
+    materials: dict[str, dict[str, float]]
+
+    def nodes_of(self, block: int) -> IntArray:
+        """Labels of the nodes of each element of a block (E, b).
+
+        Parameters
+        ----------
+        block : int
+            The block.
+        """
+        return self.node_labels[self.blocks[block].nodes]
+
+    def material_of(self, block: int) -> str:
+        """Name of the material of a block in the file.
+
+        Parameters
+        ----------
+        block : int
+            The block.
+        """
+        return self.blocks[block].material or MATERIAL
+
+    def labels_of(self, places: IntArray) -> IntArray:
+        """Labels of elements (k,).
+
+        Parameters
+        ----------
+        places : (k, 2) array
+            Block and element.
+        """
+        labels = np.empty(len(places), dtype=np.int64)
+        for index, own in enumerate(self.element_labels):
+            here = places[:, 0] == index
+            labels[here] = own[places[here, 1]]
+        return labels
+
+    def faces_of(self, surface: ElementSides) -> Iterator[tuple[str, IntArray]]:
+        """Kind ("tri" or "quad") and rows of the nodes (k, c) of the faces of a surface, corners first.
+
+        Parameters
+        ----------
+        surface : ElementSides
+            The surface.
+        """
+        for index, block in enumerate(self.blocks):
+            for side, corners in enumerate(block.topology.sides):
+                elements = surface.element[(surface.block == index) & (surface.side == side)]
+                if len(elements):
+                    nodes = block.nodes[elements][:, list(block.topology.side_nodes(side))]
+                    yield ("tri" if len(corners) == 3 else "quad"), nodes
+
+
+def written_mesh(mesh: SectorMesh | ImportedMesh, materials: Mapping[str, Mapping[str, float]] | None) -> WrittenMesh:
+    """The mesh by labels; a sector gets labels from 1.
+
+    Parameters
+    ----------
+    mesh : SectorMesh or ImportedMesh
+        The mesh.
+    materials : mapping or None
+        Properties by the name of the material of a block; None: those of the mesh.
+    """
+    surfaces = dict(mesh.surfaces)
+    if isinstance(mesh, ImportedMesh):
+        node_labels, element_labels = mesh.node_labels, mesh.element_labels
+        element_sets = dict(mesh.element_sets)
+        materials = mesh.materials if materials is None else materials
+    else:
+        node_labels = np.arange(1, len(mesh.points) + 1)
+        ends = np.cumsum([len(block) for block in mesh.blocks])
+        element_labels = tuple(
+            np.arange(last - len(block) + 1, last + 1) for block, last in zip(mesh.blocks, ends, strict=True)
+        )
+        element_sets = {}
+        for name in FACES:
+            if name not in surfaces and name in mesh.node_sets:
+                surfaces[name] = sides_on(mesh.blocks, mesh.node_sets[name])
+    node_sets = {name: nodes for name, nodes in mesh.node_sets.items() if len(nodes)}
+    for name, surface in surfaces.items():
+        node_sets.setdefault(name, surface.nodes(mesh.blocks))
+    named = {name or MATERIAL: dict(values) for name, values in (materials or {}).items()}
+    return WrittenMesh(
+        mesh.points, node_labels, mesh.blocks, element_labels, node_sets, element_sets, surfaces, named
+    )
+
+
+def lines_of(values: IntArray, count: int) -> Iterator[list[str]]:
+    """Numbers as text, some to a line.
+
+    Parameters
+    ----------
+    values : (k,) array
+        The numbers.
+    count : int
+        How many to a line.
+    """
+    text = list(map(str, values.tolist()))
+    for start in range(0, len(text), count):
+        yield text[start : start + count]

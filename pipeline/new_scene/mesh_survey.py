@@ -1,0 +1,172 @@
+"""What is in a mesh file, and what a scene would have to say about it: unit, axis, number of blades, sets by role."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from geometry import ImportedMesh
+
+Array = NDArray[np.float64]
+ROLES = ("root", "contact_right", "contact_left", "tip")
+# words of set names by role, the surest first; a name is taken apart at everything that is no letter
+_WORDS = {
+    "root": ("root", "fixed", "fix", "clamped", "clamp", "hub", "encastre", "spc", "dovetail", "base", "bottom"),
+    "tip": ("tip", "load", "output", "probe"),
+}
+_PAIRS = (("right", "left"), ("plus", "minus"), ("pos", "neg"), ("high", "low"), ("ps", "ss"), ("next", "prev"))
+_CONTACT = ("contact", "shroud", "face", "cont")
+METRES = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
+_LARGEST = 10.0  # radius in m of the tip of a blade: a larger one is in mm
+_STIFF = (1e9, 1e7)  # moduli above the first are in Pa, below the second in MPa
+_AXES = ("x", "y", "z")
+_LARGEST_PITCH = 2.5  # rad, of rings of three blades or more
+MOST_SETS = 12  # that are listed
+
+
+@dataclass(frozen=True)
+class Guess:
+    """What a scene says about a mesh file, as far as it can be told from the file.
+
+    Attributes
+    ----------
+    unit, axis : str
+        As in [mesh].
+    n_blades : int or None
+        Number of blades; None where no pair of faces tells.
+    sets : mapping of str to str
+        Names of sets by role.
+    why : tuple of str
+        What each of these was told from, one line each.
+    """
+
+    unit: str
+    axis: str
+    n_blades: int | None
+    sets: Mapping[str, str]
+    why: tuple[str, ...]
+
+
+def survey(mesh: ImportedMesh) -> list[str]:
+    """Elements, nodes, size, sets, surfaces and materials of a mesh file, a line for each."""
+    kinds: dict[str, int] = {}
+    for block in mesh.blocks:
+        kinds[block.kind] = kinds.get(block.kind, 0) + len(block)
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    sizes = ", ".join(f"{axis} {a:.6g} to {b:.6g}" for axis, a, b in zip(_AXES, low, high, strict=True))
+    lines = [
+        f"elements: {', '.join(f'{count} {kind}' for kind, count in kinds.items())}; {len(mesh.points)} nodes",
+        f"size: {sizes}",
+        _listed("node sets", {name: f"{len(nodes)} nodes" for name, nodes in mesh.node_sets.items()}),
+        _listed("surfaces", {name: f"{len(sides)} sides" for name, sides in mesh.surfaces.items()}),
+        _listed("element sets", {name: f"{len(rows)}" for name, rows in mesh.element_sets.items()}),
+        _listed("materials", {name: _numbers(values) for name, values in mesh.materials.items()}),
+    ]
+    return [*lines, *(f"note: {note}" for note in mesh.notes)]
+
+
+def guess(mesh: ImportedMesh, unit: str | None = None, axis: str | None = None, n_blades: int | None = None) -> Guess:
+    """What to say about a mesh; what is given is taken as it is."""
+    found_unit, why_unit = _unit(mesh)
+    sets = dict(_roles([*mesh.surfaces, *mesh.node_sets]))
+    why = [f"unit {unit}: given" if unit else f"unit {found_unit}: {why_unit}"]
+    why += [f'{role}: "{name}", by its name' for role, name in sets.items()]
+    best = None
+    if {"contact_right", "contact_left"} <= sets.keys():
+        centres = [_centre(mesh, sets[role]) for role in ("contact_right", "contact_left")]
+        best = _axis_between(centres[0], centres[1], axis)
+    if best is None:
+        why.append("axis, number of blades: not known without a pair of contact faces")
+        return Guess(unit or found_unit, axis or "x", n_blades, sets, tuple(why))
+    direction, pitch, mismatch = best
+    if pitch < 0.0:  # the axis points the other way, or the names are exchanged: the scene keeps the axis
+        sets["contact_right"], sets["contact_left"] = sets["contact_left"], sets["contact_right"]
+        why.append(f"contact faces exchanged: the right one is ahead in the sense of turning about {direction}")
+    number = round(2.0 * math.pi / abs(pitch))
+    degrees = math.degrees(abs(pitch))
+    why.append(
+        f"axis {direction}: radius and axial place of the two contact faces agree to {mismatch:.2g} of their distance"
+    )
+    why.append(f"{number} blades: the contact faces are {degrees:.6g} degrees apart, a pitch is {360.0 / number:.6g}")
+    return Guess(unit or found_unit, direction, n_blades or max(number, 3), sets, tuple(why))
+
+
+def set_nodes(mesh: ImportedMesh, name: str) -> NDArray[np.int64]:
+    """Rows of the points of a node set or surface."""
+    if name in mesh.surfaces:
+        return mesh.surfaces[name].nodes(mesh.blocks)
+    return mesh.node_sets[name]
+
+
+def _unit(mesh: ImportedMesh) -> tuple[str, str]:
+    """The unit of length that fits a blade, and what tells it."""
+    moduli = [values["young_modulus"] for values in mesh.materials.values() if "young_modulus" in values]
+    if moduli and min(moduli) > _STIFF[0]:
+        return "m", f"Young's modulus {moduli[0]:.4g} is one in Pa"
+    if moduli and max(moduli) < _STIFF[1]:
+        return "mm", f"Young's modulus {moduli[0]:.4g} is one in MPa"
+    largest = float(np.abs(mesh.points).max())
+    return ("mm" if largest > _LARGEST else "m"), f"the largest coordinate is {largest:.4g}"
+
+
+def _roles(names: list[str]) -> Iterator[tuple[str, str]]:
+    """Sets by role, by the words of their names: the role, the name."""
+    words = {name: set(re.findall(r"[a-z]+", name.lower())) for name in dict.fromkeys(names)}
+    by_lower = {name.lower(): name for name in words}
+    for role in ("root", "tip"):
+        exact = by_lower.get(role)
+        found = [name for word in _WORDS[role] for name in words if word in words[name]]
+        if exact or found:
+            yield role, exact or found[0]
+    pairs = [
+        (one, other)
+        for right, left in _PAIRS
+        for one, other in itertools.permutations(words, 2)
+        if right in words[one] and words[other] == words[one] - {right} | {left}
+    ]
+    pairs.sort(key=lambda pair: not words[pair[0]] & set(_CONTACT))
+    if pairs:
+        yield from zip(("contact_right", "contact_left"), pairs[0], strict=True)
+
+
+def _centre(mesh: ImportedMesh, name: str) -> Array:
+    return np.asarray(mesh.points[set_nodes(mesh, name)].mean(axis=0))
+
+
+def _axis_between(right: Array, left: Array, given: str | None) -> tuple[str, float, float] | None:
+    """The axis through the origin about which one point turns into the other, the angle, the mismatch; None: none."""
+    distance = float(np.linalg.norm(right - left)) or 1.0
+    found = []
+    for name in _AXES if given is None else (given,):
+        sign, k = (-1.0 if name.startswith("-") else 1.0), _AXES.index(name[-1])
+        a, b = np.eye(3)[(k + 1) % 3], np.eye(3)[(k + 2) % 3]
+        polar = [(float(np.hypot(p @ a, p @ b)), float(np.arctan2(p @ b, p @ a))) for p in (right, left)]
+        mismatch = abs(polar[0][0] - polar[1][0]) + abs(right[k] - left[k])
+        # from the left face to the right one; the next blade stands on the +y side, seen along the axis with z up
+        angle = math.remainder(sign * (polar[1][1] - polar[0][1]), 2.0 * math.pi)
+        if 0.0 < abs(angle) < _LARGEST_PITCH:
+            found.append((round(mismatch / distance, 3), abs(angle), name, angle))
+    if not found:
+        return None
+    mismatch, _, name, angle = min(found)
+    return name, angle, mismatch
+
+
+def _numbers(values: Mapping[str, float]) -> str:
+    symbols = {"young_modulus": "E", "poisson_ratio": "nu", "density": "rho", "expansion": "alpha"}
+    return ", ".join(f"{symbols.get(key, key)} {value:.6g}" for key, value in values.items()) or "no numbers"
+
+
+def _listed(what: str, items: Mapping[str, str]) -> str:
+    """`node sets: root (12 nodes), ...`; the first few of many."""
+    shown = [f"{name} ({text})" for name, text in items.items()]
+    more = [f"and {len(shown) - MOST_SETS} more"] * (len(shown) > MOST_SETS)
+    return f"{what}: {', '.join(shown[:MOST_SETS] + more) or 'none'}"

@@ -1,0 +1,155 @@
+"""`shroud new DIR --mesh FILE`: a look at a mesh file, a scene to start from, and a picture with coloured faces."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.errors import input_error, reason_of
+from pipeline.new_scene.mesh_picture import mesh_picture
+from pipeline.new_scene.mesh_survey import Guess, guess, set_nodes, survey
+from pipeline.new_scene.scene_of_mesh import StartingValues, scene_of_mesh
+from pipeline.scene.given_in_python import given_scene
+from pipeline.scene.templates import SCENE, new_files
+from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
+from pipeline.stages.build_mesh import SECTOR
+from pipeline.stages.build_reduced_model import REDUCED_MODEL, make_reduced_model
+from pipeline.stages.own_mesh import read_mesh_file, sector_choice, write_findings
+
+if TYPE_CHECKING:
+    from geometry import ImportedMesh, OwnSector
+    from pipeline.scene.schema import Scene
+
+PICTURE = "mesh.png"
+MOST_POINTS = 12_000  # nodes of a mesh of which the first natural frequency is computed
+MODES = 10
+BELOW, ABOVE = 0.6, 1.4  # of the frequency range, over the lowest free and stuck frequency
+
+
+@dataclass(frozen=True)
+class MeshOptions:
+    """What the command line says about a mesh file; None: to be told from the file.
+
+    Attributes
+    ----------
+    unit, axis : str or None
+        As in [mesh].
+    n_blades : int or None
+        Number of blades.
+    """
+
+    unit: str | None = None
+    axis: str | None = None
+    n_blades: int | None = None
+
+
+@dataclass(frozen=True)
+class NewScene:
+    """What was written, and what was found.
+
+    Attributes
+    ----------
+    files : tuple of Path
+        Scene, schema and picture.
+    found : tuple of str
+        What is in the file, a line each.
+    problem : str
+        Why the file does not make a sector yet, with what to change; empty where it does.
+    """
+
+    files: tuple[Path, ...]
+    found: tuple[str, ...]
+    problem: str
+
+
+def new_scene_of_mesh(folder: Path, title: str, file: Path, options: MeshOptions) -> NewScene:
+    """Look at a mesh file, write a scene for it and a picture into a folder.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or files are in the way.
+    """
+    if not file.is_file():
+        raise input_error(file, "", "no such file", "a mesh file (.inp, .bdf, .cdb, .msh, .vtu, .med)")
+    mesh = read_mesh_file(str(file))
+    told = guess(mesh, options.unit, options.axis, options.n_blades)
+    name = os.path.relpath(file.resolve(), folder.resolve()).replace(os.sep, "/")
+    heading = folder.resolve().name
+    text = scene_of_mesh(heading, title, name, told, StartingValues())
+    own, problem, values = _tried(folder, text, mesh, told)
+    text = scene_of_mesh(heading, title, name, told, values)
+    picture = mesh_picture(*_drawn(mesh, told, own), f"{file.name}: {_heading(own, told)}")
+    files = new_files(folder, text, {PICTURE: picture})
+    lines = [*survey(mesh), *told.why, *(own.findings.lines if own is not None else ())]
+    return NewScene(tuple(files), tuple(lines), problem)
+
+
+def _tried(folder: Path, text: str, mesh: ImportedMesh, told: Guess) -> tuple[OwnSector | None, str, StartingValues]:
+    """The sector that the guess makes of the mesh, what is wrong with it, and numbers to start with."""
+    from geometry import ParameterError, sector_from_mesh
+
+    if told.n_blades is None:
+        return (
+            None,
+            f"{folder / SCENE}: mesh.n_blades: missing, allowed: a whole number, 3 to 10000",
+            StartingValues(),
+        )
+    import tomllib
+
+    scene = given_scene(tomllib.loads(text), {}).first
+    assert scene.mesh is not None
+    try:
+        own = sector_from_mesh(mesh, sector_choice(scene.mesh))
+    except ParameterError as error:
+        return None, f"{folder / SCENE}: {reason_of(error)}", StartingValues()
+    complete = [m for m in own.materials.values() if {"young_modulus", "poisson_ratio", "density"} <= m.keys()]
+    material = complete[0] if complete else None
+    area = float(own.sector.right.area.sum())
+    return own, "", StartingValues(material, area, _frequency_range(scene, own, material))
+
+
+def _frequency_range(scene: Scene, own: OwnSector, material: Any) -> tuple[float, float] | None:
+    """A range around the first natural frequency with free and stuck shrouds; None for a large mesh."""
+    if len(own.sector.points) > MOST_POINTS:
+        return None
+    from rom import inter_blade_phase, natural_frequencies, read_reduced_model, save_sector
+
+    if material is not None and scene.material is not None:
+        scene = scene.model_copy(update={"material": scene.material.model_copy(update=dict(material))})
+    rom = scene.rom.model_copy(update={"modes": MODES, "frequency_limit": None})
+    scene = scene.model_copy(update={"rom": rom})
+    with tempfile.TemporaryDirectory() as name, suppress(Exception):  # the range is only to start with
+        place = Path(name)
+        save_sector(place / SECTOR, own.sector)
+        write_findings(place, own)
+        full = make_full_model(place, place / SECTOR, scene)
+        make_reduced_model(place, place / SECTOR, place / FULL_MODEL, scene, store_basis=False, assembled=[full])
+        model = read_reduced_model(place / REDUCED_MODEL, with_basis=False)
+        phase = inter_blade_phase(scene.excitation.engine_order, model.n_blades)
+        stiff = {"normal": scene.contact.normal_stiffness, "tangential": scene.contact.tangential_stiffness}
+        free = float(natural_frequencies(model, phase, count=1)[0])
+        shared = {key: float(value) / model.n_contacts for key, value in stiff.items()}  # type: ignore[arg-type]
+        stuck = float(natural_frequencies(model, phase, count=1, **shared)[0])
+        return float(f"{BELOW * free:.2g}"), float(f"{ABOVE * stuck:.2g}")
+    return None
+
+
+def _drawn(mesh: ImportedMesh, told: Guess, own: OwnSector | None) -> tuple[Any, Any, dict[str, Any]]:
+    """Points, elements and marked nodes of the picture: of the sector, or of the file as it is."""
+    if own is not None:
+        sets = own.sector.node_sets
+        marked = {"contact_right": "face_right", "contact_left": "face_left", "root": "root"}
+        return own.sector.points, own.sector.blocks, {role: sets[name] for role, name in marked.items()}
+    roles = ("contact_right", "contact_left", "root")
+    return mesh.points, mesh.blocks, {role: set_nodes(mesh, told.sets[role]) for role in roles if role in told.sets}
+
+
+def _heading(own: OwnSector | None, told: Guess) -> str:
+    if own is None:
+        return "as in the file"
+    return f"{told.n_blades} blades, unit {told.unit}, axis {told.axis}; x engine axis, z radial"

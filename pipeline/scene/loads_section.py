@@ -1,0 +1,230 @@
+"""Loads and outputs of a scene as lists of tables: [[excitation.load]], [[load.pressure]], [[output]]."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from pipeline.scene.fields import NotNegative, Number, Section, Vector, Whole, key
+
+HIGHEST_HARMONIC = 31
+DIRECTION = '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, -1000 to 1000, not all 0'
+POINT = '"tip" or a list of three numbers, -1000 to 1000: x, y and z of a point of the blade'
+SET = "the name of a node set"
+SURFACE = "the name of a surface or of a node set that holds whole sides of elements"
+TABLE = "the name of a CSV file"
+NUMBER = "a number, -1e15 to 1e15"
+ANGLE = "a number, -1e6 to 1e6"
+Name = Annotated[str, Field(min_length=1, max_length=200)]
+File = Annotated[str, Field(min_length=1, max_length=1000)]
+Direction = Literal["x", "-x", "y", "-y", "z", "-z"] | Vector
+Value = Annotated[Number, Field(ge=-1e15, le=1e15)]
+Angle = Annotated[Number, Field(ge=-1e6, le=1e6)]
+Harmonic = Annotated[Whole, Field(ge=1, le=HIGHEST_HARMONIC)]
+
+
+def unit_vector(direction: Direction) -> tuple[float, float, float]:
+    """A direction as a vector of length 1; three zeros where it is zero."""
+    if isinstance(direction, str):
+        sign = -1.0 if direction.startswith("-") else 1.0
+        x, y, z = (sign if direction[-1] == axis else 0.0 for axis in "xyz")
+        return x, y, z
+    largest = max(abs(c) for c in direction)
+    if largest == 0.0:
+        return 0.0, 0.0, 0.0
+    scaled = [c / largest for c in direction]  # so that no square over- or underflows
+    length = sum(c * c for c in scaled) ** 0.5
+    return scaled[0] / length, scaled[1] / length, scaled[2] / length
+
+
+def _one_of(value: Any, info: ValidationInfo, names: tuple[str, ...]) -> Any:
+    """The last of some keys, of which one is to be given."""
+    given = [name for name in names if info.data.get(name) is not None]
+    given += [str(info.field_name)] if value is not None else []
+    if len(given) != 1 and all(name in info.data for name in names):
+        said = " and ".join(given) if given else "none"
+        raise ValueError(f"one of {', '.join((*names, str(info.field_name)))} (given: {said})")
+    return value
+
+
+def _not_zero(value: Any) -> Any:
+    if isinstance(value, tuple) and not any(value):
+        raise ValueError(DIRECTION)
+    return value
+
+
+class ExcitationHarmonic(Section):
+    """[[excitation.harmonic]]: a multiple of the engine order."""
+
+    order: Harmonic = key("multiple h of the engine order", f"a whole number, 1 to {HIGHEST_HARMONIC}")
+    amplitude: NotNegative = key("amplitude relative to that of excitation.force", "a number, 0 to 1e15", 1.0)
+    phase: Angle = key("phase, degrees: force amplitude cos(h w t + phase)", ANGLE, 0.0)
+
+
+class ExcitationLoad(Section):
+    """[[excitation.load]]: where the excitation acts, in place of the point excitation.at."""
+
+    at: Literal["tip"] | Vector | None = key("a point, m: its nearest mesh vertex", POINT, None)
+    set: Name | None = key("the nodes of a set", SET, None)
+    surface: Name | None = key("a pressure on a surface", SURFACE, None)
+    file: File | None = key("forces on nodes, real or complex; relative to the scene file", TABLE, None)
+    mode: Annotated[Whole, Field(ge=1, le=1000)] | None = key(
+        "a modal force on a mode with free contacts", "a whole number, 1 to 1000", None, validate_default=True
+    )
+    direction: Direction | None = key(
+        "direction of the force at a point or on a set; else excitation.direction", DIRECTION, None
+    )
+    amplitude: Value = key(
+        "for 1 N of excitation.force: N at a point or on a set, Pa on a surface, N / sqrt(kg) on a mode, factor of a "
+        "file",
+        NUMBER,
+        1.0,
+    )
+    phase: Angle = key("phase, degrees", ANGLE, 0.0)
+    harmonic: Harmonic = key(
+        "harmonic of the excitation that it acts in", f"a whole number, 1 to {HIGHEST_HARMONIC}", 1
+    )
+    share: Literal["total", "each"] = key(
+        "whether the nodes of a set share the force or each has it", '"total" or "each"', "total"
+    )
+
+    @field_validator("mode")
+    @classmethod
+    def _one_place(cls, value: Any, info: ValidationInfo) -> Any:
+        return _one_of(value, info, ("at", "set", "surface", "file"))
+
+    @field_validator("direction")
+    @classmethod
+    def _some_direction(cls, value: Any) -> Any:
+        return _not_zero(value)
+
+
+class StaticForce(Section):
+    """[[load.force]]: a static force."""
+
+    at: Literal["tip"] | Vector | None = key("a point, m: its nearest mesh vertex", POINT, None)
+    set: Name | None = key("the nodes of a set", SET, None)
+    file: File | None = key("forces on nodes, N; relative to the scene file", TABLE, None, validate_default=True)
+    force: Value = key("N; a factor of a file", NUMBER, 1.0)
+    direction: Direction = key("direction of the force at a point or on a set", DIRECTION, "y")
+    share: Literal["total", "each"] = key(
+        "whether the nodes of a set share the force or each has it", '"total" or "each"', "total"
+    )
+
+    @field_validator("file")
+    @classmethod
+    def _one_place(cls, value: Any, info: ValidationInfo) -> Any:
+        return _one_of(value, info, ("at", "set"))
+
+    @field_validator("direction")
+    @classmethod
+    def _some_direction(cls, value: Any) -> Any:
+        return _not_zero(value)
+
+
+class Pressure(Section):
+    """[[load.pressure]]: a static pressure of the gas."""
+
+    surface: Name = key("the loaded surface", SURFACE)
+    pressure: Value = key("Pa, above 0 towards the body", NUMBER)
+
+
+class Temperature(Section):
+    """[load.temperature]: a temperature field; the material needs an expansion coefficient."""
+
+    uniform: Angle | None = key("temperature of the whole blade, degrees C or K as `reference`", ANGLE, None)
+    file: File | None = key(
+        "temperatures of nodes: a column `temperature`; relative to the scene file",
+        TABLE,
+        None,
+        validate_default=True,
+    )
+    reference: Angle = key("temperature without thermal stress", ANGLE, 20.0)
+
+    @field_validator("file")
+    @classmethod
+    def _one_field(cls, value: Any, info: ValidationInfo) -> Any:
+        return _one_of(value, info, ("uniform",))
+
+
+class Output(Section):
+    """[[output]]: a quantity that is recorded at every point of the curves."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")] = key(
+        "name in the result files", "letters, digits and '_', beginning with a letter, 40 at most"
+    )
+    at: Literal["tip"] | Vector | None = key(
+        "a point, m: its nearest mesh vertex; of a strain the point itself", POINT, None
+    )
+    set: Name | None = key("mean displacement of the nodes of a set", SET, None, validate_default=True)
+    direction: Direction | Literal["magnitude"] = key(
+        "component of the displacement, or its length; direction of a strain", f'{DIRECTION}, or "magnitude"', "y"
+    )
+    quantity: Literal["displacement", "strain"] = key(
+        "displacement (m), or strain along the direction as of a strain gauge",
+        '"displacement" or "strain"',
+        "displacement",
+    )
+
+    @field_validator("set")
+    @classmethod
+    def _one_place(cls, value: Any, info: ValidationInfo) -> Any:
+        if value is not None and info.data.get("at") is not None:
+            raise ValueError("nothing beside at")
+        return value
+
+    @field_validator("direction")
+    @classmethod
+    def _some_direction(cls, value: Any) -> Any:
+        return _not_zero(value)
+
+    @field_validator("quantity")
+    @classmethod
+    def _strain_at_a_point(cls, value: Any, info: ValidationInfo) -> Any:
+        at, direction = info.data.get("at"), info.data.get("direction")
+        if value == "strain" and (at is None or at == "tip" or direction == "magnitude"):
+            raise ValueError('"displacement"; "strain" with a point at = [x, y, z] and a direction')
+        return value
+
+    @property
+    def of_model(self) -> bool:
+        """Whether it is an output that the reduced model has already, by its name."""
+        return self.at is None and self.set is None
+
+    @property
+    def unit(self) -> str:
+        """Unit of its values."""
+        return "m" if self.quantity == "displacement" else "1"
+
+
+TABLES: dict[str, type[Section]] = {
+    "excitation.harmonic": ExcitationHarmonic,
+    "excitation.load": ExcitationLoad,
+    "load.force": StaticForce,
+    "load.pressure": Pressure,
+    "output": Output,
+}
+
+
+def placed(section: Any, names: tuple[str, ...], folder: Path) -> Any:
+    """A section with the full paths of the files of its lists of tables (and tables) `names`."""
+
+    def full(item: Any) -> Any:
+        file = getattr(item, "file", None)
+        return item if file is None else item.model_copy(update={"file": os.path.abspath(folder / file)})
+
+    changed = {}
+    for name in names:
+        value = getattr(section, name)
+        if value:
+            changed[name] = tuple(full(item) for item in value) if isinstance(value, tuple) else full(value)
+    return section.model_copy(update=changed) if changed else section
+
+
+def files_of(*values: Any) -> list[str]:
+    """The files of lists of tables, or of a table."""
+    items = [item for value in values if value for item in (value if isinstance(value, tuple) else (value,))]
+    return [item.file for item in items if getattr(item, "file", None) is not None]

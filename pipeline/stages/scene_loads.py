@@ -1,0 +1,237 @@
+"""Loads and outputs of a scene as vectors on the full model."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.scene.loads_section import Output, unit_vector
+from pipeline.scene.nodal_table import NodalTable, force_table, temperature_table
+
+if TYPE_CHECKING:
+    from geometry import ElementSides, SectorMesh
+    from pipeline.scene.schema import Scene
+    from rom import FullModel, LoadVectors, Material, ReducedModel
+
+FARTHEST = 0.01  # distance of a point of a file from the nearest node, of the size of the mesh
+Materials = Any
+Vector = NDArray[Any]
+
+
+def has_load_vectors(scene: Scene) -> bool:
+    """Whether a scene has loads or outputs beside the force at one point and the speed."""
+    load = scene.load
+    static = load.force or load.pressure or load.temperature
+    return bool(scene.excitation.load or static or any(not output.of_model for output in scene.output))
+
+
+def scene_loads(
+    scene: Scene, sector: SectorMesh, materials: Material | dict[str, Material] | None
+) -> Callable[[FullModel], LoadVectors] | None:
+    """Loads and outputs of a scene as a function of its full model; None where it has none.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    sector : SectorMesh
+        Its mesh.
+    materials : Material, dict or None
+        Its materials; None for matrices, which have no elements.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read (when the function is called).
+    RomParameterError
+        A set or surface is not one of the mesh (when the function is called).
+    """
+    if not has_load_vectors(scene):
+        return None
+    return lambda full: _Loads(scene, sector, materials, full).vectors()
+
+
+def with_modal_excitation(scene: Scene, model: ReducedModel) -> ReducedModel:
+    """The reduced model with the modal forces of a scene."""
+    from rom import with_modal_forces
+
+    loads = scene.excitation.load
+    by_mode: dict[int, dict[int, complex]] = {}
+    for load in loads:
+        if load.mode is not None:
+            modes = by_mode.setdefault(load.harmonic, {})
+            modes[load.mode] = modes.get(load.mode, 0.0) + cmath.rect(load.amplitude, math.radians(load.phase))
+    beside = {load.harmonic for load in loads if load.mode is None}
+    for harmonic, modes in by_mode.items():
+        model = with_modal_forces(model, modes, harmonic=harmonic, added=harmonic in beside)
+    if loads and 1 not in beside | set(by_mode):  # the fundamental is not excited
+        model = replace(model, force_excitation=np.zeros(model.size))
+    return model
+
+
+class _Loads:
+    """Vectors of one scene on one full model."""
+
+    def __init__(self, scene: Scene, sector: SectorMesh, materials: Materials, full: FullModel) -> None:
+        self.scene, self.sector, self.materials, self.full = scene, sector, materials, full
+
+    def vectors(self) -> LoadVectors:
+        """All of them."""
+        from rom import LoadVectors
+
+        excitation: dict[int, Vector] = {}
+        for number, load in enumerate(self.scene.excitation.load):
+            if load.mode is not None:
+                continue
+            turn = cmath.rect(load.amplitude, math.radians(load.phase)) if load.phase else load.amplitude
+            direction = self.scene.excitation.direction if load.direction is None else load.direction
+            force = turn * self._force(load, f"load[{number}]", direction)
+            excitation[load.harmonic] = excitation.get(load.harmonic, 0.0) + force
+        outputs: dict[str, Vector] = {}
+        for output in self.scene.output:
+            outputs |= self._rows(output)
+        return LoadVectors(excitation, self._static(), outputs)
+
+    def _force(self, load: Any, key: str, direction: Any) -> Vector:
+        """The force of 1 N on a point or a set, of 1 Pa on a surface, or of a file."""
+        from rom import nodal_force
+
+        if getattr(load, "surface", None) is not None:
+            return self._pressure("excitation", load.surface)
+        if load.file is not None:
+            table = force_table(load.file)
+            return nodal_force(self.full, self._nodes_of(table), table.values)
+        nodes = self._point(load.at) if load.at is not None else self._set("excitation", key, load.set)
+        share = 1.0 / len(nodes) if load.share == "total" else 1.0
+        return nodal_force(self.full, nodes, share * np.array(unit_vector(direction)))
+
+    def _static(self) -> Vector | None:
+        load = self.scene.load
+        parts = [
+            force.force * self._force(force, f"force[{k}]", force.direction) for k, force in enumerate(load.force)
+        ]
+        parts += [item.pressure * self._pressure("load", item.surface) for item in load.pressure]
+        if load.temperature is not None:
+            parts.append(self._thermal())
+        return np.sum(parts, axis=0).real if parts else None
+
+    def _thermal(self) -> Vector:
+        from rom import RomParameterError, thermal_force
+
+        temperature = self.scene.load.temperature
+        assert temperature is not None
+        if self.materials is None:
+            raise RomParameterError("load", "temperature", "a field", "nothing beside [model], which has no elements")
+        given = self.materials.values() if isinstance(self.materials, dict) else [self.materials]
+        if not any(material.expansion for material in given):
+            raise RomParameterError(
+                "material", "expansion", 0.0, "the expansion coefficient, 1/K, for load.temperature"
+            )
+        if temperature.uniform is not None:
+            rise: Any = temperature.uniform - temperature.reference
+        else:
+            rise = self._nodal_temperature(temperature_table(str(temperature.file))) - temperature.reference
+        return thermal_force(self.full, self.sector, self.materials, rise)
+
+    def _nodal_temperature(self, table: NodalTable) -> NDArray[np.float64]:
+        """Temperatures at all points of the mesh: of the nearest point of the file."""
+        from scipy.spatial import cKDTree
+
+        values = np.asarray(table.values)
+        given = self.sector.points[self._points_of(table)] if table.positions is None else table.positions
+        _, nearest = cKDTree(given).query(self.sector.points)
+        return np.asarray(values[nearest])
+
+    def _rows(self, output: Output) -> dict[str, Vector]:
+        """The rows of an output: one, or three of a vector."""
+        from rom import nodal_force, strain_row
+
+        if output.of_model:
+            return {}
+        if output.quantity == "strain":
+            assert not isinstance(output.at, str | None)
+            direction = unit_vector(output.direction)  # type: ignore[arg-type]
+            return {output.name: strain_row(self.full, self.sector, output.at, direction)}
+        at = output.at
+        nodes = self._point(at) if at is not None else self._set("output", output.name, str(output.set))
+        if output.direction != "magnitude":
+            direction = unit_vector(output.direction)
+            return {output.name: nodal_force(self.full, nodes, np.array(direction) / len(nodes))}
+        axes = zip("xyz", np.eye(3), strict=True)
+        return {f"{output.name}_{axis}": nodal_force(self.full, nodes, row / len(nodes)) for axis, row in axes}
+
+    def _point(self, at: Any) -> NDArray[np.int64]:
+        from rom import nearest_vertices
+
+        if isinstance(at, str):
+            return self.full.vertex_node[self.sector.node_sets["tip"][:1]]
+        return nearest_vertices(self.full, [at])[0]
+
+    def _set(self, table: str, key: str, name: str) -> NDArray[np.int64]:
+        from rom import RomParameterError
+
+        sets = self.sector.node_sets
+        if name not in sets and name in self.sector.surfaces:
+            return self.full.vertex_node[self.sector.surfaces[name].nodes(self.sector.blocks)]
+        if name not in sets or not len(sets[name]):
+            raise RomParameterError(table, f"{key}.set", name, f"a node set of the mesh: {', '.join(sorted(sets))}")
+        return self.full.vertex_node[sets[name]]
+
+    def _pressure(self, table: str, name: str) -> Vector:
+        from rom import RomParameterError, pressure_force
+
+        surface = self._surface(name)
+        if self.materials is None or surface is None or not len(surface):
+            known = sorted({*self.sector.surfaces, *self.sector.node_sets})
+            allowed = f"a surface of the mesh: {', '.join(known)}" if self.materials is not None else "no pressure: "
+            allowed += "" if self.materials is not None else "[model] has no elements"
+            raise RomParameterError(table, "surface", name, allowed)
+        return pressure_force(self.full, self.sector, surface, 1.0)
+
+    def _surface(self, name: str) -> ElementSides | None:
+        """A surface by its name, or the outer sides between the nodes of a set."""
+        from geometry import sides_on
+
+        if name in self.sector.surfaces:
+            return self.sector.surfaces[name]
+        if name in self.sector.node_sets:
+            return sides_on(self.sector.blocks, self.sector.node_sets[name])
+        return None
+
+    def _points_of(self, table: NodalTable) -> NDArray[np.int64]:
+        from rom import RomParameterError
+
+        assert table.nodes is not None
+        count = len(self.sector.points)
+        if table.nodes.max() >= count:
+            raise RomParameterError(
+                "loads", "file", table.path, f"numbers of nodes from 0 to {count - 1}, as the points of mesh.vtu"
+            )
+        return table.nodes
+
+    def _nodes_of(self, table: NodalTable) -> NDArray[np.int64]:
+        """Nodes of the full model of the rows of a table."""
+        from scipy.spatial import cKDTree
+
+        from rom import RomParameterError
+
+        if table.positions is None:
+            return self.full.vertex_node[self._points_of(table)]
+        distance, nodes = cKDTree(self.full.positions).query(table.positions)
+        farthest = FARTHEST * float(np.ptp(self.full.positions, axis=0).max())
+        if distance.max() > farthest:
+            row = int(np.argmax(distance))
+            position = [float(value) for value in table.positions[row]]
+            raise RomParameterError(
+                "loads",
+                "file",
+                table.path,
+                f"positions on nodes (m); {position} is {distance[row]:.3g} m from the nearest",
+            )
+        return np.asarray(nodes, dtype=np.int64)

@@ -1,0 +1,145 @@
+"""Abaqus and CalculiX input files: parts, instances, nested sets, surfaces, materials, included files."""
+
+import numpy as np
+import pytest
+from mesh_file_support import area, volumes
+
+from geometry import MeshFileError, read_mesh
+
+CUBE = """\
+** two cubes on top of each other
+*Node
+ 1, 0., 0., 0.
+ 2, 1., 0., 0.
+ 3, 1., 1., 0.
+ 4, 0., 1., 0.
+ 5, 0., 0., 1.
+ 6, 1., 0., 1.
+ 7, 1., 1., 1.
+ 8, 0., 1., 1.
+ 9, 0., 0., 2.
+10, 1., 0., 2.
+11, 1., 1., 2.
+12, 0., 1., 2.
+*Element, type=C3D8R, elset=lower
+1, 1, 2, 3, 4, 5, 6, 7, 8
+*Element, type=C3D8,
+ elset=upper
+2, 5, 6, 7, 8,
+   9, 10, 11, 12
+"""
+
+
+def read(tmp_path, text, name="blade.inp"):
+    (tmp_path / name).write_text(text)
+    return read_mesh(tmp_path / name)
+
+
+def test_sets_that_hold_sets_and_ranges(tmp_path):
+    mesh = read(
+        tmp_path,
+        CUBE
+        + "*NSET, NSET=bottom\n1, 2,\n3, 4\n*Nset, nset=Ring, generate\n5, 8\n9, 11, 2\n"
+        + "*NSET, NSET=both\nBOTTOM, ring, 12\n*NSET, NSET=of_upper, ELSET=upper\n"
+        + "*ELSET, ELSET=all\nlower, 2\n*NSET, NSET=both\n10\n",
+    )
+    assert {name: mesh.node_labels[rows].tolist() for name, rows in mesh.node_sets.items()} == {
+        "bottom": [1, 2, 3, 4],
+        "Ring": [5, 6, 7, 8, 9, 11],
+        "both": [1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 10],
+        "of_upper": [5, 6, 7, 8, 9, 10, 11, 12],
+    }
+    assert {name: len(rows) for name, rows in mesh.element_sets.items()} == {"lower": 1, "upper": 1, "all": 2}
+    assert mesh.notes == ("elements C3D8R are taken as hex8 with full integration",)
+    assert volumes(mesh) == pytest.approx([2.0])
+
+
+def test_a_range_of_a_thousand_million_labels_costs_nothing(tmp_path):
+    mesh = read(tmp_path, CUBE + "*NSET, NSET=all, GENERATE\n1, 2000000000, 1\n")
+    assert len(mesh.node_sets["all"]) == 12
+
+
+def test_surfaces_by_sides_by_sets_and_free_ones(tmp_path):
+    mesh = read(
+        tmp_path,
+        CUBE
+        + "*ELSET, ELSET=all\n1, 2\n*SURFACE, NAME=front, TYPE=ELEMENT\nall, S3\n"
+        + "*SURFACE, NAME=top\n2, S2\n*SURFACE, NAME=skin, TYPE=ELEMENT\nall,\n"
+        + "*SURFACE, TYPE=NODE, NAME=feet\n1\n2\n",
+    )
+    assert area(mesh, "front") == pytest.approx(2.0)
+    assert area(mesh, "skin") == pytest.approx(10.0)
+    assert mesh.node_labels[mesh.surfaces["top"].nodes(mesh.blocks)].tolist() == [9, 10, 11, 12]
+    assert mesh.node_labels[mesh.node_sets["feet"]].tolist() == [1, 2]
+
+
+@pytest.mark.parametrize(
+    ("kind", "line", "faces"),
+    [
+        ("C3D4", "1, 1, 2, 4, 5", [(1, 2, 4), (1, 2, 5), (2, 4, 5), (1, 4, 5)]),
+        ("C3D6", "1, 1, 2, 4, 5, 6, 8", [(1, 2, 4), (5, 6, 8), (1, 2, 5, 6), (2, 4, 6, 8), (1, 4, 5, 8)]),
+        (
+            "C3D8",
+            "1, 1, 2, 3, 4, 5, 6, 7, 8",
+            [(1, 2, 3, 4), (5, 6, 7, 8), (1, 2, 5, 6), (2, 3, 6, 7), (3, 4, 7, 8), (1, 4, 5, 8)],
+        ),
+    ],
+)
+def test_sides_are_numbered_as_in_the_manual(tmp_path, kind, line, faces):
+    nodes = CUBE.split("*Element")[0]
+    surfaces = "".join(f"*SURFACE, NAME=f{k}\n1, S{k}\n" for k in range(1, len(faces) + 1))
+    mesh = read(tmp_path, f"{nodes}*ELEMENT, TYPE={kind}\n{line}\n{surfaces}")
+    found = [tuple(mesh.node_labels[mesh.surfaces[f"f{k + 1}"].nodes(mesh.blocks)]) for k in range(len(faces))]
+    assert found == faces
+
+
+def test_materials_by_element_set(tmp_path):
+    mesh = read(
+        tmp_path,
+        CUBE
+        + "*MATERIAL, NAME=Steel\n*ELASTIC\n2.1E5, 0.3, 20.\n2.0D5, 0.3, 300.\n*DENSITY\n7.8e-9\n*EXPANSION\n1.2e-5\n"
+        + "*MATERIAL, NAME=felt\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n1, 2, 3\n"
+        + "*SOLID SECTION, ELSET=upper, MATERIAL=STEEL\n,\n",
+    )
+    assert [(block.material, len(block)) for block in mesh.blocks] == [("", 1), ("Steel", 1)]
+    assert mesh.materials["Steel"] == {
+        "young_modulus": 2.1e5, "poisson_ratio": 0.3, "density": 7.8e-9, "expansion": 1.2e-5,
+    }  # fmt: skip
+    assert any("depends on temperature" in note for note in mesh.notes)
+    assert any("only isotropic" in note for note in mesh.notes)
+
+
+def test_instances_are_moved_and_turned(tmp_path):
+    text = (
+        "*PART, NAME=cube\n" + CUBE + "*NSET, NSET=feet\n1, 2\n*END PART\n*ASSEMBLY, NAME=A\n"
+        "*INSTANCE, NAME=one, PART=cube\n*END INSTANCE\n"
+        "*INSTANCE, NAME=two, PART=cube\n10., 0., 0.\n10., 0., 0., 10., 0., 1., 90.\n*END INSTANCE\n"
+        "*NSET, NSET=tops, INSTANCE=one\n9\n*NSET, NSET=tops, INSTANCE=two\n9, 10\n"
+        "*NSET, NSET=mixed\none.feet, two.3\n"
+        "*END ASSEMBLY\n"
+    )
+    mesh = read(tmp_path, text)
+    assert len(mesh.points) == 24
+    assert volumes(mesh) == pytest.approx([4.0])
+    # x' = 10 - y, y' = x: moved by 10 along x, then turned about the line x = 10 by 90 degrees
+    np.testing.assert_allclose(mesh.points[mesh.node_sets["two.feet"]], [[10, 0, 0], [10, 1, 0]], atol=1e-14)
+    np.testing.assert_allclose(mesh.points[mesh.node_sets["tops"]], [[0, 0, 2], [10, 0, 2], [10, 1, 2]], atol=1e-14)
+    np.testing.assert_allclose(mesh.points[mesh.node_sets["mixed"]], [[0, 0, 0], [1, 0, 0], [9, 1, 0]], atol=1e-14)
+
+
+def test_included_files_of_the_folder(tmp_path):
+    head, tail = CUBE.split("*Element", 1)
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "nodes.inc").write_text(head)
+    mesh = read(tmp_path, "*INCLUDE, INPUT=parts/nodes.inc\n*Element" + tail)
+    assert mesh.n_elements == 2
+
+
+@pytest.mark.parametrize("name", ["../outside.inc", "/etc/passwd", "link.inc", "blade.inp"])
+def test_files_elsewhere_are_not_included(tmp_path, name):
+    folder = tmp_path / "in"
+    folder.mkdir()
+    (tmp_path / "outside.inc").write_text(CUBE)
+    (folder / "link.inc").symlink_to("/etc/passwd")
+    with pytest.raises(MeshFileError, match=r"^[^\n]*blade.inp: includes [^\n]*$"):
+        read(folder, CUBE + f"*INCLUDE, INPUT={name}\n")

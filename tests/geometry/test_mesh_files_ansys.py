@@ -1,0 +1,86 @@
+"""Ansys archives: the examples of mapdl-archive against the cells that its own bridge to VTK makes of them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mesh_file_support import volumes
+
+from geometry import MeshFileError, read_mesh
+
+EXAMPLES = Path(pytest.importorskip("mapdl_archive").__file__).parent / "examples"
+HEAD = "/PREP7\nET,1,186\nET,2,187\nET,3,185\nET,4,154\n"
+
+
+@pytest.mark.parametrize("name", ["HexBeam", "TetBeam", "academic_rotor", "sector"])
+def test_volumes_are_those_of_vtk(name):
+    from mapdl_archive import Archive
+
+    path = EXAMPLES / f"{name}.cdb"
+    warped = 0.02 if name == "sector" else 1e-6  # its faces are not plane: the volume depends on their triangles
+    mesh = read_mesh(path)
+    grid = Archive(str(path), allowable_types=[45, 95, 185, 186, 92, 187]).grid
+    assert mesh.n_elements == grid.n_cells
+    assert sum(volumes(mesh)) == pytest.approx(grid.compute_cell_sizes().cell_data["Volume"].sum(), rel=warped)
+    # cell by cell: what is a wedge there is one here
+    kinds = {"tet4": 10, "tet10": 24, "wedge6": 13, "wedge15": 26, "hex8": 12, "hex20": 25}
+    linear = {24: 10, 26: 13, 25: 12} if name == "TetBeam" else {}
+    expected = {
+        int(kind): int(count) for kind, count in zip(*np.unique(grid.celltypes, return_counts=True), strict=True)
+    }
+    assert {kinds[block.kind]: len(block) for block in mesh.blocks} == {
+        linear.get(kind, kind): count for kind, count in expected.items()
+    }
+
+
+def test_components_and_material():
+    mesh = read_mesh(EXAMPLES / "HexBeam.cdb")
+    assert {name: len(rows) for name, rows in mesh.node_sets.items()} == {"NODE_SELECTION": 164, "NCOMP2": 98}
+    assert {name: len(rows) for name, rows in mesh.element_sets.items()} == {"ECOMP1": 22, "ECOMP2": 22}
+    assert mesh.materials == {"1": {"young_modulus": 7e10, "poisson_ratio": 0.35, "density": 2700.0}}
+
+
+def archive(rows, nodes, materials=""):
+    """An archive with the given elements: (label, type, nodes), and points."""
+    text = HEAD + f"NBLOCK,6,SOLID,{len(nodes):9d},{len(nodes):9d}\n(3i9,6e21.13e3)\n"
+    for k, point in enumerate(nodes, 1):
+        text += f"{k:9d}{0:9d}{0:9d}" + "".join(f"{x:21.13E}" for x in point) + "\n"
+    text += f"N,R5.3,LOC,       -1,\nEBLOCK,19,SOLID,{len(rows):9d},{len(rows):9d}\n(19i9)\n"
+    for label, kind, members in rows:
+        head = [1, kind, 1, 1, 0, 0, 0, 0, len(members), 0, label, *members]
+        text += "".join(f"{x:9d}" for x in head[:19]) + "\n"
+        text += "".join(f"{x:9d}" for x in head[19:]) + ("\n" if len(head) > 19 else "")
+    return text + f"{-1:9d}\n" + materials
+
+
+PRISM = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 2), (1, 0, 2), (0, 1, 2)], dtype=float)
+
+
+def test_prism_form_without_collapsed_mid_side_nodes(tmp_path):
+    """SOLID186 with 0 for the mid-side nodes of the edges that are collapsed, and its prism form of the manual."""
+    ends = [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)]
+    points = [*PRISM, *((PRISM[a] + PRISM[b]) / 2 for a, b in ends)]
+    manual = [1, 2, 3, 3, 4, 5, 6, 6, 7, 8, 3, 9, 10, 11, 6, 12, 13, 14, 15, 15]
+    zeros = [*manual[:10], 0, *manual[11:14], 0, *manual[15:]]
+    for members in (manual, zeros):
+        (tmp_path / "prism.cdb").write_text(archive([(4, 1, members)], points))
+        mesh = read_mesh(tmp_path / "prism.cdb")
+        assert [block.kind for block in mesh.blocks] == ["wedge15"]
+        assert volumes(mesh) == pytest.approx([1.0])
+
+
+def test_elements_that_are_no_solids_and_materials_that_are_not_isotropic(tmp_path):
+    materials = "MP,EX,1,2.1E11\nMP,NUXY,1,0.3\nMPDATA,R5.0, 1,DENS,  1, 1, 7800.\nMP,EX,2,1E9\nMP,EY,2,2E9\n"
+    rows = [(1, 3, [1, 2, 3, 3, 4, 5, 6, 6]), (2, 4, [1, 2, 3, 3])]
+    (tmp_path / "a.cdb").write_text(archive(rows, PRISM, materials))
+    mesh = read_mesh(tmp_path / "a.cdb")
+    assert [block.kind for block in mesh.blocks] == ["wedge6"]
+    assert mesh.materials == {"1": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7800.0}, "2": {}}
+    assert any("1 elements of type 154 left out" in note for note in mesh.notes)
+    assert any("material 2 is orthotropic" in note for note in mesh.notes)
+
+
+def test_a_pyramid_is_refused(tmp_path):
+    (tmp_path / "p.cdb").write_text(archive([(7, 3, [1, 2, 5, 4, 3, 3, 3, 3])], PRISM))
+    with pytest.raises(MeshFileError, match=r"element 7 \(hex8 with repeated nodes\) is a pyramid"):
+        read_mesh(tmp_path / "p.cdb")

@@ -1,0 +1,159 @@
+"""Gmsh, VTK and MED: groups and fields become sets and surfaces with the areas of the solid they belong to."""
+
+import meshlane
+import numpy as np
+import pytest
+from mesh_file_support import VOLUMES, area, element_points, shape_of, straight_middles, volumes
+
+from geometry import MeshFileError, read_mesh
+from geometry.gmsh_start import start_gmsh
+
+SIZES = (1.0, 2.0, 0.5)
+FORMATS = [(2.2, 0), (2.2, 1), (4.0, 0), (4.1, 0), (4.1, 1)]
+
+
+@pytest.fixture(scope="module")
+def box(tmp_path_factory):
+    """A box of gmsh in several formats: `left` and `bottom` share an edge; `inside` is the volume."""
+    import gmsh
+
+    folder = tmp_path_factory.mktemp("box")
+    start_gmsh(gmsh)
+    try:
+        for order in (1, 2):
+            gmsh.clear()
+            gmsh.model.occ.addBox(0, 0, 0, *SIZES)
+            gmsh.model.occ.synchronize()
+            for name, surfaces in (("left", [1]), ("bottom", [3]), ("two", [1, 3])):
+                gmsh.model.addPhysicalGroup(2, surfaces, name=name)
+            gmsh.model.addPhysicalGroup(3, [1], name="inside")
+            gmsh.model.addPhysicalGroup(1, [1], 17)
+            gmsh.option.setNumber("Mesh.MeshSizeMax", 0.4)
+            gmsh.model.mesh.generate(3)
+            gmsh.model.mesh.setOrder(order)
+            for version, binary in FORMATS:
+                gmsh.option.setNumber("Mesh.MshFileVersion", version)
+                gmsh.option.setNumber("Mesh.Binary", binary)
+                gmsh.write(str(folder / f"{order}_{version}_{binary}.msh"))
+            gmsh.option.setNumber("Mesh.SaveAll", 1)
+            gmsh.write(str(folder / f"{order}_all.msh"))
+            gmsh.option.setNumber("Mesh.SaveAll", 0)
+            gmsh.write(str(folder / f"{order}.med"))
+    finally:
+        gmsh.finalize()
+    return folder
+
+
+def check(mesh, order):
+    assert {block.kind for block in mesh.blocks} == {{1: "tet4", 2: "tet10"}[order]}
+    assert sum(volumes(mesh)) == pytest.approx(np.prod(SIZES))
+    assert straight_middles(mesh)
+    assert area(mesh, "left") == pytest.approx(SIZES[1] * SIZES[2])
+    assert area(mesh, "bottom") == pytest.approx(SIZES[0] * SIZES[2])
+    assert set(mesh.surfaces["left"].nodes(mesh.blocks)) == set(mesh.node_sets["left"])
+    np.testing.assert_array_equal(mesh.points[mesh.node_sets["left"], 0], 0.0)
+    assert len(mesh.element_sets["inside"]) == mesh.n_elements
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize(("version", "binary"), FORMATS)
+def test_gmsh(box, order, version, binary):
+    mesh = read_mesh(box / f"{order}_{version}_{binary}.msh")
+    check(mesh, order)
+    assert area(mesh, "two") == pytest.approx((SIZES[0] + SIZES[1]) * SIZES[2])
+    assert "curve_17" in mesh.node_sets  # a group without a name
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_gmsh_with_all_entities_and_med(box, order):
+    check(read_mesh(box / f"{order}_all.msh"), order)
+    check(read_mesh(box / f"{order}.med"), order)
+
+
+def test_no_script_is_run(tmp_path):
+    """gmsh would take the first for a script, and the file of options beside the second for one."""
+    (tmp_path / "script.msh").write_text(f'SystemCall "touch {tmp_path}/run";\n')
+    with pytest.raises(MeshFileError, match=r"does not start with \$MeshFormat"):
+        read_mesh(tmp_path / "script.msh")
+    (tmp_path / "mesh.msh").write_text(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n"
+        "$Elements\n1\n1 4 2 1 1 1 2 3 4\n$EndElements\n"
+    )
+    (tmp_path / "mesh.msh.opt").write_text(f'SystemCall "touch {tmp_path}/run";\n')
+    assert read_mesh(tmp_path / "mesh.msh").n_elements == 1
+    assert not (tmp_path / "run").exists()
+
+
+def test_orders_that_gmsh_would_mix_up(tmp_path):
+    points = "".join(f"{k + 5} {x} {y} {z}\n" for k, (x, y, z) in enumerate(element_points("tet10").tolist()))
+    corners = "1 5 0 0\n2 6 0 0\n3 5 1 0\n4 5 0 1\n"
+    (tmp_path / "mixed.msh").write_text(
+        f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n14\n{corners}{points}$EndNodes\n$Elements\n2\n"
+        "1 4 2 1 1 1 2 3 4\n2 11 2 1 1 5 6 7 8 9 10 11 12 14 13\n$EndElements\n"
+    )
+    with pytest.raises(MeshFileError, match="linear and quadratic elements in one entity"):
+        read_mesh(tmp_path / "mixed.msh")
+
+
+def test_a_session_of_gmsh_goes_on(box):
+    import gmsh
+
+    start_gmsh(gmsh)
+    try:
+        gmsh.model.add("mine")
+        gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+        gmsh.model.occ.synchronize()
+        read_mesh(box / "1_4.1_0.msh")
+        assert gmsh.model.getCurrent() == "mine"
+        assert len(gmsh.model.getEntities(3)) == 1
+    finally:
+        gmsh.finalize()
+
+
+def test_fields_of_vtk_become_sets(tmp_path):
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1), (9, 9, 9)], dtype=float)
+    cells = [("triangle", [[0, 1, 2]]), ("tetra", [[0, 1, 2, 3], [1, 2, 3, 4]])]
+    mesh = meshlane.Mesh(
+        points, cells,
+        {"set_root": [0.0, 2.0, 1.0, 0, 0, 0], "part": [0, 1, 1, 7, 0, 0], "heat": np.ones(6)},
+        {"set_face": [[1.0], [0.0, 0.0]], "material": [[5], [5, 6]]},
+    )  # fmt: skip
+    meshlane.vtu.write(str(tmp_path / "a.vtu"), mesh)
+    found = read_mesh(tmp_path / "a.vtu")
+    assert {name: rows.tolist() for name, rows in found.node_sets.items()} == {
+        "root": [2, 1], "part_1": [1, 2], "part_7": [3], "face": [0, 1, 2], "material_5": [0, 1, 2],
+    }  # fmt: skip
+    assert {name: rows[:, 1].tolist() for name, rows in found.element_sets.items()} == {
+        "material_5": [0], "material_6": [1],
+    }  # fmt: skip
+    assert area(found, "face") == pytest.approx(0.5)
+    assert found.notes == ("1 node of no solid element left out",)
+
+
+@pytest.mark.parametrize("cell", ["tetra", "wedge", "hexahedron", "tetra10", "wedge15", "hexahedron20"])
+def test_vtk_cells_of_either_orientation(tmp_path, cell):
+    """Programs differ in which triangle of a wedge comes first."""
+    from geometry.mesh_files.cells import KINDS
+
+    kind = KINDS[cell]
+    points = element_points(kind)
+    mirrored = points * [1, 1, -1]
+    for places in (points, mirrored):
+        meshlane.vtu.write(str(tmp_path / "a.vtu"), meshlane.Mesh(places, [(cell, [list(range(len(points)))])]))
+        mesh = read_mesh(tmp_path / "a.vtu")
+        determinant = 1 + 0.3 * 0.1 * 0.2
+        assert volumes(mesh) == pytest.approx([VOLUMES[shape_of(kind)] * determinant])
+        assert straight_middles(mesh)
+
+
+def test_groups_of_med_written_by_meshlane(tmp_path):
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)], dtype=float)
+    mesh = meshlane.Mesh(
+        points, [("tetra", [[0, 1, 2, 3], [1, 2, 3, 4]])],
+        point_sets={"root": np.array([0, 2])}, cell_sets={"upper": [np.array([1])]},
+    )  # fmt: skip
+    meshlane.med.write(str(tmp_path / "a.med"), mesh)
+    found = read_mesh(tmp_path / "a.med")
+    assert found.node_sets["root"].tolist() == [0, 2]
+    assert found.element_sets["upper"].tolist() == [[0, 1]]
+    assert sum(volumes(found)) == pytest.approx(1 / 6 + 1 / 3)

@@ -1,0 +1,159 @@
+"""Nastran decks: fields, continuations, coordinate systems (against pyYeti), materials, sets."""
+
+import numpy as np
+import pytest
+from mesh_file_support import element_points, straight_middles, volumes
+
+from geometry import ELEMENT_KINDS, read_mesh
+
+TET = "CTETRA  1       1       1       2       3       4\n"
+
+
+def read(tmp_path, text):
+    (tmp_path / "blade.bdf").write_text(text)
+    return read_mesh(tmp_path / "blade.bdf")
+
+
+SMALL = """\
+GRID    1               0.      0.      0.
+GRID    2               1.      0.      0.
+GRID    3               0.      1.5     0.
+GRID    4               .25     0.      2.5-1
+"""
+LARGE = """\
+GRID*                  1                              0.              0.*
+*                     0.
+GRID*                  2                          1.0D+0              0.
+*                     0.
+GRID*   3                                             0.            1.5
+*       0.
+GRID*   4                               .25             0.              +A
+*A      2.5D-1
+"""
+FREE = "GRID,1,,0.,0.,0.\nGRID,2,,1.,,\ngrid,3,,0.,1.5,0.\nGRID,4,,.25,0.,.25\n"
+TABS = SMALL.replace("GRID    ", "GRID\t")
+
+
+@pytest.mark.parametrize("points", [SMALL, LARGE, FREE, TABS])
+def test_small_large_and_free_fields(tmp_path, points):
+    mesh = read(tmp_path, "SOL 103\nCEND\nBEGIN BULK\n" + points + TET + "ENDDATA\nGRID,9,,x\n")
+    np.testing.assert_array_equal(mesh.points, [[0, 0, 0], [1, 0, 0], [0, 1.5, 0], [0.25, 0, 0.25]])
+
+
+SYSTEMS = """\
+GRID,101,,1.,0.5,0.2
+GRID,102,,1.5,1.5,0.1
+GRID,103,,-.3,0.6,1.9
+CORD2R,1,0,1.,2.,3.,1.5,2.,4.
+,2.,2.,3.5
+CORD2C,2,1,0.,.5,0.,0.2,.5,1.
+,1.,.7,0.
+CORD2S,3,2,1.,30.,.5,1.,40.,1.5
+,2.,60.,.5
+"""
+BY_NODES = "CORD1R,4,101,102,103\nCORD1C,5,103,101,102\n"
+BY_POINTS = """\
+CORD2R,4,0,1.,.5,.2,1.5,1.5,.1
+,-.3,.6,1.9
+CORD2C,5,0,-.3,.6,1.9,1.,.5,.2
+,1.5,1.5,.1
+"""
+NODES = [(k, 1 + k % 5, (0.7 + 0.1 * k, 20.0 * k, 13.0 * k + 5)) for k in range(1, 21)]
+
+
+def test_coordinate_systems_are_those_of_pyyeti(tmp_path):
+    from pyyeti import nastran
+
+    text = SYSTEMS + BY_NODES + "".join(f"GRID,{k},{cp},{x},{y},{z}\n" for k, cp, (x, y, z) in NODES)
+    text += "".join(f"CTETRA,{k},1,{a},{b},{c},{d}\n" for k, (a, b, c, d) in enumerate(tetrahedra(), 1))
+    path = tmp_path / "systems.bdf"
+    path.write_text(text.replace(BY_NODES, BY_POINTS))  # pyYeti has no CORD1R and CORD1C
+    uset = nastran.bulk2uset(str(path))[0]
+    basic = uset.loc[(slice(None), 1), "x":"z"]
+    expected = dict(zip(basic.index.get_level_values("id"), basic.to_numpy(), strict=True))
+    path.write_text(oriented(text, expected))
+    mesh = read_mesh(path)
+    assert len(mesh.points) == 20
+    np.testing.assert_allclose(mesh.points, [expected[k] for k in mesh.node_labels], rtol=1e-12, atol=1e-12)
+
+
+def tetrahedra():
+    return [(4 * k + 1, 4 * k + 2, 4 * k + 3, 4 * k + 4) for k in range(5)]
+
+
+def oriented(text, points):
+    """Nodes of tetrahedra in the order of positive volume."""
+    for k, (a, b, c, d) in enumerate(tetrahedra(), 1):
+        if np.linalg.det(np.array([points[n] - points[a] for n in (b, c, d)])) < 0:
+            text = text.replace(f"CTETRA,{k},1,{a},{b},", f"CTETRA,{k},1,{b},{a},")
+    return text
+
+
+@pytest.mark.parametrize(
+    ("card", "kind", "order"),
+    [  # order of the manual: round the bottom, upwards, round the top
+        ("CTETRA", "tet10", [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]),
+        (
+            "CPENTA",
+            "wedge15",
+            [(0, 1), (1, 2), (2, 0), (0, 3), (1, 4), (2, 5), (3, 4), (4, 5), (5, 3)],
+        ),
+        (
+            "CHEXA",
+            "hex20",
+            [
+                *((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7)),
+                *((4, 5), (5, 6), (6, 7), (7, 4)),
+            ],
+        ),
+    ],
+)
+def test_mid_side_nodes(tmp_path, card, kind, order):
+    corners = element_points(kind)[: ELEMENT_KINDS[kind].corners]
+    points = [*corners, *((corners[a] + corners[b]) / 2 for a, b in order)]
+    text = "".join(f"GRID,{k},,{x!r},{y!r},{z!r}\n" for k, (x, y, z) in enumerate(np.array(points).tolist(), 1))
+    fields = ["7", "3", *map(str, range(1, len(points) + 1))]
+    lines = ["".join(f"{x:>8s}" for x in fields[k : k + 8]) for k in range(0, len(fields), 8)]
+    mesh = read(tmp_path, text + f"{card:8s}" + "\n        ".join(lines) + "\n")
+    assert [block.kind for block in mesh.blocks] == [kind]
+    assert straight_middles(mesh)
+    assert mesh.element_labels[0].tolist() == [7]
+
+
+def test_materials_and_properties(tmp_path):
+    mesh = read(
+        tmp_path,
+        SMALL + TET + "CTETRA,2,6,1,2,3,4\nPSOLID,1,11\nPSOLID,6,12\n"
+        "MAT1,11,2.1+11,,.3,7800.,1.2-5\nMAT1    12      2.6E11  1.E11           8000.\n",
+    )
+    assert {block.material: len(block) for block in mesh.blocks} == {"11": 1, "12": 1}
+    assert mesh.materials["11"] == {
+        "young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7800.0, "expansion": 1.2e-5,
+    }  # fmt: skip
+    assert mesh.materials["12"]["poisson_ratio"] == pytest.approx(0.3)  # from E and G
+    assert sorted(mesh.element_sets) == ["PSOLID_1", "PSOLID_6"]
+
+
+def test_sets(tmp_path):
+    case_control = (
+        '$HMSET        1        1 "root"\n$HMSET        2        2 "tip elements"\n'
+        "SET 1 = 1, 2,\n 3\nSET 2 = 1\nSET 3 = 1 THRU 4 EXCEPT 2,3\nSET 4 = ALL\nBEGIN BULK\n"
+    )
+    bulk = "SET1,5,1,THRU,1000000000\nSET3,6,GRID,2,4\nSET3,7,ELEM,1\nSPC1,8,123,2,3\nSPC1,8,123,4\n"
+    mesh = read(tmp_path, case_control + SMALL + TET + bulk)
+    assert {name: mesh.node_labels[rows].tolist() for name, rows in mesh.node_sets.items()} == {
+        "root": [1, 2, 3],
+        "SET_3": [1, 4],
+        "SET_4": [1, 2, 3, 4],
+        "SET_5": [1, 2, 3, 4],
+        "SET_6": [2, 4],
+        "SPC1_8": [2, 3, 4],
+    }
+    assert {"tip elements", "SET_7"} <= set(mesh.element_sets)
+
+
+def test_shells_are_left_out_with_a_note(tmp_path):
+    mesh = read(tmp_path, SMALL + TET + "CTRIA3,5,2,1,2,3\nCBAR,6,3,1,2\n")
+    assert mesh.n_elements == 1
+    assert volumes(mesh) == pytest.approx([1.5 * 0.25 / 6])
+    assert {"1 CTRIA3 left out: no solid elements", "1 CBAR left out: no solid elements"} <= set(mesh.notes)
