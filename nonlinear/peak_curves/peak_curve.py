@@ -1,8 +1,8 @@
 """A peak of the response followed over a parameter, folds of the peak included.
 
-The solutions (x, omega) of all problems of a family are a surface over the parameter share s. Around a solution it has
-the coordinates (alpha, beta): alpha is the arc length along the response curve, beta the change of s. A point of it is
-solved for in the plane normal to the response curve at the base. A peak is a zero of
+The solutions (x, omega) of all problems of a family are a surface over the parameter share s. Around a solution it
+has the coordinates (alpha, beta): alpha is the arc length along the response curve, beta the change of s. A point of
+it is solved for in the plane normal to the response curve at the base. A peak is a zero of
 
     g(alpha, beta) = dA/darc / A,
 
@@ -35,9 +35,9 @@ from nonlinear.peak_curves.parameter_family import ParameterFamily
 DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
 TOLERANCE = 1e-10  # of g: the relative change of amplitude over unit arc length
 ITERATIONS = 12
-FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.02, 0.05, 1e-5  # in (alpha, beta)
-MOST_POINTS = 600
-_FEW, _MANY = 3, 7
+FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.02, 0.15, 1e-4  # in (alpha, beta)
+MOST_POINTS = 300
+_FEW, _MANY = 6, 10
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,8 @@ class PeakPoint:
         The peak.
     amplitude : float
         Amplitude of the output, m.
+    rate : float
+        Derivative of the amplitude with respect to the share, at the peak, m.
     slopes : (float, float)
         Derivatives of g with respect to alpha and beta.
     tangent : (float, float)
@@ -61,6 +63,7 @@ class PeakPoint:
     share: float
     point: SolutionPoint
     amplitude: float
+    rate: float
     slopes: tuple[float, float]
     tangent: tuple[float, float]
 
@@ -75,6 +78,7 @@ class _Found(NamedTuple):
 
     point: SolutionPoint
     value: float
+    amplitude: float
 
 
 @dataclass(frozen=True)
@@ -163,20 +167,22 @@ class PeakFollower:
     def _peak(self, share: float, point: SolutionPoint, towards: tuple[float, float]) -> PeakPoint | None:
         """The peak at a solution with the slopes of g and the tangent on the side of `towards`."""
         amplitude = output_amplitude(_with_forces(point), self.family.problem[3].output)
-        bare = PeakPoint(share, point, amplitude, (0.0, 0.0), towards)
+        bare = PeakPoint(share, point, amplitude, 0.0, (0.0, 0.0), towards)
         base = _Base(self, share, point, self._rate(bare))
-        values = [base.at(*at) for at in ((DIFFERENCE, 0.0), (-DIFFERENCE, 0.0), (0.0, DIFFERENCE), (0.0, -DIFFERENCE))]
-        if any(value is None for value in values):
+        places = ((DIFFERENCE, 0.0), (-DIFFERENCE, 0.0), (0.0, DIFFERENCE), (0.0, -DIFFERENCE))
+        around = [found for found in (base.at(*place) for place in places) if found is not None]
+        if len(around) < len(places):
             return None
-        ahead, behind, above, below = (value.value for value in values if value is not None)
-        slopes = (ahead - behind) / (2.0 * DIFFERENCE), (above - below) / (2.0 * DIFFERENCE)
+        ahead, behind, above, below = around
+        slopes = (ahead.value - behind.value) / (2.0 * DIFFERENCE), (above.value - below.value) / (2.0 * DIFFERENCE)
+        rate = (above.amplitude - below.amplitude) / (2.0 * DIFFERENCE)  # A is stationary along the response curve
         size = float(np.hypot(*slopes))
         if size == 0.0:
             return None
         tangent = -slopes[1] / size, slopes[0] / size
         if tangent[0] * towards[0] + tangent[1] * towards[1] < 0.0:
             tangent = -tangent[0], -tangent[1]
-        return replace(bare, slopes=slopes, tangent=tangent)
+        return replace(bare, rate=rate, slopes=slopes, tangent=tangent)
 
 
 @dataclass(frozen=True)
@@ -199,10 +205,12 @@ class _Base:
         found = continuation.solver.refit(guess)
         if found is None:
             return None
-        exact = continuation.solver.point(found.unknown, found.omega, point.tangent, found.iterations, 0.0, point.step)
+        exact = continuation.solver.point(
+            found.unknown, found.omega, point.tangent, found.iterations, 0.0, point.step
+        )
         output = continuation.options.output
-        slope = amplitude_derivative(exact, output)
-        return _Found(exact, slope / output_amplitude(exact, output))
+        amplitude = output_amplitude(exact, output)
+        return _Found(exact, amplitude_derivative(exact, output) / amplitude, amplitude)
 
 
 def _with_forces(point: SolutionPoint) -> SolutionPoint:
