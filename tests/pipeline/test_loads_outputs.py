@@ -12,6 +12,7 @@ from pipeline_support import ground_scene, shroud, small_scene, write_ground_mod
 from scipy.sparse.linalg import spsolve
 
 from pipeline import read_scene
+from pipeline.stages.build_reduced_model import at_speed
 from pipeline.stages.scene_loads import scene_loads
 from pipeline.stages.scene_to_solver import excitation, solver_options
 from rom import (
@@ -161,6 +162,35 @@ def test_a_scene_with_one_force_keeps_its_keys_and_files(tmp_path: Path) -> None
     from geometry import SectorMesh
 
     assert scene_loads(scene, SectorMesh.__new__(SectorMesh), None) is None
+
+
+@pytest.mark.parametrize("equilibrium", ["nonlinear", "linear"])
+def test_gas_loads_are_part_of_the_equilibrium_in_rotation(tmp_path: Path, equilibrium: str) -> None:
+    """f_int(u) = W^2 (f_0 + M_yz u) + f at 9000 rpm; what superposition leaves out is of second order in f."""
+    from rom import angular_speed, centrifugal_displacement
+    from rom.finite_elements.discretisation import discretise
+    from rom.finite_elements.total_lagrangian import ElasticBody
+
+    steel = Material(210e9, 0.3, 7850.0)
+    squared, motions = angular_speed(9000.0) ** 2, {}
+    for pressure in (0.0, 1e6, 2e6):
+        loads = [{"surface": "pressure_side", "pressure": pressure}] if pressure else []
+        changes = {"load__speed_rpm": 9000.0, "load__equilibrium": equilibrium, "load__pressure": loads}
+        path = write_scene(tmp_path / "scene.toml", small_scene(**changes))
+        scene, sector = read_scene(path).first, load_sector(_sector(tmp_path, path))
+        full = assemble(sector, steel, element="hex8")
+        motions[pressure] = squared * centrifugal_displacement(at_speed(full, sector, scene, steel))
+    if equilibrium == "nonlinear":
+        internal, _ = ElasticBody.of(discretise(sector, "hex8"), steel).internal_force(motions[2e6])
+        arm = motions[2e6].reshape(-1, 3) * (0.0, 1.0, 1.0)
+        gas = pressure_force(full, sector, sector.surfaces["pressure_side"], 2e6)
+        external = squared * (full.centrifugal + full.mass @ arm.ravel()) + gas
+        free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
+        assert np.abs((external - internal)[free]).max() < 1e-7 * np.abs(external).max()
+    one, two = (motions[pressure] - motions[0.0] for pressure in (1e6, 2e6))
+    deviation = np.abs(two - 2.0 * one).max() / np.abs(two).max()
+    assert deviation < 0.02
+    assert np.abs(two).max() > 1e-4
 
 
 def forces_file(path: Path, header: str, *rows: str) -> Path:
