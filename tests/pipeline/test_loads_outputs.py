@@ -56,7 +56,7 @@ LOADS = {
 def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     folder = tmp_path_factory.mktemp("loads")
     scene = write_scene(folder / "scene.toml", small_scene(**LOADS))
-    status, said, error = shroud("run", scene, "--out", folder / "out", "--until", "figures")
+    status, said, error = shroud("run", scene, "--out", folder / "out", "--until", "report")
     assert status == 0, (said, error)
     return scene, folder / "out"
 
@@ -141,6 +141,13 @@ def test_every_harmonic_and_output_is_in_the_files(run: tuple[Path, Path]) -> No
     assert found["mid"]["peak_amplitude"] == pytest.approx(largest, rel=1e-5)
     assert (found["gauge"]["unit"], found["top"]["unit"]) == ("1", "m")
     assert (out / "figures" / "outputs.png").is_file()
+
+
+def test_the_report_says_loads_and_outputs(run: tuple[Path, Path]) -> None:
+    _, out = run
+    page = (out / "report.html").read_text(encoding="utf-8")
+    for text in ("engine order 72", "0.3 of it, phase 40°", "20000 Pa on pressure_side", "mode 2", "µm/m at"):
+        assert text in page, text
 
 
 def test_results_in_python_have_the_outputs(run: tuple[Path, Path]) -> None:
