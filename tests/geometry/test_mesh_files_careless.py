@@ -22,6 +22,10 @@ ABAQUS = {
     "words for numbers": (NODES.replace("2, 1.,", "2, one,") + TET, "line 1, \\*NODE: 'one' in the data"),
     "node twice": (NODES + "2, 1., 0., 0.5\n" + TET, "node 2 is defined twice at different places"),
     "element twice": (NODES + TET + "1, 2, 3, 4, 5\n", "element 1 is defined twice"),
+    "the same element under another label": (
+        NODES + TET + "2, 2, 3, 1, 4\n",
+        "elements 1 and 2 .* have the same corners",
+    ),
     "unknown node": (NODES + TET.replace("3, 4", "3, 44"), r"element 1 \(tet4\) names node 44"),
     "node label 0": (NODES.replace("1, 0.", "0, 0.") + TET, "node 0: must be a positive integer"),
     "negative label": (NODES.replace("5, 1.", "-5, 1.") + TET, "node -5: must be a positive integer"),
