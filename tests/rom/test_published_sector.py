@@ -13,12 +13,13 @@ import numpy as np
 import pytest
 from calculix import PROGRAM
 
-from geometry import SectorChoice, read_mesh, sector_from_mesh
+from geometry import OwnMeshError, SectorChoice, read_mesh, sector_from_mesh
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from rom import (
     BoundaryChoice,
     Material,
     ReductionOptions,
+    RomParameterError,
     assemble,
     modal_model,
     natural_frequencies,
@@ -67,6 +68,25 @@ def test_root_and_faces_are_found():
     # the face is radial and axial: its normal is circumferential
     turn = np.pi / N_SECTORS
     np.testing.assert_allclose(sector.right.frame[:, 2], [[0.0, np.cos(turn), -np.sin(turn)]] * 60, atol=1e-6)
+
+
+def test_a_sector_with_swept_faces_is_found_with_its_number_of_blades():
+    """The other example: 15 sectors of bricks and wedges, faces that are curved, swept and no rectangles."""
+    mesh = read_mesh(ROTOR.parent / "sector.cdb")
+    with pytest.raises(OwnMeshError, match="they would be with n_blades = 15"):
+        sector_from_mesh(mesh, SectorChoice(14, "in", "z"))
+    own = sector_from_mesh(mesh, SectorChoice(15, "in", "z", contact_grid=(3, 2)))
+    assert own.findings.matching
+    assert own.findings.mismatch < 1e-12
+    assert own.sector.right.area.min() > 0.4 * own.sector.right.area.mean()
+    full = assemble(own.sector, STEEL, None)
+    options = ReductionOptions(modes=10, store_basis=False)
+    model = reduce_sector(full, own.sector, options, BoundaryChoice(contact_dofs="patch")).model
+    free = natural_frequencies(model, 0.4, count=4)
+    stuck = natural_frequencies(model, 0.4, normal=1e10, tangential=1e10, count=4)
+    assert np.all(stuck > 1.2 * free)
+    with pytest.raises(RomParameterError, match='"patch" is for any shape'):
+        reduce_sector(full, own.sector, options, BoundaryChoice(contact_dofs="mortar"))
 
 
 @needs_calculix
