@@ -43,7 +43,7 @@ def rotor(grid=None):
 def reduced(grid, kind):
     sector = rotor(grid).sector
     full = assemble(sector, STEEL, None)
-    options = ReductionOptions(modes=120, store_basis=False)
+    options = ReductionOptions(modes=90, store_basis=False)
     return reduce_sector(full, sector, options, BoundaryChoice((1.0, 0.0, 0.0), contact_dofs=kind)).model
 
 
@@ -90,7 +90,7 @@ def test_a_sector_with_swept_faces_is_found_with_its_number_of_blades():
 
 
 @needs_calculix
-@pytest.mark.parametrize("diameter", [0, 3, 8])
+@pytest.mark.parametrize("diameter", [0, 5])
 def test_rigid_contacts_make_the_disk_of_calculix(diameter, tmp_path):
     sector = rotor().sector
     free = [np.setdiff1d(sector.node_sets[f"face_{side}"], sector.node_sets["root"]) for side in ("right", "left")]
@@ -105,13 +105,13 @@ def test_rigid_contacts_make_the_disk_of_calculix(diameter, tmp_path):
     printed = np.array(table[::2])[:4]  # each twice
     found = stuck_hz(None, "nodal", diameter)[: len(printed)]
     assert len(printed) == 4
-    np.testing.assert_allclose(found, printed, rtol=8e-5)
+    np.testing.assert_allclose(found, printed, rtol=1e-4)
 
 
 @pytest.mark.parametrize("kind", ["mortar", "patch"])
 def test_a_few_contact_points_come_near_the_disk_in_one_piece(kind):
     exact = stuck_hz(None, "nodal", 3)
-    few, more = (np.abs(stuck_hz(grid, kind, 3) / exact - 1.0).max() for grid in ((3, 3), (5, 6)))
+    few, more = (np.abs(stuck_hz(grid, kind, 3) / exact - 1.0).max() for grid in ((3, 3), (4, 5)))
     assert few < 0.1
     assert more < 0.6 * few
 
