@@ -12,8 +12,9 @@ from pipeline.scene.schema import Contact, Excitation, Load, Response
 from pipeline.scene.stress_section import Fatigue, Stress
 from pipeline.stages.build_reduced_model import at_speed, boundary_choice
 from pipeline.stages.curve_file import BRANCHES, section_from_attributes
+from pipeline.stages.scene_loads import temperature_rise
 from pipeline.stages.scene_materials import scene_materials
-from pipeline.stages.scene_to_solver import damped_modes
+from pipeline.stages.scene_to_solver import damped_modes, section_excitation
 from pipeline.stages.vtu_file import write_vtu
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from pipeline.scene.schema import Scene
-    from rom import OperatingStress, SolvedPoint
+    from rom import OperatingStress
 
 FACTS = "stress.json"
 
@@ -109,7 +110,7 @@ def make_operating_stress(
     """
     import h5py
 
-    from rom import load_full_model, load_sector, operating_stress, read_reduced_model
+    from rom import SolvedPoint, load_full_model, load_sector, operating_stress, read_reduced_model
 
     with h5py.File(curve, "r") as file:
         response = section_from_attributes(Response, file.attrs)
@@ -124,14 +125,17 @@ def make_operating_stress(
     full = at_speed(load_full_model(full_file), sector, scene, materials)
     model = read_reduced_model(rom)
     modal = damped_modes(model, response, load)
+    wave = section_excitation(excitation)
+    omega, phase = 2.0 * math.pi * point.frequency_hz, modal.phase(excitation.engine_order)
     stress = operating_stress(
         full,
         sector,
         materials,
         (model, modal),
-        boundary_choice(scene),
-        _solved_point(point, modal.phase(excitation.engine_order), excitation),
+        boundary_choice(scene, sector, materials),
+        SolvedPoint(omega, phase, wave.force, point.contact_force, wave.factors),
         large_displacements=scene.load.equilibrium == "nonlinear",
+        temperature=temperature_rise(scene, sector, full),
         check=settings.check,
     )
     limits = _margins(stress, scene.fatigue)
@@ -139,13 +143,6 @@ def make_operating_stress(
     found = _facts(stress, limits, point, settings.hot_spots, scene.fatigue)
     found["notes"] += _notes(contact, response, stress)
     (folder / FACTS).write_text(json.dumps(found, allow_nan=False), encoding="utf-8")
-
-
-def _solved_point(point: OperatingPoint, phase: float, excitation: Excitation) -> SolvedPoint:
-    from rom import SolvedPoint
-
-    omega = 2.0 * math.pi * point.frequency_hz
-    return SolvedPoint(omega, phase, excitation.force, point.contact_force, getattr(excitation, "factors", ()))
 
 
 def _margins(stress: OperatingStress, fatigue: Fatigue | None) -> dict[str, NDArray[np.float64]]:

@@ -57,6 +57,17 @@ def scene_loads(
     return lambda full: _Loads(scene, sector, materials, full).vectors()
 
 
+def temperature_rise(scene: Scene, sector: SectorMesh, full: FullModel) -> float | NDArray[np.float64] | None:
+    """Temperature above the one without thermal stress, K, uniform or at the points (V,) of the mesh; None: no load.
+
+    Raises
+    ------
+    InputError
+        The file of temperatures cannot be read.
+    """
+    return None if scene.load.temperature is None else _Loads(scene, sector, None, full).rise()
+
+
 def with_modal_excitation(scene: Scene, model: ReducedModel) -> ReducedModel:
     """The reduced model with the modal forces of a scene."""
     from rom import with_modal_forces
@@ -124,8 +135,6 @@ class _Loads:
     def _thermal(self) -> Vector:
         from rom import RomParameterError, thermal_force
 
-        temperature = self.scene.load.temperature
-        assert temperature is not None
         if self.materials is None:
             raise RomParameterError("load", "temperature", "a field", "nothing beside [model], which has no elements")
         given = self.materials.values() if isinstance(self.materials, dict) else [self.materials]
@@ -133,11 +142,15 @@ class _Loads:
             raise RomParameterError(
                 "material", "expansion", 0.0, "the expansion coefficient, 1/K, for load.temperature"
             )
+        return thermal_force(self.full, self.sector, self.materials, self.rise())
+
+    def rise(self) -> Any:
+        """Temperature above the one without thermal stress, K."""
+        temperature = self.scene.load.temperature
+        assert temperature is not None
         if temperature.uniform is not None:
-            rise: Any = temperature.uniform - temperature.reference
-        else:
-            rise = self._nodal_temperature(temperature_table(str(temperature.file))) - temperature.reference
-        return thermal_force(self.full, self.sector, self.materials, rise)
+            return temperature.uniform - temperature.reference
+        return self._nodal_temperature(temperature_table(str(temperature.file))) - temperature.reference
 
     def _nodal_temperature(self, table: NodalTable) -> NDArray[np.float64]:
         """Temperatures at all points of the mesh: of the nearest point of the file."""

@@ -64,7 +64,9 @@ def _free_sides(blocks: Sequence[ElementBlock]) -> IntArray:
             side = block.nodes[:, list(corners)]
             found.append(side if side.shape[1] == 4 else np.column_stack([side, side[:, -1]]))
     sides = np.concatenate(found).astype(np.int64)
-    _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
+    keys = sides.copy()
+    keys[sides[:, 2] == sides[:, 3], 3] = -1  # whichever corner of a triangle is the last one
+    _, first, count = np.unique(np.sort(keys, axis=1), axis=0, return_index=True, return_counts=True)
     return sides[np.sort(first[count == 1])]
 
 

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 Complex = NDArray[np.complex128]
 RESIDUAL = 1e-10  # of the full model's solution, relative to the force
 _MOST_ITERATIONS = 400
+_SAME = 1e-6  # relative difference of modal forces that is round-off
 
 
 @dataclass(frozen=True)
@@ -135,10 +136,25 @@ class MeshMotion:
         return found
 
     def _unit_excitation(self, harmonic: int) -> NDArray[Any]:
-        """Forces (N,) on the mesh of 1 N of excitation in a harmonic."""
-        for own in (harmonic, 1):
-            if own in self.loads.excitation:
-                return self.loads.excitation[own]
+        """Forces (N,) on the mesh of 1 N of excitation in a harmonic.
+
+        What the reduced model has beyond the vectors on the mesh are forces on its modes, f = M Phi a.
+        """
+        asked = self.modal.harmonic_forces.get(harmonic, self.modal.force)
+        force = self._given_excitation(harmonic)
+        rest = asked - self._shapes.T @ force
+        if np.linalg.norm(rest) <= _SAME * np.linalg.norm(asked):
+            return force
+        if not self.loads.excitation:  # the force at one node is not the excitation
+            force, rest = np.zeros_like(force), asked
+        return np.asarray(force + self.full.mass @ (self._shapes @ rest))
+
+    def _given_excitation(self, harmonic: int) -> NDArray[Any]:
+        """The vector of the loads for a harmonic; without any the force at the loaded node."""
+        own = self.loads.excitation
+        if own:
+            zero = np.zeros(self.full.n_dofs)
+            return own.get(harmonic, zero if harmonic in self.modal.harmonic_forces else own.get(1, zero))
         at_node = self.dofs.direction @ self.dofs.node_displacement(self.dofs.loaded)
         return np.asarray(at_node @ self.motion)
 
@@ -146,9 +162,10 @@ class MeshMotion:
         return RelativeReceptance(self.modal, point.phase, point.harmonics, point.force, point.harmonic_factors)
 
     @one_blas_thread()
-    def base(self) -> NDArray[np.float64]:
-        """Static displacement (N,) without contact forces, m."""
-        return np.real(self._static(self.static_force().astype(complex)))
+    def at_speed(self) -> NDArray[np.float64]:
+        """Static displacement (N,) of rotation alone, m: of a model at speed that of its equilibrium."""
+        force = self.full.centrifugal * angular_speed(self.full.speed_rpm) ** 2
+        return np.real(self._static(force.astype(complex)))
 
     @one_blas_thread()
     def expanded(self, point: SolvedPoint) -> Complex:

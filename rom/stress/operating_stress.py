@@ -18,7 +18,7 @@ from rom.reduction.boundary_dofs import BoundaryChoice
 from rom.stress.fatigue import StressCycle, stress_cycle
 from rom.stress.hot_spots import Surroundings
 from rom.stress.mesh_motion import MeshMotion, SolvedPoint
-from rom.stress.singular_places import singular_vertices
+from rom.stress.singular_places import point_loads, singular_vertices
 from rom.stress.stress_recovery import NodalStress, StressRecovery
 from rom.stress.stress_tensor import von_mises
 
@@ -202,7 +202,7 @@ def operating_stress(
     """
     motion = MeshMotion(full, sector, *reduced, boundary)
     large = large_displacements and full.speed_rpm != 0.0
-    base = motion.base() if large else None
+    base = motion.at_speed() if large else None
     heated = None if temperature is None else temperature_at_points(temperature, len(sector.points))
     recovery = StressRecovery.of(discretise(sector, full.element), materials, base, heated)
     near = _surroundings(full, sector, motion, recovery, boundary)
@@ -255,13 +255,22 @@ def _surroundings(
     full: FullModel, sector: SectorMesh, motion: MeshMotion, recovery: StressRecovery, boundary: BoundaryChoice
 ) -> Surroundings:
     """Singular places of the mesh and of its point forces."""
-    dofs = motion.dofs
-    places: dict[str, Any] = {"loaded node": dofs.nodes[[dofs.loaded]]}
+    dofs, loads = motion.dofs, motion.loads
+    vectors = [*loads.excitation.values(), *([] if loads.static is None else [loads.static])]
+    loaded = [point_loads(sector, _loaded_vertices(full, vector)) for vector in vectors]
+    if not loads.excitation:
+        loaded.append(np.flatnonzero(full.vertex_node == dofs.nodes[dofs.loaded]))
+    places: dict[str, Any] = {"loaded node": full.vertex_node[np.unique(np.concatenate(loaded))]}
     if boundary.contact_dofs == "nodal":
         places["contact node"] = dofs.nodes[: 2 * dofs.n_contacts]
     found = singular_vertices(sector)
     places |= {cause: full.vertex_node[vertices] for cause, vertices in found.items()}
     return Surroundings.of(recovery, full.positions, places)
+
+
+def _loaded_vertices(full: FullModel, vector: NDArray[Any]) -> IntArray:
+    """Vertices on which a vector of forces acts."""
+    return np.flatnonzero(np.any(vector.reshape(-1, 3)[full.vertex_node] != 0.0, axis=1))
 
 
 def _cells(sector: SectorMesh, full: FullModel, recovery: StressRecovery) -> tuple[tuple[int, IntArray], ...]:

@@ -70,6 +70,17 @@ def singular_vertices(sector: SectorMesh, reentrant_degrees: float = REENTRANT) 
     }
 
 
+def point_loads(sector: SectorMesh, loaded: IntArray) -> IntArray:
+    """Those of the loaded vertices (k,) with point forces: no side of an element there is loaded at all corners."""
+    spread = []
+    for block in sector.blocks:
+        corners = block.nodes[:, : block.topology.corners]
+        on = np.isin(corners, loaded)
+        for side in block.topology.sides:
+            spread.append(corners[on[:, side].all(axis=1)][:, side].ravel())
+    return np.setdiff1d(loaded, np.concatenate(spread))
+
+
 def _rim(surface: BoundarySurface, nodes: NDArray[np.integer]) -> IntArray:
     """Ends of the edges between a side with all its corners among some nodes and one that has not."""
     inside = np.asarray(np.isin(surface.sides, nodes).all(axis=1))

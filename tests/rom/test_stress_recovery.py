@@ -1,5 +1,8 @@
 """Nodal stresses: patch test, beam closed forms, large displacements, and CalculiX on the same mesh."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import calculix
 import numpy as np
 import pytest
@@ -9,8 +12,10 @@ from scipy.sparse.linalg import spsolve
 
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
 from rom import (
+    LoadVectors,
     Material,
     ReductionOptions,
+    RelativeReceptance,
     SolvedPoint,
     angular_speed,
     assemble,
@@ -23,9 +28,11 @@ from rom import (
     singular_vertices,
     stiffen_by_rotation,
     von_mises,
+    with_modal_forces,
 )
 from rom.finite_elements.discretisation import discretise
 from rom.stress.mesh_motion import MeshMotion
+from rom.stress.singular_places import point_loads
 from rom.stress.stress_recovery import StressRecovery
 from rom.stress.stress_tensor import components
 
@@ -252,6 +259,65 @@ def test_the_motion_of_the_mesh_is_that_of_a_direct_solution_of_the_full_model()
         np.testing.assert_allclose(found[h][free], exact, atol=1e-8 * np.abs(exact).max())
         if h == 0:
             np.testing.assert_allclose(start[h][free], exact, atol=1e-10 * np.abs(exact).max())
+
+
+def test_forces_on_the_mesh_are_those_of_the_reduced_model():
+    """Loads as vectors, several harmonics with factors, forces on modes: the projection on the modes is the same."""
+    sector = box_sector((3, 3, 4))
+    full = assemble(sector, STEEL, element="hex8")
+    random = np.random.default_rng(3)
+    first, third, static = (random.normal(size=full.n_dofs) for _ in range(3))
+    for vector in (first, third, static):
+        vector[full.fixed] = 0.0
+    vectors = LoadVectors(excitation={1: first + 0.5j * third, 3: third}, static=static)
+    given = {"loads": replace(NODAL, loads=lambda full: vectors), "node": NODAL}
+    for name, boundary in given.items():
+        model = reduce_sector(full, sector, ReductionOptions(modes=8), boundary).model
+        for changed in (model, with_modal_forces(model, {1: 2.0, 3: 1.0j}, added=name == "loads")):
+            modal = modal_model(changed, rayleigh=(30.0, 2e-7))
+            point = replace(point_of(changed, 3), harmonic_factors=((2, 0.3j), (3, -0.7)))
+            motion = MeshMotion(full, sector, changed, modal, boundary)
+            receptance = RelativeReceptance(modal, point.phase, point.harmonics, point.force, point.harmonic_factors)
+            contact = (receptance.adjoint @ point.contact_force.reshape(4, -1, 1))[..., 0]
+            exact = receptance.modal_force + contact
+            found = motion.forces(point) @ (model.basis @ modal.shapes)
+            np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max())
+
+
+def an_l(root=0.0):
+    """An L of three kinds of elements and two materials, clamped below."""
+    mesh = mixed_brick(materials=("steel", "soft", "steel"))
+    sets = {"root": np.flatnonzero(mesh.points[:, 2] < root + 1e-9)}
+    return SimpleNamespace(points=mesh.points, blocks=mesh.blocks, node_sets=sets)
+
+
+def test_singular_places_of_an_l_are_its_inner_edge_its_clamp_and_its_interface():
+    body = an_l()
+    places = singular_vertices(body)
+    x, y, z = body.points.T
+
+    def near(a, b):
+        return np.abs(a - b) < 1e-9
+
+    vertices = np.unique(np.concatenate([b.nodes[:, : b.topology.corners].ravel() for b in body.blocks]))
+    inner = np.intersect1d(np.flatnonzero(near(x, 1.0) & near(z, 1.0)), vertices)
+    np.testing.assert_array_equal(places["re-entrant edge"], inner)
+    rim = near(z, 0.0) & (near(x, 0.0) | near(x, 2.0) | near(y, 0.0) | near(y, 1.0))
+    np.testing.assert_array_equal(places["clamped edge"], np.intersect1d(np.flatnonzero(rim), vertices))
+    met = body.points[places["material interface"]]
+    assert len(met) > 6
+    assert np.all(near(met[:, 0], 1.0) | (near(met[:, 2], 1.0) & (met[:, 0] >= 1.0 - 1e-9)))
+    assert len(places["contact edge"]) == 0
+
+
+def test_a_pressure_is_no_point_force():
+    body = an_l()
+    top = np.flatnonzero(np.abs(body.points[:, 2] - 2.0) < 1e-9)
+    alone = int(np.argmin(np.linalg.norm(body.points - (0.0, 0.0, 1.0), axis=1)))
+    corners = np.intersect1d(top, body.blocks[2].nodes[:, :4])
+    assert point_loads(body, corners).tolist() == []
+    assert point_loads(body, np.append(corners, alone)).tolist() == [alone]
+    assert point_loads(body, corners[:1]).tolist() == corners[:1].tolist()
 
 
 def test_stress_converges_with_the_modes_and_faster_with_the_static_correction():

@@ -1,0 +1,181 @@
+"""Stress on the mesh as a stage of a run: files, summary, report, what is refused and what is said."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+import pyvista
+from PIL import Image
+from pipeline_support import shroud, small_scene, statuses, summary_of, without_lines, write_scene
+
+from pipeline import read_results
+from pipeline.results.stress import stress_lines, stress_warning
+from pipeline.stages.operating_stress import operating_point
+from pipeline.stages.vtu_file import write_vtu
+from rom import von_mises
+
+SWEEP = {"contact.interference": [1e-5, 1e-3]}
+LIMITS = {"endurance_limit": 300e6, "tensile_strength": 900e6, "yield_strength": 700e6, "factor": 1.5}
+
+
+@pytest.fixture(scope="module")
+def stressed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Output folder of a run at speed with stress and limits."""
+    folder = tmp_path_factory.mktemp("stressed")
+    assert run(folder)[0] == 0
+    return folder / "out"
+
+
+def run(folder: Path, until: str = "stresses", **changes: Any) -> tuple[int, str, str]:
+    asked: dict[str, Any] = {"stress": {"hot_spots": 3, "curves": [1]}, "fatigue": LIMITS, "load__speed_rpm": 3000.0}
+    quick = {f"response__{key}": False for key in ("detached", "truncation", "time_integration")}
+    values = asked | quick | {"response__stability": "folds", "excitation__force": 5.0, "sweep": SWEEP}
+    scene = write_scene(folder / "s.toml", small_scene(**(values | changes)))
+    return shroud("run", scene, "--out", folder / "out", "--quiet", "--until", until)
+
+
+def test_fields_and_summary_are_those_of_the_solved_point(stressed: Path) -> None:
+    assert statuses(stressed)["stresses"] == "ran"
+    (entry,) = summary_of(stressed)["stress"]
+    assert (entry["curve"], entry["file"], entry["motion"]) == (1, "stress/stress_1.vtu", "periodic")
+    assert entry == read_results(stressed).stress[0]
+    mesh = pyvista.read(stressed / entry["file"])
+    fields = {name: np.asarray(mesh.point_data[name]) for name in mesh.point_data}
+    one = fields["stress_1_real_pa"] + 1j * fields["stress_1_imag_pa"]
+    static = fields["stress_0_pa"]
+    np.testing.assert_allclose(fields["von_mises_static_pa"], von_mises(static), rtol=1e-9)
+    # the amplitude of one harmonic: half of the largest distance of two opposite instants
+    angles = np.linspace(0.0, np.pi, 181)
+    sizes = np.array([von_mises(np.real(one * np.exp(1j * angle))) for angle in angles])
+    np.testing.assert_allclose(fields["von_mises_amplitude_pa"], sizes.max(axis=0), rtol=1e-3)
+    regular = fields["singular"] < 0
+    assert entry["largest_amplitude_pa"] == pytest.approx(fields["von_mises_amplitude_pa"][regular].max())
+    inverse = fields["von_mises_amplitude_pa"] / 300e6 + np.maximum(fields["mean_stress_pa"], 0.0) / 900e6
+    plastic = (fields["von_mises_amplitude_pa"] + np.abs(fields["mean_stress_pa"])) / 700e6
+    np.testing.assert_allclose(fields["margin"], np.minimum(1.0 / np.maximum(inverse, plastic), 1e6), rtol=1e-9)
+    assert entry["least_margin"] == pytest.approx(fields["margin"][regular].min())
+    for spots, singular in ((entry["hot_spots"], False), (entry["singular_spots"], True)):
+        assert 0 < len(spots) <= 3
+        for spot in spots:
+            at = np.argmin(np.linalg.norm(mesh.points - spot["position_m"], axis=1))
+            assert spot["amplitude_pa"] == pytest.approx(fields["von_mises_amplitude_pa"][at])
+            assert (spot["singular"] is not None) == singular
+            assert spot["amplitude_margin"] >= spot["margin"]
+    assert [spot["margin"] for spot in entry["hot_spots"]] == sorted(spot["margin"] for spot in entry["hot_spots"])
+
+
+def test_the_displacement_of_the_tip_is_that_of_the_curve(stressed: Path) -> None:
+    (entry,) = summary_of(stressed)["stress"]
+    mesh = pyvista.read(stressed / entry["file"])
+    tip = np.argmin(np.linalg.norm(mesh.points - (0.0, 0.0, 0.45), axis=1))
+    with h5py.File(stressed / "response.h5") as file:
+        curve = file["curve/1"]
+        index = int(curve.attrs["worst_index"])
+        output = curve["output"][index]
+        assert entry["frequency_hz"] == curve["frequency_hz"][index]
+    moved = mesh.point_data["displacement_1_real_m"][tip, 1] + 1j * mesh.point_data["displacement_1_imag_m"][tip, 1]
+    assert moved == pytest.approx(output[1], rel=1e-3)
+    assert mesh.point_data["displacement_0_m"][tip, 1] == pytest.approx(output[0].real, rel=1e-6)
+    assert entry["model_error"] < 0.01
+    assert entry["expansion_error"] < 0.1
+
+
+def test_page_and_picture_show_the_stress(stressed: Path) -> None:
+    assert run(stressed.parent, "report")[0] == 0
+    assert statuses(stressed)["stresses"] == "reused"
+    text = (stressed / "report.html").read_text(encoding="utf-8")
+    section = text.partition('<section id="stress">')[2].partition("</section>")[0]
+    assert "clamped edge" in section
+    assert "Singular places" in section
+    assert section.count("data:image/jpeg") == 1
+    assert "stress/stress_1.png" in summary_of(stressed)["pictures"]
+    with Image.open(stressed / "stress" / "stress_1.png") as picture:
+        assert len(np.unique(np.asarray(picture).reshape(-1, 3), axis=0)) > 200
+
+
+def test_what_is_said_of_a_margin_and_of_its_errors(stressed: Path) -> None:
+    entries = summary_of(stressed)["stress"]
+    (line,) = stress_lines(entries)
+    assert "least margin" in line
+    assert "from the full model" in line
+    assert stress_warning(entries) == ""
+    entries[0]["required_margin"] = 90.0
+    assert "below the required 90 (curve 1)" in stress_warning(entries)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (
+            {"stress": {"curves": [2]}},
+            "stress.curves: [2], allowed: true, false or a list of numbers of curves, 0 to 1",
+        ),
+        ({"fatigue": {"endurance_limit": 3e8}}, "fatigue.tensile_strength: missing, allowed: a number above 0"),
+        (
+            {"fatigue": {"endurance_limit": 3e8, "tensile_strength": 2e8}},
+            "fatigue.endurance_limit: 300000000.0, allo",
+        ),
+        (
+            {"fatigue": {"endurance_limit": 3e8, "tensile_strength": 9e8, "yield_strength": {"soft": 1e9}}},
+            "fatigue.yield_strength.soft: 1000000000.0, allowed: a number above 0",
+        ),
+        ({"fatigue": LIMITS | {"factor": 0.0}}, "fatigue.factor: 0.0, allowed: a number from 0.1 to 100"),
+        ({"stress": {"hot_spot": 3}}, "stress.hot_spot: unknown key, did you mean stress.hot_spots?"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_one_line(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
+    scene = write_scene(tmp_path / "s.toml", small_scene(sweep=SWEEP, **changes))
+    status, _, error = shroud("validate", scene)
+    assert status == 2
+    assert without_lines(error).startswith(f"{scene}: {said}")
+    assert error.count("\n") == 1
+
+
+def written_curve(path: Path, **attributes: Any) -> h5py.File:
+    """A curve of two points with a detached branch of three."""
+    file = h5py.File(path, "w")
+    for name, count, start in ((".", 2, 100.0), ("branch/1", 3, 200.0)):
+        group = file.require_group(name) if name != "." else file
+        group["frequency_hz"] = start + np.arange(count)
+        group["amplitude_m"] = np.full(count, 1e-3)
+        group["contact_force"] = np.full((count, 2, 1, 3), start, dtype=complex)
+    file.attrs.update({"peak_index": 1, "worst_branch": -1, "worst_index": -1, "worst_motion": ""} | attributes)
+    return file
+
+
+def test_the_point_is_the_worst_motion_or_the_peak_where_that_is_not_known(tmp_path: Path) -> None:
+    with written_curve(tmp_path / "a.h5") as file:
+        point = operating_point(file)
+        assert point is not None
+        assert (point.frequency_hz, point.motion, len(point.notes)) == (101.0, "peak", 1)
+    worst = {"worst_branch": 1, "worst_index": 2, "worst_motion": "periodic", "worst_amplitude_m": 1e-3}
+    with written_curve(tmp_path / "b.h5", **worst) as file:
+        point = operating_point(file)
+        assert point is not None
+        assert (point.frequency_hz, point.branch, point.notes) == (202.0, 1, [])
+        assert point.contact_force[0, 0, 0] == 200.0
+    with written_curve(
+        tmp_path / "c.h5", **worst | {"worst_motion": "quasi-periodic", "worst_amplitude_m": 1.5e-3}
+    ) as f:
+        point = operating_point(f)
+        assert point is not None
+        assert "by the factor 1.5" in point.notes[0]
+    with written_curve(tmp_path / "d.h5", peak_index=-1) as file:
+        assert operating_point(file) is None
+
+
+def test_a_vtu_file_is_read_by_vtk_as_it_was_written(tmp_path: Path) -> None:
+    points = np.random.default_rng(0).normal(size=(12, 3))
+    cells = [(12, np.arange(8)[None]), (10, np.array([[8, 9, 10, 11], [0, 1, 2, 8]]))]
+    fields = {"a": points[:, 0].copy(), "b <6>": np.arange(72.0).reshape(12, 6), "whole": np.arange(12)}
+    write_vtu(tmp_path / "x.vtu", points, cells, fields)
+    read = pyvista.read(tmp_path / "x.vtu")
+    np.testing.assert_array_equal(read.points, points)
+    assert read.celltypes.tolist() == [12, 10, 10]
+    assert read.get_cell(2).point_ids == [0, 1, 2, 8]
+    for name, values in fields.items():
+        np.testing.assert_array_equal(read.point_data[name], values)
+    assert json.dumps(read.array_names) == json.dumps(list(fields))
