@@ -48,6 +48,8 @@ def unfit_matrix_keys(path: Path, member: Member) -> Iterator[InputError]:
     if "contact_dofs" in rom.model_fields_set and rom.contact_dofs != "nodal":
         allowed = '"nodal" with [model]: averages over a face need its elements'
         yield input_error(path, key_in_file(member, "rom.contact_dofs"), shown(rom.contact_dofs), allowed)
+    if model.reduced:
+        yield from _unfit_loads_of_superelement(path, member)
     speed = scene.load.speed_rpm
     if speed != 0.0 and speed != model.speed_rpm:
         other = f" or {model.speed_rpm:g}" if model.speed_rpm else ""
@@ -57,6 +59,21 @@ def unfit_matrix_keys(path: Path, member: Member) -> Iterator[InputError]:
         if problem := _problem(Path(file)):
             key = f"model.{name}"
             yield input_error(path, key_in_file(member, key), f"{shown(file)}: {problem}", allowed_values(key))
+
+
+def _unfit_loads_of_superelement(path: Path, member: Member) -> Iterator[InputError]:
+    """Loads and outputs on nodes, whose displacements a superelement may not have."""
+    scene, allowed = member.scene, "nothing with model.reduced: the force at excitation.at, or forces on modes"
+    given = {
+        "excitation.load": any(load.mode is None for load in scene.excitation.load),
+        "load.force": bool(scene.load.force),
+        "load.pressure": bool(scene.load.pressure),
+        "load.temperature": scene.load.temperature is not None,
+        "output": any(not output.of_model for output in scene.output),
+    }
+    for key, is_given in given.items():
+        if is_given:
+            yield input_error(path, key, "loads or outputs on nodes", allowed)
 
 
 def _problem(file: Path) -> str:

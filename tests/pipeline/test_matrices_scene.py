@@ -243,6 +243,11 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         {"model__mass": "both.mat", "model__mass_name": "Mred"},
         "has no matrix 'Mred', ",
     ),
+    "pressure": ({"load__pressure": [{"surface": "face_right", "pressure": 1e5}]}, "load.surface: .*has no elements"),
+    "loads of a superelement": (
+        {"model__reduced": True, "load__force": [{"set": "tip", "force": 1.0, "direction": "y"}]},
+        "load.force: loads or outputs on nodes, allowed: nothing with model.reduced",
+    ),
     "hostile": ({"model__stiffness": "hostile.mat"}, "hostile.mat: "),
 }
 
@@ -283,6 +288,26 @@ def test_frequencies_are_those_of_the_full_matrices(folder: Path, ran: Path) -> 
     assert natural_frequencies(read_reduced_model(ran / summary["rom"]), 0.0)[0] == pytest.approx(
         summary["free_hz"][0]
     )
+
+
+def test_a_force_on_a_set_of_the_table_of_nodes(folder: Path, tmp_path: Path) -> None:
+    """On the set of the tip it is the force at the tip; with another set the model is another one."""
+    models = []
+    for name in ("", "tip", "contact_left"):
+        scene = matrix_scene()
+        if name:
+            scene["excitation"]["load"] = [{"set": name, "direction": "y"}]
+        for file in ("K.mtx", "M.mtx", "nodes.csv"):
+            if not (tmp_path / file).exists():
+                os.link(folder / file, tmp_path / file)
+        out = tmp_path / f"out_{name}"
+        file = write_scene(tmp_path / "loads.toml", scene)
+        status, _, error = shroud("run", file, "--out", out, "--until", "reduce", "--quiet")
+        assert (status, error) == (0, "")
+        model = read_reduced_model(out / json.loads((out / "summary.json").read_text())["models"][0]["rom"])
+        models.append(model.outputs["tip_y"] @ np.linalg.solve(model.stiffness, model.force_excitation))
+    assert models[1] == pytest.approx(models[0], rel=1e-9)
+    assert abs(models[2] / models[0] - 1.0) > 1e-3
 
 
 def test_a_sweep_over_files(folder: Path, tmp_path: Path) -> None:
