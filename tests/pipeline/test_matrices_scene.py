@@ -45,7 +45,7 @@ def matrix_scene(**model: Any) -> dict[str, Any]:
             "normal_stiffness": 2e7,
             "tangential_stiffness": 1.5e7,
             "friction": 0.3,
-            "interference": 2e-8,
+            "interference": 5e-7,
         },
         "excitation": {"engine_order": 8, "force": 10.0},
         "response": {
@@ -117,6 +117,9 @@ def test_response_from_the_matrices_of_calculix_is_that_of_our_elements(tmp_path
     assert len(ours) > 20
     assert np.abs(theirs[:, 0] / ours[:, 0] - 1.0).max() < 1e-8
     assert np.abs(theirs[:, 1] - ours[:, 1]).max() < 1e-8 * ours[:, 1].max()
+    table = np.genfromtxt(tmp_path / "out" / "response.csv", delimiter=",", names=True)
+    assert table["slipping"].max() > 0
+    assert table["separating"].max() == 6
 
 
 def test_files_and_results_are_kept_by_content(folder: Path, ran: Path) -> None:
