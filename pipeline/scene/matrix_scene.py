@@ -48,6 +48,9 @@ def unfit_matrix_keys(path: Path, member: Member) -> Iterator[InputError]:
     if "contact_dofs" in rom.model_fields_set and rom.contact_dofs != "nodal":
         allowed = '"nodal" with [model]: averages over a face need its elements'
         yield input_error(path, key_in_file(member, "rom.contact_dofs"), shown(rom.contact_dofs), allowed)
+    if model.transformation is not None and not model.reduced:
+        allowed = "nothing without reduced = true"
+        yield input_error(path, key_in_file(member, "model.transformation"), shown(model.transformation), allowed)
     if model.reduced:
         yield from _unfit_loads_of_superelement(path, member)
     speed = scene.load.speed_rpm
