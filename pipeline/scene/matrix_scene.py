@@ -81,7 +81,11 @@ def _unfit_loads_of_superelement(path: Path, member: Member) -> Iterator[InputEr
 
 def _problem(file: Path) -> str:
     """What is wrong with a file; empty for one that can be opened."""
-    if not file.exists():
+    try:
+        found = file.exists()
+    except (OSError, ValueError) as error:  # a name that is too long, or with a zero byte
+        return f"cannot be read: {system_reason(error) if isinstance(error, OSError) else error}"
+    if not found:
         near = difflib.get_close_matches(file.name, _names(file.parent), n=1, cutoff=0.5)
         return "no such file" + (f", did you mean {near[0]}?" if near else "")
     if not file.is_file():

@@ -227,6 +227,8 @@ def test_export_refuses_what_does_not_fit(ran: Path, tmp_path: Path) -> None:
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "no such file": ({"model__mass": "N.mtx"}, 'model.mass: ".*N.mtx": no such file, did you mean'),
+    "a zero byte": ({"model__mass": "M\x00.mtx"}, "model.mass: "),
+    "a long name": ({"model__mass": 300 * "m" + ".mtx"}, "model.mass: "),
     "a folder": ({"model__stiffness": "."}, "model.stiffness: .*not a file"),
     "no nodes": ({"model__nodes": None}, "model.nodes: missing"),
     "unknown key": ({"model__massen": "M.mtx"}, "unknown key, did you mean model.mass"),
