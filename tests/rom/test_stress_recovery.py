@@ -12,6 +12,7 @@ from scipy.sparse.linalg import spsolve
 
 from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
 from rom import (
+    BoundaryChoice,
     LoadVectors,
     Material,
     ReductionOptions,
@@ -208,6 +209,26 @@ def test_centrifugal_stress_of_a_blade_is_that_of_calculix(tmp_path):
     assert von_mises(projected.values)[regular].max() == pytest.approx(
         von_mises(theirs)[regular[ours]].max(), rel=0.05
     )
+
+
+@pytest.mark.skipif(calculix.PROGRAM is None, reason="CalculiX is not installed: no ccx on PATH")
+def test_stress_under_contact_forces_on_the_face_is_that_of_calculix(tmp_path):
+    """Static part of a solved point: contact forces through the mortar, and the excitation's node, as *CLOAD."""
+    sector = blade_sector(0.012)
+    full, boundary = assemble(sector, STEEL), BoundaryChoice()
+    model = reduce_sector(full, sector, ReductionOptions(modes=3), boundary).model
+    modal = modal_model(model, damping_ratio=0.01)
+    motion, point = MeshMotion(full, sector, model, modal, boundary), point_of(model, 1)
+    force = motion.forces(point)[0].real.reshape(-1, 3)
+    from scipy.spatial import cKDTree
+
+    mesh = calculix.quadratic_mesh(sector)
+    _, ours = cKDTree(full.positions).query(mesh.points)
+    calculix.solve(tmp_path, calculix.static_deck(mesh, STEEL, forces=force[ours]))
+    theirs = calculix.nodal_field(tmp_path / "blade.frd", "STRESS")
+    moved = motion.corrected(point)[0].real
+    found = calculix.with_serendipity_extrapolation(recovery(sector)).static(moved).values[ours]
+    np.testing.assert_allclose(found, theirs, atol=5e-5 * np.abs(theirs).max())
 
 
 def blade_sector(size):
