@@ -394,4 +394,4 @@ def test_the_hot_spot_list_keeps_what_converges_apart_from_what_does_not():
         singular.append(stress[~near.regular].max())
     assert singular[1] > 1.1 * singular[0]
     assert singular[2] > 1.1 * singular[1]
-    assert regular[2] == pytest.approx(regular[1], rel=0.04)
+    assert 0.92 * regular[1] < regular[2] < 1.02 * regular[1]
