@@ -84,6 +84,7 @@ def pictures() -> dict[str, Picture]:
             (f"{tutorials}/own_reduced_model.md", STYLE, LINE),
             _of_page("own_reduced_model"),
         ),
+        Picture("matrices_response", (f"{tutorials}/matrices.md",), _of_page("matrices")),
         Picture("friction_map", (f"{tutorials}/friction_map.ipynb", f"{tutorials}/friction_map.toml"), _of_notebook),
     ]
     for study in ("whole", "mesh", "modes", "harmonics", "integration", "continuation"):

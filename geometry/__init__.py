@@ -5,7 +5,7 @@ from geometry.checks import check_parameters
 from geometry.edge_angle import side_edge_angle
 from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementSides, sides_on
 from geometry.errors import GeometryError, MeshFileError, OwnMeshError, ParameterError, SectorFileError
-from geometry.exchange import MESHIO_CELLS, export_sector, import_sector
+from geometry.exchange import MESHIO_CELLS, cell_library, export_sector, import_sector
 from geometry.imported_mesh import ImportedMesh
 from geometry.mesh_files import read_mesh, write_mesh
 from geometry.own_mesh.findings import SectorFindings
@@ -38,6 +38,7 @@ __all__ = [
     "SectorMesh",
     "ShroudParameters",
     "build_sector",
+    "cell_library",
     "check_parameters",
     "check_sector",
     "export_sector",

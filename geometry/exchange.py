@@ -63,8 +63,6 @@ def export_sector(path: str | Path, sector: SectorMesh) -> None:
     >>> len(meshio.read("sector.vtu").points) == len(sector.points)
     True
     """
-    import meshio
-
     file_format = _format(path)
     count = len(sector.points)
     fields: dict[str, np.ndarray] = {}
@@ -90,8 +88,33 @@ def export_sector(path: str | Path, sector: SectorMesh) -> None:
             has = [np.full(len(block), float(block.material == name)) for block in sector.blocks]
             cell_fields[MATERIAL + name] = has
     elements = [(MESHIO_CELLS[block.kind], block.nodes) for block in sector.blocks]
-    mesh = meshio.Mesh(sector.points, elements, fields, cell_fields, groups)
-    meshio.write(path, mesh, file_format=file_format)
+    library = cell_library(sector)
+    mesh = library.Mesh(sector.points, elements, fields, cell_fields, groups)
+    library.write(path, mesh, file_format=file_format)
+
+
+def cell_library(sector: SectorMesh) -> Any:
+    """The library that writes the elements of a sector: meshio, or for 15-node wedges, which it lacks, meshlane.
+
+    Parameters
+    ----------
+    sector : SectorMesh
+        The mesh.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector, cell_library
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> cell_library(build_sector(blade, shroud, MeshParameters(size=0.02))).__name__
+    'meshio'
+    """
+    if any(block.kind == "wedge15" for block in sector.blocks):
+        import meshlane
+
+        return meshlane
+    import meshio
+
+    return meshio
 
 
 def import_sector(path: str | Path) -> SectorMesh:
@@ -122,12 +145,8 @@ def import_sector(path: str | Path) -> SectorMesh:
     >>> bool(np.array_equal(import_sector("sector.msh").points, sector.points))
     True
     """
-    import meshio
-
-    # not meshio.read, which ends the program on a bad file
-    read = meshio.gmsh.read if _format(path) == "gmsh22" else meshio.vtu.read
     try:
-        mesh = read(str(path))
+        mesh = _read(str(path), _format(path))
     except Exception as error:  # meshio raises whatever its parsers stumble over
         raise SectorFileError(
             f"{path}: cannot be read: {' '.join(str(error).split()) or type(error).__name__}"
@@ -143,6 +162,20 @@ def import_sector(path: str | Path) -> SectorMesh:
     sector = SectorMesh(np.ascontiguousarray(mesh.points, dtype=np.float64), blocks, sets, right, left, n_blades)
     check_sector(path, sector)
     return sector
+
+
+def _read(path: str, file_format: str) -> Any:
+    """The mesh in a file; not by meshio.read, which ends the program on a bad file."""
+    import meshio
+
+    try:
+        return (meshio.gmsh if file_format == "gmsh22" else meshio.vtu).read(path)
+    except KeyError as error:
+        if error.args != ("wedge15",):
+            raise
+        import meshlane  # meshio has no 15-node wedges
+
+        return (meshlane.gmsh if file_format == "gmsh22" else meshlane.vtu).read(path)
 
 
 def _blocks(mesh: Any) -> tuple[ElementBlock, ...]:

@@ -14,7 +14,7 @@ from geometry.errors import MeshFileError
 from geometry.mesh_files.abaqus_keywords import KeywordBlock, keyword_blocks
 from geometry.mesh_files.abaqus_materials import materials_of
 from geometry.mesh_files.abaqus_scope import Scope, SetReader, add_elements, add_nodes
-from geometry.mesh_files.file_mesh import NO_LABELS, FileMesh
+from geometry.mesh_files.file_mesh import MOST_SETS, NO_LABELS, FileMesh
 from geometry.mesh_files.text_files import numbers
 from geometry.sector import FloatArray, IntArray
 
@@ -37,6 +37,9 @@ def read_abaqus(path: str | Path) -> FileMesh:
         The file cannot be used.
     """
     blocks = keyword_blocks(path)
+    sets = sum(block.keyword in ("NSET", "ELSET", "SURFACE") for block in blocks)
+    if sets > MOST_SETS:
+        raise MeshFileError(path, f"holds {sets} sets: at most {MOST_SETS} are read")
     for block in blocks:
         if block.keyword in GENERATORS:
             raise block.refuse("generates nodes or elements: must be written out node by node")

@@ -93,7 +93,9 @@ def add_nodes(scope: Scope, block: KeywordBlock) -> None:
     if (labels == 0).any():
         raise block.refuse("node 0: must be a positive integer")
     scope.node_labels.append(labels + scope.offset)
-    scope.points.append(points @ scope.rotation.T + scope.translation)
+    if scope.name:
+        points = points @ scope.rotation.T + scope.translation
+    scope.points.append(points)
     _join_set(scope.node_sets, block.parameters.get("NSET"), labels + scope.offset)
 
 
@@ -153,7 +155,8 @@ def _element_table(block: KeywordBlock, name: str, count: int) -> IntArray:
 
     width = count + 1
     fields = ",".join(block.data).split(",")
-    if len(fields) != width * len(block.data) or any(line.count(",") != count for line in block.data):
+    uneven = any(line.count(",") != count for line in block.data)
+    if uneven or not all(map(str.strip, fields)):
         fields = _joined_rows(block, name, width)
     try:
         table = labels_of(fields, refusal).reshape(-1, width)
@@ -293,13 +296,13 @@ class SetReader:
     def _members(self, scope: Scope, block: KeywordBlock, token: str, nodes: bool) -> IntArray:
         """Labels that a label or the name of a set stands for."""
         token = token.strip().strip('"')
-        if token.isdigit():
+        if token.isdecimal():
             return labels_of([token], block.refuse) + scope.offset
         for owner, name in ((scope, token), *self._elsewhere(token)):
             sets = owner.node_sets if nodes else owner.element_sets
             if name.upper() in sets:
                 return np.concatenate([NO_LABELS, *sets[name.upper()]])
-            if owner is not scope and name.isdigit():
+            if owner is not scope and name.isdecimal():
                 return labels_of([name], block.refuse) + owner.offset
         what = "node set" if nodes else "element set"
         raise block.refuse(f"{token!r} is no {what} defined before: name one, or give labels")

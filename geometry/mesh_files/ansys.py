@@ -13,6 +13,7 @@ import numpy as np
 
 from geometry.errors import MeshFileError
 from geometry.mesh_files.file_mesh import FileElements, FileMesh, counted
+from geometry.mesh_files.libraries import optional_library
 from geometry.mesh_files.text_files import numbers, text_lines
 from geometry.sector import IntArray
 
@@ -44,10 +45,9 @@ def read_ansys(path: str | Path) -> FileMesh:
     """
     lines = text_lines(path)
     expected = {name: _table_size(path, lines, name) for name in ("NBLOCK", "EBLOCK")}
-    from mapdl_archive import Archive
-
+    library = optional_library("mapdl_archive", path)
     try:
-        archive = Archive(str(path))
+        archive = library.Archive(str(path))
         nodes = np.asarray(archive.nnum, dtype=np.int64)
         mesh = FileMesh(str(path), nodes, np.array(archive.nodes, dtype=np.float64)[:, :3])
         elements = [np.asarray(element, dtype=np.int64) for element in archive.elem]
@@ -77,7 +77,7 @@ def _table_size(path: str | Path, lines: list[str], name: str) -> int:
     if len(fields) < 3 or fields[2].upper() != "SOLID":
         raise MeshFileError(path, f"{heads[0].strip()!r}: must be {name} with the key SOLID")
     size = fields[4] if len(fields) > 4 else ""
-    return int(size) if size.isdigit() else 0
+    return int(size) if size.isdecimal() else 0
 
 
 def _components(components: Any) -> dict[str, IntArray]:

@@ -10,7 +10,7 @@ import numpy as np
 from geometry.errors import MeshFileError
 from geometry.sector import FloatArray, IntArray
 
-MOST_SETS = 100_000
+MOST_SETS = 20_000
 NO_LABELS = np.empty(0, dtype=np.int64)
 
 

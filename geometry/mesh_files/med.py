@@ -9,6 +9,7 @@ import numpy as np
 from geometry.errors import MeshFileError
 from geometry.mesh_files.cells import add_cells_to_set, mesh_of_cells
 from geometry.mesh_files.file_mesh import FileMesh
+from geometry.mesh_files.libraries import optional_library
 
 
 def read_med(path: str | Path) -> FileMesh:
@@ -24,8 +25,7 @@ def read_med(path: str | Path) -> FileMesh:
     MeshFileError
         The file cannot be used.
     """
-    import meshlane
-
+    meshlane = optional_library("meshlane", path)
     try:
         grid = meshlane.med.read(str(path))
     except MemoryError:

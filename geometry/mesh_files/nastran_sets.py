@@ -114,6 +114,6 @@ def _without(first: int, last: int, excepted: list[int]) -> Ranges:
 
 
 def _label(path: str, where: str, word: str) -> int:
-    if not word.isdigit() or int(word) > LARGEST_LABEL:
+    if not word.isdecimal() or len(word) > 10 or int(word) > LARGEST_LABEL:
         raise MeshFileError(path, f"{where}: {word!r} must be a positive integer, THRU or EXCEPT")
     return int(word)

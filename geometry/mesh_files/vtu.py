@@ -14,6 +14,7 @@ import numpy as np
 from geometry.errors import MeshFileError
 from geometry.mesh_files.cells import add_cells_to_set, mesh_of_cells
 from geometry.mesh_files.file_mesh import FileMesh
+from geometry.mesh_files.libraries import vtk_library
 from geometry.sector import IntArray
 
 SET = "set_"
@@ -33,10 +34,8 @@ def read_vtu(path: str | Path) -> FileMesh:
     MeshFileError
         The file cannot be used.
     """
-    import meshlane  # meshio has no 15-node wedges
-
     try:
-        grid = meshlane.vtu.read(str(path))  # not meshlane.read, which ends the program on a bad file
+        grid = vtk_library().vtu.read(str(path))  # not its `read`, which ends the program on a bad file
     except MemoryError:
         raise
     except (Exception, SystemExit) as error:  # it raises whatever its parsers stumble over

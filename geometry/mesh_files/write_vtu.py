@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from geometry.mesh_files.libraries import vtk_library
 from geometry.mesh_files.vtu import SET
 from geometry.mesh_files.written_mesh import WrittenMesh
 
@@ -26,7 +27,7 @@ def write_vtu(path: str | Path, mesh: WrittenMesh) -> None:
     mesh : WrittenMesh
         The mesh.
     """
-    import meshlane  # meshio has no 15-node wedges
+    library = vtk_library()
 
     fields = {}
     for name, nodes in mesh.node_sets.items():
@@ -47,4 +48,4 @@ def write_vtu(path: str | Path, mesh: WrittenMesh) -> None:
         name: [own.get(index, np.zeros(len(nodes))) for index, (_, nodes) in enumerate(cells)]
         for name, own in marks.items()
     }
-    meshlane.vtu.write(str(path), meshlane.Mesh(mesh.points, cells, fields, cell_fields))
+    library.vtu.write(str(path), library.Mesh(mesh.points, cells, fields, cell_fields))

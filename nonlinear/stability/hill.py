@@ -115,6 +115,12 @@ class HillProblem:
             matrix[h : h + 2, h : h + 2] = [[1.0, 1.0], [-1j, 1j]]
         return matrix
 
+    @cached_property
+    def _to_amplitudes(self) -> Matrix:
+        """The inverse of `_to_real`."""
+        assert self._to_real is not None
+        return np.linalg.inv(self._to_real)
+
     def eigenproblem(self, jacobian: Array, omega: float, memory: Memory | None = None) -> "HillEigenproblem":
         """The eigenvalue problem at one solved point, in the states z of the retained poles.
 
@@ -133,7 +139,7 @@ class HillProblem:
             return HillEigenproblem(self.conjugate_pairs, model.state_matrix, np.zeros_like(model.state_matrix))
         values: Matrix = jacobian[touching]
         if self._to_real is not None:
-            values = np.linalg.inv(self._to_real) @ values @ self._to_real
+            values = self._to_amplitudes @ values @ self._to_real
         first = 0 if self.static else 1
         loop = ContactFeedback.closed(model, NodeBlocks(values.transpose(0, 3, 1, 4, 2)[:, first:, :, first:]))
         feedback: SliderMemoryFeedback | ConeMemoryFeedback | None = None

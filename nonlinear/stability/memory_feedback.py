@@ -166,10 +166,7 @@ def _slider_positions(memory: SliderMemory, rows: ContactRows) -> Matrix:
 
 def _memory_forces(memory: SliderMemory, rows: ContactRows, sigma: complex) -> tuple[Matrix, Matrix]:
     """P(sigma), f = P dw(theta_s), and its derivative: coefficients (M, S) at the slider of each interval."""
-    force, derivative = memory.force(sigma)
-    if rows.to_real is not None:
-        to_amplitudes = np.linalg.inv(rows.to_real).T
-        force, derivative = force @ to_amplitudes, derivative @ to_amplitudes
+    force, derivative = memory.force(sigma) if rows.to_real is None else memory.force_in_harmonics(sigma)
     return force[:, rows.first_row :], derivative[:, rows.first_row :]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.stability.block_matrices import Matrix
 from nonlinear.stability.cone_slider_memory import ConeSliderMemory
-from nonlinear.stability.point_contact import PointContact, columns_in_harmonics, rows_in_harmonics
+from nonlinear.stability.point_contact import PointContact, columns_in_harmonics
 from nonlinear.stability.reduced_problem import ReducedProblem
 from nonlinear.stability.slider_memory import SliderMemory
 
@@ -88,7 +88,7 @@ class LowRankMemoryContact(_ContactInModes):
         memory = self._memory
         if memory is None:
             return result
-        force, basis = self._rows(memory.force(sigma)[0]), self._basis  # (M, S)
+        force, basis = memory.force_in_harmonics(sigma)[0][:, self._first :], self._basis  # (M, S)
         slider, normal = 3 * memory.node + memory.direction, 3 * memory.node + 2
         if adjoint:
             set_by = np.sum(motion.T[slider] * force, axis=1)[:, None] * basis
@@ -113,14 +113,16 @@ class LowRankMemoryContact(_ContactInModes):
     def _periodic(self) -> ComplexArray:
         return self.reduced.projected(self._jacobian, self.relative)
 
-    def _rows(self, coefficients: ComplexArray) -> ComplexArray:
-        return rows_in_harmonics(coefficients)[:, 0 if self.reduced.problem.static else 1 :]
+    @property
+    def _first(self) -> int:
+        """Column of the first harmonic."""
+        return 0 if self.reduced.problem.static else 1
 
     @cached_property
     def _basis(self) -> ComplexArray:
         """Q without the slopes, (M, S)."""
         assert self._memory is not None
-        return columns_in_harmonics(self._memory.basis)[:, 0 if self.reduced.problem.static else 1 :]
+        return columns_in_harmonics(self._memory.basis)[:, self._first :]
 
     @cached_property
     def _slider_motion(self) -> ComplexArray:
@@ -142,8 +144,8 @@ class LowRankMemoryContact(_ContactInModes):
             memory, adjoint = self._memory, self._slider_motion.conj().transpose(0, 2, 1)
             assert memory is not None
             value, derivative = (
-                (adjoint * self._rows(part).T[:, None, :]).reshape(-1, memory.node.size)
-                for part in memory.force(sigma)
+                (adjoint * part[:, self._first :].T[:, None, :]).reshape(-1, memory.node.size)
+                for part in memory.force_in_harmonics(sigma)
             )
             self._known.clear()
             self._known[sigma] = value, derivative

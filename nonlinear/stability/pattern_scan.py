@@ -168,15 +168,16 @@ class FaceJacobian:
         modal = reduced.modal
         assert modal.left is not None
         faces, q = np.stack([modal.right, modal.left], axis=1), modal.damping.size
-        blocks = reduced.in_harmonics(values).transpose(0, 2, 4, 1, 3)  # (n_c, d, e, S, S)
-        nodes, size = blocks.shape[0], blocks.shape[3]
-        some = np.any(blocks != 0.0, axis=(3, 4)).ravel()
-        shapes = faces.reshape(nodes, 3, 2, q)
-        pairs = shapes[:, :, None, :, None, :, None] * shapes[:, None, :, None, :, None, :]  # (n_c, d, e, i, j, a, b)
-        flat = np.ascontiguousarray(blocks.reshape(9 * nodes, size * size)[some])
-        product = flat.view(float).T @ pairs.reshape(9 * nodes, -1)[some]
+        blocks = reduced.in_harmonics(values)  # (n_c, S, d, S, e)
+        nodes, size = blocks.shape[:2]
+        shapes = faces.reshape(nodes, 3, 2 * q)
+        # real and imaginary parts apart, (n_c, d, S, S, 2, e): all products are real
+        parts = blocks.view(float).reshape(nodes, size, 3, size, 3, 2).transpose(0, 2, 1, 3, 5, 4)
+        right = parts.reshape(nodes, 6 * size**2, 3) @ shapes
+        product = shapes.reshape(3 * nodes, 2 * q).T @ right.reshape(3 * nodes, -1)
+        product = product.reshape(2, q, size, size, 2, 2, q).transpose(4, 0, 5, 2, 1, 3, 6)
         result = np.empty((4, size, q, size, q), dtype=complex)  # right right, right left, left right, left left
-        result.real, result.imag = product.reshape(size, size, 2, 4, q, q).transpose(2, 3, 0, 4, 1, 5)
+        result.real, result.imag = product.reshape(2, 4, size, q, size, q)
         ahead = np.exp(1j * reduced.harmonics * reduced.problem.phase)[:, None]
         back = ahead.conj()[:, :, None, None]
         result[3] *= ahead

@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.contact.fourier import basis_table
+from nonlinear.contact.fourier import ComplexArray, basis_table
 from nonlinear.contact.numba_cache import compiled
-from nonlinear.contact.parameters import LIFT_OFF, STICK, Array, ContactParameters
+from nonlinear.contact.parameters import LIFT_OFF, Array, ContactParameters
 from nonlinear.stability.block_matrices import Matrix
 from nonlinear.stability.cone_slider_memory import ConeSliderMemory, cone_slider_memory
 
@@ -80,10 +80,33 @@ class SliderMemory:
         force, derivative : (M, 2H+1)
             Coefficients and their derivative in sigma; real for a real sigma.
         """
-        value, derivative = self._integral(sigma)
-        force = self._weights * _basis(self._powers * (value - self._integral_of_motion))
-        change = self._weights * _basis(self._powers * -derivative)
+        force, change = (self._weights * _basis(part) for part in self._moments(sigma))
         return (force, change) if isinstance(sigma, complex) else (force.real, change.real)
+
+    def force_in_harmonics(self, sigma: complex) -> tuple[ComplexArray, ComplexArray]:
+        """As `force`, as amplitudes of the harmonics 0, 1, -1, 2, -2, ...: (M, 2H+1).
+
+        That of the harmonic h is kt / (2 pi) times the integral of e^(-i h theta) times the force.
+
+        Parameters
+        ----------
+        sigma : complex
+            lambda / omega.
+        """
+        half = self.stiffness[:, None] / (2.0 * np.pi)
+        force, change = (half * part[:, self._opposite] for part in self._moments(sigma))
+        return force, change
+
+    def _moments(self, sigma: complex) -> tuple[ComplexArray, ComplexArray]:
+        """Integrals of e^(i h theta) times the force of a unit spring, h = -H .. H, and derivatives: (M, 2H+1)."""
+        value, derivative = self._integral(sigma)
+        return self._powers * (value - self._integral_of_motion), self._powers * -derivative
+
+    @cached_property
+    def _opposite(self) -> Integers:
+        """Columns of -h among -H .. H, for h = 0, 1, -1, 2, -2, ..."""
+        order = np.arange(1, self.n_harmonics + 1)
+        return self.n_harmonics - np.append(0, np.stack([order, -order], axis=1).ravel())
 
     @cached_property
     def _weights(self) -> Array:
@@ -176,8 +199,9 @@ class MemorySampler:
         )
         if p.law == "cone":
             return cone_slider_memory(p, self._tables[0], motion, speed)
-        state, source, sign = self._return_map(motion)
-        row, sample, length = _stick_intervals(state, source)
+        state, sign, count = self._return_map(motion)
+        found = np.flatnonzero(count)
+        row, sample, length = found // n, found % n, count.ravel()[found]
         if row.size == 0:
             return None
         node, direction = row // 2, row % 2
@@ -194,23 +218,15 @@ class MemorySampler:
         return SliderMemory(node, direction, start, extent, dw_dn, kt, self.n_harmonics)
 
     def _return_map(self, motion: Array) -> tuple[Integers, Integers, Integers]:
-        """What `jenkins_return_map` writes for all sliders, (n_c, 2, samples) each; -1 where there is none."""
-        from nonlinear.contact.return_map import jenkins_return_map
+        """State, sign and number of samples of stick, see `stick_intervals`, of all sliders: (n_c, 2, samples)."""
+        from nonlinear.stability.stick_interval_kernel import stick_intervals
 
         p = self.parameters
         load = p.normal_load(motion[:, 2].T).T
-        state, source, sign = (np.full((len(motion), 2, self.samples), -1, dtype=np.int64) for _ in range(3))
-        for k in np.flatnonzero((p.tangential_stiffness > 0.0) & np.any(load > 0.0, axis=1)):
-            limit, kt = p.friction[k] * load[k], float(p.tangential_stiffness[k])
-            for a in range(2):
-                jenkins_return_map(motion[k, a], limit, kt, state[k, a], source[k, a], sign[k, a])
-        return state, source, sign
-
-
-def _stick_intervals(state: Integers, source: Integers) -> tuple[Integers, ...]:
-    """Rows, sources and numbers of samples of the stick intervals in which an earlier sample has set the slider."""
-    n = state.shape[-1]
-    rows, samples = np.nonzero((state.reshape(-1, n) == STICK) & (source.reshape(-1, n) >= 0))
-    count = np.bincount(rows * n + source.reshape(-1, n)[rows, samples], minlength=1)
-    found = np.flatnonzero(count)
-    return found // n, found % n, count[found]
+        state, sign = (np.full((len(motion), 2, self.samples), -1, dtype=np.int64) for _ in range(2))
+        count = np.zeros((len(motion), 2, self.samples), dtype=np.int64)
+        slides = (p.tangential_stiffness > 0.0) & np.any(load > 0.0, axis=1)
+        limit = np.ascontiguousarray(p.friction[:, None] * load)
+        stiffness = np.ascontiguousarray(p.tangential_stiffness, dtype=float)
+        stick_intervals(motion, limit, stiffness, slides, (state, sign, count))
+        return state, sign, count

@@ -35,7 +35,7 @@ def write_shapes(source: Path, sector_file: Path | None, target: Path, count: in
     OSError
         The target cannot be written.
     """
-    from geometry import MESHIO_CELLS, SectorFileError, import_sector
+    from geometry import MESHIO_CELLS, SectorFileError, cell_library, import_sector
     from rom import ReducedModelError, load_sector, mode_shapes
 
     if kind_of(source) is not Kind.model:
@@ -56,11 +56,9 @@ def write_shapes(source: Path, sector_file: Path | None, target: Path, count: in
     points = len(sector.points)
     if shapes.shape[1] < points:
         raise input_error(sector_file, "", f"{points} points", f"the mesh of the model, {shapes.shape[1]} nodes")
-    import meshio
-
     names = [f"mode_{k + 1:02d}_{hz:.4g}_Hz" for k, hz in enumerate(frequency)]
     motion = {name: np.real(shape[:points]) for name, shape in zip(names, shapes, strict=True)}
     cells = [(MESHIO_CELLS[block.kind], block.nodes) for block in sector.blocks]
-    mesh = meshio.Mesh(sector.points, cells, point_data=motion)
+    mesh = cell_library(sector).Mesh(sector.points, cells, point_data=motion)
     mesh.write(target, file_format="vtu")
     return f"{count} mode shapes, {', '.join(f'{hz:.5g}' for hz in frequency)} Hz"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pipeline.scene.labels import member_label
 from pipeline.scene.schema import Contact, Scene
-from pipeline.stages.curve_file import BRANCHES, RESIDUAL, section_from_attributes
+from pipeline.stages.curve_file import AMPLITUDE, BRANCHES, RESIDUAL, section_from_attributes
 from pipeline.stages.curve_summary import CurveSummary, read_summary
 from pipeline.stages.scene_to_solver import contact_parameters
 
@@ -64,6 +64,7 @@ class PlottedBranch:
     stable: NDArray[np.bool_]
     nodal_diameter: NDArray[np.int64]
     closed: bool = True
+    outputs: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,8 @@ class PlottedCurve:
         Frequency, Hz, and amplitude, m, of the worst motion; nan where it is not known.
     worst_open : bool
         Whether the worst motion may be higher than that, because the search left something open.
+    outputs : mapping of str to (P,) array
+        Largest values of the further outputs over a period.
     """
 
     index: int
@@ -141,6 +144,7 @@ class PlottedCurve:
     bifurcations: tuple[dict[str, Any], ...]
     worst: tuple[float, float]
     worst_open: bool
+    outputs: Mapping[str, Array] = field(default_factory=dict)
 
     def contact_parameters(self, n_contacts: int) -> ContactParameters:
         """Contact parameters of each of the contact nodes."""
@@ -208,6 +212,7 @@ def _read(index: int, curve: CurveResult, file: Path, rom: Path, area: Array | N
             residual=_residual_band(source, facts),
             contact=section_from_attributes(Contact, source.attrs),
             contact_area=area,
+            outputs=_outputs(source),
         )
 
 
@@ -249,4 +254,11 @@ def _branch(group: Any, closed: bool) -> PlottedBranch:
         group["stable"][()].astype(bool),
         group["growth_nodal_diameter"][()],
         closed,
+        _outputs(group),
     )
+
+
+def _outputs(group: Any) -> dict[str, Array]:
+    """Amplitudes of the further outputs by their names."""
+    names = [name for name in group if name.startswith(AMPLITUDE) and name != "amplitude_m"]
+    return {name.removeprefix(AMPLITUDE): group[name][()] for name in names}

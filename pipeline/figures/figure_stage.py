@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Run
     from pipeline.stages.respond import CurveResult
 
-NAMES = ("response", "peaks", "hysteresis", "map", "hysteresis_sweep", "nodal_diameters", "campbell")
+NAMES = ("response", "peaks", "hysteresis", "map", "hysteresis_sweep", "nodal_diameters", "campbell", "outputs")
 _SHARED = NAMES[:3], NAMES[3:]  # between two processes, about the same work for each
 MOST_LIMITS = 24  # of a kind, in one figure
 
@@ -74,6 +74,7 @@ def draw(
     from pipeline.figures.hysteresis import most_damped, node_figure, sweep_figure
     from pipeline.figures.linear_limits import count_limits, linear_limits
     from pipeline.figures.nodal_diameters import nodal_diameter_figure
+    from pipeline.figures.outputs import outputs_figure
     from pipeline.figures.quantiles import band_figure, curves_to_read, quantile_figure
     from pipeline.figures.response import has_lines, response_figure
     from pipeline.figures.style import save, styled
@@ -98,6 +99,7 @@ def draw(
         "hysteresis_sweep": lambda: sweep_figure(shown, title),
         "nodal_diameters": lambda: nodal_diameter_figure(shown[0], title, orders),
         "campbell": lambda: campbell_figure(shown, title),
+        "outputs": lambda: outputs_figure(shown, title),
     }
 
     def draw_one(name: str) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -25,7 +26,9 @@ SLOWEST = 5e6  # reading speed that the timeout assumes, bytes/s
 CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL)
 
 
-def read_apart(path: Path, allowed: str, read: Callable[[], T], reader: str = "the HDF5 library") -> T:
+def read_apart(
+    path: Path, allowed: str, read: Callable[[], T], reader: str = "the HDF5 library", memory: int | None = None
+) -> T:
     """The result of `read()`, which reads the file `path`, computed in a forked process.
 
     Parameters
@@ -38,6 +41,8 @@ def read_apart(path: Path, allowed: str, read: Callable[[], T], reader: str = "t
         Reads the file; its exceptions are raised here.
     reader : str
         What reads it, for the error message.
+    memory : int, optional
+        Bytes that the process may take beyond those of this one.
 
     Raises
     ------
@@ -53,6 +58,7 @@ def read_apart(path: Path, allowed: str, read: Callable[[], T], reader: str = "t
     child = os.fork()
     if child == 0:
         try:
+            _limit_memory(memory)
             _read_and_send(there, path, read, patience)
         finally:
             os._exit(0)
@@ -101,6 +107,19 @@ def read_model(path: Path) -> ReducedModel:
         return read_reduced_model(path)
     except ReducedModelError as error:
         raise InputError(reason_of(error)) from None
+
+
+def _limit_memory(memory: int | None) -> None:
+    """Let this process take so many bytes more, where the system can hold it to that."""
+    if memory is None:
+        return
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+        limit = pages * resource.getpagesize() + memory
+        resource.setrlimit(resource.RLIMIT_AS, (limit if hard < 0 else min(limit, hard), hard))
 
 
 def _received(here: Connection) -> tuple[Any, Exception | None] | None:

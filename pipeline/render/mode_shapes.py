@@ -123,7 +123,7 @@ def _add_ring(
         motion = np.real(shape * np.exp(1j * blade * job.phase))
         # the view from the tip shows the undeformed shrouds: exaggerated motion would draw them through each other
         mesh = ring.grid(sector, motion, 0.0 if from_tip else job.deformation, blade * pitch)
-        surface = mesh.extract_surface(algorithm="dataset_surface")
+        surface = ring.surface_of(mesh)
         if blade == 0:
             _add_own(plotter, surface, from_tip)
             ring.add_contacts(plotter, sector, mesh.points)

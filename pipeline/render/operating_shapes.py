@@ -83,7 +83,7 @@ def _plotter(
         # the colours show the motion itself, the drawn positions are exaggerated
         motion = shape.at(angle, blade) * factor
         mesh = ring.grid(sector, motion, scale / factor, blade * pitch)
-        surface = mesh.extract_surface(algorithm="dataset_surface")
+        surface = ring.surface_of(mesh)
         if blade == 0:
             bar = ring.scalar_bar(f"displacement [{unit}]", "%.3g")
             bar |= {"title_font_size": round(22 * small), "label_font_size": round(20 * small)}

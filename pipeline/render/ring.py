@@ -45,6 +45,11 @@ def grid(sector: SectorMesh, motion: Array, deformation: float, angle: float) ->
     return mesh
 
 
+def surface_of(mesh: Any) -> Any:
+    """The boundary of a mesh by the corners of its elements, so that edges drawn on it are those of elements."""
+    return mesh.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=0)
+
+
 def edges(surface: Any) -> Any:
     """Sharp edges of a surface."""
     return surface.extract_feature_edges(feature_angle=40.0, boundary_edges=False, manifold_edges=False)
@@ -111,7 +116,7 @@ def _line(first: Array, last: Array) -> Any:
 def add_outline(plotter: Any, sector: SectorMesh) -> None:
     """Sharp edges of the undeformed blade, as a reference for the deformation."""
     rest = grid(sector, np.zeros_like(sector.points), 0.0, 0.0)
-    plotter.add_mesh(edges(rest.extract_surface(algorithm="dataset_surface")), color="#808080", line_width=1.0)
+    plotter.add_mesh(edges(surface_of(rest)), color="#808080", line_width=1.0)
 
 
 def aim_from_side(plotter: Any, sector: SectorMesh) -> None:

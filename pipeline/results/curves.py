@@ -159,6 +159,9 @@ class Curve(_Points):
         Bifurcations of the main branch in the order of its points.
     rom : Path or None
         File of its reduced model, None where that could not be computed.
+    outputs : tuple of dict
+        Name, largest value over a period (`peak_amplitude`), frequency and branch of each further output. Its values
+        at the points are ``datasets["amplitude_NAME"]``, its complex coefficients ``datasets["output_NAME"]``.
 
     Examples
     --------
@@ -191,6 +194,7 @@ class Curve(_Points):
     detached: tuple[DetachedBranch, ...]
     bifurcations: tuple[Bifurcation, ...]
     rom: Path | None
+    outputs: tuple[Mapping[str, Any], ...] = ()
 
     def __repr__(self) -> str:
         swept = ", ".join(value_label(key, value) for key, value in self.parameters.items())
@@ -252,6 +256,7 @@ class Curves(Sequence[Curve]):
             detached=() if facts is None else _detached(self._reader, number, facts),
             bifurcations=() if facts is None else _bifurcations(facts),
             rom=self._folder / columns["rom"][number] if columns["rom"][number] else None,
+            outputs=() if facts is None else facts.outputs,
         )
 
 

@@ -97,7 +97,7 @@ def _in_terms_of_the_file(
     if key in SETS and len(location) > 2 and isinstance(raw[section][name], Mapping):
         inner = str(location[2])
         value = raw[section][name].get(inner, MISSING)
-        return input_error(path, f"{key}.{inner}", _found(value), _allowed_of(SETS[key], inner))
+        return input_error(path, f"{key}.{inner}", _found(value), said or _allowed_of(SETS[key], inner))
     value, index = _pick(raw[section].get(name, MISSING), errors, location[:2])
     return input_error(path, places.get(key, key) + index, _found(value), said or allowed_values(key))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,19 @@ def make_mesh(folder: Path, scene: Scene) -> None:
     sector = _made(scene) if scene.mesh_file is None else _from_file(folder, scene)
     save_sector(folder / SECTOR, sector)
     for name in MESH_FILES:
-        export_sector(folder / name, sector)
+        try:
+            export_sector(folder / name, sector)
+        except ImportError:  # a library for 15-node wedges, which may be installed: pip install 'shroud[meshes]'
+            export_sector(folder / name, without_mid_sides(sector))
+
+
+def without_mid_sides(sector: SectorMesh) -> SectorMesh:
+    """The mesh by the corners of its 15-node wedges; its points stay."""
+    blocks = [
+        replace(block, kind="wedge6", nodes=block.nodes[:, :6]) if block.kind == "wedge15" else block
+        for block in sector.blocks
+    ]
+    return replace(sector, blocks=tuple(blocks))
 
 
 def _made(scene: Scene) -> SectorMesh:

@@ -17,6 +17,7 @@ from pipeline.stages.build_full_model import FULL_MODEL, make_full_model
 from pipeline.stages.build_mesh import MESH_FILES, SECTOR, make_mesh
 from pipeline.stages.build_reduced_model import FACTS, REDUCED_MODEL, make_reduced_model
 from pipeline.stages.cache_keys import ModelKeys
+from pipeline.stages.mesh_findings import own_findings
 from pipeline.stages.own_mesh import check_on_mesh
 from pipeline.stages.stage_log import StageLog
 from pipeline.store.content_store import Entry, Store
@@ -73,9 +74,13 @@ class ModelChain:
 
     def mesh(self, scene: Scene, keys: ModelKeys) -> Entry:
         """The sector's mesh."""
+        known = self.store.find("mesh", keys.mesh, thorough=False) is not None
         verb = "meshing" if scene.mesh_file is None else "reading the mesh"
         entry = self._get("mesh", keys.mesh, verb, lambda folder: make_mesh(folder, scene))
         if scene.mesh_file is not None:
+            if not known:
+                for line in own_findings(entry.file(SECTOR).parent)["findings"]:
+                    self.reporter.line(f"{Path(scene.mesh_file).name}: {line}")
             try:
                 check_on_mesh(scene, entry.file(SECTOR).parent)
             except ValueError as error:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 READER = "the reader of mesh files"
 ALLOWED = "a mesh file with solid elements"
+MEMORY, MEMORY_PER_BYTE = 2 * 1024**3, 100  # that reading may take: bytes, and bytes for each of the file
 
 
 def read_own_sector(scene: Scene) -> OwnSector:
@@ -53,7 +54,8 @@ def read_mesh_file(file: str) -> ImportedMesh:
     from geometry import MeshFileError, read_mesh
 
     try:
-        mesh = read_apart(Path(file), ALLOWED, partial(read_mesh, file), READER)
+        memory = MEMORY + MEMORY_PER_BYTE * Path(file).stat().st_size
+        mesh = read_apart(Path(file), ALLOWED, partial(read_mesh, file), READER, memory)
     except MeshFileError as error:
         raise InputError(reason_of(error)) from None
     if mesh.n_elements > LARGEST_MODEL:

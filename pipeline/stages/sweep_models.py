@@ -12,6 +12,7 @@ from pipeline.stages.build_reduced_model import REDUCED_MODEL
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.coriolis_error import stored_coriolis_error
+from pipeline.stages.mesh_findings import own_findings
 from pipeline.stages.modal_truncation import larger, stored_truncation_error
 from pipeline.stages.model_chain import BuiltModel, ModelChain
 from pipeline.stages.model_tasks import build_models
@@ -118,6 +119,7 @@ def _entry(out: Path, model: BuiltModel, values: dict[str, Any]) -> dict[str, An
     return {
         "rom": relative_path(model.rom, out),
         "mesh": None if model.mesh is None else relative_path(model.mesh, out),
+        **_of_mesh_file(model),
         **{name: value for name, value in model.facts.items() if name != "highest_mode_hz"},
         "normal_stiffness": values["normal_stiffness"],
         "tangential_stiffness": values["tangential_stiffness"],
@@ -125,3 +127,9 @@ def _entry(out: Path, model: BuiltModel, values: dict[str, Any]) -> dict[str, An
         "sliding_hz": {},
         "stuck_hz": {},
     }
+
+
+def _of_mesh_file(model: BuiltModel) -> dict[str, Any]:
+    """Elements and findings of a mesh from a file; nothing for a mesh that was made here."""
+    found = {} if model.mesh is None else own_findings(model.mesh.parent)
+    return {"elements": found["elements"], "mesh_findings": found["findings"]} if found else {}

@@ -270,7 +270,7 @@ def _is_isotropic(mass: csr_matrix) -> bool:
     """Whether every 3 x 3 block of the mass is exactly a number times the identity."""
     from scipy.sparse import identity, kron
 
-    return (mass - kron(mass[::3][:, ::3], identity(3), format="csr")).count_nonzero() == 0
+    return bool((mass - kron(mass[::3][:, ::3], identity(3), format="csr")).count_nonzero() == 0)
 
 
 def _spin_force(mass: csr_matrix, positions: NDArray[np.float64]) -> NDArray[np.float64]:

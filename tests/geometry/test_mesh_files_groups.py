@@ -157,3 +157,22 @@ def test_groups_of_med_written_by_meshlane(tmp_path):
     assert found.node_sets["root"].tolist() == [0, 2]
     assert found.element_sets["upper"].tolist() == [[0, 1]]
     assert sum(volumes(found)) == pytest.approx(1 / 6 + 1 / 3)
+
+
+@pytest.mark.parametrize(("suffix", "package"), [(".med", "meshlane"), (".cdb", "mapdl-archive")])
+def test_an_optional_library_that_is_missing(tmp_path, monkeypatch, suffix, package):
+    from geometry.mesh_files import libraries
+
+    (tmp_path / f"a{suffix}").write_text("NBLOCK,6,SOLID\nEBLOCK,19,SOLID\n")
+    monkeypatch.setattr(libraries, "find_spec", lambda name: None)
+    with pytest.raises(MeshFileError, match=rf"needs the package {package}: pip install 'shroud\[meshes\]'"):
+        read_mesh(tmp_path / f"a{suffix}")
+
+
+def test_grids_without_meshlane(tmp_path, monkeypatch):
+    from geometry.mesh_files import libraries
+
+    monkeypatch.setattr(libraries, "find_spec", lambda name: None)
+    points = element_points("tet10")
+    meshlane.vtu.write(str(tmp_path / "a.vtu"), meshlane.Mesh(points, [("tetra10", [list(range(10))])]))
+    assert read_mesh(tmp_path / "a.vtu").blocks[0].kind == "tet10"

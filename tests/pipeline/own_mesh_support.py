@@ -44,15 +44,29 @@ def with_mid_sides(sector: SectorMesh, kind: str) -> SectorMesh:
 
 
 def hexahedra_as(sector: SectorMesh, kind: str) -> SectorMesh:
-    """Each hexahedron cut into two wedges or six tetrahedra; neighbours have the same diagonals."""
+    """Each hexahedron cut into two wedges, or these into three tetrahedra each; neighbours share diagonals."""
     corners = sector.blocks[0].nodes
     if kind == "hex8":
         return sector
-    if kind == "wedge6":
-        cut = [(0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)]
-    else:  # Kuhn's division by the diagonal from 0 to 6
-        cut = [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)]
-    return replace(sector, blocks=(ElementBlock(kind, np.concatenate([corners[:, list(part)] for part in cut])),))
+    wedges = np.concatenate([corners[:, list(part)] for part in ((0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7))])
+    if kind == "tet4":
+        return replace(sector, blocks=(ElementBlock(kind, _tetrahedra(wedges)),))
+    return replace(sector, blocks=(ElementBlock(kind, wedges),))
+
+
+def _tetrahedra(wedges: np.ndarray) -> np.ndarray:
+    """Three tetrahedra of each wedge (Dompierre et al., 1999): diagonals of its sides start at the lowest number."""
+    turns = np.array([[0, 1, 2, 3, 4, 5], [1, 2, 0, 4, 5, 3], [2, 0, 1, 5, 3, 4]])
+    turns = np.vstack([turns, [[3, 5, 4, 0, 2, 1], [4, 3, 5, 1, 0, 2], [5, 4, 3, 2, 1, 0]]])
+    turned = np.take_along_axis(wedges, turns[np.argmin(wedges, axis=1)], axis=1)
+    first = np.minimum(turned[:, 1], turned[:, 5]) < np.minimum(turned[:, 2], turned[:, 4])
+    parts = []
+    for rows, cut in (
+        (turned[first], ((0, 1, 2, 5), (0, 1, 5, 4), (0, 4, 5, 3))),
+        (turned[~first], ((0, 1, 2, 4), (0, 4, 2, 5), (0, 4, 5, 3))),
+    ):
+        parts += [rows[:, list(part)] for part in cut]
+    return np.concatenate(parts)
 
 
 def gmsh_tetrahedra(sector: SectorMesh, path: Path, size: float) -> None:

@@ -135,10 +135,12 @@ def test_constraint_of_a_single_dof(full, sector, tmp_path):
     write_nodes(tmp_path / "n.csv", sector.points, sector, sector.node_sets["root"])
     found = model_from_matrices(choice(tmp_path, dofs=tmp_path / "d.csv"))
     assert not found.full.isotropic_mass
-    model = reduce_sector(found.full, found.sector, ReductionOptions(40), NODAL).model
+    model = reduce_sector(found.full, found.sector, ReductionOptions(60), NODAL).model
     free = np.setdiff1d(kept, full.fixed)
     exact = eigh(full.stiffness[free][:, free].toarray(), full.mass[free][:, free].toarray(), eigvals_only=True)
-    assert np.allclose((2 * np.pi * natural_frequencies(model, 0.0)[:5]) ** 2, exact[:5], rtol=1e-5)
+    assert np.allclose((2 * np.pi * natural_frequencies(model, 0.0)[:5]) ** 2, exact[:5], rtol=3e-4)
+    unheld = 2 * np.pi * natural_frequencies(reduce_sector(full, sector, ReductionOptions(60), NODAL).model, 0.0)
+    assert np.abs(unheld[:5] ** 2 / exact[:5] - 1).max() > 3e-3
 
 
 def test_general_mass_path_is_the_isotropic_one_for_an_isotropic_mass(full, sector):
