@@ -31,6 +31,9 @@ UNITS = {
     "excitation.force": "N",
     "excitation.at": "m",
     "response.frequency": "Hz",
+    "fatigue.endurance_limit": "Pa",
+    "fatigue.tensile_strength": "Pa",
+    "fatigue.yield_strength": "Pa",
 }
 _ENDINGS = {
     "degrees": "deg",

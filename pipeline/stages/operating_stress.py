@@ -261,5 +261,5 @@ def _notes(contact: Contact, response: Response, stress: OperatingStress) -> lis
     if any(preload):
         notes.append("contact.preload is in equilibrium already: the stress that it causes is not included")
     if response.method == "static-first":
-        notes.append('response.method = "static-first": the mean stress lacks the static contact forces')
+        notes.append("static-first does not balance the mean contact forces, from which the mean stress follows")
     return notes

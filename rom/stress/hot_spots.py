@@ -12,6 +12,9 @@ from rom.stress.stress_recovery import StressRecovery
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+# Distance from a singular place, relative to the diagonal of the bounding box of the body: fixed, so that what is
+# outside converges as the mesh is refined.
+NEAR = 0.02
 
 
 @dataclass(frozen=True)
@@ -21,7 +24,7 @@ class Surroundings:
     Attributes
     ----------
     cause : (s,) array
-        Number in `causes` of a singular place within one element; -1: none.
+        Number in `causes` of a singular place within one element or 2 % of the size of the body; -1: none.
     causes : tuple of str
         The causes, in the order of precedence.
     size : (s,) array
@@ -66,8 +69,22 @@ class Surroundings:
             extent = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
             np.maximum.at(size, places, extent[:, None])
             np.minimum.at(cause, places, marks[block.nodes].min(axis=1)[:, None])
+        _mark_near(cause, positions, recovery.node, marks)
         cause[cause == len(singular)] = -1
         return cls(cause, tuple(singular), size)
+
+
+def _mark_near(cause: IntArray, positions: Array, node: IntArray, marks: IntArray) -> None:
+    """Lower the causes of the places (s,) that are near a marked node; a higher number is no cause."""
+    from scipy.spatial import cKDTree
+
+    marked = np.flatnonzero(marks < marks.max())
+    if len(marked) == 0:
+        return
+    reach = NEAR * float(np.linalg.norm(np.ptp(positions, axis=0)))
+    distance, nearest = cKDTree(positions[marked]).query(positions[node], distance_upper_bound=reach)
+    near = np.isfinite(distance)
+    cause[near] = np.minimum(cause[near], marks[marked[nearest[near]]])
 
 
 def hot_spots(values: Array, positions: Array, size: Array, chosen: NDArray[np.bool_], count: int) -> Sequence[int]:

@@ -65,9 +65,11 @@ def lists(node: dict[str, Any]) -> st.SearchStrategy[list[Any]]:
 
 
 def tables(node: dict[str, Any]) -> st.SearchStrategy[dict[str, Any]]:
-    """All keys that are required, some of the others."""
-    if "properties" not in node:  # tables by names, such as [materials.NAME]
-        return st.dictionaries(texts({"maxLength": 8}), values(node["additionalProperties"]), max_size=2)
+    """All keys that are required, some of the others; of a table with any names one or two of these."""
+    if "properties" not in node:
+        names = st.from_regex(r"[A-Za-z][A-Za-z0-9_-]{0,8}", fullmatch=True)
+        least = node.get("minProperties", 0)
+        return st.dictionaries(names, values(node["additionalProperties"]), min_size=least, max_size=2)
     keys = {
         key: values(each)
         for key, each in node["properties"].items()
