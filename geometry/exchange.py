@@ -156,7 +156,8 @@ def import_sector(path: str | Path) -> SectorMesh:
         sets = {name.removeprefix(SET): _members(field) for name, field in fields.items() if name.startswith(SET)}
         right, left = (_face(fields, mesh.points, side, sets[f"contact_{side}"]) for side in ("right", "left"))
         blocks = _blocks(mesh)
-        n_blades = round(float(np.ravel(fields["n_blades"])[0]))
+        of_cells = mesh.cell_data["n_blades"][0] if "n_blades" in mesh.cell_data else fields["n_blades"]  # until 0.2
+        n_blades = round(float(np.ravel(of_cells)[0]))
     except KeyError as error:
         raise SectorFileError(f"{path}: not a sector: {error} is missing") from error
     sector = SectorMesh(np.ascontiguousarray(mesh.points, dtype=np.float64), blocks, sets, right, left, n_blades)

@@ -11,6 +11,8 @@ from pipeline.errors import InputError, input_error, system_reason
 from pipeline.output_paths import check_output_path
 from pipeline.store.disk_errors import storage_error
 
+_SUFFIXES = (".mat", ".uff", ".unv", ".vtu", ".op4", ".mtx")
+
 
 def export(source: Path, target: Path, sector_file: Path | None = None, file_format: str | None = None) -> str:
     """Export a response or a reduced model; returns a summary in words.
@@ -38,35 +40,16 @@ def export(source: Path, target: Path, sector_file: Path | None = None, file_for
     StorageError
         The disk is full.
     """
-    from pipeline.export.matlab import write_matlab
-    from pipeline.export.matrices import matrix_format, moved, write_matrix_files
-    from pipeline.export.shapes import write_shapes
-    from pipeline.export.universal import write_universal
+    from pipeline.export.matrices import matrix_format, moved
 
     suffix = target.suffix.lower()
     note = ""
     matrices = matrix_format(target, file_format)
-    if source.is_dir() and suffix in (".mat", ".uff", ".unv", ".vtu", ".op4", ".mtx"):
+    if source.is_dir() and suffix in _SUFFIXES:
         source, sector_file, note = _in_folder(source, sector_file, ".vtu" if matrices else suffix)
     files: list[Path] = []
-
-    def write_them(path: Path) -> str:
-        said, written = write_matrix_files(source, path, str(matrices))
-        files.extend(written)
-        return said
-
-    writers: dict[str, Callable[[Path], str]] = {
-        ".mat": lambda path: write_matlab(source, path),
-        ".uff": lambda path: write_universal(source, path),
-        ".unv": lambda path: write_universal(source, path),
-        ".vtu": lambda path: write_shapes(source, sector_file, path),
-        ".op4": write_them,
-        ".mtx": write_them,
-    }
-    if matrices is not None:
-        writers[suffix] = write_them
-    if suffix not in writers:
-        raise input_error(target, "", f'ends with "{suffix}"', ", ".join(writers))
+    if suffix not in _SUFFIXES:
+        raise input_error(target, "", f'ends with "{suffix}"', ", ".join(_SUFFIXES))
     check_output_path(target, "--to")
     for name, read in (("the file to export", source), ("--mesh", sector_file)):
         if read is not None and target.exists() and read.exists() and target.samefile(read):
@@ -75,7 +58,7 @@ def export(source: Path, target: Path, sector_file: Path | None = None, file_for
     made = [folder for folder in target.parents if not folder.exists()]
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        summary = writers[suffix](beside)
+        summary = _writers(source, sector_file, matrices, files)[suffix](beside)
         places = moved(files or [beside], beside, target)
         if len(places) > 1:
             note += f"; files {places[0].name} to {places[-1].name}"
@@ -91,6 +74,30 @@ def export(source: Path, target: Path, sector_file: Path | None = None, file_for
             for folder in made:
                 folder.rmdir()
     return summary + note
+
+
+def _writers(
+    source: Path, sector_file: Path | None, matrices: str | None, files: list[Path]
+) -> dict[str, Callable[[Path], str]]:
+    """What writes each suffix; matrices in a format of their own add the files written to `files`."""
+    from pipeline.export.matlab import write_matlab
+    from pipeline.export.matrices import write_matrix_files
+    from pipeline.export.shapes import write_shapes
+    from pipeline.export.universal import write_universal
+
+    def write_them(path: Path) -> str:
+        said, written = write_matrix_files(source, path, str(matrices))
+        files.extend(written)
+        return said
+
+    return {
+        ".mat": lambda path: write_matlab(source, path) if matrices is None else write_them(path),
+        ".uff": lambda path: write_universal(source, path),
+        ".unv": lambda path: write_universal(source, path),
+        ".vtu": lambda path: write_shapes(source, sector_file, path),
+        ".op4": write_them,
+        ".mtx": write_them,
+    }
 
 
 def _in_folder(folder: Path, sector_file: Path | None, suffix: str) -> tuple[Path, Path | None, str]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -80,16 +82,17 @@ def new_scene_of_mesh(folder: Path, title: str, file: Path, options: MeshOptions
     told = guess(mesh, options.unit, options.axis, options.n_blades)
     name = os.path.relpath(file.resolve(), folder.resolve()).replace(os.sep, "/")
     heading = folder.resolve().name
-    text = scene_of_mesh(heading, title, name, told, StartingValues())
+    text = partial(scene_of_mesh, heading, title, name, told)
     own, problem, values = _tried(folder, text, mesh, told)
-    text = scene_of_mesh(heading, title, name, told, values)
     picture = mesh_picture(*_drawn(mesh, told, own), f"{file.name}: {_heading(own, told)}")
-    files = new_files(folder, text, {PICTURE: picture})
+    files = new_files(folder, text(values), {PICTURE: picture})
     lines = [*survey(mesh), *told.why, *(own.findings.lines if own is not None else ())]
     return NewScene(tuple(files), tuple(lines), problem)
 
 
-def _tried(folder: Path, text: str, mesh: ImportedMesh, told: Guess) -> tuple[OwnSector | None, str, StartingValues]:
+def _tried(
+    folder: Path, text: Callable[[StartingValues], str], mesh: ImportedMesh, told: Guess
+) -> tuple[OwnSector | None, str, StartingValues]:
     """The sector that the guess makes of the mesh, what is wrong with it, and numbers to start with."""
     from geometry import ParameterError, sector_from_mesh
 
@@ -101,7 +104,7 @@ def _tried(folder: Path, text: str, mesh: ImportedMesh, told: Guess) -> tuple[Ow
         )
     import tomllib
 
-    scene = given_scene(tomllib.loads(text), {}).first
+    scene = given_scene(tomllib.loads(text(StartingValues())), {}).first
     assert scene.mesh is not None
     try:
         own = sector_from_mesh(mesh, sector_choice(scene.mesh))
@@ -110,17 +113,16 @@ def _tried(folder: Path, text: str, mesh: ImportedMesh, told: Guess) -> tuple[Ow
     complete = [m for m in own.materials.values() if {"young_modulus", "poisson_ratio", "density"} <= m.keys()]
     material = complete[0] if complete else None
     area = float(own.sector.right.area.sum())
-    return own, "", StartingValues(material, area, _frequency_range(scene, own, material))
+    scene = given_scene(tomllib.loads(text(StartingValues(material, area))), {}).first
+    return own, "", StartingValues(material, area, _frequency_range(scene, own))
 
 
-def _frequency_range(scene: Scene, own: OwnSector, material: Any) -> tuple[float, float] | None:
+def _frequency_range(scene: Scene, own: OwnSector) -> tuple[float, float] | None:
     """A range around the first natural frequency with free and stuck shrouds; None for a large mesh."""
     if len(own.sector.points) > MOST_POINTS:
         return None
     from rom import inter_blade_phase, natural_frequencies, read_reduced_model, save_sector
 
-    if material is not None and scene.material is not None:
-        scene = scene.model_copy(update={"material": scene.material.model_copy(update=dict(material))})
     rom = scene.rom.model_copy(update={"modes": MODES, "frequency_limit": None})
     scene = scene.model_copy(update={"rom": rom})
     with tempfile.TemporaryDirectory() as name, suppress(Exception):  # the range is only to start with

@@ -65,22 +65,7 @@ def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: Starti
         *_keys(
             {"name": name, "title": title, "accuracy": PRESET}, {"accuracy": " or ".join(map(json.dumps, PRESETS))}
         ),
-        "",
-        "[mesh]",
-        *_keys({"file": file}, {"file": "relative to this file"}),
-        *_keys({"unit": guess.unit}, {"unit": 'of the file: "m", "mm" or "in"'}),
-        *(
-            []
-            if blades is not None
-            else ["# n_blades = ...              # of the ring: to be set, the file does not say"]
-        ),
-        *(_keys({"n_blades": blades}, {"n_blades": "of the ring"}) if blades is not None else []),
-        *_keys({"axis": guess.axis}, {"axis": "engine axis in the file"}),
-        *_keys({"contact_grid": [3, 3]}, {"contact_grid": "contact nodes on a face, along it and along the radius"}),
-        "",
-        "[mesh.sets]                   # node sets or surfaces of the file; what is left out is found by geometry",
-        *(f"{role} = {json.dumps(chosen, ensure_ascii=False)}" for role, chosen in guess.sets.items()),
-        *(f'# {role} = "..."' for role in ("root", "contact_right", "contact_left", "tip") if role not in guess.sets),
+        *_mesh_lines(file, guess),
         "",
         "[material]" + " " * 20 + _material_comment(values),
         *_keys(material, {"young_modulus": "Pa", "density": "kg/m^3"}),
@@ -108,6 +93,29 @@ def scene_of_mesh(name: str, title: str, file: str, guess: Guess, values: Starti
         "modes = [1, 2, 3]",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _mesh_lines(file: str, guess: Guess) -> list[str]:
+    """[mesh] and [mesh.sets]."""
+    blades = guess.n_blades
+    return [
+        "",
+        "[mesh]",
+        *_keys({"file": file}, {"file": "relative to this file"}),
+        *_keys({"unit": guess.unit}, {"unit": 'of the file: "m", "mm" or "in"'}),
+        *(
+            []
+            if blades is not None
+            else ["# n_blades = ...              # of the ring: to be set, the file does not say"]
+        ),
+        *(_keys({"n_blades": blades}, {"n_blades": "of the ring"}) if blades is not None else []),
+        *_keys({"axis": guess.axis}, {"axis": "engine axis in the file"}),
+        *_keys({"contact_grid": [3, 3]}, {"contact_grid": "contact nodes on a face, along it and along the radius"}),
+        "",
+        "[mesh.sets]                   # node sets or surfaces of the file; what is left out is found by geometry",
+        *(f"{role} = {json.dumps(chosen, ensure_ascii=False)}" for role, chosen in guess.sets.items()),
+        *(f'# {role} = "..."' for role in ("root", "contact_right", "contact_left", "tip") if role not in guess.sets),
+    ]
 
 
 def _keys(values: Mapping[str, object], comments: Mapping[str, str]) -> list[str]:

@@ -55,12 +55,12 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
     if not broken.get(0):
         yield from _raised(_check_pictured_curves, file)
         yield from unfit_stress_keys(file)
-    absent = _absent_sections(file.first) - set(broken.get(0, ()))
+    has_matrices = file.first.model is not None or "model" in broken.get(0, ())
+    absent = set() if has_matrices else _absent_sections(file.first) - set(broken.get(0, ()))
     for section in BLADE_SECTIONS:
         if section in absent:
             allowed = f"a table [{section}] (only `shroud respond --rom` does without)"
             yield input_error(file.path, section, "missing", allowed)
-    has_matrices = file.first.model is not None or "model" in broken.get(0, ())
     if not broken.get(0):
         yield from unfit_beside_matrices(file) if has_matrices else _unfit_beside_mesh(file)
     if has_matrices:

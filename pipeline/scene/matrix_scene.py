@@ -48,6 +48,11 @@ def unfit_matrix_keys(path: Path, member: Member) -> Iterator[InputError]:
     if "contact_dofs" in rom.model_fields_set and rom.contact_dofs != "nodal":
         allowed = '"nodal" with [model]: averages over a face need its elements'
         yield input_error(path, key_in_file(member, "rom.contact_dofs"), shown(rom.contact_dofs), allowed)
+    if model.transformation is not None and not model.reduced:
+        allowed = "nothing without reduced = true"
+        yield input_error(path, key_in_file(member, "model.transformation"), shown(model.transformation), allowed)
+    if model.reduced:
+        yield from _unfit_loads_of_superelement(path, member)
     speed = scene.load.speed_rpm
     if speed != 0.0 and speed != model.speed_rpm:
         other = f" or {model.speed_rpm:g}" if model.speed_rpm else ""
@@ -59,9 +64,28 @@ def unfit_matrix_keys(path: Path, member: Member) -> Iterator[InputError]:
             yield input_error(path, key_in_file(member, key), f"{shown(file)}: {problem}", allowed_values(key))
 
 
+def _unfit_loads_of_superelement(path: Path, member: Member) -> Iterator[InputError]:
+    """Loads and outputs on nodes, whose displacements a superelement may not have."""
+    scene, allowed = member.scene, "nothing with model.reduced: the force at excitation.at, or forces on modes"
+    given = {
+        "excitation.load": any(load.mode is None for load in scene.excitation.load),
+        "load.force": bool(scene.load.force),
+        "load.pressure": bool(scene.load.pressure),
+        "load.temperature": scene.load.temperature is not None,
+        "output": any(not output.of_model for output in scene.output),
+    }
+    for key, is_given in given.items():
+        if is_given:
+            yield input_error(path, key, "loads or outputs on nodes", allowed)
+
+
 def _problem(file: Path) -> str:
     """What is wrong with a file; empty for one that can be opened."""
-    if not file.exists():
+    try:
+        found = file.exists()
+    except (OSError, ValueError) as error:  # a name that is too long, or with a zero byte
+        return f"cannot be read: {system_reason(error) if isinstance(error, OSError) else error}"
+    if not found:
         near = difflib.get_close_matches(file.name, _names(file.parent), n=1, cutoff=0.5)
         return "no such file" + (f", did you mean {near[0]}?" if near else "")
     if not file.is_file():

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field
 
 from pipeline.scene.fields import BLADES, LENGTH, Length, Number, Section, Truth, Vector, Whole, key
 
@@ -71,13 +71,6 @@ class Model(Section):
         "file with the displacements of the dofs for unit coordinates of a reduced model", MATRIX, None
     )
     sets: ModelSets = key("sets of the table of nodes by what they are", "a table [model.sets]", ModelSets())
-
-    @field_validator("transformation")
-    @classmethod
-    def _of_a_reduced_model(cls, value: Any, info: ValidationInfo) -> Any:
-        if value is not None and info.data.get("reduced") is False:
-            raise ValueError("nothing without reduced = true")
-        return value
 
     @property
     def files(self) -> dict[str, str]:

@@ -86,11 +86,11 @@ def make_reduced_of_matrices(folder: Path, matrices: MatrixModel, scene: Scene, 
     _write_facts(folder, made.model, facts, matrices.notes)
 
 
-def make_superelement(folder: Path, model: ReducedModel, notes: tuple[str, ...]) -> None:
+def make_superelement(folder: Path, model: ReducedModel, notes: tuple[str, ...], scene: Scene) -> None:
     """Write a reduced model of another program to `rom.h5` and its sizes into `facts.json`."""
     from rom import write_reduced_model
 
-    write_reduced_model(folder / REDUCED_MODEL, model)
+    write_reduced_model(folder / REDUCED_MODEL, with_modal_excitation(scene, model))
     dofs = model.size if model.basis is None else len(model.basis)
     _write_facts(folder, model, {"dofs": dofs, "modes": None}, notes)
 

@@ -74,7 +74,7 @@ def _make(run: Run, member: Member, keys: ModelKeys, read: dict[str, MatrixModel
         if scene.model.reduced:
             model, notes = read_superelement(scene)
             with run.log.timed(Stage.REDUCE):
-                return run.store.get(KIND, keys.reduce, lambda folder: make_superelement(folder, model, notes))
+                return run.store.get(KIND, keys.reduce, lambda folder: make_superelement(folder, model, notes, scene))
         if keys.assemble not in read:
             read.clear()
             with run.log.timed(Stage.ASSEMBLE), run.reporter.working("reading matrices"):

@@ -79,7 +79,7 @@ def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, rep
     """
     remember_code()
     if file.first.blade is None and file.first.mesh_file is None:
-        allowed = "a table [blade] (a given reduced model has no full model to be measured against)"
+        allowed = "a table [blade] (a given reduced model or [model] has no mesh to be measured against)"
         raise input_error(file.path, "blade", "missing", allowed)
     check_scene(file)
     request = Request(file, out, "reduce", force)

@@ -23,7 +23,7 @@ def read_ansys_full(path: str | os.PathLike[str], name: str | None, usual: tuple
     try:
         from ansys.mapdl.reader.full import FullFile
     except ImportError:
-        allowed = "pip install ansys-mapdl-reader, or another format"
+        allowed = "pip install 'shroud[matrices]', or another format"
         raise MatrixFileError(path, "needs the package ansys-mapdl-reader", allowed) from None
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):

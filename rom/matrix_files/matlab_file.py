@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 _ALLOWED = "a MATLAB file, level 5 or 7.3"
 _HEADER = b"MATLAB 7.3 MAT-file, Platform: shroud, Created on: Thu Jan 01 00:00:00 1970 HDF5 schema 1.00 ."
 _USER_BLOCK = 512
+_HIGHEST_COMPRESSION = 2000  # deflate reaches some 1000
 
 
 def read_matlab(path: str | os.PathLike[str], name: str | None, usual: tuple[str, ...]) -> LabelledMatrix:
@@ -44,6 +46,11 @@ def _read_level_5(path: str | os.PathLike[str], name: str | None, usual: tuple[s
 
     held = {entry[0]: entry for entry in whosmat(path) if len(entry[1]) == 2 and min(entry[1]) > 0}
     chosen = chosen_name(path, name, tuple(held), usual)
+    _, (rows, columns), kind = held[chosen]
+    size = Path(path).stat().st_size
+    claimed = 8 * rows if kind == "sparse" else 8 * rows * columns  # bytes
+    if max(rows, columns) > LARGEST or claimed > _HIGHEST_COMPRESSION * size:
+        raise MatrixFileError(path, f"{chosen} claims {rows} x {columns}", "as many numbers as the file holds")
     return _matrix(path, chosen, loadmat(path, variable_names=[chosen], spmatrix=True)[chosen])
 
 

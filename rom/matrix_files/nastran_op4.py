@@ -72,7 +72,9 @@ def _library(path: str | os.PathLike[str]) -> Any:
     try:
         from pyyeti.nastran import op4
     except ImportError:
-        raise MatrixFileError(path, "needs the package pyyeti", "pip install pyyeti, or another format") from None
+        raise MatrixFileError(
+            path, "needs the package pyyeti", "pip install 'shroud[matrices]', or another format"
+        ) from None
     finally:
         np.set_printoptions(**options)
     return op4

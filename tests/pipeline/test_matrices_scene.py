@@ -45,7 +45,7 @@ def matrix_scene(**model: Any) -> dict[str, Any]:
             "normal_stiffness": 2e7,
             "tangential_stiffness": 1.5e7,
             "friction": 0.3,
-            "interference": 2e-8,
+            "interference": 5e-7,
         },
         "excitation": {"engine_order": 8, "force": 10.0},
         "response": {
@@ -117,6 +117,9 @@ def test_response_from_the_matrices_of_calculix_is_that_of_our_elements(tmp_path
     assert len(ours) > 20
     assert np.abs(theirs[:, 0] / ours[:, 0] - 1.0).max() < 1e-8
     assert np.abs(theirs[:, 1] - ours[:, 1]).max() < 1e-8 * ours[:, 1].max()
+    table = np.genfromtxt(tmp_path / "out" / "response.csv", delimiter=",", names=True)
+    assert table["slipping"].max() > 0
+    assert table["separating"].max() == 6
 
 
 def test_files_and_results_are_kept_by_content(folder: Path, ran: Path) -> None:
@@ -224,6 +227,8 @@ def test_export_refuses_what_does_not_fit(ran: Path, tmp_path: Path) -> None:
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "no such file": ({"model__mass": "N.mtx"}, 'model.mass: ".*N.mtx": no such file, did you mean'),
+    "a zero byte": ({"model__mass": "M\x00.mtx"}, "model.mass: "),
+    "a long name": ({"model__mass": 300 * "m" + ".mtx"}, "model.mass: "),
     "a folder": ({"model__stiffness": "."}, "model.stiffness: .*not a file"),
     "no nodes": ({"model__nodes": None}, "model.nodes: missing"),
     "unknown key": ({"model__massen": "M.mtx"}, "unknown key, did you mean model.mass"),
@@ -242,6 +247,11 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "mass and stiffness in one file": (
         {"model__mass": "both.mat", "model__mass_name": "Mred"},
         "has no matrix 'Mred', ",
+    ),
+    "pressure": ({"load__pressure": [{"surface": "face_right", "pressure": 1e5}]}, "load.surface: .*has no elements"),
+    "loads of a superelement": (
+        {"model__reduced": True, "load__force": [{"set": "tip", "force": 1.0, "direction": "y"}]},
+        "load.force: loads or outputs on nodes, allowed: nothing with model.reduced",
     ),
     "hostile": ({"model__stiffness": "hostile.mat"}, "hostile.mat: "),
 }
@@ -283,6 +293,26 @@ def test_frequencies_are_those_of_the_full_matrices(folder: Path, ran: Path) -> 
     assert natural_frequencies(read_reduced_model(ran / summary["rom"]), 0.0)[0] == pytest.approx(
         summary["free_hz"][0]
     )
+
+
+def test_a_force_on_a_set_of_the_table_of_nodes(folder: Path, tmp_path: Path) -> None:
+    """On the set of the tip it is the force at the tip; with another set the model is another one."""
+    models = []
+    for name in ("", "tip", "contact_left"):
+        scene = matrix_scene()
+        if name:
+            scene["excitation"]["load"] = [{"set": name, "direction": "y"}]
+        for file in ("K.mtx", "M.mtx", "nodes.csv"):
+            if not (tmp_path / file).exists():
+                os.link(folder / file, tmp_path / file)
+        out = tmp_path / f"out_{name}"
+        file = write_scene(tmp_path / "loads.toml", scene)
+        status, _, error = shroud("run", file, "--out", out, "--until", "reduce", "--quiet")
+        assert (status, error) == (0, "")
+        model = read_reduced_model(out / json.loads((out / "summary.json").read_text())["models"][0]["rom"])
+        models.append(model.outputs["tip_y"] @ np.linalg.solve(model.stiffness, model.force_excitation))
+    assert models[1] == pytest.approx(models[0], rel=1e-9)
+    assert abs(models[2] / models[0] - 1.0) > 1e-3
 
 
 def test_a_sweep_over_files(folder: Path, tmp_path: Path) -> None:

@@ -299,3 +299,24 @@ def test_tables_are_read_as_spreadsheets_write_them(tmp_path):
         (tmp_path / "d.csv").write_text(text)
         with pytest.raises(MatrixFileError, match=said):
             read_dofs(tmp_path / "d.csv")
+
+
+def test_a_file_that_claims_more_than_it_holds_is_refused_before_it_fills_the_memory(tmp_path):
+    savemat(tmp_path / "k.mat", {"K": np.zeros((40, 40))})
+    content = bytearray((tmp_path / "k.mat").read_bytes())
+    shape = content.index(np.array([40, 40], dtype="<i4").tobytes())
+    content[shape : shape + 8] = np.array([1_000_000, 1_000_000], dtype="<i4").tobytes()
+    (tmp_path / "k.mat").write_bytes(content)
+    with pytest.raises(MatrixFileError, match="claims 1000000 x 1000000"):
+        read_matrix(tmp_path / "k.mat")
+    with h5py.File(tmp_path / "h.mat", "w") as file:
+        file.create_dataset("K", shape=(200_000, 200_000), dtype=float, chunks=(1000, 1000))
+    with pytest.raises(MatrixFileError, match="claims"):
+        read_matrix(tmp_path / "h.mat")
+    for name, shape in (("wide.mat", 10**12), ("deep.mat", -5)):
+        with h5py.File(tmp_path / name, "w") as file:
+            group = file.create_group("K")
+            group.attrs["MATLAB_sparse"] = np.int64(shape)
+            group["data"], group["ir"], group["jc"] = np.ones(1), np.zeros(1, dtype=int), np.array([0, 1])
+        with pytest.raises(MatrixFileError, match="damaged"):
+            read_matrix(tmp_path / name)
