@@ -44,9 +44,9 @@ def read_ansys(path: str | Path) -> FileMesh:
     MeshFileError
         The file cannot be used.
     """
+    library = optional_library("mapdl_archive", path)
     lines = text_lines(path)
     check_tables(path, lines)
-    library = optional_library("mapdl_archive", path)
     try:
         archive = library.Archive(str(path))
         nodes = np.asarray(archive.nnum, dtype=np.int64)
