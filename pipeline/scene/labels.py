@@ -52,6 +52,7 @@ _QUANTITIES = {
     "blade.fillet_radius": Quantity("fillet at the root", "mm", 1e3),
     "shroud.fillet_radius": Quantity("fillet at the shroud", "mm", 1e3),
     "blade.root_stagger": Quantity("root stagger", "°"),
+    "mesh.file": Quantity("mesh"),
     "mesh.size": Quantity("mesh size", "mm", 1e3),
     "mesh.grading": Quantity("mesh grading"),
     "load.speed_rpm": Quantity("speed", "rev/min"),

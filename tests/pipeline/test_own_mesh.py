@@ -27,6 +27,12 @@ from pipeline.stages.cache_keys import model_keys
 
 pytestmark = pytest.mark.xdist_group("own_mesh")  # one worker: what the module makes is made once
 FORMATS = ("inp", "bdf", "cdb", "msh")
+QUICK: dict[str, Any] = {
+    "response__detached": False,
+    "response__stability": "folds",
+    "response__truncation": False,
+    "response__time_integration": False,
+}
 STEEL = {"steel": {"young_modulus": 210e3, "poisson_ratio": 0.3, "density": 7.85e-9}}  # N, mm, t
 
 
@@ -113,9 +119,9 @@ def test_tetrahedra_of_gmsh_agree_within_the_mesh_error_that_verify_states(
 
 
 def test_a_response_is_that_of_the_dummy_blade(folder: Path) -> None:
-    changes: dict[str, Any] = {"response__detached": False, "response__stability": "folds"}
+    changes: dict[str, Any] = dict(QUICK)
     changes |= {"response__frequency": [405.0, 435.0]}
-    changes |= {"response__truncation": False, "response__time_integration": False, "contact__integration": "exact"}
+    changes |= {"contact__integration": "exact"}
     found = []
     for scene in (
         small_scene(name="response_made", mesh__element="hex20", **changes),
@@ -196,13 +202,13 @@ def test_validate_reads_the_mesh(folder: Path, tmp_path: Path) -> None:
 
 
 def test_meshes_can_be_swept(folder: Path) -> None:
-    """Two meshes, two models, several at the same time; each is read here and goes out as a file of a task."""
-    scene = scene_with_mesh(
-        "blade.inp", name="swept", sweep={"mesh.file": ["blade.inp", "blade.msh", "tetrahedra.msh"]}
-    )
+    """Three meshes, three models, several at the same time; each is read here and goes out as a file of a task."""
+    sweep = {"mesh.file": ["blade.inp", "blade.msh", "tetrahedra.msh"]}
+    scene = scene_with_mesh("blade.inp", name="swept", sweep=sweep, **QUICK, response__frequency=[300.0, 305.0])
     path = write_scene(folder / "swept.toml", scene)
-    status, _, error = shroud("run", path, "--out", folder / "swept", "--until", "reduce", "--jobs", "2")
+    status, _, error = shroud("run", path, "--out", folder / "swept", "--until", "respond", "--jobs", "2")
     assert status == 0, error
+    assert "models 3/3: mesh " in error
     models = json.loads((folder / "swept" / "summary.json").read_text())["models"]
     assert [model["elements"] for model in models] == [{"hex20": 302}, {"hex20": 302}, models[2]["elements"]]
     assert "tet10" in models[2]["elements"]
