@@ -1,21 +1,29 @@
-"""Blade and shroud geometry and its mesh: no material, no matrices, no frequencies."""
+"""Blade and shroud geometry and its mesh: no material, no matrices, no frequencies.
 
-from geometry.build import build_sector
-from geometry.checks import check_parameters
-from geometry.edge_angle import side_edge_angle
-from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementSides, sides_on
-from geometry.errors import GeometryError, MeshFileError, OwnMeshError, ParameterError, SectorFileError
-from geometry.exchange import MESHIO_CELLS, cell_library, export_sector, import_sector
-from geometry.imported_mesh import ImportedMesh
-from geometry.mesh_files import read_mesh, write_mesh
-from geometry.own_mesh.findings import SectorFindings
-from geometry.own_mesh.own_sector import OwnSector, sector_from_mesh
-from geometry.own_mesh.sector_choice import SectorChoice
-from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
-from geometry.quality import hexahedron_scaled_jacobian, scaled_jacobian
-from geometry.sector import ContactFace, SectorMesh
-from geometry.sector_check import check_sector
-from geometry.subdivision import subdivided
+A name is imported from its module when it is first asked for.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from geometry.build import build_sector
+    from geometry.checks import check_parameters
+    from geometry.edge_angle import side_edge_angle
+    from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementSides, sides_on
+    from geometry.errors import GeometryError, MeshFileError, OwnMeshError, ParameterError, SectorFileError
+    from geometry.exchange import MESHIO_CELLS, cell_library, export_sector, import_sector
+    from geometry.imported_mesh import ImportedMesh
+    from geometry.mesh_files.read import read_mesh
+    from geometry.mesh_files.write import write_mesh
+    from geometry.own_mesh.findings import SectorFindings
+    from geometry.own_mesh.own_sector import OwnSector, sector_from_mesh
+    from geometry.own_mesh.sector_choice import SectorChoice
+    from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
+    from geometry.quality import hexahedron_scaled_jacobian, scaled_jacobian
+    from geometry.sector import ContactFace, SectorMesh
+    from geometry.sector_check import check_sector
+    from geometry.subdivision import subdivided
 
 __all__ = [
     "ELEMENT_KINDS",
@@ -52,3 +60,49 @@ __all__ = [
     "subdivided",
     "write_mesh",
 ]
+
+_PLACES = {
+    "ELEMENT_KINDS": "geometry.elements",
+    "MESHIO_CELLS": "geometry.exchange",
+    "BladeParameters": "geometry.parameters",
+    "ContactFace": "geometry.sector",
+    "ElementBlock": "geometry.elements",
+    "ElementKind": "geometry.elements",
+    "ElementSides": "geometry.elements",
+    "GeometryError": "geometry.errors",
+    "ImportedMesh": "geometry.imported_mesh",
+    "MeshFileError": "geometry.errors",
+    "MeshParameters": "geometry.parameters",
+    "OwnMeshError": "geometry.errors",
+    "OwnSector": "geometry.own_mesh.own_sector",
+    "ParameterError": "geometry.errors",
+    "SectorChoice": "geometry.own_mesh.sector_choice",
+    "SectorFileError": "geometry.errors",
+    "SectorFindings": "geometry.own_mesh.findings",
+    "SectorMesh": "geometry.sector",
+    "ShroudParameters": "geometry.parameters",
+    "build_sector": "geometry.build",
+    "cell_library": "geometry.exchange",
+    "check_parameters": "geometry.checks",
+    "check_sector": "geometry.sector_check",
+    "export_sector": "geometry.exchange",
+    "hexahedron_scaled_jacobian": "geometry.quality",
+    "import_sector": "geometry.exchange",
+    "read_mesh": "geometry.mesh_files.read",
+    "scaled_jacobian": "geometry.quality",
+    "sector_from_mesh": "geometry.own_mesh.own_sector",
+    "side_edge_angle": "geometry.edge_angle",
+    "sides_on": "geometry.elements",
+    "subdivided": "geometry.subdivision",
+    "write_mesh": "geometry.mesh_files.write",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PLACES:
+        raise AttributeError(f"module 'geometry' has no attribute {name!r}")
+    return getattr(import_module(_PLACES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

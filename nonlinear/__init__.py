@@ -47,6 +47,7 @@ if TYPE_CHECKING:
         SolverOptions,
         least_samples,
     )
+    from nonlinear.peak_curves.optimum import Optimum, find_optimum
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
@@ -82,6 +83,7 @@ __all__ = [
     "LinearisedResidual",
     "ModeResonance",
     "NonlinearMode",
+    "Optimum",
     "OptionsError",
     "Peak",
     "ResidualBounds",
@@ -106,6 +108,7 @@ __all__ = [
     "contact_cycle",
     "contact_element",
     "extend_response",
+    "find_optimum",
     "find_worst_motion",
     "forced_response",
     "integrate_ring",
@@ -140,6 +143,8 @@ _PLACES = {
     "ModeResonance": "nonlinear.nonlinear_modes.nonlinear_mode",
     "NonlinearMode": "nonlinear.nonlinear_modes.nonlinear_mode",
     "nonlinear_mode": "nonlinear.nonlinear_modes.nonlinear_mode",
+    "Optimum": "nonlinear.peak_curves.optimum",
+    "find_optimum": "nonlinear.peak_curves.optimum",
     "OptionsError": "nonlinear.options",
     "Peak": "nonlinear.branches.peaks",
     "ResidualBounds": "nonlinear.residual_tractions.residual_bounds",

@@ -200,6 +200,7 @@ class SetReader:
 
     def __init__(self, scopes: Mapping[str, Scope]) -> None:
         self._scopes = scopes
+        self._labels: dict[tuple[str, bool], IntArray] = {}
 
     def add_set(self, scope: Scope, block: KeywordBlock) -> None:
         """Take a node or element set.
@@ -250,10 +251,11 @@ class SetReader:
             if not side:
                 found.append(self._free_sides(scope, labels))
             elif digit in ("1", "2", "3", "4", "5", "6"):
-                self._check_side(labels, int(digit), block)
                 found.append(np.column_stack([labels, np.full(len(labels), int(digit) - 1)]))
             else:
                 scope.notes.append(f"surface {name}: side {side} is of no solid element")
+        if found:
+            self._check_sides(np.concatenate(found), block)
 
     def add_section(self, scope: Scope, block: KeywordBlock) -> None:
         """Take the material of a *SOLID SECTION.
@@ -281,9 +283,17 @@ class SetReader:
             raise block.refuse(f"{line.strip()!r}: must be first, last and step")
         step = int(values[2]) if len(values) == 3 else 1
         first, last = int(values[0]) + scope.offset, int(values[1]) + scope.offset
-        arrays = scope.node_labels if nodes else [elements.labels for elements in scope.elements]
-        known = np.unique(np.concatenate([NO_LABELS, *arrays]))
-        return known[(known >= first) & (known <= last) & ((known - first) % step == 0)]
+        known = self._known(scope, nodes)
+        known = known[np.searchsorted(known, first) : np.searchsorted(known, last, side="right")]
+        return known[(known - first) % step == 0]
+
+    def _known(self, scope: Scope, nodes: bool) -> IntArray:
+        """Sorted labels of all nodes or elements of a scope."""
+        key = (scope.name, nodes)
+        if key not in self._labels:
+            arrays = scope.node_labels if nodes else [elements.labels for elements in scope.elements]
+            self._labels[key] = np.unique(np.concatenate([NO_LABELS, *arrays]))
+        return self._labels[key]
 
     def _listed(self, scope: Scope, block: KeywordBlock, nodes: bool) -> list[IntArray]:
         fields = [part for part in ",".join(block.data).replace(" ", "").replace("\t", "").split(",") if part]
@@ -334,13 +344,15 @@ class SetReader:
         table = np.concatenate([np.empty((0, 2), dtype=np.int64), *found])
         return table[np.isin(table[:, 0], labels)]
 
-    def _check_side(self, labels: IntArray, side: int, block: KeywordBlock) -> None:
+    def _check_sides(self, table: IntArray, block: KeywordBlock) -> None:
+        """No side (element, place) of a surface beyond those that its element has."""
         for scope in self._scopes.values():
             for elements in scope.elements:
                 count = len(ELEMENT_KINDS[elements.kind].sides)
-                wrong = np.isin(elements.labels, labels)
-                if side > count and wrong.any():
-                    label = elements.labels[wrong][0] - scope.offset
+                beyond = table[table[:, 1] >= count]
+                wrong = beyond[np.isin(beyond[:, 0], elements.labels)]
+                if len(wrong):
+                    label, side = wrong[0, 0] - scope.offset, wrong[0, 1] + 1
                     raise block.refuse(f"S{side} of element {label} ({elements.kind}): must be S1 to S{count}")
 
     def _all(self, scope: Scope) -> list[Scope]:

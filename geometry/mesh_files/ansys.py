@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from geometry.errors import MeshFileError
-from geometry.mesh_files.file_mesh import FileElements, FileMesh, counted
+from geometry.mesh_files.ansys_tables import check_tables
+from geometry.mesh_files.file_mesh import FileElements, FileMesh
 from geometry.mesh_files.libraries import optional_library
 from geometry.mesh_files.text_files import numbers, text_lines
 from geometry.sector import IntArray
@@ -44,7 +45,7 @@ def read_ansys(path: str | Path) -> FileMesh:
         The file cannot be used.
     """
     lines = text_lines(path)
-    expected = {name: _table_size(path, lines, name) for name in ("NBLOCK", "EBLOCK")}
+    check_tables(path, lines)
     library = optional_library("mapdl_archive", path)
     try:
         archive = library.Archive(str(path))
@@ -58,26 +59,9 @@ def read_ansys(path: str | Path) -> FileMesh:
         raise
     except (Exception, SystemExit) as error:  # whatever the library stumbles over
         raise MeshFileError(path, f"cannot be read: {str(error) or type(error).__name__}") from None
-    for name, found in (("NBLOCK", len(nodes)), ("EBLOCK", len(elements))):
-        if expected[name] > found:
-            raise MeshFileError(path, f"{name} says {expected[name]} rows and has {found}: the file must be whole")
     _add_elements(mesh, elements, types)
     mesh.materials = _materials(mesh, lines)
     return mesh
-
-
-def _table_size(path: str | Path, lines: list[str], name: str) -> int:
-    """Number of rows that the only table of this name announces."""
-    heads = [line for line in lines if line[: len(name)].upper() == name]
-    if len(heads) != 1:
-        raise MeshFileError(
-            path, f"holds {counted(len(heads), f'{name} table')}: must hold one, as CDWRITE,DB writes"
-        )
-    fields = [field.strip() for field in heads[0].split(",")]
-    if len(fields) < 3 or fields[2].upper() != "SOLID":
-        raise MeshFileError(path, f"{heads[0].strip()!r}: must be {name} with the key SOLID")
-    size = fields[4] if len(fields) > 4 else ""
-    return int(size) if size.isdecimal() else 0
 
 
 def _components(components: Any) -> dict[str, IntArray]:

@@ -109,6 +109,7 @@ def _from_model(path: str | Path, gmsh: Any) -> FileMesh:
         int(gmsh.option.getNumber(f"Mesh.Nb{shape}")) for shape in SHAPES
     ):  # of a shape it gives one order
         raise mesh.refuse("has linear and quadratic elements in one entity: give each order an entity of its own")
+    mesh.elements = [_listed_once(elements) for elements in mesh.elements]
     for dimension, tag in gmsh.model.getPhysicalGroups():
         name = gmsh.model.getPhysicalName(dimension, tag) or f"{DIMENSIONS[dimension]}_{tag}"
         _add_group(mesh, gmsh, name, dimension, tag)
@@ -130,6 +131,13 @@ def _add_elements(mesh: FileMesh, gmsh: Any, code: int, elements: IntArray, node
         mesh.notes.append(f"elements {EXTRA_NODES[code]} are taken as {KINDS[code]} without their inner nodes")
     table = nodes.reshape(len(elements), -1)[:, columns_from_gmsh(KINDS[code])]
     mesh.elements.append(FileElements(KINDS[code], elements, table))
+
+
+def _listed_once(elements: FileElements) -> FileElements:
+    """Without repetitions: version 2.2 lists an element again for each further group that it is in."""
+    _, first = np.unique(elements.nodes, axis=0, return_index=True)
+    first.sort()
+    return FileElements(elements.kind, elements.labels[first], elements.nodes[first])
 
 
 def _add_group(mesh: FileMesh, gmsh: Any, name: str, dimension: int, tag: int) -> None:

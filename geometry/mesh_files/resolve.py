@@ -50,6 +50,8 @@ def imported_mesh(mesh: FileMesh) -> ImportedMesh:
         mesh.notes.append(f"{counted(len(labels) - len(used), 'node')} of no solid element left out")
     points, labels = np.ascontiguousarray(points[rows]), used
     wholes = [part for whole in wholes for part in _right_way_round(mesh, _with_rows(whole, labels), points)]
+    for whole in wholes:
+        _check_doubles(mesh, whole)
     blocks, element_labels, side_maps = _blocks(mesh, wholes)
     finder = _ElementFinder(element_labels)
     collapsed = sum(len(whole.labels) for whole in wholes if whole.collapsed)
@@ -115,6 +117,19 @@ def _check_element_labels(mesh: FileMesh, wholes: list[WholeElements]) -> None:
         raise mesh.refuse(
             f"element {again[0]} is defined twice ({counted(len(again), 'such element')}): "
             "each label must be of one element"
+        )
+
+
+def _check_doubles(mesh: FileMesh, whole: WholeElements) -> None:
+    """No two elements of a kind with the same corners."""
+    corners = np.sort(whole.nodes[:, : ELEMENT_KINDS[whole.kind].corners], axis=1)
+    order = np.lexsort(corners.T)
+    same = (corners[order[1:]] == corners[order[:-1]]).all(axis=1)
+    if same.any():
+        one, other = sorted(whole.labels[order[np.flatnonzero(same)[0] + np.arange(2)]].tolist())
+        raise mesh.refuse(
+            f"elements {one} and {other} ({whole.kind}) have the same corners "
+            f"({counted(int(same.sum()), 'such pair')}): each must be there once"
         )
 
 
@@ -293,7 +308,7 @@ def _surfaces(
     for name, groups in mesh.faces.items():
         rows = [np.searchsorted(labels, group[np.isin(group, labels).all(axis=1)]) for group in groups]
         surface = sides_with_corners(blocks, rows)
-        total = sum(len(group) for group in groups)
+        total = sum(len(np.unique(np.sort(group, axis=1), axis=0)) for group in groups)
         if len(surface) < total:
             mesh.notes.append(
                 f"surface {name}: {total - len(surface)} of {total} faces are sides of no solid element"

@@ -30,7 +30,7 @@ def abaqus_lines(mesh: WrittenMesh) -> Iterator[str]:
         for row in rows.tolist():
             yield ",\n".join(", ".join(map(str, row[k : k + PER_LINE])) for k in range(0, len(row), PER_LINE))
     for name, nodes in mesh.node_sets.items():
-        yield f"*NSET, NSET={name}, UNSORTED"
+        yield f"*NSET, NSET={name}"
         yield from map(", ".join, lines_of(mesh.node_labels[nodes], PER_LINE))
     for name, places in mesh.element_sets.items():
         yield f"*ELSET, ELSET={name}"

@@ -107,14 +107,14 @@ def written_mesh(mesh: SectorMesh | ImportedMesh, materials: Mapping[str, Mappin
     surfaces = dict(mesh.surfaces)
     if isinstance(mesh, ImportedMesh):
         node_labels, element_labels = mesh.node_labels, mesh.element_labels
+        everything = np.concatenate(element_labels)
+        if len(np.unique(everything)) < len(everything):
+            element_labels = _numbered(mesh.blocks)
         element_sets = dict(mesh.element_sets)
         materials = mesh.materials if materials is None else materials
     else:
         node_labels = np.arange(1, len(mesh.points) + 1)
-        ends = np.cumsum([len(block) for block in mesh.blocks])
-        element_labels = tuple(
-            np.arange(last - len(block) + 1, last + 1) for block, last in zip(mesh.blocks, ends, strict=True)
-        )
+        element_labels = _numbered(mesh.blocks)
         element_sets = {}
         for name in FACES:
             if name not in surfaces and name in mesh.node_sets:
@@ -126,6 +126,12 @@ def written_mesh(mesh: SectorMesh | ImportedMesh, materials: Mapping[str, Mappin
     return WrittenMesh(
         mesh.points, node_labels, mesh.blocks, element_labels, node_sets, element_sets, surfaces, named
     )
+
+
+def _numbered(blocks: tuple[ElementBlock, ...]) -> tuple[IntArray, ...]:
+    """Labels from 1, block by block."""
+    ends = np.cumsum([len(block) for block in blocks])
+    return tuple(np.arange(last - len(block) + 1, last + 1) for block, last in zip(blocks, ends, strict=True))
 
 
 def lines_of(values: IntArray, count: int) -> Iterator[list[str]]:

@@ -13,6 +13,7 @@ from geometry.sector import FloatArray
 # Of nodes that are pairs, over the distance of a node to the next: largest scatter across the normal, and largest
 # distance. A gap along the circumference moves all nodes of an oblique face across its normal by the same amount.
 MATCHING, _SHIFT = 0.02, 0.25
+_MANY = 500  # sides
 _NEAREST = 12  # triangles looked at for each point
 _FLAT = 1e-6  # cosine of the angle of a ray to a normal below which it misses the triangle
 _EDGE = 1e-2  # a point this far outside a triangle, in its coordinates, is on it
@@ -36,13 +37,18 @@ class Surface:
     nodes: IntArray
     tables: list[IntArray]
 
+    @property
+    def n_sides(self) -> int:
+        """Number of sides."""
+        return sum(len(table) for table in self.tables)
+
     def quadrature(self) -> SidePoints:
-        """Its quadrature points."""
-        return quadrature(self.points, self.tables)
+        """Its quadrature points; fewer of each side where there are many sides."""
+        return quadrature(self.points, self.tables, 3 if self.n_sides <= _MANY else 2)
 
     def samples(self) -> SidePoints:
         """Few quadrature points, to look at its distance from another face."""
-        return quadrature(self.points, self.tables, 2)
+        return quadrature(self.points, self.tables, 2 if self.n_sides <= _MANY else 1)
 
     def triangles(self) -> Triangulation:
         """Its triangulation."""

@@ -68,7 +68,7 @@ def pair_faces(right: Surface, left: Surface, choice: SectorChoice) -> FacePair:
     gap, share = _gap(right, left, pitch, reach)
     mean = float(np.nanmean(gap))
     at = right.points[right.nodes]
-    normal = rotate_about_axis(normals_at(at, at_right, _sides(right)), -pitch)
+    normal = rotate_about_axis(normals_at(at, at_right, right.n_sides), -pitch)
     others = left.points[left.nodes]
     row, mismatch = partners(rotate_about_axis(at, -pitch), others, normal)
     if row is not None:
@@ -115,10 +115,10 @@ def contact_faces(pair: FacePair, grid: tuple[int, int] | None, clamped: IntArra
     else:
         at = _on_surface(centres, points, right)
         opposite = rotate_about_axis(at, -pair.pitch)
-        normal = rotate_about_axis(normals_at(at, points, _sides(right)), -pair.pitch)
+        normal = rotate_about_axis(normals_at(at, points, right.n_sides), -pair.pitch)
         opposite = opposite + pair.mean_gap * normal
         nodes, others = _nearest(at, right), _nearest(opposite, left)
-    frame = contact_frames(at, normals_at(at, points, _sides(right)))
+    frame = contact_frames(at, normals_at(at, points, right.n_sides))
     area = tributary_areas(at, points)
     if area.min() <= 0.0:
         raise OwnMeshError("mesh.contact_grid", grid, "is too fine for the shape of this face; take fewer points")
@@ -143,7 +143,7 @@ def _gap(right: Surface, left: Surface, pitch: float, reach: float) -> tuple[Flo
 
 def _on_surface(at: FloatArray, points: SidePoints, surface: Surface) -> FloatArray:
     """Points (k, 3) moved along the normal onto the surface."""
-    normal = normals_at(at, points, _sides(surface))
+    normal = normals_at(at, points, surface.n_sides)
     move = gap_along(at, normal, surface.triangles(), float(np.sqrt(points.area.sum())))
     return at + np.nan_to_num(move)[:, None] * normal
 
@@ -152,10 +152,6 @@ def _nearest(at: FloatArray, surface: Surface) -> IntArray:
     from scipy.spatial import cKDTree
 
     return surface.nodes[cKDTree(surface.points[surface.nodes]).query(at)[1]]
-
-
-def _sides(surface: Surface) -> int:
-    return sum(len(table) for table in surface.tables)
 
 
 def _corners(table: IntArray) -> int:

@@ -14,6 +14,7 @@ from nonlinear.continuation.parameters import ContinuationParameters
 from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.harmonic_balance.residual import HarmonicBalance
 
 PARAMETER_SCALE = 0.5  # range of s that counts as unit arc length
 MAX_MOVE = 0.5  # distance that a solution may move in one step of s, relative to the vibration
@@ -100,7 +101,7 @@ def _with_free_frequency(
     while s < 1.0 and increment >= smallest:
         target = min(s + increment, 1.0)
         continuation = _continuation(homotopy, target)
-        rate = rate or _rate_of_change(homotopy, s, point)
+        rate = rate or rate_of_change(homotopy.balance(s), homotopy.balance(s + DIFFERENCE), DIFFERENCE, point)
         found = continuation.solver.refit(_predicted(point, rate, target - s))
         if found is None:
             increment /= 4.0
@@ -110,13 +111,22 @@ def _with_free_frequency(
     return point, s
 
 
-def _rate_of_change(homotopy: Homotopy, s: float, point: SolutionPoint) -> Tangent:
-    """dx/ds and domega/ds of the solution in the plane normal to the tangent of a point."""
-    balance = homotopy.balance(s)
-    linearised = balance.evaluate(point.unknown, point.omega)
-    shifted = homotopy.balance(s + DIFFERENCE).evaluate(point.unknown, point.omega)
+def rate_of_change(first: HarmonicBalance, second: HarmonicBalance, step: float, point: SolutionPoint) -> Tangent:
+    """dx/ds and domega/ds of a solution of `first` in the plane normal to its tangent; `second` holds at s + `step`.
+
+    Parameters
+    ----------
+    first, second : HarmonicBalance
+        The balances at s and at s + `step`.
+    step : float
+        Difference of s.
+    point : SolutionPoint
+        The solution at s.
+    """
+    linearised = first.evaluate(point.unknown, point.omega)
+    shifted = second.evaluate(point.unknown, point.omega)
     system = BorderedSystem.factorise(linearised, point.metric.unit(point.tangent), point.metric)
-    return system.newton_step((shifted.residual - linearised.residual) / DIFFERENCE)
+    return system.newton_step((shifted.residual - linearised.residual) / step)
 
 
 def _predicted(point: SolutionPoint, rate: Tangent, ds: float) -> SolutionPoint:

@@ -77,11 +77,7 @@ def output_along_curve(
     for k in range(n_contacts):
         for a in range(3):
             for i in range(size):
-                total = 0.0
-                for b in range(3):
-                    for j in range(size):
-                        total += jacobian[k, a, b, i, j] * motion[j, k, b]
-                change[i, 3 * k + a] = total
+                change[i, 3 * k + a] = _times_motion(jacobian[k, a, :, i], motion[:, k])
     found, changes = np.zeros(n_h, np.complex128), np.zeros(n_h, np.complex128)
     of_force, of_change = np.empty(3 * n_contacts, np.complex128), np.empty(3 * n_contacts, np.complex128)
     for h in range(n_h):
@@ -99,3 +95,13 @@ def output_along_curve(
             found[h] += output[m] * coordinate
             changes[h] += output[m] * (modal_change[m] - rate * derivative[h, m] * coordinate) / value[h, m]
     return found, changes
+
+
+@inner
+def _times_motion(row: Array, motion: Array) -> float:
+    """A row of the Jacobian of one node (3, 2H+1) times its motion (2H+1, 3)."""
+    total = 0.0
+    for b in range(3):
+        for j in range(motion.shape[0]):
+            total += row[b, j] * motion[j, b]
+    return total

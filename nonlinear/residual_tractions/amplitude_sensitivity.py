@@ -40,6 +40,21 @@ def amplitude_sensitivity(
     (2H+1, n_c, 3) float
         Of a force that is added to the contact force as long as its real coefficients; the balance holds throughout.
     """
+    direct, adjoint = amplitude_adjoint(linearised, output, mean, peak)
+    balance, shape = linearised.balance, linearised.contact.force.shape
+    rows = np.zeros((shape[0], shape[1] * 3))
+    rows[balance.first_row :] = adjoint.reshape(-1, rows.shape[1])
+    back = balance.receptance.matrix(linearised.omega).conj().transpose(0, 2, 1) @ to_complex(rows)[..., None]
+    return direct + to_real(back[..., 0]).reshape(shape)
+
+
+def amplitude_adjoint(
+    linearised: LinearisedResidual, output: str, mean: float | None, peak: SolutionPoint | None = None
+) -> tuple[Array, Array]:
+    """dA/df (2H+1, n_c, 3) at constant displacement, m/N, and the adjoint solution lambda (n,).
+
+    Parameters as in `amplitude_sensitivity`.
+    """
     balance, omega, contact = linearised.balance, linearised.omega, linearised.contact
     receptance, shape = balance.receptance, contact.force.shape
     coordinates, dcoordinates = receptance.modal_response(omega, complex_force(contact))
@@ -51,14 +66,9 @@ def amplitude_sensitivity(
     direct = to_real((receptance.output_rows(output, omega) * turn[:, None]).conj()).reshape(shape)
     dA_dx = np.einsum("ika,kabij->jkb", direct, contact.jacobian)[balance.first_row :].reshape(-1)
     if peak is None:
-        adjoint = np.linalg.solve(linearised.jacobian.T, dA_dx)
-    else:
-        dA_domega = float((turn * (dcoordinates @ mode_outputs)).sum().real)
-        adjoint = _bordered_adjoint(linearised, peak, dA_dx, dA_domega)
-    rows = np.zeros((shape[0], shape[1] * 3))
-    rows[balance.first_row :] = adjoint.reshape(-1, rows.shape[1])
-    back = receptance.matrix(omega).conj().transpose(0, 2, 1) @ to_complex(rows)[..., None]
-    return direct + to_real(back[..., 0]).reshape(shape)
+        return direct, np.linalg.solve(linearised.jacobian.T, dA_dx)
+    dA_domega = float((turn * (dcoordinates @ mode_outputs)).sum().real)
+    return direct, _bordered_adjoint(linearised, peak, dA_dx, dA_domega)
 
 
 def _bordered_adjoint(linearised: LinearisedResidual, peak: SolutionPoint, dA_dx: Array, dA_domega: float) -> Array:

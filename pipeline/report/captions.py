@@ -26,6 +26,7 @@ _OTHERS = {
     ),
     "nodal_diameters": "Natural frequencies against nodal diameter; excitation and frequency range are marked.",
     "campbell": "Campbell diagram: natural frequencies against speed, with the lines of the engine orders.",
+    "outputs": "Largest values of the further outputs over a period against frequency, their means included.",
     "hysteresis_sweep": (
         "Hysteresis loops of one contact node, each curve at its own peak; curves without contact are left out."
     ),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipeline.report.load_rows import load_rows
 from pipeline.scene.labels import value_label
 from pipeline.scene.schema import Scene
 from pipeline.stages.model_chain import BuiltModel
@@ -52,5 +53,5 @@ def nodal_contact_rows(reduced: ReducedModel, scene: Scene) -> list[tuple[str, s
         ("area of a face", f"{1e6 * area:.3g} mm²"),
         ("stiffness of the whole face", ", ".join(stiffness)),
         ("interference", value_label("contact.interference", contact.interference)),
-        ("excitation", f"{scene.excitation.force:g} N, engine order {scene.excitation.engine_order}"),
+        *load_rows(scene),
     ]

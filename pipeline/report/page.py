@@ -21,6 +21,7 @@ from pipeline.report.charts import charts
 from pipeline.report.contacts import FaceCycle, face_cycle
 from pipeline.report.drawings import loops_drawing, ring_drawing
 from pipeline.report.error_budget import error_rows
+from pipeline.report.load_rows import output_rows
 from pipeline.report.many_curves import LEVELS, first_few, quantile_rows, shown_rows
 from pipeline.report.matrix_rows import matrix_rows, model_rows, nodal_contact_rows
 from pipeline.report.pictures import inline_figure, inline_render, inline_vector
@@ -226,18 +227,22 @@ def _facts(source: ReportSource, model: BuiltModel | None) -> list[tuple[str, li
         return []
     from rom import load_sector, read_reduced_model
 
+    recorded = output_rows(source.curves)
+    outputs = [("Largest values of the outputs", recorded)] if recorded else []
     if model.mesh is None:
         reduced = read_reduced_model(model.rom, with_basis=False)
         return [
             ("Matrices", over_sweep(source, matrix_rows)),
             ("Reduced model", model_rows(model)),
             ("Contact and load", over_sweep(source, lambda scene: nodal_contact_rows(reduced, scene))),
+            *outputs,
         ]
     face = load_sector(model.mesh.parent / SECTOR).right
     return [
         ("Blade", over_sweep(source, blade_rows)),
         ("Mesh and reduced model", mesh_rows(model, source.first)),
         ("Contact and load", over_sweep(source, lambda scene: contact_rows(face, scene))),
+        *outputs,
     ]
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.figures.sweep_keys import sweep_keys
+from pipeline.report.load_rows import load_rows
 from pipeline.report.report_source import ReportSource
 from pipeline.results.branch_ends import branch_remarks
 from pipeline.results.tables import amplitude_scale, bare_value, is_sampled, share, truncation_cell
@@ -283,7 +284,7 @@ def contact_rows(face: ContactFace, scene: Scene) -> list[tuple[str, str]]:
         ("friction", f"{quantity('contact.friction').value(contact.friction)}, law: {contact.law.replace('_', ' ')}"),
         ("interference", value_label("contact.interference", contact.interference)),
         ("contact integration", cycle),
-        ("excitation", f"{scene.excitation.force:g} N, engine order {scene.excitation.engine_order}"),
+        *load_rows(scene),
         ("structural damping", _damping(scene)),
     ]
 

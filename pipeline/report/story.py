@@ -56,7 +56,10 @@ def _computed(source: ReportSource, points: Sequence[SweepPoint]) -> str:
         of = of.partition(", ")[0]
     curves = f"{count} response curves" if count > 1 else "One response curve"
     load = [f"{scene.excitation.force:g} N"] * ("excitation.force" not in source.swept)
-    load += [f"engine order {scene.excitation.engine_order}"] * ("excitation.engine_order" not in source.swept)
+    orders = [scene.excitation.engine_order * item.order for item in scene.excitation.harmonic if item.order > 1]
+    besides = f" and its multiples {', '.join(map(str, orders))}" if orders else ""
+    order = f"engine order {scene.excitation.engine_order}{besides}"
+    load += [order] * ("excitation.engine_order" not in source.swept)
     excited = f", excited by {' at '.join(load)}" if load else ""
     keys = sweep_keys(points)
     over = f". Swept: {'; '.join(swept_range(key) for key in keys)}" if keys else ""

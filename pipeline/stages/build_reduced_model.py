@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.stages.scene_loads import scene_loads, with_modal_excitation
+from pipeline.stages.scene_loads import scene_loads, with_modal_excitation, with_static_loads
 from pipeline.stages.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import linear_operation
 
@@ -91,10 +91,11 @@ def boundary_choice(scene: Scene, sector: SectorMesh, materials: Material | dict
 def at_speed(
     full: FullModel, sector: SectorMesh, scene: Scene, materials: Material | dict[str, Material]
 ) -> FullModel:
-    """The full model at the scene's speed of rotation, about its static equilibrium."""
+    """The full model at the scene's speed of rotation, about its static equilibrium under gas loads too."""
     from rom import stiffen_by_rotation
 
     load = scene.load
     if load.speed_rpm == 0.0:
         return full
-    return stiffen_by_rotation(full, sector, materials, load.speed_rpm, load.equilibrium)
+    loaded = with_static_loads(scene, sector, materials, full)
+    return stiffen_by_rotation(loaded, sector, materials, load.speed_rpm, load.equilibrium)

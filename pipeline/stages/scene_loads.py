@@ -57,6 +57,19 @@ def scene_loads(
     return lambda full: _Loads(scene, sector, materials, full).vectors()
 
 
+def with_static_loads(scene: Scene, sector: SectorMesh, materials: Materials, full: FullModel) -> FullModel:
+    """A model at rest whose load at the speed of a scene holds its static forces and pressures too.
+
+    They do not grow with the speed: at 1 rad/s they count divided by its square.
+    """
+    from rom import angular_speed
+
+    force = _Loads(scene, sector, materials, full).mechanical()
+    if force is None:
+        return full
+    return replace(full, centrifugal=full.centrifugal + force / angular_speed(scene.load.speed_rpm) ** 2)
+
+
 def temperature_rise(scene: Scene, sector: SectorMesh, full: FullModel) -> float | NDArray[np.float64] | None:
     """Temperature above the one without thermal stress, K, uniform or at the points (V,) of the mesh; None: no load.
 
@@ -122,15 +135,23 @@ class _Loads:
         share = 1.0 / len(nodes) if load.share == "total" else 1.0
         return nodal_force(self.full, nodes, share * np.array(unit_vector(direction)))
 
-    def _static(self) -> Vector | None:
+    def mechanical(self) -> Vector | None:
+        """Static forces and pressures together; None without any."""
         load = self.scene.load
         parts = [
             force.force * self._force(force, f"force[{k}]", force.direction) for k, force in enumerate(load.force)
         ]
         parts += [item.pressure * self._pressure("load", item.surface) for item in load.pressure]
-        if load.temperature is not None:
-            parts.append(self._thermal())
         return np.sum(parts, axis=0).real if parts else None
+
+    def _static(self) -> Vector | None:
+        """The static force beside the equilibrium in rotation, which holds the mechanical loads."""
+        in_equilibrium = self.materials is not None and self.scene.load.speed_rpm != 0.0
+        force = None if in_equilibrium else self.mechanical()
+        if self.scene.load.temperature is None:
+            return force
+        thermal = self._thermal()
+        return thermal if force is None else force + thermal
 
     def _thermal(self) -> Vector:
         from rom import RomParameterError, thermal_force

@@ -79,9 +79,9 @@ class DiscreteBlock:
         determinant = np.linalg.det(jacobian)
         if not determinant.min() > 0.0:
             worst = int(np.arange(len(self))[part][np.argmin(determinant.min(axis=1))])
-            raise RomParameterError(
-                "mesh", self.reference.kind, worst, "this element is turned inside out (Jacobian not above 0)"
-            )
+            place = ", ".join(f"{x:.4g}" for x in self.geometry[worst].mean(axis=0))
+            allowed = f"this element is turned inside out (Jacobian not above 0); it is at x, y, z = {place} m"
+            raise RomParameterError("mesh", self.reference.kind, worst, allowed)
         return jacobian, determinant
 
 

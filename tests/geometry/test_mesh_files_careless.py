@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 import pytest
-from mesh_file_support import element_points
+from mesh_file_support import element_points, every_kind
 
 from geometry import MeshFileError, read_mesh, write_mesh
 
@@ -22,6 +22,10 @@ ABAQUS = {
     "words for numbers": (NODES.replace("2, 1.,", "2, one,") + TET, "line 1, \\*NODE: 'one' in the data"),
     "node twice": (NODES + "2, 1., 0., 0.5\n" + TET, "node 2 is defined twice at different places"),
     "element twice": (NODES + TET + "1, 2, 3, 4, 5\n", "element 1 is defined twice"),
+    "the same element under another label": (
+        NODES + TET + "2, 2, 3, 1, 4\n",
+        "elements 1 and 2 .* have the same corners",
+    ),
     "unknown node": (NODES + TET.replace("3, 4", "3, 44"), r"element 1 \(tet4\) names node 44"),
     "node label 0": (NODES.replace("1, 0.", "0, 0.") + TET, "node 0: must be a positive integer"),
     "negative label": (NODES.replace("5, 1.", "-5, 1.") + TET, "node -5: must be a positive integer"),
@@ -127,6 +131,39 @@ def test_gmsh(tmp_path, case):
     refused(tmp_path / "blade.msh", found)
 
 
+ANSYS = {  # mapdl-archive alone would crash on most of these
+    "500 nodes in a row": (
+        ("         8         0        10", "       500         0        10"),
+        "a row of the EBLOCK",
+    ),
+    "letters in a row": (("         8         0        10", "         8         0        1x"), "a row of the EBLOCK"),
+    "a row less": (("EBLOCK,19,SOLID,        60,         6", "EBLOCK,19,SOLID,60,7"), "EBLOCK says 7 rows and has 6"),
+    "a thousand million nodes": (("NBLOCK,6,SOLID,       191,        63", "NBLOCK,6,SOLID,9,999999999"), "has 63"),
+    "wide fields": (("(3i9,6e25.16e3)", "(3i99999,6e25.16e3)"), "must be a format such as"),
+    "no nodes": (("NBLOCK", "N_BLOCK"), "holds 0 NBLOCK tables: must hold one"),
+    "unequal fields in a component": (("       173", "   1  7.3"), "must be a row of below"),
+    "component of a million": (
+        ("CMBLOCK,low     ,NODE,        18", "CMBLOCK,low,NODE,1000000"),
+        "must be a row of low",
+    ),
+    "a solid key missing": (("EBLOCK,19,SOLID", "EBLOCK,19,"), "must be EBLOCK with the key SOLID"),
+}
+
+
+@pytest.mark.parametrize("case", ANSYS)
+def test_ansys(tmp_path, case):
+    pytest.importorskip("mapdl_archive")
+    (old, new), found = ANSYS[case]
+    path = tmp_path / "blade.cdb"
+    write_mesh(path, every_kind())
+    text = path.read_text()
+    assert old in text
+    head, middle, tail = text.rpartition(old) if "component" in case else text.partition(old)
+    assert middle
+    path.write_text(head + new + tail)
+    refused(path, found)
+
+
 @pytest.mark.parametrize("suffix", [".inp", ".bdf", ".cdb", ".msh", ".vtu", ".med"])
 def test_no_file_no_text_no_content(tmp_path, suffix):
     path = tmp_path / f"blade{suffix}"
@@ -147,9 +184,7 @@ def test_no_file_no_text_no_content(tmp_path, suffix):
 
 
 @pytest.mark.parametrize("suffix", [".cdb", ".vtu", ".inp", ".bdf"])
-def test_the_end_is_missing(tmp_path, suffix, request):
-    from mesh_file_support import every_kind
-
+def test_the_end_is_missing(tmp_path, suffix):
     path = tmp_path / f"whole{suffix}"
     write_mesh(path, every_kind())
     whole = path.read_bytes()

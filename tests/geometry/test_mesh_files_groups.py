@@ -84,6 +84,31 @@ def test_no_script_is_run(tmp_path):
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.parametrize("version", [2.2, 4.1])
+def test_an_element_in_two_groups(tmp_path, version):
+    """Version 2.2 has it twice."""
+    import gmsh
+
+    start_gmsh(gmsh)
+    try:
+        gmsh.model.occ.addBox(0, 0, 0, *SIZES)
+        gmsh.model.occ.synchronize()
+        for dimension, name in ((3, "steel"), (3, "blade"), (2, "low"), (2, "left")):
+            gmsh.model.addPhysicalGroup(dimension, [1], name=name)
+        gmsh.model.mesh.generate(3)
+        gmsh.option.setNumber("Mesh.MshFileVersion", version)
+        gmsh.write(str(tmp_path / "a.msh"))
+    finally:
+        gmsh.finalize()
+    mesh = read_mesh(tmp_path / "a.msh")
+    assert sum(volumes(mesh)) == pytest.approx(np.prod(SIZES))
+    assert {name: len(rows) for name, rows in mesh.element_sets.items()} == dict.fromkeys(
+        ("steel", "blade"), mesh.n_elements
+    )
+    assert area(mesh, "low") == pytest.approx(SIZES[1] * SIZES[2])
+    assert mesh.notes == ()
+
+
 def test_orders_that_gmsh_would_mix_up(tmp_path):
     points = "".join(f"{k + 5} {x} {y} {z}\n" for k, (x, y, z) in enumerate(element_points("tet10").tolist()))
     corners = "1 5 0 0\n2 6 0 0\n3 5 1 0\n4 5 0 1\n"

@@ -123,7 +123,7 @@ def test_mid_side_nodes(tmp_path, card, kind, order):
 def test_materials_and_properties(tmp_path):
     mesh = read(
         tmp_path,
-        SMALL + TET + "CTETRA,2,6,1,2,3,4\nPSOLID,1,11\nPSOLID,6,12\n"
+        SMALL + TET + "GRID,5,,1.,1.,1.\nCTETRA,2,6,2,3,4,5\nPSOLID,1,11\nPSOLID,6,12\n"
         "MAT1,11,2.1+11,,.3,7800.,1.2-5\nMAT1    12      2.6E11  1.E11           8000.\n",
     )
     assert {block.material: len(block) for block in mesh.blocks} == {"11": 1, "12": 1}

@@ -59,6 +59,14 @@ def inside_out():
     return replace(mesh, blocks=(block,))
 
 
+def loose_root():
+    """A root set whose nodes no element uses, as from a part that was left out."""
+    mesh, n = imported(dummy()), len(dummy().points)
+    points = np.concatenate([mesh.points, mesh.points[:5] - 0.01])
+    mesh = replace(mesh, points=points, node_labels=np.arange(n + 5))
+    return with_sets(mesh, ROOT=np.arange(n, n + 5))
+
+
 def empty():
     return ImportedMesh("beam.inp", np.eye(3), np.arange(3), (), ())
 
@@ -123,6 +131,8 @@ CASES = {
         named(root="PS_FACE"),
         "mesh.sets.root = 'PS_FACE': must not hold a contact face: 16 sides",
     ),
+    "root beside the mesh": (loose_root(), choice(), "mesh.sets.root = 'ROOT': this set has no node of an element"),
+    "tip nearly right": (FULL, named(tip="TIPS"), "mesh.sets.tip = 'TIPS': the file has no such set; near: TIP"),
     "root of two nodes": (
         with_sets(FULL, ROOT=[400, 401]),
         choice(),

@@ -90,7 +90,7 @@ FORMS = {"rectangle": Form(), "skew": Form(skew=0.4), "trapezium": Form(taper=0.
 @pytest.mark.parametrize("name", FORMS)
 def test_faces_that_do_not_match_are_as_good(name):
     form = FORMS[name]
-    fine, found = own(wedge(form, (12, 2, 12))), own(tet_wedge(form))
+    fine, found = own(wedge(form, (10, 1, 8))), own(tet_wedge(form))
     assert fine.findings.matching
     assert not found.findings.matching
     np.testing.assert_allclose(found.findings.areas, fine.findings.areas, rtol=1e-9 if name != "curved" else 2e-3)
@@ -109,7 +109,7 @@ def test_faces_that_do_not_match_are_as_good(name):
 def test_frames_follow_a_curved_face():
     """Parabola y = b (1 - (2 x / w)^2) at radius 0.31: the normal turns by its slope, 8 b x / w^2."""
     form = Form(bulge=0.003)
-    sector = own(wedge(form, (24, 2, 12)), contact_grid=(5, 3)).sector
+    sector = own(wedge(form, (20, 1, 6)), contact_grid=(5, 3)).sector
     at, normal = sector.right.position, sector.right.frame[:, 2]
     slope = 8.0 * 0.003 * at[:, 0] / 0.03**2 * np.hypot(at[:, 1], at[:, 2]) / 0.31
     np.testing.assert_allclose(normal[:, 0] / np.hypot(normal[:, 1], normal[:, 2]), slope, atol=0.01)
@@ -119,7 +119,7 @@ def test_frames_follow_a_curved_face():
 @pytest.mark.parametrize("grid", [(1, 1), (3, 3), (5, 2), (12, 8)])
 def test_contact_points_have_equal_parts_of_the_area(grid):
     for form in (Form(), Form(taper=0.5)):
-        face = own(wedge(form, (24, 1, 16)), contact_grid=grid).sector.right
+        face = own(wedge(form, (12, 1, 8)), contact_grid=grid).sector.right
         assert len(face.nodes) == grid[0] * grid[1]
         assert face.area.sum() == pytest.approx(0.03 * 0.02 * (0.75 if form.taper else 1.0), rel=1e-9)
         assert face.area.min() > 0.7 * face.area.mean()

@@ -91,16 +91,15 @@ def test_peaks_of_a_linear_segment_are_located():
         assert top > high
 
 
-@pytest.mark.parametrize("law", ["two_sliders", "cone"])
-def test_a_second_harmonic_alone_is_twice_the_engine_order(law):
+def test_a_second_harmonic_alone_is_twice_the_engine_order():
     """EO 1 with the amplitude of its second harmonic only is EO 2 at half the frequency: the same motion."""
     modal = modal_model(lumped_blade(5), damping_ratio=0.02)
     only_second = Excitation(1, 1.0, (ExcitationHarmonic(1, 0.0), ExcitationHarmonic(2, 1.0)))
     options = {"stability": "wave", "detached": False, "truncation": False, "time_integration": False}
     one = SolverOptions((0.2, 0.8), harmonics=3, **options)
     two = SolverOptions((0.1, 0.4), harmonics=6, **options)
-    direct = forced_response(modal, contact(RUBBING, law=law), Excitation(2, 1.0), one)
-    through = forced_response(modal, contact(RUBBING, law=law), only_second, two)
+    direct = forced_response(modal, contact(RUBBING), Excitation(2, 1.0), one)
+    through = forced_response(modal, contact(RUBBING), only_second, two)
     assert direct.termination.complete
     assert through.termination.complete
     assert direct.slipping.any()
@@ -184,13 +183,13 @@ def test_the_response_scales_with_force_and_interference():
 
 def test_adaptive_harmonics_begin_at_the_highest_of_the_excitation():
     modal = modal_model(lumped_blade(3), damping_ratio=0.03)
-    options = SolverOptions((0.1, 0.4), harmonics="auto", stability="wave", harmonic_tolerance=1e-2)
+    options = SolverOptions((0.1, 0.25), harmonics="auto", stability="wave", harmonic_tolerance=1e-2)
     curve = forced_response(modal, contact(RUBBING), TWO, options)
     assert curve.termination.complete
     assert curve.kept_harmonics.min() >= 3  # 3: the first number that is tried from 2 on
     for branch in curve.detached:
         assert branch.kept_harmonics.min() >= 2
-    fixed = SolverOptions((0.1, 0.4), harmonics=11, stability="wave", detached=False, time_integration=False)
+    fixed = SolverOptions((0.1, 0.25), harmonics=11, stability="folds", detached=False, truncation=False)
     finer = forced_response(modal, contact(RUBBING), TWO, fixed)
     assert curve.peak.amplitude_m == pytest.approx(finer.peak.amplitude_m, rel=2e-2)
 

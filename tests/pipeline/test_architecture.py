@@ -62,6 +62,7 @@ LAYERS = {
         {"worst_motion"},
         {"response_solver"},
         {"response_extension"},
+        {"peak_curves"},
     ],
     "pipeline": [
         {"errors"},

@@ -11,11 +11,13 @@ import pytest
 from pipeline_support import ground_scene, shroud, small_scene, write_ground_model, write_scene
 from scipy.sparse.linalg import spsolve
 
-from pipeline import read_scene
+from pipeline import InputError, read_scene
+from pipeline.stages.build_reduced_model import at_speed
 from pipeline.stages.scene_loads import scene_loads
 from pipeline.stages.scene_to_solver import excitation, solver_options
 from rom import (
     Material,
+    RomParameterError,
     assemble,
     load_sector,
     modal_model,
@@ -55,7 +57,7 @@ LOADS = {
 def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     folder = tmp_path_factory.mktemp("loads")
     scene = write_scene(folder / "scene.toml", small_scene(**LOADS))
-    status, said, error = shroud("run", scene, "--out", folder / "out", "--until", "figures")
+    status, said, error = shroud("run", scene, "--out", folder / "out", "--until", "report")
     assert status == 0, (said, error)
     return scene, folder / "out"
 
@@ -142,6 +144,13 @@ def test_every_harmonic_and_output_is_in_the_files(run: tuple[Path, Path]) -> No
     assert (out / "figures" / "outputs.png").is_file()
 
 
+def test_the_report_says_loads_and_outputs(run: tuple[Path, Path]) -> None:
+    _, out = run
+    page = (out / "report.html").read_text(encoding="utf-8")
+    for text in ("engine order 72", "0.3 of it, phase 40°", "20000 Pa on pressure_side", "mode 2", "µm/m at"):
+        assert text in page, text
+
+
 def test_results_in_python_have_the_outputs(run: tuple[Path, Path]) -> None:
     from pipeline.results.results import read_results
 
@@ -161,6 +170,35 @@ def test_a_scene_with_one_force_keeps_its_keys_and_files(tmp_path: Path) -> None
     from geometry import SectorMesh
 
     assert scene_loads(scene, SectorMesh.__new__(SectorMesh), None) is None
+
+
+@pytest.mark.parametrize("equilibrium", ["nonlinear", "linear"])
+def test_gas_loads_are_part_of_the_equilibrium_in_rotation(tmp_path: Path, equilibrium: str) -> None:
+    """f_int(u) = W^2 (f_0 + M_yz u) + f at 9000 rpm; what superposition leaves out is of second order in f."""
+    from rom import angular_speed, centrifugal_displacement
+    from rom.finite_elements.discretisation import discretise
+    from rom.finite_elements.total_lagrangian import ElasticBody
+
+    steel = Material(210e9, 0.3, 7850.0)
+    squared, motions = angular_speed(9000.0) ** 2, {}
+    for pressure in (0.0, 1e6, 2e6):
+        loads = [{"surface": "pressure_side", "pressure": pressure}] if pressure else []
+        changes = {"load__speed_rpm": 9000.0, "load__equilibrium": equilibrium, "load__pressure": loads}
+        path = write_scene(tmp_path / "scene.toml", small_scene(**changes))
+        scene, sector = read_scene(path).first, load_sector(_sector(tmp_path, path))
+        full = assemble(sector, steel, element="hex8")
+        motions[pressure] = squared * centrifugal_displacement(at_speed(full, sector, scene, steel))
+    if equilibrium == "nonlinear":
+        internal, _ = ElasticBody.of(discretise(sector, "hex8"), steel).internal_force(motions[2e6])
+        arm = motions[2e6].reshape(-1, 3) * (0.0, 1.0, 1.0)
+        gas = pressure_force(full, sector, sector.surfaces["pressure_side"], 2e6)
+        external = squared * (full.centrifugal + full.mass @ arm.ravel()) + gas
+        free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
+        assert np.abs((external - internal)[free]).max() < 1e-7 * np.abs(external).max()
+    one, two = (motions[pressure] - motions[0.0] for pressure in (1e6, 2e6))
+    deviation = np.abs(two - 2.0 * one).max() / np.abs(two).max()
+    assert deviation < 0.02
+    assert np.abs(two).max() > 1e-4
 
 
 def forces_file(path: Path, header: str, *rows: str) -> Path:
@@ -259,30 +297,62 @@ def test_careless_values_get_one_line(tmp_path: Path, changes: dict[str, Any], l
     assert "Traceback" not in said + error
 
 
+@pytest.fixture(scope="module")
+def blade(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """Sector, material and full model of the small blade."""
+    folder = tmp_path_factory.mktemp("blade")
+    sector = load_sector(_sector(folder, write_scene(folder / "scene.toml", small_scene())))
+    steel = Material(210e9, 0.3, 7850.0)
+    return sector, steel, assemble(sector, steel, element="hex8")
+
+
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
-        ({"excitation__load": [{"set": "nose"}]}, '"nose", allowed: a node set of the mesh: contact_left, '),
-        ({"load__pressure": [{"surface": "nose", "pressure": 1.0}]}, '"nose", allowed: a surface of the mesh: '),
-        ({"load__temperature": {"uniform": 100.0}}, "material.expansion: 0.0, allowed: the expansion coefficient"),
-        ({"output": [{"name": "nose"}]}, "outputs: 'nose', allowed: tip, tip_x, tip_y, tip_z"),
-        (
-            {"output": [{"name": "g", "at": [1.0, 0.0, 0.0], "quantity": "strain"}]},
-            "output.at: [1.0, 0.0, 0.0], allowed: must lie on the mesh",
-        ),
+        ({"excitation__load": [{"set": "nose"}]}, "'nose': a node set of the mesh: contact_left, "),
+        ({"load__pressure": [{"surface": "nose", "pressure": 1.0}]}, "'nose': a surface of the mesh: "),
+        ({"load__temperature": {"uniform": 100.0}}, "material.expansion = 0.0: the expansion coefficient"),
+        ({"output": [{"name": "g", "at": [1.0, 0.0, 0.0], "quantity": "strain"}]}, "must lie on the mesh"),
         ({"excitation__load": [{"file": "far.csv"}]}, "positions on nodes (m); [5.0, 0.0, 0.0] is"),
+        ({"excitation__load": [{"file": "high.csv"}]}, "numbers of nodes from 0 to"),
         ({"excitation__load": [{"file": "word.csv"}]}, 'word.csv: line 2: "0,0,0,much", allowed: numbers'),
         (
             {"excitation__load": [{"file": "head.csv"}]},
             'head.csv: column "force", allowed: node, x, y, z, fx, fy, fz',
         ),
+        ({"excitation__load": [{"file": "short.csv"}]}, "short.csv: line 2: 2 values, allowed: 4, one for each"),
+    ],
+)
+def test_what_only_the_mesh_tells_gets_one_line(
+    tmp_path: Path, blade: Any, changes: dict[str, Any], line: str
+) -> None:
+    forces_file(tmp_path / "far.csv", "x,y,z,fy", "5,0,0,1")
+    forces_file(tmp_path / "high.csv", "node,fy", "100000000,1")
+    forces_file(tmp_path / "word.csv", "x,y,z,fy", "0,0,0,much")
+    forces_file(tmp_path / "head.csv", "x,y,z,force", "0,0,0,1")
+    forces_file(tmp_path / "short.csv", "x,y,z,fy", "0,0")
+    sector, steel, full = blade
+    scene = read_scene(write_scene(tmp_path / "scene.toml", small_scene(**changes))).first
+    loads = scene_loads(scene, sector, steel)
+    assert loads is not None
+    with pytest.raises((InputError, RomParameterError)) as caught:
+        loads(full)
+    assert line in str(caught.value), str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        (
+            {"excitation__load": [{"set": "nose"}]},
+            'excitation.load[0].set: "nose", allowed: a node set of the mesh: ',
+        ),
+        ({"output": [{"name": "nose"}]}, "outputs: 'nose', allowed: tip, tip_x, tip_y, tip_z"),
         ({"excitation__load": [{"mode": 900}]}, "mode 900: not a mode of the model, allowed: 1 to "),
     ],
 )
-def test_what_only_the_mesh_tells_gets_one_line(tmp_path: Path, changes: dict[str, Any], line: str) -> None:
-    forces_file(tmp_path / "far.csv", "x,y,z,fy", "5,0,0,1")
-    forces_file(tmp_path / "word.csv", "x,y,z,fy", "0,0,0,much")
-    forces_file(tmp_path / "head.csv", "x,y,z,force", "0,0,0,1")
+def test_what_a_run_finds_out_gets_one_line(tmp_path: Path, changes: dict[str, Any], line: str) -> None:
     path = write_scene(tmp_path / "scene.toml", small_scene(**changes))
     status, said, error = shroud("run", path, "--out", tmp_path / "out")
     assert status != 0

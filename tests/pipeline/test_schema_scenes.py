@@ -66,8 +66,15 @@ def lists(node: dict[str, Any]) -> st.SearchStrategy[list[Any]]:
 
 def tables(node: dict[str, Any]) -> st.SearchStrategy[dict[str, Any]]:
     """All keys that are required, some of the others."""
-    keys = {key: values(each) for key, each in node["properties"].items() if key != "sweep"}
-    return st.fixed_dictionaries({}, optional=keys)
+    if "properties" not in node:  # tables by names, such as [materials.NAME]
+        return st.dictionaries(texts({"maxLength": 8}), values(node["additionalProperties"]), max_size=2)
+    keys = {
+        key: values(each)
+        for key, each in node["properties"].items()
+        if key not in ("sweep", "temperature") and "$ref" not in each.get("items", {})
+    }  # in lists of tables one of several keys is given, or no two are alike, which the schema does not say
+    required = {key: keys.pop(key) for key in node.get("required", ()) if key in keys}
+    return st.fixed_dictionaries(required, optional=keys)
 
 
 KINDS = {
@@ -88,7 +95,7 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
     for section in {*SCHEMA["required"], *draw(st.sets(st.sampled_from(["blade", "shroud", "material", "mesh"])))}:
         scene.setdefault(section, draw(values(properties[section])))
     for rule in SCHEMA["allOf"]:
-        for section, needed in rule["anyOf"][0]["properties"].items():
+        for section, needed in rule["anyOf"][0].get("properties", {}).items():
             definition = _definition(properties[section])
             for key in needed["required"]:
                 if section in scene:

@@ -13,12 +13,13 @@ import numpy as np
 import pytest
 from calculix import PROGRAM
 
-from geometry import SectorChoice, read_mesh, sector_from_mesh
+from geometry import OwnMeshError, SectorChoice, read_mesh, sector_from_mesh
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from rom import (
     BoundaryChoice,
     Material,
     ReductionOptions,
+    RomParameterError,
     assemble,
     modal_model,
     natural_frequencies,
@@ -42,7 +43,7 @@ def rotor(grid=None):
 def reduced(grid, kind):
     sector = rotor(grid).sector
     full = assemble(sector, STEEL, None)
-    options = ReductionOptions(modes=120, store_basis=False)
+    options = ReductionOptions(modes=90, store_basis=False)
     return reduce_sector(full, sector, options, BoundaryChoice((1.0, 0.0, 0.0), contact_dofs=kind)).model
 
 
@@ -69,8 +70,27 @@ def test_root_and_faces_are_found():
     np.testing.assert_allclose(sector.right.frame[:, 2], [[0.0, np.cos(turn), -np.sin(turn)]] * 60, atol=1e-6)
 
 
+def test_a_sector_with_swept_faces_is_found_with_its_number_of_blades():
+    """The other example: 15 sectors of bricks and wedges, faces that are curved, swept and no rectangles."""
+    mesh = read_mesh(ROTOR.parent / "sector.cdb")
+    with pytest.raises(OwnMeshError, match="they would be with n_blades = 15"):
+        sector_from_mesh(mesh, SectorChoice(14, "in", "z"))
+    own = sector_from_mesh(mesh, SectorChoice(15, "in", "z", contact_grid=(3, 2)))
+    assert own.findings.matching
+    assert own.findings.mismatch < 1e-12
+    assert own.sector.right.area.min() > 0.4 * own.sector.right.area.mean()
+    full = assemble(own.sector, STEEL, None)
+    options = ReductionOptions(modes=10, store_basis=False)
+    model = reduce_sector(full, own.sector, options, BoundaryChoice(contact_dofs="patch")).model
+    free = natural_frequencies(model, 0.4, count=4)
+    stuck = natural_frequencies(model, 0.4, normal=1e10, tangential=1e10, count=4)
+    assert np.all(stuck > 1.2 * free)
+    with pytest.raises(RomParameterError, match='"patch" is for any shape'):
+        reduce_sector(full, own.sector, options, BoundaryChoice(contact_dofs="mortar"))
+
+
 @needs_calculix
-@pytest.mark.parametrize("diameter", [0, 3, 8])
+@pytest.mark.parametrize("diameter", [0, 5])
 def test_rigid_contacts_make_the_disk_of_calculix(diameter, tmp_path):
     sector = rotor().sector
     free = [np.setdiff1d(sector.node_sets[f"face_{side}"], sector.node_sets["root"]) for side in ("right", "left")]
@@ -85,13 +105,13 @@ def test_rigid_contacts_make_the_disk_of_calculix(diameter, tmp_path):
     printed = np.array(table[::2])[:4]  # each twice
     found = stuck_hz(None, "nodal", diameter)[: len(printed)]
     assert len(printed) == 4
-    np.testing.assert_allclose(found, printed, rtol=8e-5)
+    np.testing.assert_allclose(found, printed, rtol=1e-4)
 
 
 @pytest.mark.parametrize("kind", ["mortar", "patch"])
 def test_a_few_contact_points_come_near_the_disk_in_one_piece(kind):
     exact = stuck_hz(None, "nodal", 3)
-    few, more = (np.abs(stuck_hz(grid, kind, 3) / exact - 1.0).max() for grid in ((3, 3), (5, 6)))
+    few, more = (np.abs(stuck_hz(grid, kind, 3) / exact - 1.0).max() for grid in ((3, 3), (4, 5)))
     assert few < 0.1
     assert more < 0.6 * few
 

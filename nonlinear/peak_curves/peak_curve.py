@@ -1,0 +1,218 @@
+"""A peak of the response followed over a parameter, folds of the peak included.
+
+The solutions (x, omega) of all problems of a family are a surface over the parameter share s. Around a solution it
+has the coordinates (alpha, beta): alpha is the arc length along the response curve, beta the change of s. A point of
+it is solved for in the plane normal to the response curve at the base. A peak is a zero of
+
+    g(alpha, beta) = dA/darc / A,
+
+the derivative of the amplitude along the response curve of the same s. The peaks of all s are a curve on the surface,
+followed by pseudo-arc-length in (alpha, beta): predicted along its tangent, corrected by Newton's method in its
+normal direction. Where the peak turns back in the parameter (an isolated branch is born there), the curve goes on.
+
+References
+----------
+T. Detroux, L. Renson, L. Masset, G. Kerschen, "The harmonic balance method for bifurcation analysis of large-scale
+nonlinear mechanical systems", Computer Methods in Applied Mechanics and Engineering 296 (2015) 18-38.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from nonlinear.branches.parameter_continuation import rate_of_change
+from nonlinear.contact.parameters import Array
+from nonlinear.continuation.arclength_continuation import Continuation
+from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
+from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.peak_curves.parameter_family import ParameterFamily
+
+DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
+TOLERANCE = 1e-10  # of g: the relative change of amplitude over unit arc length
+ITERATIONS = 12
+FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.02, 0.15, 1e-4  # in (alpha, beta)
+MOST_POINTS = 300
+_FEW, _MANY = 6, 10
+
+
+@dataclass(frozen=True)
+class PeakPoint:
+    """A peak at one share of the parameter range.
+
+    Attributes
+    ----------
+    share : float
+        Share s of the range.
+    point : SolutionPoint
+        The peak.
+    amplitude : float
+        Amplitude of the output, m.
+    rate : float
+        Derivative of the amplitude with respect to the share, at the peak, m.
+    slopes : (float, float)
+        Derivatives of g with respect to alpha and beta.
+    tangent : (float, float)
+        Unit tangent (alpha, beta) of the curve of peaks.
+    """
+
+    share: float
+    point: SolutionPoint
+    amplitude: float
+    rate: float
+    slopes: tuple[float, float]
+    tangent: tuple[float, float]
+
+    @property
+    def is_maximum(self) -> bool:
+        """Whether the amplitude has a maximum over the frequency there, not a minimum or an inflection."""
+        return self.slopes[0] < 0.0
+
+
+class _Found(NamedTuple):
+    """A solution on the surface, with g."""
+
+    point: SolutionPoint
+    value: float
+    amplitude: float
+
+
+@dataclass(frozen=True)
+class PeakFollower:
+    """Follows peaks of a family of problems."""
+
+    family: ParameterFamily
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_continuation", lru_cache(maxsize=8)(self.family.continuation))
+
+    def continuation(self, share: float) -> Continuation:
+        """The continuation in the frequency at a share of the range."""
+        found: Continuation = self._continuation(share)  # type: ignore[attr-defined]
+        return found
+
+    def peak_near(self, share: float, point: SolutionPoint) -> PeakPoint | None:
+        """The peak of the response curve at `share` near a solution; None where Newton's method does not converge."""
+        base, alpha = _Base(self, share, point, None), 0.0
+        found = base.at(0.0, 0.0)
+        for _ in range(ITERATIONS):
+            if found is None:
+                return None
+            if abs(found.value) < TOLERANCE:
+                return self._peak(share, found.point, (0.0, 1.0))
+            ahead = base.at(alpha + DIFFERENCE, 0.0)
+            if ahead is None or ahead.value == found.value:
+                return None
+            alpha -= found.value * DIFFERENCE / (ahead.value - found.value)
+            found = base.at(alpha, 0.0)
+        return None
+
+    def points(self, start: PeakPoint, direction: float) -> Iterator[PeakPoint]:
+        """Peaks after `start`, at first with growing (`direction` +1) or falling (-1) parameter.
+
+        It ends beyond the range of the parameter or of the frequency, and where no next peak is found.
+        """
+        if start.tangent[1] * direction < 0.0:
+            start = replace(start, tangent=(-start.tangent[0], -start.tangent[1]))
+        peak, step = start, FIRST_STEP
+        low, high = self.family.problem[3].omega_range
+        for _ in range(MOST_POINTS):
+            found = None
+            while found is None:
+                found, iterations = self._step(peak, step)
+                if found is None:
+                    step /= 2.0
+                    if step < SMALLEST_STEP:
+                        return
+            yield found
+            if not (0.0 <= found.share <= 1.0 and low <= found.point.omega <= high):
+                return
+            step = min(1.5 * step, LARGEST_STEP) if iterations <= _FEW else step
+            step = 0.5 * step if iterations >= _MANY else step
+            peak = found
+
+    def _step(self, peak: PeakPoint, step: float) -> tuple[PeakPoint | None, int]:
+        """The next peak at a distance of `step`, and the iterations it took."""
+        base = _Base(self, peak.share, peak.point, self._rate(peak))
+        tangent = np.array(peak.tangent)
+        normal = np.array([-tangent[1], tangent[0]])
+        slope = float(normal @ peak.slopes)
+        away, last = 0.0, None
+        for iteration in range(1, ITERATIONS + 1):
+            alpha, beta = step * tangent + away * normal
+            found = base.at(float(alpha), float(beta))
+            if found is None:
+                return None, iteration
+            if abs(found.value) < TOLERANCE:
+                return self._peak(peak.share + float(beta), found.point, peak.tangent), iteration
+            if last is not None and away != last[0]:
+                slope = (found.value - last[1]) / (away - last[0])  # secant
+            if slope == 0.0:
+                return None, iteration
+            last = away, found.value
+            away -= found.value / slope
+            if not abs(away) < step:
+                return None, iteration
+        return None, ITERATIONS
+
+    def _rate(self, peak: PeakPoint) -> tuple[Array, float]:
+        """Change of the solution with s in the plane normal to the response curve."""
+        ahead = self.continuation(peak.share + DIFFERENCE).balance
+        return rate_of_change(self.continuation(peak.share).balance, ahead, DIFFERENCE, peak.point)
+
+    def _peak(self, share: float, point: SolutionPoint, towards: tuple[float, float]) -> PeakPoint | None:
+        """The peak at a solution with the slopes of g and the tangent on the side of `towards`."""
+        amplitude = output_amplitude(_with_forces(point), self.family.problem[3].output)
+        bare = PeakPoint(share, point, amplitude, 0.0, (0.0, 0.0), towards)
+        base = _Base(self, share, point, self._rate(bare))
+        places = ((DIFFERENCE, 0.0), (-DIFFERENCE, 0.0), (0.0, DIFFERENCE), (0.0, -DIFFERENCE))
+        around = [found for found in (base.at(*place) for place in places) if found is not None]
+        if len(around) < len(places):
+            return None
+        ahead, behind, above, below = around
+        slopes = (ahead.value - behind.value) / (2.0 * DIFFERENCE), (above.value - below.value) / (2.0 * DIFFERENCE)
+        rate = (above.amplitude - below.amplitude) / (2.0 * DIFFERENCE)  # A is stationary along the response curve
+        size = float(np.hypot(*slopes))
+        if size == 0.0:
+            return None
+        tangent = -slopes[1] / size, slopes[0] / size
+        if tangent[0] * towards[0] + tangent[1] * towards[1] < 0.0:
+            tangent = -tangent[0], -tangent[1]
+        return replace(bare, rate=rate, slopes=slopes, tangent=tangent)
+
+
+@dataclass(frozen=True)
+class _Base:
+    """Coordinates (alpha, beta) of the surface around a solution."""
+
+    follower: PeakFollower
+    share: float
+    point: SolutionPoint
+    rate: tuple[Array, float] | None
+
+    def at(self, alpha: float, beta: float) -> _Found | None:
+        """The solution at a place of the surface."""
+        point = self.point
+        x, omega = point.unknown + alpha * point.tangent[0], point.omega + alpha * point.tangent[1]
+        if self.rate is not None:
+            x, omega = x + beta * self.rate[0], omega + beta * self.rate[1]
+        continuation = self.follower.continuation(self.share + beta)
+        guess = replace(point, balance=continuation.balance, unknown=x, omega=omega)
+        found = continuation.solver.refit(guess)
+        if found is None:
+            return None
+        exact = continuation.solver.point(
+            found.unknown, found.omega, point.tangent, found.iterations, 0.0, point.step
+        )
+        output = continuation.options.output
+        amplitude = output_amplitude(exact, output)
+        return _Found(exact, amplitude_derivative(exact, output) / amplitude, amplitude)
+
+
+def _with_forces(point: SolutionPoint) -> SolutionPoint:
+    """The point with the contact forces and their Jacobian."""
+    return replace(point, contact=point.balance.element.evaluate(point.displacement))
