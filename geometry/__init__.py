@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from geometry.errors import GeometryError, MeshFileError, OwnMeshError, ParameterError, SectorFileError
     from geometry.exchange import MESHIO_CELLS, cell_library, export_sector, import_sector
     from geometry.imported_mesh import ImportedMesh
+    from geometry.mesh_files.includes import included_names
     from geometry.mesh_files.read import read_mesh
     from geometry.mesh_files.write import write_mesh
     from geometry.own_mesh.findings import SectorFindings
@@ -52,6 +53,7 @@ __all__ = [
     "export_sector",
     "hexahedron_scaled_jacobian",
     "import_sector",
+    "included_names",
     "read_mesh",
     "scaled_jacobian",
     "sector_from_mesh",
@@ -88,6 +90,7 @@ _PLACES = {
     "export_sector": "geometry.exchange",
     "hexahedron_scaled_jacobian": "geometry.quality",
     "import_sector": "geometry.exchange",
+    "included_names": "geometry.mesh_files.includes",
     "read_mesh": "geometry.mesh_files.read",
     "scaled_jacobian": "geometry.quality",
     "sector_from_mesh": "geometry.own_mesh.own_sector",

@@ -14,6 +14,7 @@ _SAME_PLACE = 0.2  # largest difference of radius or axial position of the faces
 _AREAS = 0.1  # largest relative difference of the areas
 _OPPOSITE = 20.0  # degrees, largest angle between a normal and the opposite one
 _WHOLE = 1e-2  # a number of blades this near to a whole one, relatively
+_CLOSED = 0.02  # of a gap: what may be left of it with the number of blades that closes it
 _LIKE = 0.05  # of the size of a face: as near are the points of two faces that are alike
 
 
@@ -48,6 +49,16 @@ def check_pitch(right: SidePoints, left: SidePoints, n_blades: int, tolerance: f
     if fit > 1.5 and abs(fit - round(fit)) < _WHOLE * fit:
         told += f"; n_blades = {round(fit)} would fit"
     raise OwnMeshError("mesh.n_blades", n_blades, told)
+
+
+def closing_number(right: SidePoints, left: SidePoints, n_blades: int) -> int | None:
+    """Another number of blades, with which the faces would touch; None where there is none, or they do touch."""
+    apart = float(np.arctan2(*right.centroid[1:]) - np.arctan2(*left.centroid[1:]))
+    if apart <= 0.0:
+        return None
+    other = round(2.0 * np.pi / apart)
+    away = abs(apart - 2.0 * np.pi / n_blades)
+    return None if other == n_blades or abs(apart - 2.0 * np.pi / other) > _CLOSED * away else other
 
 
 def check_alike(right: SidePoints, left: SidePoints, n_blades: int) -> float:

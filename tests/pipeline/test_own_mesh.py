@@ -148,13 +148,30 @@ def test_results_are_cached_by_the_content_of_the_file(folder: Path, tmp_path: P
     assert model_keys(read_scene(tmp_path / "b.toml").first).mesh != keys[0].mesh
 
 
-def test_included_files_count_with_the_file(tmp_path: Path) -> None:
-    (tmp_path / "main.inp").write_text("*INCLUDE, INPUT=nodes.inc\n")
+@pytest.mark.parametrize(
+    ("name", "statement"),
+    [
+        ("main.inp", "*INCLUDE, INPUT=nodes.inc"),
+        ("main.inp", '** a comment\n * include , format=free, Input = "nodes.inc"'),
+        ("main.inp", "*INCLUDE,\nINPUT=nodes.inc"),
+        ("main.bdf", "INCLUDE 'nodes.inc'"),
+        ("main.bdf", "include nodes.inc  $ the nodes"),
+        ("main.dat", "  Include = nodes.inc"),
+    ],
+)
+def test_included_files_count_with_the_file(name: str, statement: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(f"{statement}\n")
     (tmp_path / "nodes.inc").write_text("*NODE\n1, 0., 0., 0.\n")
-    before = mesh_file_hash(str(tmp_path / "main.inp"))
-    assert [part.name for part in mesh_file_parts(str(tmp_path / "main.inp"))] == ["main.inp", "nodes.inc"]
+    before = mesh_file_hash(str(tmp_path / name))
+    assert [part.name for part in mesh_file_parts(str(tmp_path / name))] == [name, "nodes.inc"]
     (tmp_path / "nodes.inc").write_text("*NODE\n1, 0., 0., 1.0\n")
-    assert mesh_file_hash(str(tmp_path / "main.inp")) != before
+    assert mesh_file_hash(str(tmp_path / name)) != before
+
+
+@pytest.mark.parametrize("line", ["** *INCLUDE, INPUT=nodes.inc", "*HEADING\ninclude nodes.inc"])
+def test_comments_include_nothing(line: str, tmp_path: Path) -> None:
+    (tmp_path / "main.inp").write_text(f"{line}\n")
+    assert len(mesh_file_parts(str(tmp_path / "main.inp"))) == 1
 
 
 @pytest.mark.parametrize(
