@@ -16,7 +16,7 @@ _MOST_NAMES = 8  # listed in a message
 
 
 def names_of_file(mesh: ImportedMesh, sets: Mapping[str, str]) -> tuple[dict[str, str], list[str]]:
-    """The names of sets by role as the file writes them, where only upper and lower case differ; and notes on them."""
+    """Names of sets by role as the file writes them, where only upper and lower case differ; and notes on them."""
     known = {*mesh.node_sets, *mesh.surfaces}
     found, notes = dict(sets), []
     for role, name in sets.items():

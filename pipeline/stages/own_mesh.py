@@ -140,7 +140,7 @@ def write_findings(folder: Path, own: OwnSector) -> None:
 
 
 def check_meshes(file: SceneFile) -> tuple[list[str], list[str]]:
-    """Read the mesh files of a scene; a line for each that makes no sector, and warnings about those that make one."""
+    """Read the mesh files of a scene; a line for each that makes no sector, and warnings about the others."""
     lines: dict[str, None] = {}
     warnings: dict[str, None] = {}
     known: set[object] = set()

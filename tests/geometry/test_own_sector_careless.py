@@ -224,7 +224,6 @@ def test_a_number_of_blades_off_by_one_is_said_first(n_blades, what):
 
 
 def test_a_design_gap_is_no_wrong_number_of_blades():
-    mesh = wedge(divisions=(4, 4, 4))  # of 40 blades
-    found = sector_from_mesh(replace(mesh, points=mesh.points * [1.0, 0.998, 1.0]), choice(n_blades=40)).findings
-    assert found.gap[0] > 5e-5
+    found = sector_from_mesh(moved_face((0.0, -50e-6, 0.0)), choice()).findings
+    assert found.gap[0] > 40e-6
     assert found.warnings == ()
