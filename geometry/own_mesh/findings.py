@@ -67,7 +67,7 @@ class SectorFindings:
         angle = round(self.normal_angle, 3)
         return (
             *(f"warning: {warning}" for warning in self.warnings),
-            f"faces: {pairs}, largest mismatch {1e6 * self.mismatch:.3g} um; {gap}{shared}",
+            f"faces: {pairs}, largest mismatch {round(1e6 * self.mismatch, 6):.3g} um; {gap}{shared}",
             f"areas: right {right} mm^2, left {left} mm^2; normals opposite to {angle:.2g} degrees",
             said(self.rotation),
             *self.notes,
