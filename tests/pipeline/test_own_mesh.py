@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from own_mesh_support import gmsh_tetrahedra, hexahedra_as, scene_with_mesh, small_sector, with_mid_sides
+from mesh_scene_support import gmsh_tetrahedra, hexahedra_as, scene_with_mesh, small_sector, with_mid_sides
 from pipeline_support import shroud, small_scene, write_scene
 
 from geometry import (
