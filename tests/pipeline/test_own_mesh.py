@@ -251,9 +251,21 @@ def test_a_mesh_without_named_faces_says_what_is_to_be_changed(folder: Path, tmp
     write_mesh(tmp_path / "bare.inp", replace(small_sector(), node_sets={}, surfaces={}))
     status, said, error = shroud("new", tmp_path / "mine", "--mesh", tmp_path / "bare.inp")
     assert (status, error.count("\n")) == (0, 1)
+    assert "axis x, 72 blades: 3 pairs of surfaces are 5 degrees apart" in said
+    assert "mesh.sets.contact_right: name the faces: 3 pairs of surfaces are one pitch apart" in error
+    assert "n_blades = 72 " in (tmp_path / "mine" / "scene.toml").read_text()
+
+
+def test_a_mesh_without_faces_a_pitch_apart_says_that_the_number_is_missing(tmp_path: Path) -> None:
+    sector = small_sector()
+    points = sector.points * [1.0, 1.0, 1.002]
+    points[:, 1] *= 1.0 + points[:, 0]  # the faces are no images of each other
+    write_mesh(tmp_path / "bare.inp", replace(sector, points=points, node_sets={}, surfaces={}))
+    status, said, error = shroud("new", tmp_path / "mine", "--mesh", tmp_path / "bare.inp")
+    assert (status, error.count("\n")) == (0, 1)
+    assert "axis, number of blades: not known" in said
     assert "mesh.n_blades: missing" in error
     assert "n_blades = ..." in (tmp_path / "mine" / "scene.toml").read_text()
-    assert "contact" in said
 
 
 def volume(sector: SectorMesh) -> float:
