@@ -24,7 +24,6 @@ _WORDS = {
 }
 _PAIRS = (("right", "left"), ("plus", "minus"), ("pos", "neg"), ("high", "low"), ("ps", "ss"), ("next", "prev"))
 _CONTACT = ("contact", "shroud", "face", "cont")
-METRES = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
 _LARGEST = 10.0  # radius in m of the tip of a blade: a larger one is in mm
 _STIFF = (1e9, 1e7)  # moduli above the first are in Pa, below the second in MPa
 _AXES = ("x", "y", "z")

@@ -29,10 +29,10 @@ HEAVY = (
 # Folders and top-level files of a package, lowest first: each imports only from those on earlier lines.
 LAYERS = {
     "geometry": [
-        {"errors", "gmsh_start"},
+        {"errors", "gmsh_start", "units"},
         {"elements"},
         {"sector"},
-        {"contact", "imported_mesh"},
+        {"contact", "engine_axes", "imported_mesh"},
         {"mesh_files"},
         {"own_mesh"},
     ],
