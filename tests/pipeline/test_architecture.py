@@ -139,6 +139,12 @@ def test_every_folder_of_code_is_a_package() -> None:
     assert [folder for folder in folders if not (folder / "__init__.py").is_file()] == []
 
 
+def test_modules_of_tests_have_names_of_their_own() -> None:
+    """The folders of tests are all on the path: of two modules with one name only the first is found."""
+    names = [path.name for path in (PROJECT / "tests").rglob("*.py") if path.name != "conftest.py"]
+    assert sorted({name for name in names if names.count(name) > 1}) == []
+
+
 @pytest.mark.parametrize("path", [f for f in FILES if "geometry" in f.parts], ids=lambda path: path.name)
 def test_geometry_does_no_general_input_and_output(path: Path) -> None:
     found = {module.split(".")[0] for module, _, _ in imports(ast.parse(path.read_text()))}
