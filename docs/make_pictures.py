@@ -85,6 +85,12 @@ def pictures() -> dict[str, Picture]:
             _of_page("own_reduced_model"),
         ),
         Picture("matrices_response", (f"{tutorials}/matrices.md",), _of_page("matrices")),
+        Picture(
+            "own_mesh_faces",
+            (f"{tutorials}/own_mesh.md", "pipeline/new_scene/mesh_picture.py"),
+            _of_page("own_mesh"),
+        ),
+        Picture("own_mesh_response", (f"{tutorials}/own_mesh.md", STYLE, LINE), _of_page("own_mesh")),
         Picture("friction_map", (f"{tutorials}/friction_map.ipynb", f"{tutorials}/friction_map.toml"), _of_notebook),
     ]
     for study in ("whole", "mesh", "modes", "harmonics", "integration", "continuation"):
