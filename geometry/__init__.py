@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from geometry.build import build_sector
     from geometry.checks import check_parameters
+    from geometry.contact import contact_frames, rotate_about_axis
     from geometry.edge_angle import side_edge_angle
     from geometry.elements import ELEMENT_KINDS, ElementBlock, ElementKind, ElementSides, sides_on
+    from geometry.engine_axes import NAMED_AXES, axes_through
     from geometry.errors import GeometryError, MeshFileError, OwnMeshError, ParameterError, SectorFileError
     from geometry.exchange import MESHIO_CELLS, cell_library, export_sector, import_sector
     from geometry.imported_mesh import ImportedMesh
@@ -26,10 +28,13 @@ if TYPE_CHECKING:
     from geometry.sector import ContactFace, SectorMesh
     from geometry.sector_check import check_sector
     from geometry.subdivision import subdivided
+    from geometry.units import UNIT_SYSTEMS, UnitSystem
 
 __all__ = [
     "ELEMENT_KINDS",
     "MESHIO_CELLS",
+    "NAMED_AXES",
+    "UNIT_SYSTEMS",
     "BladeParameters",
     "ContactFace",
     "ElementBlock",
@@ -48,16 +53,20 @@ __all__ = [
     "SectorFindings",
     "SectorMesh",
     "ShroudParameters",
+    "UnitSystem",
+    "axes_through",
     "build_sector",
     "cell_library",
     "check_parameters",
     "check_sector",
+    "contact_frames",
     "export_sector",
     "fitting_ring",
     "hexahedron_scaled_jacobian",
     "import_sector",
     "included_names",
     "read_mesh",
+    "rotate_about_axis",
     "scaled_jacobian",
     "sector_from_mesh",
     "side_edge_angle",
@@ -69,6 +78,8 @@ __all__ = [
 _PLACES = {
     "ELEMENT_KINDS": "geometry.elements",
     "MESHIO_CELLS": "geometry.exchange",
+    "NAMED_AXES": "geometry.engine_axes",
+    "UNIT_SYSTEMS": "geometry.units",
     "BladeParameters": "geometry.parameters",
     "ContactFace": "geometry.sector",
     "ElementBlock": "geometry.elements",
@@ -87,16 +98,20 @@ _PLACES = {
     "SectorFindings": "geometry.own_mesh.findings",
     "SectorMesh": "geometry.sector",
     "ShroudParameters": "geometry.parameters",
+    "UnitSystem": "geometry.units",
+    "axes_through": "geometry.engine_axes",
     "build_sector": "geometry.build",
     "cell_library": "geometry.exchange",
     "check_parameters": "geometry.checks",
     "check_sector": "geometry.sector_check",
+    "contact_frames": "geometry.contact",
     "export_sector": "geometry.exchange",
     "fitting_ring": "geometry.own_mesh.ring",
     "hexahedron_scaled_jacobian": "geometry.quality",
     "import_sector": "geometry.exchange",
     "included_names": "geometry.mesh_files.includes",
     "read_mesh": "geometry.mesh_files.read",
+    "rotate_about_axis": "geometry.contact",
     "scaled_jacobian": "geometry.quality",
     "sector_from_mesh": "geometry.own_mesh.own_sector",
     "side_edge_angle": "geometry.edge_angle",

@@ -6,6 +6,8 @@ import numpy as np
 
 from geometry.sector import ContactFace, FloatArray, IntArray
 
+_STEEP = 0.2  # smallest radial part of a face, sine of its angle to the tangent plane of the ring
+
 
 def contact_frame(angle: float, position: FloatArray) -> FloatArray:
     """Contact frames (n_c, 3, 3), rows t1, t2, n, of the right face at ``position`` (n_c, 3) for a shroud ``angle``.
@@ -29,8 +31,59 @@ def contact_frame(angle: float, position: FloatArray) -> FloatArray:
     return np.stack([c * e_x + s * e_theta, e_r, -s * e_x + c * e_theta], axis=1)
 
 
+def contact_frames(at: FloatArray, normal: FloatArray) -> FloatArray:
+    """Contact frames, rows t1, t2, n, of any right face.
+
+    t2 is the radial direction projected in the face, outward; t1 = n x t2. Where the face is nearly tangential to
+    the ring, t1 is the axial direction projected in the face and t2 = t1 x n.
+
+    Parameters
+    ----------
+    at : (k, 3) array
+        Contact points, m.
+    normal : (k, 3) array
+        Unit normals out of the body.
+
+    Returns
+    -------
+    (k, 3, 3) array
+        The frames.
+
+    Examples
+    --------
+    >>> from geometry import contact_frames
+    >>> contact_frames(np.array([[0.0, 0.0, 0.3]]), np.array([[0.0, 1.0, 0.0]]))[0].tolist()
+    [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]
+    """
+    radial = at * [0.0, 1.0, 1.0]
+    radial = radial / np.linalg.norm(radial, axis=1)[:, None]
+    t2 = radial - np.sum(radial * normal, axis=1)[:, None] * normal
+    length = np.linalg.norm(t2, axis=1)
+    if length.min() < _STEEP:
+        axial = np.array([1.0, 0.0, 0.0])
+        t1 = axial - (normal @ axial)[:, None] * normal
+        t1 /= np.linalg.norm(t1, axis=1)[:, None]
+        return np.stack([t1, np.cross(t1, normal), normal], axis=1)
+    t2 /= length[:, None]
+    return np.stack([np.cross(normal, t2), t2, normal], axis=1)
+
+
 def rotate_about_axis(vectors: FloatArray, angle: float) -> FloatArray:
-    """Vectors (..., 3) rotated about the engine axis by ``angle`` (rad), positive from z to y like the blades."""
+    """Vectors rotated about the engine axis, in the sense that takes a blade to the next: z towards +y.
+
+    Parameters
+    ----------
+    vectors : (..., 3) array
+        Vectors or points.
+    angle : float
+        Angle, rad.
+
+    Examples
+    --------
+    >>> from geometry import rotate_about_axis
+    >>> (rotate_about_axis(np.array([0.0, 0.0, 1.0]), np.pi / 2).round(12) + 0.0).tolist()
+    [0.0, 1.0, 0.0]
+    """
     c, s = cos(angle), sin(angle)
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.stack([x, c * y + s * z, c * z - s * y], axis=-1)

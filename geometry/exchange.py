@@ -21,7 +21,7 @@ FORMATS = {".msh": "gmsh22", ".vtu": "vtu"}
 AXES = ("t1", "t2", "n")
 SET = "set_"
 MATERIAL = "material_"
-#: Name of each kind of element as a cell of meshio.
+# Name of each kind of element as a cell of meshio.
 MESHIO_CELLS = {
     "tet4": "tetra",
     "tet10": "tetra10",

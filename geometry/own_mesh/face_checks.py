@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.contact import rotate_about_axis
+from geometry.engine_axes import axes_through, distance_from_axis
 from geometry.errors import OwnMeshError
 from geometry.own_mesh.side_quadrature import SidePoints
-from geometry.own_mesh.turning import axes_through, distance_from_axis
 from geometry.sector import FloatArray
 
 _SAME_PLACE = 0.2  # largest difference of radius or axial position of the faces, over the size of a face

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from geometry.own_mesh.turning import said
+import numpy as np
+
 from geometry.sector import FloatArray
+
+_ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
@@ -69,6 +72,21 @@ class SectorFindings:
             *(f"warning: {warning}" for warning in self.warnings),
             f"faces: {pairs}, largest mismatch {round(1e6 * self.mismatch, 6):.3g} um; {gap}{shared}",
             f"areas: right {right} mm^2, left {left} mm^2; normals opposite to {angle:.2g} degrees",
-            said(self.rotation),
+            _rotation_text(self.rotation),
             *self.notes,
         )
+
+
+def _rotation_text(rotation: FloatArray) -> str:
+    """The rotation in words."""
+    if np.array_equal(rotation, np.eye(3)):
+        return "axes of the file kept"
+    names = [_row(row) for row in rotation]
+    return f"turned: our x, y, z are {', '.join(names)} of the file"
+
+
+def _row(row: FloatArray) -> str:
+    for k, axis in enumerate("xyz"):
+        if abs(abs(row[k]) - 1.0) < _ROUND_OFF:
+            return axis if row[k] > 0.0 else f"-{axis}"
+    return f"({', '.join(f'{value:.4g}' for value in row)})"

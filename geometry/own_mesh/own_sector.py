@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geometry.elements import ElementSides, IntArray
+from geometry.engine_axes import axes_through, distance_from_axis
 from geometry.errors import OwnMeshError
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import boundary, check_orientation, checked_body, side_corners
@@ -19,7 +20,6 @@ from geometry.own_mesh.named_sets import face_sides, names_of_file, nodes_with_m
 from geometry.own_mesh.paired_faces import FacePair, contact_faces, pair_faces
 from geometry.own_mesh.sector_choice import SectorChoice
 from geometry.own_mesh.side_quadrature import quadrature, side_tables
-from geometry.own_mesh.turning import axes_through, distance_from_axis
 from geometry.own_mesh.units import check_size, materials_in_si
 from geometry.sector import ContactFace, SectorMesh
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.contact import rotate_about_axis
+from geometry.contact import contact_frames, rotate_about_axis
 from geometry.elements import IntArray
 from geometry.errors import OwnMeshError
 from geometry.own_mesh.contact_points import cell_centres, evened, on_nodes, tributary_areas
@@ -14,7 +14,7 @@ from geometry.own_mesh.face_checks import check_alike, check_pitch
 from geometry.own_mesh.face_pairing import Surface, gap_along, overlap, partners
 from geometry.own_mesh.sector_choice import SectorChoice
 from geometry.own_mesh.side_quadrature import SidePoints
-from geometry.own_mesh.smooth_normals import contact_frames, normals_at
+from geometry.own_mesh.smooth_normals import normals_at
 from geometry.sector import ContactFace, FloatArray
 
 _GAP = 0.05  # largest gap, over the size of a face

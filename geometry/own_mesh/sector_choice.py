@@ -7,14 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from geometry.engine_axes import NAMED_AXES
 from geometry.errors import OwnMeshError
-from geometry.own_mesh.units import UNITS
 from geometry.sector import FloatArray
+from geometry.units import UNIT_SYSTEMS
 
 SETS = ("root", "contact_right", "contact_left", "tip")
-_AXES = {
-    sign + axis: value * np.eye(3)[k] for k, axis in enumerate("xyz") for sign, value in (("", 1.0), ("-", -1.0))
-}
 _MOST_POINTS = 40  # in a direction of the contact grid
 
 
@@ -64,13 +62,13 @@ class SectorChoice:
     tolerance: float | None = None
 
     def __post_init__(self) -> None:
-        if self.unit not in UNITS:
-            raise OwnMeshError("mesh.unit", self.unit, f"must be one of {', '.join(UNITS)}")
+        if self.unit not in UNIT_SYSTEMS:
+            raise OwnMeshError("mesh.unit", self.unit, f"must be one of {', '.join(UNIT_SYSTEMS)}")
         if not isinstance(self.n_blades, int | np.integer) or self.n_blades < 3:
             raise OwnMeshError("mesh.n_blades", self.n_blades, "must be a whole number from 3")
         if isinstance(self.axis, str):
-            if self.axis not in _AXES:
-                raise OwnMeshError("mesh.axis", self.axis, f"must be one of {', '.join(_AXES)}, or a vector")
+            if self.axis not in NAMED_AXES:
+                raise OwnMeshError("mesh.axis", self.axis, f"must be one of {', '.join(NAMED_AXES)}, or a vector")
         elif np.shape(self.axis) != (3,) or not np.isfinite(self.axis).all() or not np.any(self.axis):
             raise OwnMeshError("mesh.axis", self.axis, "must be three finite numbers, not all 0")
         if np.shape(self.axis_point) != (3,) or not np.isfinite(self.axis_point).all():
@@ -92,10 +90,10 @@ class SectorChoice:
     @property
     def direction(self) -> FloatArray:
         """Engine axis in the axes of the file, (3,), of length 1."""
-        vector = _AXES[self.axis] if isinstance(self.axis, str) else np.asarray(self.axis, dtype=float)
+        vector = NAMED_AXES[self.axis] if isinstance(self.axis, str) else np.asarray(self.axis, dtype=float)
         return np.asarray(vector / np.linalg.norm(vector))
 
     @property
     def metres(self) -> float:
         """Metres in a unit of the file."""
-        return UNITS[self.unit].length
+        return UNIT_SYSTEMS[self.unit].length

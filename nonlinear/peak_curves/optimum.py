@@ -21,7 +21,7 @@ from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem
 from nonlinear.peak_curves.peak_branch import PeakPiece, follow_peak
-from nonlinear.peak_curves.peak_curve import PeakFollower, PeakPoint
+from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
 from nonlinear.peak_curves.peak_derivatives import peak_derivatives
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.response_solver import forced_response
@@ -106,11 +106,11 @@ class _Search:
 
     family: ParameterFamily
     progress: Callable[[str], None]
-    follower: PeakFollower = field(init=False)
+    follower: PeakContinuation = field(init=False)
     pieces: list[PeakPiece] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.follower = PeakFollower(self.family)
+        self.follower = PeakContinuation(self.family)
 
     def solve(self, share: float) -> ResponseCurve:
         """The response at a share; its peaks that are not known are followed."""
@@ -284,7 +284,7 @@ def _range(shares: Array, envelope: Array, share: float, limit: float) -> tuple[
     return float(left), float(right)
 
 
-def _refined(follower: PeakFollower, peak: PeakPoint) -> tuple[PeakPoint, float]:
+def _refined(follower: PeakContinuation, peak: PeakPoint) -> tuple[PeakPoint, float]:
     """The peak at which the derivative by the share vanishes, near a peak, and the second derivative; by secants."""
     second, last, step = float("nan"), peak, SECANT
     for _ in range(ITERATIONS):
@@ -303,7 +303,7 @@ def _refined(follower: PeakFollower, peak: PeakPoint) -> tuple[PeakPoint, float]
     return peak, second
 
 
-def _moved(follower: PeakFollower, peak: PeakPoint, share: float) -> SolutionPoint:
+def _moved(follower: PeakContinuation, peak: PeakPoint, share: float) -> SolutionPoint:
     """A followed peak with the equations of another share."""
     return replace(peak.point, balance=follower.continuation(share).balance)
 

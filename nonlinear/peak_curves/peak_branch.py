@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nonlinear.contact.parameters import Array
-from nonlinear.peak_curves.peak_curve import PeakFollower, PeakPoint
+from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class PeakPiece:
         return self.points[int(np.argmin(np.abs(self.share - share)))]
 
 
-def follow_peak(follower: PeakFollower, start: PeakPoint, origin: str) -> list[PeakPiece]:
+def follow_peak(follower: PeakContinuation, start: PeakPoint, origin: str) -> list[PeakPiece]:
     """The curve of peaks through one peak, both ways, in pieces between its folds."""
     back = list(follower.points(start, -1.0))
     points = [*reversed(back), start, *follower.points(start, 1.0)]

@@ -82,7 +82,7 @@ class _Found(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PeakFollower:
+class PeakContinuation:
     """Follows peaks of a family of problems."""
 
     family: ParameterFamily
@@ -189,7 +189,7 @@ class PeakFollower:
 class _Base:
     """Coordinates (alpha, beta) of the surface around a solution."""
 
-    follower: PeakFollower
+    follower: PeakContinuation
     share: float
     point: SolutionPoint
     rate: tuple[Array, float] | None

@@ -32,7 +32,6 @@ _PAIRS = (
     ("next", "prev"),
 )
 _CONTACT = ("contact", "shroud", "face", "cont")
-METRES = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
 _LARGEST = {"m": 3.0, "in": 80.0}  # coordinates up to which a mesh is in m, or else in inches; larger ones are mm
 _STIFF = (1e9, 1e7)  # moduli above the first are in Pa, below the second in MPa
 _AXES = ("x", "y", "z")
@@ -130,7 +129,10 @@ def _unit(mesh: ImportedMesh) -> tuple[str, str]:
         return "mm", f"Young's modulus {moduli[0]:.4g} is one in MPa"
     largest = float(np.abs(mesh.points).max())
     unit = next((unit for unit, limit in _LARGEST.items() if largest <= limit), "mm")
-    return unit, f"the largest coordinate is {largest:.4g}" + (f", {METRES[unit] * largest:.3g} m" * (unit != "m"))
+    from geometry import UNIT_SYSTEMS
+
+    metres = "" if unit == "m" else f", {UNIT_SYSTEMS[unit].length * largest:.3g} m"
+    return unit, f"the largest coordinate is {largest:.4g}{metres}"
 
 
 def _roles(names: list[str]) -> Iterator[tuple[str, str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -24,11 +24,19 @@ Distances = Annotated[tuple[Distance, ...], Field(min_length=1)]
 Positives = Annotated[tuple[NotNegative, ...], Field(min_length=1)]
 Ratio = Annotated[Number, Field(ge=1e-12, lt=1.0)]
 Vector = tuple[Distance, Distance, Distance]
+# of files from other programs: in any unit of length
+Coordinate = Annotated[Number, Field(ge=-1e6, le=1e6)]
+AxisPoint = tuple[Coordinate, Coordinate, Coordinate]
+LengthUnit = Literal["m", "mm", "in"]
+EngineAxis = Literal["x", "-x", "y", "-y", "z", "-z"] | Vector
 
 POSITIVE = "a number above 0, 1e-12 to 1e15"
 LENGTH = "a number above 0, 1e-6 to 1000"
 FILLET = "a number, 0 to 10"
 BLADES = "a whole number, 3 to 10000"
+UNIT = '"m", "mm" or "in"'
+AXIS = '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, -1000 to 1000, not all 0'
+AXIS_POINT = "three numbers, -1e6 to 1e6"
 STIFFNESS = (
     "a number, 0 to 1e15 (whole face, shared by the nodes as their areas), a list of such numbers node by node, "
     'or "punch"'

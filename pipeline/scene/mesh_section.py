@@ -6,10 +6,23 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from pipeline.scene.fields import BLADES, LENGTH, Length, Number, Section, Vector, Whole, key
+from pipeline.scene.fields import (
+    AXIS,
+    AXIS_POINT,
+    BLADES,
+    LENGTH,
+    UNIT,
+    AxisPoint,
+    EngineAxis,
+    Length,
+    LengthUnit,
+    Number,
+    Section,
+    Whole,
+    key,
+)
 
 SET_NAME = "the name of a node set or surface of the file"
-Coordinate = Annotated[Number, Field(ge=-1e6, le=1e6)]
 SetName = Annotated[str, Field(min_length=1, max_length=200)]
 
 
@@ -45,19 +58,17 @@ class Mesh(Section):
     n_blades: Annotated[Whole, Field(ge=3, le=10000)] | None = key(
         "blades of the ring, for a mesh from a file", BLADES, None, validate_default=True
     )
-    unit: Literal["m", "mm", "in"] = key(
+    unit: LengthUnit = key(
         "unit of length of the file; with mm its forces are N, its masses t, its stresses MPa",
-        '"m", "mm" or "in"',
+        UNIT,
         "m",
     )
-    axis: Literal["x", "-x", "y", "-y", "z", "-z"] | Vector = key(
+    axis: EngineAxis = key(
         "engine axis in the file; it becomes the axis x of the program",
-        '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, -1000 to 1000, not all 0',
+        AXIS,
         "x",
     )
-    axis_point: tuple[Coordinate, Coordinate, Coordinate] = key(
-        "a point of the engine axis, in the unit of the file", "three numbers, -1e6 to 1e6", (0.0, 0.0, 0.0)
-    )
+    axis_point: AxisPoint = key("a point of the engine axis, in the unit of the file", AXIS_POINT, (0.0, 0.0, 0.0))
     tolerance: Length | None = key(
         "largest distance between a contact face and that of the neighbour, in the unit of the file; by default 5 % "
         "of the size of the face",

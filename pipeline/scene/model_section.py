@@ -4,15 +4,29 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
-from pipeline.scene.fields import BLADES, LENGTH, Length, Number, Section, Truth, Vector, Whole, key
+from pipeline.scene.fields import (
+    AXIS,
+    AXIS_POINT,
+    BLADES,
+    LENGTH,
+    UNIT,
+    AxisPoint,
+    EngineAxis,
+    Length,
+    LengthUnit,
+    Number,
+    Section,
+    Truth,
+    Whole,
+    key,
+)
 
 FileName = Annotated[str, Field(min_length=1, max_length=1000)]
 MatrixName = Annotated[str, Field(min_length=1, max_length=200)]
-Coordinate = Annotated[Number, Field(ge=-1e6, le=1e6)]
 MATRIX = "the name of a file .mtx, .sti, .mas, .mat, .op4, .pch, .dmig, .bdf, .dat, .inp or .full"
 TABLE = "the name of a CSV file"
 SET_NAME = "a name in the column sets of the table of nodes"
@@ -43,17 +57,13 @@ class Model(Section):
     stiffness_name: MatrixName | None = key("name of the stiffness in a file with several matrices", "a name", None)
     mass_name: MatrixName | None = key("name of the mass in a file with several matrices", "a name", None)
     n_blades: Whole = key("blades of the ring", BLADES, ge=3, le=10000)
-    unit: Literal["m", "mm", "in"] = key(
-        "units of all files: m, N, kg; mm, N, t; or in, lbf, lbf s^2/in", '"m", "mm" or "in"', "m"
-    )
-    axis: Literal["x", "-x", "y", "-y", "z", "-z"] | Vector = key(
+    unit: LengthUnit = key("units of all files: m, N, kg; mm, N, t; or in, lbf, lbf s^2/in", UNIT, "m")
+    axis: EngineAxis = key(
         "engine axis in the axes of the nodes",
-        '"x", "y", "z", "-x", "-y", "-z" or a list of three numbers, -1000 to 1000, not all 0',
+        AXIS,
         "x",
     )
-    axis_point: tuple[Coordinate, Coordinate, Coordinate] = key(
-        "a point of the engine axis, in the unit of the files", "three numbers, -1e6 to 1e6", (0.0, 0.0, 0.0)
-    )
+    axis_point: AxisPoint = key("a point of the engine axis, in the unit of the files", AXIS_POINT, (0.0, 0.0, 0.0))
     tolerance: Length | None = key(
         "largest distance of a contact node from its partner, in the face and the unit of the files; by default a "
         "quarter of the distance between contact nodes",

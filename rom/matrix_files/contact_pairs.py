@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import ContactFace
+from geometry import ContactFace, contact_frames, rotate_about_axis
 from rom.errors import RomParameterError
 
 _PLANE, _QUADRIC = 3, 6  # coefficients of the two fits
@@ -79,30 +79,24 @@ def contact_pairs(
     fitted = given is None or bool(np.isnan(given).any())
     normal = _fitted_normals(points, right) if fitted else np.asarray(given)
     known = None if area is None or np.isnan(area[right]).any() else area[right]
-    frames = _frames(points[right], normal)
-    turned = points[left] @ _turn(2.0 * np.pi / n_blades).T  # onto the right face
+    pitch = 2.0 * np.pi / n_blades
+    frames = contact_frames(points[right], normal)
+    turned = rotate_about_axis(points[left], pitch)  # onto the right face
     partner, mismatch, gap = _partners(points[right], turned, frames)
     spacing = _spacing(points[right])
     allowed = tolerance if tolerance is not None else _LARGEST_MISMATCH * spacing if len(right) > 1 else np.inf
     worst = float(mismatch.max())
     if len(np.unique(partner)) < len(partner) or worst > allowed:
         _refuse(points, (right, left), n_blades, worst, allowed)
-    back = _turn(-2.0 * np.pi / n_blades)
     share = _triangulated_areas(points[right], frames) if known is None else known
     return ContactPairs(
         ContactFace(right, points[right], frames, share),
-        ContactFace(left[partner], points[left[partner]], frames @ back.T, share),
+        ContactFace(left[partner], points[left[partner]], rotate_about_axis(frames, -pitch), share),
         worst,
         float(np.abs(gap).max()),
         ("a quadric through the nodes" if len(right) > _QUADRIC else "a plane") if fitted else "the table",
         "a triangulation of the nodes, a third of each triangle to each corner" if known is None else "the table",
     )
-
-
-def _turn(angle: float) -> NDArray[np.float64]:
-    """Rotation about x by an angle, in the sense that takes blade j to blade j+1: z towards +y."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
 
 
 def _partners(
@@ -125,9 +119,8 @@ def _refuse(
 ) -> None:
     """Raise the error for faces whose nodes do not match, with the likely cause."""
     right, left = sets
-    back = points[left] @ _turn(-2.0 * np.pi / n_blades).T
+    turned, back = (rotate_about_axis(points[left], sign * 2.0 * np.pi / n_blades) for sign in (1.0, -1.0))
     nearest = np.linalg.norm(points[right].mean(axis=0) - back.mean(axis=0))
-    turned = points[left] @ _turn(2.0 * np.pi / n_blades).T
     if nearest < 0.1 * np.linalg.norm(points[right].mean(axis=0) - turned.mean(axis=0)):
         allowed_text = "must be the face on the -y side: contact_right and contact_left are exchanged"
         raise RomParameterError("model.sets", "contact_left", f"a face {worst:.3g} m away", allowed_text)
@@ -184,18 +177,6 @@ def _outward(points: NDArray[np.float64], face: NDArray[np.int64], normal: NDArr
         allowed = "must have columns nx, ny, nz: the nodes do not say which side the material is on"
         raise RomParameterError("model.sets", "contact_right", f"{len(face)} nodes without normals", allowed)
     return float(np.sign(normal @ towards))
-
-
-def _frames(position: NDArray[np.float64], normal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Contact frames (k, 3, 3), rows t1, t2, n: t2 along the radius, in the face; t1 = n x t2."""
-    radial = position * np.array([0.0, 1.0, 1.0])
-    radial /= np.linalg.norm(radial, axis=1)[:, None]
-    second = radial - np.sum(radial * normal, axis=1)[:, None] * normal
-    length = np.linalg.norm(second, axis=1)
-    if np.any(length < 1e-3):
-        raise RomParameterError("model.sets", "contact_right", "a radial normal", "must be a face along the radius")
-    second /= length[:, None]
-    return np.stack([np.cross(normal, second), second, normal], axis=1)
 
 
 def _triangulated_areas(position: NDArray[np.float64], frames: NDArray[np.float64]) -> NDArray[np.float64]:

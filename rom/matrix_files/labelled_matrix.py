@@ -101,7 +101,7 @@ def from_entries(
     return LabelledMatrix((folded + tril(folded, -1).T).tocsr(), labels)
 
 
-def symmetric(path: str | os.PathLike[str], found: LabelledMatrix) -> LabelledMatrix:
+def with_both_halves(path: str | os.PathLike[str], found: LabelledMatrix) -> LabelledMatrix:
     """The matrix with both halves; one that holds only one of them is completed, with a note.
 
     Raises MatrixFileError where it is not square or not symmetric.

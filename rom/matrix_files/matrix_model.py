@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import SectorMesh
+from geometry import UNIT_SYSTEMS, SectorMesh
 from rom.errors import MatrixFileError, RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.matrix_files.labelled_matrix import DofLabels, LabelledMatrix
@@ -23,7 +23,6 @@ from rom.matrix_files.matrix_names import FORCE, MASS, STIFFNESS
 from rom.matrix_files.matrix_reading import read_matrix
 from rom.matrix_files.node_sets import SectorNodes, sector_nodes
 from rom.matrix_files.node_table import checked_dofs, read_dofs
-from rom.matrix_files.ring_axes import FORCES, LENGTHS
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -183,8 +182,8 @@ def _embedded(matrix: csr_matrix, rows: Rows, unit: str) -> csr_matrix:
     """A matrix in the places of the full model, in SI units."""
     from scipy.sparse import coo_matrix
 
-    scale, entries = _scale(unit, rows), matrix.tocoo()
-    data = entries.data * scale[entries.row] * scale[entries.col] * FORCES[unit] * LENGTHS[unit]
+    scale, entries, system = _scale(unit, rows), matrix.tocoo(), UNIT_SYSTEMS[unit]
+    data = entries.data * scale[entries.row] * scale[entries.col] * system.force * system.length
     where = rows.place[entries.row], rows.place[entries.col]
     return coo_matrix((data, where), shape=(rows.size, rows.size)).tocsr()
 
@@ -229,7 +228,7 @@ def _rows(choice: MatrixChoice, found: SectorNodes, labels: DofLabels | None, co
 
 def _scale(unit: str, rows: Rows) -> NDArray[np.float64]:
     """Unit displacement (1 m) of each row in the unit of the file; rotations and generalised coordinates stay."""
-    return np.where((rows.dofs.component >= 1) & (rows.dofs.component <= 3), 1.0 / LENGTHS[unit], 1.0)
+    return np.where((rows.dofs.component >= 1) & (rows.dofs.component <= 3), 1.0 / UNIT_SYSTEMS[unit].length, 1.0)
 
 
 def _constrained(
@@ -289,7 +288,8 @@ def _given_force(choice: MatrixChoice, found: SectorNodes, rows: Rows) -> NDArra
     if matrix.shape not in ((count, 1), (1, count)):
         raise MatrixFileError(choice.centrifugal, f"{matrix.shape[0]} x {matrix.shape[1]} numbers", f"{count} x 1")
     force = np.zeros(rows.size)
-    scale = _scale(choice.unit, rows) * LENGTHS[choice.unit] * FORCES[choice.unit]
+    system = UNIT_SYSTEMS[choice.unit]
+    scale = _scale(choice.unit, rows) * system.length * system.force
     force[rows.place] = matrix.toarray().ravel() * scale
     n = len(found.table.labels)
     nodal = np.tile(np.eye(3), (n, 1, 1)) if found.table.axes is None else found.table.axes

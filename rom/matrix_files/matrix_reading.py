@@ -9,7 +9,7 @@ from rom.errors import MatrixFileError
 from rom.matrix_files.abaqus_matrix import read_abaqus
 from rom.matrix_files.ansys_full import read_ansys_full
 from rom.matrix_files.calculix_storage import SUFFIXES, read_calculix
-from rom.matrix_files.labelled_matrix import LabelledMatrix, symmetric
+from rom.matrix_files.labelled_matrix import LabelledMatrix, with_both_halves
 from rom.matrix_files.matlab_file import read_matlab
 from rom.matrix_files.matrix_market import BANNER, read_matrix_market
 from rom.matrix_files.matrix_names import STIFFNESS
@@ -87,4 +87,4 @@ def read_matrix(
         found = read_matrix_market(path)
     else:
         found = read_abaqus(path)
-    return symmetric(path, found) if is_symmetric else found
+    return with_both_halves(path, found) if is_symmetric else found

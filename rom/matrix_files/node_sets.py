@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import SectorMesh
+from geometry import UNIT_SYSTEMS, SectorMesh
 from rom.errors import MatrixFileError
 from rom.matrix_files.contact_pairs import ContactPairs, contact_pairs
 from rom.matrix_files.matrix_choice import SETS, MatrixChoice
 from rom.matrix_files.node_table import NodeTable, read_nodes
-from rom.matrix_files.ring_axes import LENGTHS, RingAxes, ring_axes
+from rom.matrix_files.ring_axes import RingAxes, ring_axes
 
 _LISTED = 8
 
@@ -62,7 +62,7 @@ def sector_nodes(choice: MatrixChoice) -> SectorNodes:
             raise MatrixFileError(table.path, f"no node is in the set {choice.set_name(name)}", _sets_of(table))
     middle = 0.5 * (table.points[right].mean(axis=0) + table.points[left].mean(axis=0))
     axes = ring_axes(choice.axis, choice.axis_point, choice.unit, middle)
-    points, metre = axes.points(table.points), LENGTHS[choice.unit]
+    points, metre = axes.points(table.points), UNIT_SYSTEMS[choice.unit].length
     pairs = contact_pairs(
         points,
         (right, left),

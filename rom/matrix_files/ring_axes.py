@@ -7,16 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from geometry import NAMED_AXES, UNIT_SYSTEMS, axes_through
 from rom.errors import RomParameterError
 
-INCH, POUND_FORCE = 0.0254, 4.4482216152605
-LENGTHS = {"m": 1.0, "mm": 1e-3, "in": INCH}  # m in a unit
-FORCES = {"m": 1.0, "mm": 1.0, "in": POUND_FORCE}  # N in a unit of force
-NAMED_AXES = {
-    sign + name: factor * row
-    for name, row in zip("xyz", np.eye(3), strict=True)
-    for sign, factor in (("", 1.0), ("-", -1.0))
-}
 _ON_AXIS = 1e-9  # of the largest distance from the axis
 
 
@@ -47,7 +40,7 @@ class RingAxes:
         """Points (n, 3) of the file in metres and the axes of the ring."""
         moved = points - self.origin if np.any(self.origin) else points
         moved = moved @ self.rows.T if self.turned else moved
-        return moved * LENGTHS[self.unit]
+        return moved * UNIT_SYSTEMS[self.unit].length
 
     def directions(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
         """Directions (..., 3) of the file in the axes of the ring."""
@@ -59,8 +52,8 @@ def ring_axes(axis: str | ArrayLike, point: ArrayLike, unit: str, at: NDArray[np
 
     Raises RomParameterError for an unknown axis or unit and a point on the axis.
     """
-    if unit not in LENGTHS:
-        raise RomParameterError("model", "unit", unit, f"must be one of {', '.join(LENGTHS)}")
+    if unit not in UNIT_SYSTEMS:
+        raise RomParameterError("model", "unit", unit, f"must be one of {', '.join(UNIT_SYSTEMS)}")
     if isinstance(axis, str) and axis not in NAMED_AXES:
         raise RomParameterError("model", "axis", axis, f"must be one of {', '.join(NAMED_AXES)} or three numbers")
     x = np.asarray(NAMED_AXES[axis] if isinstance(axis, str) else axis, dtype=float)
@@ -70,11 +63,7 @@ def ring_axes(axis: str | ArrayLike, point: ArrayLike, unit: str, at: NDArray[np
     x = x / length
     origin = np.asarray(point, dtype=float)
     arm = at - origin
-    radial = arm - (arm @ x) * x
-    radius = np.linalg.norm(radial)
+    radius = np.linalg.norm(arm - (arm @ x) * x)
     if radius <= _ON_AXIS * np.linalg.norm(arm) or radius == 0.0:
         raise RomParameterError("model", "axis", axis, "must be an axis that the contact faces stand around")
-    z = radial / radius
-    rows = np.array([x, np.cross(z, x), z])
-    snapped = np.round(rows)
-    return RingAxes(snapped if np.abs(rows - snapped).max() < _ON_AXIS else rows, origin, unit)
+    return RingAxes(axes_through(x, arm), origin, unit)

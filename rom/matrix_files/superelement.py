@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry import UNIT_SYSTEMS
 from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import MatrixFileError, RomParameterError
 from rom.matrix_files.labelled_matrix import DofLabels
@@ -16,7 +17,6 @@ from rom.matrix_files.matrix_names import FORCE, TRANSFORMATION
 from rom.matrix_files.matrix_reading import read_matrix
 from rom.matrix_files.node_sets import SectorNodes, sector_nodes
 from rom.matrix_files.node_table import read_dofs
-from rom.matrix_files.ring_axes import FORCES, LENGTHS
 from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice
 
 if TYPE_CHECKING:
@@ -135,8 +135,8 @@ def _matrices(
     if stiffness.shape[0] > LARGEST:
         found_text = f"{stiffness.shape[0]} coordinates"
         raise MatrixFileError(choice.stiffness, found_text, f"{LARGEST} at most, or reduced = false")
-    metre = LENGTHS[choice.unit]
-    return stiffness, mass, (labels, motion * metre), FORCES[choice.unit] * metre, notes
+    system = UNIT_SYSTEMS[choice.unit]
+    return stiffness, mass, (labels, motion * system.length), system.force * system.length, notes
 
 
 def _nodal_motion(found: SectorNodes, motion: tuple[DofLabels, NDArray[np.float64]]) -> NDArray[np.float64]:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry import rotate_about_axis
 from rom.reduction.face_integrals import FacePoints
 
 if TYPE_CHECKING:
@@ -37,21 +38,14 @@ def opposite_points(position: Array, sector: SectorMesh) -> Array:
     They are turned back by one pitch; where the contact nodes of the left face stand beside the right ones so turned,
     as with a gap along the circumference, they are moved as those are, by a linear function of the position.
     """
-    there, known = (_turned_back(each, sector.n_blades) for each in (position, sector.right.position))
+    pitch = 2.0 * np.pi / sector.n_blades
+    there, known = (rotate_about_axis(each, -pitch) for each in (position, sector.right.position))
     shift = sector.left.position - known
     if np.abs(shift).max() <= _EQUAL * float(np.sqrt(sector.right.area.sum())):
         return there
     centre = known.mean(axis=0)
     basis = [np.column_stack([np.ones(len(each)), each - centre]) for each in (known, there)]
     return there + basis[1] @ np.linalg.lstsq(basis[0], shift, rcond=_INDEPENDENT)[0]
-
-
-def _turned_back(position: Array, n_blades: int) -> Array:
-    """Points (k, 3) turned back by one pitch about the engine axis."""
-    pitch = 2.0 * np.pi / n_blades
-    c, s = np.cos(pitch), np.sin(pitch)
-    x, y, z = position.T
-    return np.stack([x, c * y - s * z, c * z + s * y], axis=1)
 
 
 def with_points_at(

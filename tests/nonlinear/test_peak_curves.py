@@ -6,7 +6,7 @@ from lumped import lumped_blade, oscillator
 
 from nonlinear import ContactParameters, Excitation, OptionsError, SolverOptions, find_optimum, forced_response
 from nonlinear.peak_curves.parameter_family import ParameterFamily, parameter_value, with_parameter
-from nonlinear.peak_curves.peak_curve import PeakFollower
+from nonlinear.peak_curves.peak_curve import PeakContinuation
 from nonlinear.peak_curves.peak_derivatives import peak_derivatives
 from rom import modal_model
 
@@ -71,7 +71,7 @@ def test_derivatives_of_a_peak_against_differences() -> None:
     problem = modal, contact_of_blade(0.1), Excitation(5, 0.05), options
     found = find_optimum(problem, "friction", 0.4, 0.6)
     at = with_parameter(problem, "friction", found.value)
-    follower = PeakFollower(found.family)
+    follower = PeakContinuation(found.family)
     piece = max(found.pieces, key=lambda each: each.amplitude.max())
     share = float(np.mean(piece.share))
     start = follower.peak_near(share, piece.nearest(share).point)
@@ -82,7 +82,7 @@ def test_derivatives_of_a_peak_against_differences() -> None:
         value = parameter_value(at, name)
         step = 1e-4 * value
         family = ParameterFamily(at, name, value - step, value + step)
-        sides = [PeakFollower(family).peak_near(side, start.point) for side in (0.0, 1.0)]
+        sides = [PeakContinuation(family).peak_near(side, start.point) for side in (0.0, 1.0)]
         difference = (sides[1].amplitude - sides[0].amplitude) / (2.0 * step)
         assert derivative == pytest.approx(difference, rel=1e-5, abs=1e-9), name
     scaled = derivatives["force"] * 0.05 + derivatives["interference"] * 0.1

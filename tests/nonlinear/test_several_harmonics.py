@@ -173,7 +173,8 @@ def test_friction_against_central_differences():
 
 def test_the_response_scales_with_force_and_interference():
     modal = modal_model(lumped_blade(3), damping_ratio=0.03)
-    options = SolverOptions((0.1, 0.5), harmonics=3, stability="wave", detached=False, time_integration=False)
+    quick = {"stability": "folds", "detached": False, "truncation": False, "time_integration": False}
+    options = SolverOptions((0.1, 0.5), harmonics=3, **quick)
     one = forced_response(modal, contact(RUBBING), TWO, options)
     scaled = contact({**RUBBING, "interference": 7.0 * 0.5})
     seven = forced_response(modal, scaled, replace(TWO, force=7.0), options)
@@ -233,7 +234,8 @@ def test_further_outputs_and_the_largest_length():
     select = np.eye(model.size)
     named = {f"mass_{axis}": select[row] for row, axis in enumerate("xyz")}
     modal = modal_model(replace(model, outputs={**model.outputs, **named}), damping_ratio=0.03)
-    options = SolverOptions((0.1, 0.4), harmonics=3, outputs=("mass_y", "mass"), stability="wave", detached=False)
+    quick = {"stability": "folds", "detached": False, "truncation": False, "time_integration": False}
+    options = SolverOptions((0.1, 0.4), harmonics=3, outputs=("mass_y", "mass"), **quick)
     curve = forced_response(modal, contact(RUBBING), TWO, options)
     assert curve.outputs["mass"].shape == (curve.points, 4, 3)
     np.testing.assert_array_equal(curve.outputs["mass_y"][:, :, 0], curve.output)  # the force is along y

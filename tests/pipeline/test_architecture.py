@@ -29,10 +29,10 @@ HEAVY = (
 # Folders and top-level files of a package, lowest first: each imports only from those on earlier lines.
 LAYERS = {
     "geometry": [
-        {"errors", "gmsh_start"},
+        {"errors", "gmsh_start", "units"},
         {"elements"},
         {"sector"},
-        {"contact", "imported_mesh"},
+        {"contact", "engine_axes", "imported_mesh"},
         {"mesh_files"},
         {"own_mesh"},
     ],
@@ -137,6 +137,12 @@ def test_folders_import_one_way(path: Path) -> None:
 def test_every_folder_of_code_is_a_package() -> None:
     folders = {path.parent for path in FILES}
     assert [folder for folder in folders if not (folder / "__init__.py").is_file()] == []
+
+
+def test_modules_of_tests_have_names_of_their_own() -> None:
+    """The folders of tests are all on the path: of two modules with one name only the first is found."""
+    names = [path.name for path in (PROJECT / "tests").rglob("*.py") if path.name != "conftest.py"]
+    assert sorted({name for name in names if names.count(name) > 1}) == []
 
 
 @pytest.mark.parametrize("path", [f for f in FILES if "geometry" in f.parts], ids=lambda path: path.name)
