@@ -111,8 +111,12 @@ def fitting_number(points: FloatArray, blocks: tuple[ElementBlock, ...], outside
     if len(nodes) > _MOST_TRIED:
         return None
     for count in range(least, 8 * least + 32):
-        if matched_pairs(points, blocks, outside, 2.0 * np.pi / count):
-            return count
+        if pairs := matched_pairs(points, blocks, outside, 2.0 * np.pi / count):
+            # on a coarse mesh several numbers match within the tolerance: the angle between the surfaces tells
+            right, left = (points[np.unique(corners[rows])].mean(axis=0) for rows in (pairs[0].right, pairs[0].left))
+            apart = float(np.arctan2(*right[1:]) - np.arctan2(*left[1:]))
+            near = round(2.0 * np.pi / apart) if apart > 0.0 else count
+            return near if matched_pairs(points, blocks, outside, 2.0 * np.pi / near) else count
     return None
 
 

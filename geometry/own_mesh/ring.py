@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geometry.engine_axes import axes_through
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import boundary
 from geometry.own_mesh.candidates import fitting_number, matched_pairs
-from geometry.own_mesh.turning import axes_through
 
 _WIDEST = 2.2  # rad: a sector of a ring of three blades or more
 

@@ -1,0 +1,70 @@
+"""What `shroud new --mesh` tells from a mesh without being told."""
+
+import numpy as np
+import pytest
+
+from geometry import ElementBlock, ImportedMesh, fitting_ring
+from pipeline.new_scene.mesh_survey import guess
+
+CORNERS = [0, 1, 2, 3, 4, 5, 6, 7]
+
+
+def brick(n_blades=36, radius=(300.0, 400.0), axis=2, sets=None, materials=None):
+    """A sector in one brick, from face to face; nodes 0 to 3 lie at one end of the axis."""
+    half = np.pi / n_blades
+    angle = np.array([-half, half, half, -half] * 2)
+    r = np.array([radius[0], radius[0], radius[1], radius[1]] * 2)
+    length = 0.1 * radius[0]
+    points = np.column_stack([r * np.cos(angle), r * np.sin(angle), [0.0] * 4 + [length] * 4])
+    block = ElementBlock("hex8", np.array([CORNERS]), "steel" if materials else "")
+    return ImportedMesh(
+        "b.inp", np.roll(points, axis - 2, axis=1), np.arange(8), (block,), (), sets or {}, {}, {}, materials or {}
+    )
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("n_blades", [5, 24, 97])
+def test_axis_and_number_of_blades_of_unnamed_faces(n_blades, axis):
+    ring = fitting_ring(brick(n_blades, axis=axis))
+    assert (ring.axis, ring.n_blades, ring.pairs) == ("xyz"[axis], n_blades, 1)
+    told = guess(brick(n_blades, axis=axis))
+    assert (told.axis, told.n_blades) == ("xyz"[axis], n_blades)
+    assert guess(brick(n_blades, axis=axis), n_blades=50).n_blades == 50  # what is given is taken
+
+
+def test_faces_that_are_no_images_make_no_ring():
+    mesh = brick()
+    mesh.points[1] += [0.0, 20.0, 0.0]
+    assert fitting_ring(mesh) is None
+    assert guess(mesh).n_blades is None
+
+
+@pytest.mark.parametrize(
+    ("radius", "modulus", "unit"),
+    [
+        ((300.0, 400.0), None, "mm"),
+        ((0.3, 0.4), None, "m"),
+        ((3.0, 6.0), None, "in"),
+        ((1.5, 2.5), None, "m"),
+        ((3.0, 6.0), 2.1e11, "m"),
+        ((3.0, 6.0), 2.1e5, "mm"),
+    ],
+)
+def test_the_unit_is_told_from_the_modulus_or_the_size(radius, modulus, unit):
+    materials = {"steel": {"young_modulus": modulus}} if modulus else None
+    assert guess(brick(radius=radius, materials=materials)).unit == unit
+
+
+@pytest.mark.parametrize(
+    ("root", "right", "left"),
+    [
+        ("Nfix", "shroud_pressure_side", "shroud_suction_side"),
+        ("BLADE-ROOT", "CONTACT_PS", "CONTACT_SS"),
+        ("fixed", "shroud right", "shroud left"),
+    ],
+)
+def test_roles_are_told_from_the_words_of_names(root, right, left):
+    faces = {root: np.array([0, 1, 4, 5]), right: np.array([0, 3, 4, 7]), left: np.array([1, 2, 5, 6])}
+    told = guess(brick(sets=faces))
+    assert told.sets == {"root": root, "contact_right": right, "contact_left": left}
+    assert (told.axis, told.n_blades) == ("z", 36)
