@@ -146,8 +146,9 @@ def import_sector(path: str | Path) -> SectorMesh:
     >>> bool(np.array_equal(import_sector("sector.msh").points, sector.points))
     True
     """
+    file_format = _format(path)
     try:
-        mesh = _read(str(path), _format(path))
+        mesh = _read(str(path), file_format)
     except Exception as error:  # meshio raises whatever its parsers stumble over
         raise SectorFileError(
             f"{path}: cannot be read: {' '.join(str(error).split()) or type(error).__name__}"

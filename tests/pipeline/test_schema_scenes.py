@@ -23,6 +23,7 @@ BOUNDED = settings(
     derandomize=True,
     phases=[Phase.generate],
 )
+OWN_MESH = ("file", "n_blades", "unit")  # keys of a mesh from a file; axis, point and tolerance stay the default
 SMALL_CHORD = 1e-4  # m, of which a preset makes elements that the schema does not allow
 LONGEST = 5  # of lists that may have any length
 
@@ -30,7 +31,7 @@ LONGEST = 5  # of lists that may have any length
 def values(node: dict[str, Any]) -> st.SearchStrategy[Any]:
     """Values that fit a node of the schema; null, which TOML has not, is left out."""
     if "$ref" in node:
-        return values(SCHEMA["$defs"][node["$ref"].rpartition("/")[2]])
+        return values(SCHEMA["$defs"][node["$ref"].rpartition("/")[2]] | {k: v for k, v in node.items() if k != "$ref"})
     if "anyOf" in node:
         return st.one_of([values(each) for each in node["anyOf"] if each.get("type") != "null"])
     if "const" in node or "enum" in node:
@@ -54,8 +55,10 @@ def whole_numbers(node: dict[str, Any]) -> st.SearchStrategy[int]:
 
 
 def texts(node: dict[str, Any]) -> st.SearchStrategy[str]:
-    drawn = st.from_regex(node["pattern"], fullmatch=True) if "pattern" in node else st.text()
-    return drawn.filter(lambda text: len(text) <= node.get("maxLength", 100) and not text.endswith("\n"))
+    plain = st.text(st.characters(exclude_categories=("Cc", "Cs")))  # TOML allows no control characters
+    drawn = st.from_regex(node["pattern"], fullmatch=True) if "pattern" in node else plain
+    least, most = node.get("minLength", 0), node.get("maxLength", 100)
+    return drawn.filter(lambda text: least <= len(text) <= most and not text.endswith("\n"))
 
 
 def lists(node: dict[str, Any]) -> st.SearchStrategy[list[Any]]:
@@ -102,9 +105,22 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
             for key in needed["required"]:
                 if section in scene:
                     scene[section].setdefault(key, draw(values(definition["properties"][key])))
+    if "mesh" in scene:
+        scene["mesh"] = draw(meshes(_definition(properties["mesh"])["properties"]))
     if scene.get("blade", {}).get("chord", 1.0) < SMALL_CHORD:
         scene.pop("accuracy", None)
     return scene
+
+
+def meshes(keys: dict[str, Any]) -> st.SearchStrategy[dict[str, Any]]:
+    """[mesh] of a blade that is made here, or of one from a file: each has keys of its own."""
+    own = {key: values(keys[key]) for key in OWN_MESH}
+    made = {key: values(keys[key]) for key in ("contact_grid", "element", "grading")}
+    from_file = {"contact_grid": made["contact_grid"], "unit": own.pop("unit")}
+    return st.one_of(
+        st.fixed_dictionaries({"size": values(keys["size"])}, optional=made),
+        st.fixed_dictionaries(own, optional=from_file),
+    )
 
 
 def _definition(node: dict[str, Any]) -> dict[str, Any]:
