@@ -31,7 +31,9 @@ LONGEST = 5  # of lists that may have any length
 def values(node: dict[str, Any]) -> st.SearchStrategy[Any]:
     """Values that fit a node of the schema; null, which TOML has not, is left out."""
     if "$ref" in node:
-        return values(SCHEMA["$defs"][node["$ref"].rpartition("/")[2]] | {k: v for k, v in node.items() if k != "$ref"})
+        return values(
+            SCHEMA["$defs"][node["$ref"].rpartition("/")[2]] | {k: v for k, v in node.items() if k != "$ref"}
+        )
     if "anyOf" in node:
         return st.one_of([values(each) for each in node["anyOf"] if each.get("type") != "null"])
     if "const" in node or "enum" in node:
