@@ -16,10 +16,12 @@ if TYPE_CHECKING:
     from geometry.errors import GeometryError, MeshFileError, OwnMeshError, ParameterError, SectorFileError
     from geometry.exchange import MESHIO_CELLS, cell_library, export_sector, import_sector
     from geometry.imported_mesh import ImportedMesh
+    from geometry.mesh_files.includes import included_names
     from geometry.mesh_files.read import read_mesh
     from geometry.mesh_files.write import write_mesh
     from geometry.own_mesh.findings import SectorFindings
     from geometry.own_mesh.own_sector import OwnSector, sector_from_mesh
+    from geometry.own_mesh.ring import Ring, fitting_ring
     from geometry.own_mesh.sector_choice import SectorChoice
     from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
     from geometry.quality import hexahedron_scaled_jacobian, scaled_jacobian
@@ -45,6 +47,7 @@ __all__ = [
     "OwnMeshError",
     "OwnSector",
     "ParameterError",
+    "Ring",
     "SectorChoice",
     "SectorFileError",
     "SectorFindings",
@@ -58,8 +61,10 @@ __all__ = [
     "check_sector",
     "contact_frames",
     "export_sector",
+    "fitting_ring",
     "hexahedron_scaled_jacobian",
     "import_sector",
+    "included_names",
     "read_mesh",
     "rotate_about_axis",
     "scaled_jacobian",
@@ -87,6 +92,7 @@ _PLACES = {
     "OwnMeshError": "geometry.errors",
     "OwnSector": "geometry.own_mesh.own_sector",
     "ParameterError": "geometry.errors",
+    "Ring": "geometry.own_mesh.ring",
     "SectorChoice": "geometry.own_mesh.sector_choice",
     "SectorFileError": "geometry.errors",
     "SectorFindings": "geometry.own_mesh.findings",
@@ -100,8 +106,10 @@ _PLACES = {
     "check_sector": "geometry.sector_check",
     "contact_frames": "geometry.contact",
     "export_sector": "geometry.exchange",
+    "fitting_ring": "geometry.own_mesh.ring",
     "hexahedron_scaled_jacobian": "geometry.quality",
     "import_sector": "geometry.exchange",
+    "included_names": "geometry.mesh_files.includes",
     "read_mesh": "geometry.mesh_files.read",
     "rotate_about_axis": "geometry.contact",
     "scaled_jacobian": "geometry.quality",

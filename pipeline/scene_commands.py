@@ -18,12 +18,13 @@ def print_validation(scene: Path, as_json: bool) -> bool:
     from pipeline.scene.all_errors import all_errors
     from pipeline.scene.plausibility import plausibility_warnings
 
+    found_in_mesh: list[str] = []
     try:
         file, errors = all_errors(scene)
         if file is not None and file.first.mesh_file is not None:
             from pipeline.stages.own_mesh import check_meshes
 
-            errors = check_meshes(file)
+            errors, found_in_mesh = check_meshes(file)
             file = None if errors else file
     except InputError as error:
         file, errors = None, [str(error)]
@@ -33,7 +34,7 @@ def print_validation(scene: Path, as_json: bool) -> bool:
         for line in errors:
             print_error(line)
         return False
-    remarks = plausibility_warnings(file)
+    remarks = [*plausibility_warnings(file), *found_in_mesh]
     if as_json:
         accuracy = None if file.accuracy is None else file.accuracy.plain()
         found = {

@@ -94,16 +94,43 @@ def _collect(main: str, path: str, chain: tuple[str, ...], blocks: list[KeywordB
 
 def _blocks_of(path: str) -> Iterator[KeywordBlock]:
     lines = text_lines(path)
-    starts = [k for k, line in enumerate(lines) if line.lstrip()[:1] == "*" and line.lstrip()[:2] != "**"]
+    starts = _keyword_lines(lines)
     if not starts:
         raise MeshFileError(path, "holds no keyword such as *NODE: an Abaqus or CalculiX input file is needed")
     for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
-        text, first = lines[start].strip(), start + 1
-        while text.endswith(",") and first < end:  # a keyword line goes on
-            text, first = text + lines[first].strip(), first + 1
+        text, first = _whole_line(lines, start, end)
         keyword, parameters = _head(text)
         data = [line for line in lines[first:end] if line.strip() and line.lstrip()[:2] != "**"]
         yield KeywordBlock(keyword, parameters, data, start + 1, path)
+
+
+def included_names(lines: list[str]) -> list[str]:
+    """Files that the `*INCLUDE`s of an input file name, as written.
+
+    Parameters
+    ----------
+    lines : list of str
+        Lines of the file.
+    """
+    starts = _keyword_lines(lines)
+    heads = [
+        _head(_whole_line(lines, start, end)[0])
+        for start, end in zip(starts, [*starts, len(lines)][1:], strict=True)
+        if "INCLUDE" in lines[start].upper()
+    ]
+    return [parameters["INPUT"] for keyword, parameters in heads if keyword == "INCLUDE" and parameters.get("INPUT")]
+
+
+def _keyword_lines(lines: list[str]) -> list[int]:
+    return [k for k, line in enumerate(lines) if line.lstrip()[:1] == "*" and line.lstrip()[:2] != "**"]
+
+
+def _whole_line(lines: list[str], start: int, end: int) -> tuple[str, int]:
+    """A keyword line with those that it goes on in, and the line after it."""
+    text, first = lines[start].strip(), start + 1
+    while text.endswith(",") and first < end:
+        text, first = text + lines[first].strip(), first + 1
+    return text, first
 
 
 def _head(text: str) -> tuple[str, dict[str, str]]:

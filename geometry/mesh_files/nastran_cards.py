@@ -175,12 +175,30 @@ def _lines(main: str, path: str, chain: tuple[str, ...], opened: list[int]) -> I
             line = line.partition("$")[0]
         if not line.strip():
             continue
-        found = _INCLUDE.match(line) if line.lstrip()[:7].upper() == "INCLUDE" else None
-        if found is None:
+        name = _included(line)
+        if name is None:
             yield number, line
             continue
-        target = included_file(main, path, found[1].strip(), chain)
+        target = included_file(main, path, name, chain)
         yield from _lines(main, target, (*chain, target), opened)
+
+
+def included_names(lines: list[str]) -> list[str]:
+    """Files that the `INCLUDE`s of a deck name, as written.
+
+    Parameters
+    ----------
+    lines : list of str
+        Lines of the file.
+    """
+    found = [_included(line.partition("$")[0]) for line in lines if "INCLUDE" in line.upper()]
+    return [name for name in found if name is not None]
+
+
+def _included(line: str) -> str | None:
+    """The file that a line without its comment includes; None for any other line."""
+    found = _INCLUDE.match(line) if line.lstrip()[:7].upper() == "INCLUDE" else None
+    return None if found is None else found[1].strip()
 
 
 def cards(deck: NastranDeck) -> Iterator[Card]:

@@ -14,6 +14,7 @@ _SAME_PLACE = 0.2  # largest difference of radius or axial position of the faces
 _AREAS = 0.1  # largest relative difference of the areas
 _OPPOSITE = 20.0  # degrees, largest angle between a normal and the opposite one
 _WHOLE = 1e-2  # a number of blades this near to a whole one, relatively
+_CLOSED = 0.02  # of a gap: what may be left of it with the number of blades that closes it
 _LIKE = 0.05  # of the size of a face: as near are the points of two faces that are alike
 
 
@@ -37,8 +38,7 @@ def check_places(right: SidePoints, left: SidePoints, direction: FloatArray, axi
 
 def check_pitch(right: SidePoints, left: SidePoints, n_blades: int, tolerance: float) -> None:
     """Raise OwnMeshError where the faces are not one pitch apart, with the number of blades that fits."""
-    turns = [float(np.arctan2(face.centroid[1], face.centroid[2])) for face in (right, left)]
-    apart = turns[0] - turns[1]
+    apart = _apart(right, left)
     pitch = 2.0 * np.pi / n_blades
     radius = float(np.hypot(*right.centroid[1:]))
     if abs(apart - pitch) * radius <= tolerance:
@@ -50,6 +50,16 @@ def check_pitch(right: SidePoints, left: SidePoints, n_blades: int, tolerance: f
     raise OwnMeshError("mesh.n_blades", n_blades, told)
 
 
+def closing_number(right: SidePoints, left: SidePoints, n_blades: int) -> int | None:
+    """Another number of blades, with which the faces would touch; None where there is none, or they do touch."""
+    apart = _apart(right, left)
+    if apart <= 0.0:
+        return None
+    other = round(2.0 * np.pi / apart)
+    away = abs(apart - 2.0 * np.pi / n_blades)
+    return None if other == n_blades or abs(apart - 2.0 * np.pi / other) > _CLOSED * away else other
+
+
 def check_alike(right: SidePoints, left: SidePoints, n_blades: int) -> float:
     """Largest angle, degrees, between a normal of the right face and the opposite one; or OwnMeshError."""
     from scipy.spatial import cKDTree
@@ -58,7 +68,7 @@ def check_alike(right: SidePoints, left: SidePoints, n_blades: int) -> float:
     areas = [float(face.area.sum()) for face in (right, left)]
     pitch = 2.0 * np.pi / n_blades
     back, normal = rotate_about_axis(right.position, -pitch), rotate_about_axis(right.normal, -pitch)
-    if _mirrored(right, left, back):
+    if _mirrored(right, left):
         told = "is the mirror image of the right face (y to -y), not the right face turned back by one pitch"
         raise OwnMeshError(name, None, told)
     if abs(areas[1] / areas[0] - 1.0) > _AREAS:
@@ -74,15 +84,24 @@ def check_alike(right: SidePoints, left: SidePoints, n_blades: int) -> float:
     return float(np.quantile(angle, 0.99))
 
 
-def _mirrored(right: SidePoints, left: SidePoints, back: FloatArray) -> bool:
-    """Whether the left face is the mirror image of the right one about the plane between them, and not its image."""
+def _apart(right: SidePoints, left: SidePoints) -> float:
+    """Angle from the left face to the right one about the axis x, rad."""
+    return float(np.arctan2(*right.centroid[1:]) - np.arctan2(*left.centroid[1:]))
+
+
+def _mirrored(right: SidePoints, left: SidePoints) -> bool:
+    """Whether the left face is the mirror image of the right one about the plane between them, and not its image.
+
+    The image is turned back by the angle between the centroids: symmetric faces are both, whatever the gap.
+    """
     from scipy.spatial import cKDTree
 
     size, tree = float(np.sqrt(right.area.sum())), cKDTree(left.position)
     middle = right.centroid * [0.0, 1.0, 1.0] + left.centroid * [0.0, 1.0, 1.0]
     frame = axes_through(np.array([1.0, 0.0, 0.0]), middle)
     image = right.position @ frame.T * [1.0, -1.0, 1.0] @ frame
-    as_turned, as_mirrored = (float(np.quantile(tree.query(each)[0], 0.95)) for each in (back, image))
+    turned = rotate_about_axis(right.position, -_apart(right, left))
+    as_turned, as_mirrored = (float(np.quantile(tree.query(each)[0], 0.95)) for each in (turned, image))
     return as_turned > _LIKE * size and as_mirrored < 0.5 * as_turned and as_mirrored < _LIKE * size
 
 

@@ -34,6 +34,8 @@ class SectorFindings:
         Our axes x, y, z in the axes of the file, row by row.
     notes : tuple of str
         What was left out, exchanged or assumed, one line each.
+    warnings : tuple of str
+        What is probably a mistake in the input, one line each.
 
     Examples
     --------
@@ -55,6 +57,7 @@ class SectorFindings:
     normal_angle: float
     rotation: FloatArray
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -66,7 +69,8 @@ class SectorFindings:
         right, left = (f"{1e6 * area:.6g}" for area in self.areas)
         angle = round(self.normal_angle, 3)
         return (
-            f"faces: {pairs}, largest mismatch {1e6 * self.mismatch:.3g} um; {gap}{shared}",
+            *(f"warning: {warning}" for warning in self.warnings),
+            f"faces: {pairs}, largest mismatch {round(1e6 * self.mismatch, 6):.3g} um; {gap}{shared}",
             f"areas: right {right} mm^2, left {left} mm^2; normals opposite to {angle:.2g} degrees",
             _rotation_text(self.rotation),
             *self.notes,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -12,6 +13,18 @@ from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import chosen_sides
 
 _MOST_NAMES = 8  # listed in a message
+
+
+def names_of_file(mesh: ImportedMesh, sets: Mapping[str, str]) -> tuple[dict[str, str], list[str]]:
+    """Names of sets by role as the file writes them, where only upper and lower case differ; and notes on them."""
+    known = {*mesh.node_sets, *mesh.surfaces}
+    found, notes = dict(sets), []
+    for role, name in sets.items():
+        alike = sorted(each for each in known if each.lower() == name.lower())
+        if name not in known and len(alike) == 1:
+            found[role] = alike[0]
+            notes.append(f'mesh.sets.{role}: "{name}" is "{alike[0]}" in the file')
+    return found, notes
 
 
 def look_up(mesh: ImportedMesh, role: str, name: str) -> ElementSides | IntArray:

@@ -13,10 +13,10 @@ from geometry.errors import OwnMeshError
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import boundary, check_orientation, checked_body, side_corners
 from geometry.own_mesh.candidates import find_faces, find_root
-from geometry.own_mesh.face_checks import check_places
+from geometry.own_mesh.face_checks import check_places, closing_number
 from geometry.own_mesh.face_pairing import Surface
 from geometry.own_mesh.findings import SectorFindings
-from geometry.own_mesh.named_sets import face_sides, nodes_with_mid_sides
+from geometry.own_mesh.named_sets import face_sides, names_of_file, nodes_with_mid_sides
 from geometry.own_mesh.paired_faces import FacePair, contact_faces, pair_faces
 from geometry.own_mesh.sector_choice import SectorChoice
 from geometry.own_mesh.side_quadrature import quadrature, side_tables
@@ -91,6 +91,8 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
     mesh.file = 'b.inp': must hold solid elements; there are none
     """
     mesh, notes = checked_body(mesh)
+    sets, renamed = names_of_file(mesh, choice.sets)
+    choice = replace(choice, sets=sets)
     metres = choice.metres
     mesh = replace(mesh, points=(mesh.points - np.asarray(choice.axis_point, dtype=float)) * metres)
     check_size(float(distance_from_axis(choice.direction, mesh.points).max()), choice.unit)
@@ -109,7 +111,8 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
         areas=pair.areas,
         normal_angle=pair.normal_angle,
         rotation=rotation,
-        notes=(*mesh.notes, *notes, *found, *how, *_remarks(pair)),
+        notes=(*mesh.notes, *notes, *renamed, *found, *how, *_remarks(pair)),
+        warnings=_warnings(pair, choice.n_blades),
     )
     return OwnSector(sector, findings, materials_in_si(mesh.materials, choice.unit))
 
@@ -199,6 +202,16 @@ def _tip(mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides) -> int
 
 def _surface(mesh: ImportedMesh, face: ElementSides) -> Surface:
     return Surface(mesh.points, face.nodes(mesh.blocks), side_tables(mesh.blocks, face))
+
+
+def _warnings(pair: FacePair, n_blades: int) -> tuple[str, ...]:
+    """Whether another number of blades closes the gap or the overlap of the faces."""
+    other = closing_number(pair.right.samples(), pair.left.samples(), n_blades)
+    if other is None:
+        return ()
+    what, size = ("a gap" if sum(pair.gap) > 0.0 else "an overlap"), 1e6 * max(map(abs, pair.gap))
+    told = f"n_blades = {n_blades} leaves {what} of {size:.3g} um between the contact faces"
+    return (f"{told}; with n_blades = {other} they touch",)
 
 
 def _remarks(pair: FacePair) -> list[str]:

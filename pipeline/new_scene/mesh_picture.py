@@ -53,7 +53,7 @@ def mesh_picture(
             view = _towards(points, triangles[rows[role]]) if role in rows else np.array([-0.6, 0.8, 0.0]) * side
             view = view + np.array([0.45 * view[1], -0.45 * view[0], 0.45 * side])  # a little from the side
             _draw(axes, points, triangles, colours, view / np.linalg.norm(view))
-            axes.set_title(f"{NAMES[role]}, {where}")
+            axes.set_title(f"{NAMES[role]}, {where}" if role in rows else where)
         _legend(figure, marked)
         figure.suptitle(title)
         return drawn(figure, "png")

@@ -22,9 +22,17 @@ _WORDS = {
     "root": ("root", "fixed", "fix", "clamped", "clamp", "hub", "encastre", "spc", "dovetail", "base", "bottom"),
     "tip": ("tip", "load", "output", "probe"),
 }
-_PAIRS = (("right", "left"), ("plus", "minus"), ("pos", "neg"), ("high", "low"), ("ps", "ss"), ("next", "prev"))
+_PAIRS = (
+    ("right", "left"),
+    ("plus", "minus"),
+    ("pos", "neg"),
+    ("high", "low"),
+    ("ps", "ss"),
+    ("pressure", "suction"),
+    ("next", "prev"),
+)
 _CONTACT = ("contact", "shroud", "face", "cont")
-_LARGEST = 10.0  # radius in m of the tip of a blade: a larger one is in mm
+_LARGEST = {"m": 3.0, "in": 80.0}  # coordinates up to which a mesh is in m, or else in inches; larger ones are mm
 _STIFF = (1e9, 1e7)  # moduli above the first are in Pa, below the second in MPa
 _AXES = ("x", "y", "z")
 _LARGEST_PITCH = 2.5  # rad, of rings of three blades or more
@@ -83,8 +91,15 @@ def guess(mesh: ImportedMesh, unit: str | None = None, axis: str | None = None, 
         centres = [_centre(mesh, sets[role]) for role in ("contact_right", "contact_left")]
         best = _axis_between(centres[0], centres[1], axis)
     if best is None:
-        why.append("axis, number of blades: not known without a pair of contact faces")
-        return Guess(unit or found_unit, axis or "x", n_blades, sets, tuple(why))
+        from geometry import fitting_ring
+
+        ring = fitting_ring(mesh, axis)
+        if ring is None:
+            why.append("axis, number of blades: not known without a pair of contact faces")
+            return Guess(unit or found_unit, axis or "x", n_blades, sets, tuple(why))
+        what = "1 pair of surfaces is" if ring.pairs == 1 else f"{ring.pairs} pairs of surfaces are"
+        why.append(f"axis {ring.axis}, {ring.n_blades} blades: {what} {360.0 / ring.n_blades:.6g} degrees apart")
+        return Guess(unit or found_unit, ring.axis, n_blades or ring.n_blades, sets, tuple(why))
     direction, pitch, mismatch = best
     if pitch < 0.0:  # the axis points the other way, or the names are exchanged: the scene keeps the axis
         sets["contact_right"], sets["contact_left"] = sets["contact_left"], sets["contact_right"]
@@ -113,7 +128,11 @@ def _unit(mesh: ImportedMesh) -> tuple[str, str]:
     if moduli and max(moduli) < _STIFF[1]:
         return "mm", f"Young's modulus {moduli[0]:.4g} is one in MPa"
     largest = float(np.abs(mesh.points).max())
-    return ("mm" if largest > _LARGEST else "m"), f"the largest coordinate is {largest:.4g}"
+    unit = next((unit for unit, limit in _LARGEST.items() if largest <= limit), "mm")
+    from geometry import UNIT_SYSTEMS
+
+    metres = "" if unit == "m" else f", {UNIT_SYSTEMS[unit].length * largest:.3g} m"
+    return unit, f"the largest coordinate is {largest:.4g}{metres}"
 
 
 def _roles(names: list[str]) -> Iterator[tuple[str, str]]:
@@ -122,7 +141,8 @@ def _roles(names: list[str]) -> Iterator[tuple[str, str]]:
     by_lower = {name.lower(): name for name in words}
     for role in ("root", "tip"):
         exact = by_lower.get(role)
-        found = [name for word in _WORDS[role] for name in words if word in words[name]]
+        # CalculiX users write NFIX for a node set, SFIX for a surface
+        found = [name for word in _WORDS[role] for name in words if {word, f"n{word}", f"s{word}"} & words[name]]
         if exact or found:
             yield role, exact or found[0]
     pairs = [

@@ -123,8 +123,9 @@ def _model(source: ReportSource) -> list[ErrorRow]:
         'modes. Where it is large, raise rom.modes or set it to "auto".'
     )
     mesh_mean = (
-        "Error of the natural frequencies, estimated with a second mesh. Where it is large, lower mesh.size. The "
-        "amplitude under a given force depends on the compliance of the loaded point, which converges more slowly."
+        "Error of the natural frequencies, estimated with a second mesh. Where it is large, lower mesh.size, or "
+        "refine the mesh of the file. The amplitude under a given force depends on the compliance of the loaded "
+        "point, which converges more slowly."
     )
     not_measured = f"not measured; run: shroud verify {source.scene_file.name}"
     errors = [each for _, each in source.verified]

@@ -63,7 +63,8 @@ def errors_said(entry: Mapping[str, Any]) -> str:
         said += f", from the full model {100 * entry['model_error']:.2g} %"
     spots = entry["hot_spots"]
     if spots and spots[0]["amplitude_pa"]:
-        said += f", between elements at hot spot 1 {100 * spots[0]['spread_pa'] / spots[0]['amplitude_pa']:.2g} %"
+        spread = 100 * spots[0]["spread_pa"] / spots[0]["amplitude_pa"]
+        said += f", between elements at hot spot 1 {f'{spread:.2g}' if spread < 99.5 else f'{spread:.0f}'} %"
     return said
 
 

@@ -75,7 +75,8 @@ def all_errors(path: Path) -> tuple[SceneFile | None, list[str]]:
     if not found.errors:
         return file, []
     lines = key_lines(text)
-    errors = sorted(_without_explained(found.errors.values()), key=lambda error: line_of(error, lines))
+    explained = _without_explained(found.errors.values(), _of_a_file(tables))
+    errors = sorted(explained, key=lambda error: line_of(error, lines))
     return None, [with_line(error, lines) for error in errors]
 
 
@@ -101,11 +102,22 @@ def _good_part(path: Path, sweep: Any, found: _Found) -> Any:
     return sweep
 
 
-def _without_explained(errors: Collection[InputError]) -> list[InputError]:
-    """The errors but those about a missing key that an unknown one stands for or that a misspelt preset gives."""
+def _of_a_file(tables: Mapping[str, Any]) -> bool:
+    """Whether the mesh is that of a file, so that no blade and no shroud are missing, whatever is wrong in [mesh]."""
+    mesh = tables.get("mesh")
+    return isinstance(mesh, Mapping) and "file" in mesh
+
+
+def _without_explained(errors: Collection[InputError], of_a_file: bool) -> list[InputError]:
+    """The errors but those about a missing key that another error explains.
+
+    That is one that an unknown key stands for, that a misspelt preset gives, or that a mesh from a file does without.
+    """
     meant = {each[1] for error in errors if (each := _MEANT.search(str(error)))}
     if any(error.key == "accuracy" for error in errors) or "accuracy" in meant:
         meant.add(SIZE)
+    if of_a_file:
+        meant |= {"blade", "shroud"}
     return [error for error in errors if not (error.key in meant and f"{error.key}: missing" in str(error))]
 
 

@@ -87,7 +87,7 @@ def _unfit_members_with_matrices(file: SceneFile, broken: Mapping[int, Set[str]]
     for member in file.members:
         wrong = broken.get(member.index, set())
         yield from _unfit_keys(file.path, member, wrong)
-        if not wrong & {"model", "rom", "load"}:
+        if not wrong & {"model", "rom", "load", "excitation", "output"}:
             yield from unfit_matrix_keys(file.path, member)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import hashlib
 import os
-import re
 from functools import lru_cache
 from pathlib import Path
 
@@ -14,13 +13,8 @@ from pipeline.scene.reading import Member, key_in_file
 
 SUFFIXES = (".inp", ".bdf", ".dat", ".nas", ".cdb", ".msh", ".vtu", ".med")
 KEY = "mesh.file"
-MOST_INCLUDED = 100
-# *INCLUDE, INPUT=file of Abaqus and CalculiX; INCLUDE 'file' of Nastran
-_INCLUDED = (
-    re.compile(rb"^\*include\s*,\s*input\s*=\s*[\"']?([^\"',\r\n]+)", re.IGNORECASE | re.MULTILINE),
-    re.compile(rb"^include\s+[\"']([^\"'\r\n]+)[\"']", re.IGNORECASE | re.MULTILINE),
-)
-_BINARY = (".med",)
+MOST_INCLUDED = 1000  # as in the readers
+_WITH_INCLUDES = (".inp", ".bdf", ".dat", ".nas")
 
 
 def check_mesh_file(path: Path, member: Member) -> None:
@@ -80,7 +74,7 @@ def mesh_file_parts(file: str) -> tuple[Path, ...]:
         if part not in found:
             found[part] = None
             if part.is_file():
-                waiting += [part.parent / name for name in _included(part, *_state(part))]
+                waiting += [part.parent / name for name in _included(part, Path(file).suffix, *_state(part))]
     return tuple(found)
 
 
@@ -91,13 +85,15 @@ def _state(path: Path) -> tuple[int, int]:
 
 
 @lru_cache(maxsize=64)
-def _included(path: Path, size: int, time: int) -> tuple[str, ...]:
-    if path.suffix.lower() in _BINARY:
+def _included(path: Path, suffix: str, size: int, time: int) -> tuple[str, ...]:
+    if suffix.lower() not in _WITH_INCLUDES or b"include" not in path.read_bytes().lower():
         return ()
-    content = path.read_bytes()
-    if b"include" not in content.lower():
+    from geometry import MeshFileError, included_names
+
+    try:
+        return included_names(path, suffix)
+    except MeshFileError:  # no text: its reader says so
         return ()
-    return tuple(os.fsdecode(name.strip()) for pattern in _INCLUDED for name in pattern.findall(content))
 
 
 @lru_cache(maxsize=64)

@@ -78,8 +78,8 @@ class ModelChain:
         verb = "meshing" if scene.mesh_file is None else "reading the mesh"
         entry = self._get("mesh", keys.mesh, verb, lambda folder: make_mesh(folder, scene))
         if scene.mesh_file is not None:
-            if not known:
-                for line in own_findings(entry.file(SECTOR).parent)["findings"]:
+            for line in own_findings(entry.file(SECTOR).parent)["findings"]:
+                if not known or line.startswith("warning: "):
                     self.reporter.line(f"{Path(scene.mesh_file).name}: {line}")
             try:
                 check_on_mesh(scene, entry.file(SECTOR).parent)

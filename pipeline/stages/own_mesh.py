@@ -139,9 +139,10 @@ def write_findings(folder: Path, own: OwnSector) -> None:
     (folder / FINDINGS).write_text(json.dumps(facts), encoding="utf-8")
 
 
-def check_meshes(file: SceneFile) -> list[str]:
-    """Read the mesh files of a scene; a line for each that cannot be read or makes no sector."""
+def check_meshes(file: SceneFile) -> tuple[list[str], list[str]]:
+    """Read the mesh files of a scene; a line for each that makes no sector, and warnings about the others."""
     lines: dict[str, None] = {}
+    warnings: dict[str, None] = {}
     known: set[object] = set()
     for member in file.members:
         scene = member.scene
@@ -149,12 +150,13 @@ def check_meshes(file: SceneFile) -> list[str]:
             continue
         known.add(scene.mesh)
         try:
-            read_own_sector(scene)
+            own = read_own_sector(scene)
+            warnings |= dict.fromkeys(own.findings.warnings)
         except InputError as error:
             lines[str(error)] = None
         except ValueError as error:
             lines[str(parameter_error(file.path, member, error))] = None
-    return list(lines)
+    return list(lines), list(warnings)
 
 
 def check_on_mesh(scene: Scene, folder: Path) -> None:

@@ -210,11 +210,12 @@ class _Loads:
     def _set(self, table: str, key: str, name: str) -> NDArray[np.int64]:
         from rom import RomParameterError
 
-        sets = self.sector.node_sets
+        sets, given = self.sector.node_sets, name
+        name = self._in_the_case_of_the_file(given)
         if name not in sets and name in self.sector.surfaces:
             return self.full.vertex_node[self.sector.surfaces[name].nodes(self.sector.blocks)]
         if name not in sets or not len(sets[name]):
-            raise RomParameterError(table, f"{key}.set", name, f"a node set of the mesh: {', '.join(sorted(sets))}")
+            raise RomParameterError(table, f"{key}.set", given, f"a node set of the mesh: {', '.join(sorted(sets))}")
         return self.full.vertex_node[sets[name]]
 
     def _pressure(self, table: str, name: str) -> Vector:
@@ -232,11 +233,18 @@ class _Loads:
         """A surface by its name, or the outer sides between the nodes of a set."""
         from geometry import sides_on
 
+        name = self._in_the_case_of_the_file(name)
         if name in self.sector.surfaces:
             return self.sector.surfaces[name]
         if name in self.sector.node_sets:
             return sides_on(self.sector.blocks, self.sector.node_sets[name])
         return None
+
+    def _in_the_case_of_the_file(self, name: str) -> str:
+        """The name of a set or surface where it differs from a single one by upper and lower case only."""
+        known = {*self.sector.node_sets, *self.sector.surfaces}
+        alike = [each for each in known if each.lower() == name.lower()]
+        return alike[0] if name not in known and len(alike) == 1 else name
 
     def _points_of(self, table: NodalTable) -> NDArray[np.int64]:
         from rom import RomParameterError

@@ -204,3 +204,26 @@ def test_a_surface_counts_before_a_node_set_of_the_same_name():
         sector_from_mesh(replace(mesh, surfaces={"PS_FACE": half}), choice())
     found = sector_from_mesh(replace(mesh, surfaces={"PS_FACE": face}), choice()).sector
     np.testing.assert_array_equal(found.right.position, sector.right.position)
+
+
+def test_names_of_sets_may_be_in_another_case():
+    own = sector_from_mesh(FULL, named(root="Root", contact_right="ps_face"))
+    assert np.array_equal(np.sort(own.sector.node_sets["root"]), np.sort(FULL.node_sets["ROOT"]))
+    assert 'mesh.sets.root: "Root" is "ROOT" in the file' in own.findings.lines
+    twice = with_sets(FULL, root=FULL.node_sets["ROOT"])
+    with pytest.raises(OwnMeshError, match=r"mesh.sets.root = 'Root': the file has no such set"):
+        sector_from_mesh(twice, named(root="Root"))
+
+
+@pytest.mark.parametrize(("n_blades", "what"), [(N_BLADES - 1, "a gap"), (N_BLADES + 1, "an overlap")])
+def test_a_number_of_blades_off_by_one_is_said_first(n_blades, what):
+    found = sector_from_mesh(FULL, choice(n_blades=n_blades, tolerance=1e-3)).findings
+    assert found.lines[0].startswith(f"warning: n_blades = {n_blades} leaves {what} of ")
+    assert found.lines[0].endswith(f"with n_blades = {N_BLADES} they touch")
+    assert sector_from_mesh(FULL, choice()).findings.warnings == ()
+
+
+def test_a_design_gap_is_no_wrong_number_of_blades():
+    found = sector_from_mesh(moved_face((0.0, -50e-6, 0.0)), choice()).findings
+    assert found.gap[0] > 40e-6
+    assert found.warnings == ()

@@ -31,9 +31,8 @@ LONGEST = 5  # of lists that may have any length
 def values(node: dict[str, Any]) -> st.SearchStrategy[Any]:
     """Values that fit a node of the schema; null, which TOML has not, is left out."""
     if "$ref" in node:
-        return values(
-            SCHEMA["$defs"][node["$ref"].rpartition("/")[2]] | {k: v for k, v in node.items() if k != "$ref"}
-        )
+        beside = {key: value for key, value in node.items() if key != "$ref"}
+        return values(SCHEMA["$defs"][node["$ref"].rpartition("/")[2]] | beside)
     if "anyOf" in node:
         return st.one_of([values(each) for each in node["anyOf"] if each.get("type") != "null"])
     if "const" in node or "enum" in node:
@@ -174,7 +173,7 @@ def test_what_the_schema_refuses_is_refused(
     path = write_scene(tmp_path_factory.mktemp("changed") / "scene.toml", scene)
     if not VALIDATOR.is_valid(scene):
         status, said, error = shroud("validate", path)
-        assert (status, said) == (2, "")
+        assert (status, said) == (2, ""), error
         found = [line.partition(": ")[2] for line in error.splitlines()]
         assert any(line.startswith(f"{key[0]}.{key[1]}") for line in found), error
     elif not _whole_as_fraction(value):

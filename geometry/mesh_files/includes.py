@@ -1,0 +1,46 @@
+"""Files that a mesh file includes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from geometry.mesh_files import abaqus_keywords, nastran_cards
+from geometry.mesh_files.text_files import text_lines
+
+_RULES = {
+    ".inp": abaqus_keywords.included_names,
+    ".bdf": nastran_cards.included_names,
+    ".nas": nastran_cards.included_names,
+    ".dat": nastran_cards.included_names,
+}
+
+
+def included_names(path: str | Path, suffix: str) -> tuple[str, ...]:
+    """Names of the files that a mesh file includes directly, as written there, by the rule of its reader.
+
+    Parameters
+    ----------
+    path : str or path
+        The mesh file, or a file that it includes.
+    suffix : str
+        Suffix of the mesh file, which tells the format: ".inp", ".bdf", ...
+
+    Returns
+    -------
+    tuple of str
+        The names; those of another folder and of files that are not there too.
+
+    Raises
+    ------
+    MeshFileError
+        The file cannot be read, or is no text.
+
+    Examples
+    --------
+    >>> from geometry import included_names
+    >>> _ = open("main.inp", "w").write("*Include, Input = nodes.inc\\n*NODE\\n1, 0., 0., 0.\\n")
+    >>> included_names("main.inp", ".inp")
+    ('nodes.inc',)
+    """
+    rule = _RULES.get(suffix.lower())
+    return () if rule is None else tuple(rule(text_lines(path)))
