@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geometry.engine_axes import NAMED_AXES, axes_through
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import boundary
 from geometry.own_mesh.candidates import fitting_number, matched_pairs
-from geometry.own_mesh.turning import axes_through
 
 _WIDEST = 2.2  # rad: a sector of a ring of three blades or more
 
@@ -71,7 +71,7 @@ def fitting_ring(mesh: ImportedMesh, axis: str | None = None) -> Ring | None:
     outside = boundary(mesh.blocks)
     found: list[tuple[int, Ring]] = []
     for name in "xyz" if axis is None else (axis,):
-        direction = np.eye(3)["xyz".index(name[-1])] * (-1.0 if name.startswith("-") else 1.0)
+        direction = NAMED_AXES[name]
         middle = mesh.points.mean(axis=0)
         if np.linalg.norm(np.cross(middle, direction)) <= 1e-9 * np.ptp(mesh.points):
             continue
