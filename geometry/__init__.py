@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from geometry.mesh_files.write import write_mesh
     from geometry.own_mesh.findings import SectorFindings
     from geometry.own_mesh.own_sector import OwnSector, sector_from_mesh
-    from geometry.own_mesh.ring import Ring, fitting_ring
+    from geometry.own_mesh.ring import SectorRing, fitting_ring
     from geometry.own_mesh.sector_choice import SectorChoice
     from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
     from geometry.quality import hexahedron_scaled_jacobian, scaled_jacobian
@@ -47,11 +47,11 @@ __all__ = [
     "OwnMeshError",
     "OwnSector",
     "ParameterError",
-    "Ring",
     "SectorChoice",
     "SectorFileError",
     "SectorFindings",
     "SectorMesh",
+    "SectorRing",
     "ShroudParameters",
     "UnitSystem",
     "axes_through",
@@ -92,11 +92,11 @@ _PLACES = {
     "OwnMeshError": "geometry.errors",
     "OwnSector": "geometry.own_mesh.own_sector",
     "ParameterError": "geometry.errors",
-    "Ring": "geometry.own_mesh.ring",
     "SectorChoice": "geometry.own_mesh.sector_choice",
     "SectorFileError": "geometry.errors",
     "SectorFindings": "geometry.own_mesh.findings",
     "SectorMesh": "geometry.sector",
+    "SectorRing": "geometry.own_mesh.ring",
     "ShroudParameters": "geometry.parameters",
     "UnitSystem": "geometry.units",
     "axes_through": "geometry.engine_axes",

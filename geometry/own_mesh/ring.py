@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.engine_axes import axes_through
+from geometry.engine_axes import NAMED_AXES, axes_through
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import boundary
 from geometry.own_mesh.candidates import fitting_number, matched_pairs
@@ -15,7 +15,7 @@ _WIDEST = 2.2  # rad: a sector of a ring of three blades or more
 
 
 @dataclass(frozen=True)
-class Ring:
+class SectorRing:
     """A ring that a mesh makes, turned about an axis through the origin of its file.
 
     Attributes
@@ -29,8 +29,8 @@ class Ring:
 
     Examples
     --------
-    >>> from geometry import Ring
-    >>> Ring("z", 24, 1).n_blades
+    >>> from geometry import SectorRing
+    >>> SectorRing("z", 24, 1).n_blades
     24
     """
 
@@ -39,7 +39,7 @@ class Ring:
     pairs: int
 
 
-def fitting_ring(mesh: ImportedMesh, axis: str | None = None) -> Ring | None:
+def fitting_ring(mesh: ImportedMesh, axis: str | None = None) -> SectorRing | None:
     """The ring in which most element sides of a mesh are one pitch from another one, node by node.
 
     Parameters
@@ -51,7 +51,7 @@ def fitting_ring(mesh: ImportedMesh, axis: str | None = None) -> Ring | None:
 
     Returns
     -------
-    Ring or None
+    SectorRing or None
         The ring; None where no surfaces match under the pitch of any number of blades.
 
     Examples
@@ -64,14 +64,14 @@ def fitting_ring(mesh: ImportedMesh, axis: str | None = None) -> Ring | None:
     >>> points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), [0.0] * 4 + [2.0] * 4])
     >>> mesh = ImportedMesh("b.inp", points, np.arange(8), (ElementBlock("hex8", np.arange(8)[None]),), ())
     >>> fitting_ring(mesh)
-    Ring(axis='z', n_blades=36, pairs=1)
+    SectorRing(axis='z', n_blades=36, pairs=1)
     """
     if mesh.n_elements == 0:
         return None
     outside = boundary(mesh.blocks)
-    found: list[tuple[int, Ring]] = []
+    found: list[tuple[int, SectorRing]] = []
     for name in "xyz" if axis is None else (axis,):
-        direction = np.eye(3)["xyz".index(name[-1])] * (-1.0 if name.startswith("-") else 1.0)
+        direction = NAMED_AXES[name]
         middle = mesh.points.mean(axis=0)
         if np.linalg.norm(np.cross(middle, direction)) <= 1e-9 * np.ptp(mesh.points):
             continue
@@ -81,5 +81,5 @@ def fitting_ring(mesh: ImportedMesh, axis: str | None = None) -> Ring | None:
         number = fitting_number(points, mesh.blocks, outside)
         if number is not None and number >= 3:
             pairs = matched_pairs(points, mesh.blocks, outside, 2.0 * np.pi / number)
-            found.append((sum(len(pair.right) for pair in pairs), Ring(name, number, len(pairs))))
+            found.append((sum(len(pair.right) for pair in pairs), SectorRing(name, number, len(pairs))))
     return max(found, key=lambda each: each[0])[1] if found else None

@@ -33,7 +33,7 @@ class ModeResonance:
     damping_ratio : float
         Damping ratio of the mode there.
     stable : bool
-        Whether more amplitude asks for more force; else the motion goes away from there by itself.
+        Whether the resonant force grows with the amplitude; where it falls the resonance is unstable.
 
     Examples
     --------
