@@ -39,7 +39,7 @@ def axes_through(direction: FloatArray, at: FloatArray) -> FloatArray:
     --------
     >>> from geometry import NAMED_AXES, axes_through
     >>> axes_through(NAMED_AXES["z"], np.array([0.3, 0.0, 0.1])).tolist()
-    [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
+    [[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]
     """
     radial = at - (at @ direction) * direction
     z = radial / np.linalg.norm(radial)

@@ -83,6 +83,12 @@ def shown(value: Any) -> str:
     return text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + "..."
 
 
+def shown_file(file: str) -> str:
+    """The name of a file on one line; of a long one its end, which tells it from others."""
+    text = one_line(file)
+    return f'"{text}"' if len(text) + 2 <= _LONGEST_VALUE else f'"...{text[5 - _LONGEST_VALUE :]}"'
+
+
 def one_line(text: str) -> str:
     """`text` with line breaks, tabs and other unprintable characters turned into spaces.
 

@@ -1,12 +1,9 @@
-"""The output of a point and its largest displacement in a period, compiled: a curve asks for them at each point."""
+"""The largest displacement of a period, compiled: a curve asks for it twice a point."""
 
 import math
 
-import numpy as np
-
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.numba_cache import compiled, inner
-from nonlinear.contact.parameters import Array
 from nonlinear.contact.trigonometric_roots import PERIOD, cosine_sine
 
 SAMPLES_PER_HARMONIC = 32
@@ -51,57 +48,3 @@ def _derivatives(harmonics: ComplexArray, angle: float) -> tuple[float, float, f
         dx -= h * (real * sh + imag * ch)
         ddx -= h * h * part
     return x, dx, ddx
-
-
-@compiled
-def output_along_curve(
-    denominators: tuple[ComplexArray, ComplexArray],
-    adjoint: ComplexArray,
-    modal_force: ComplexArray,
-    output: ComplexArray,
-    forces: tuple[Array, Array],
-    motion: Array,
-    rate: float,
-) -> tuple[ComplexArray, ComplexArray]:
-    """Fourier coefficients of an output and their derivatives in the arc length, (H+1,) each.
-
-    `denominators`: those of the modal sum and their derivatives in w, (H+1, m); `adjoint` (H+1, m, 3 n_c) and
-    `modal_force` (H+1, m) as of the receptance; `output` (m,); `forces`: the contact forces (2H+1, n_c, 3) and their
-    Jacobian (n_c, 3, 3, 2H+1, 2H+1); `motion` (2H+1, n_c, 3) and `rate`: dx/ds and dw/ds.
-    """
-    value, derivative = denominators
-    force, jacobian = forces
-    n_h, modes = value.shape
-    size, n_contacts = force.shape[0], force.shape[1]
-    change = np.zeros((size, 3 * n_contacts))
-    for k in range(n_contacts):
-        for a in range(3):
-            for i in range(size):
-                change[i, 3 * k + a] = _times_motion(jacobian[k, a, :, i], motion[:, k])
-    found, changes = np.zeros(n_h, np.complex128), np.zeros(n_h, np.complex128)
-    of_force, of_change = np.empty(3 * n_contacts, np.complex128), np.empty(3 * n_contacts, np.complex128)
-    for h in range(n_h):
-        for k in range(n_contacts):
-            for a in range(3):
-                c = 3 * k + a
-                if h == 0:
-                    of_force[c], of_change[c] = force[0, k, a], change[0, c]
-                else:
-                    of_force[c] = complex(force[2 * h - 1, k, a], force[2 * h, k, a])
-                    of_change[c] = complex(change[2 * h - 1, c], change[2 * h, c])
-        modal, modal_change = np.dot(adjoint[h], of_force), np.dot(adjoint[h], of_change)
-        for m in range(modes):
-            coordinate = (modal_force[h, m] + modal[m]) / value[h, m]
-            found[h] += output[m] * coordinate
-            changes[h] += output[m] * (modal_change[m] - rate * derivative[h, m] * coordinate) / value[h, m]
-    return found, changes
-
-
-@inner
-def _times_motion(row: Array, motion: Array) -> float:
-    """A row of the Jacobian of one node (3, 2H+1) times its motion (2H+1, 3)."""
-    total = 0.0
-    for b in range(3):
-        for j in range(motion.shape[0]):
-            total += row[b, j] * motion[j, b]
-    return total

@@ -76,28 +76,19 @@ def amplitude_derivative(point: SolutionPoint, output: str, mean: float | None =
     With the coefficients x_h of the output and the angle theta at which abs(x) is largest,
     dA/ds = sign(x(theta)) Re sum_h dx_h/ds exp(i h theta). With a given `mean` x_0 is that, and constant.
     """
-    from nonlinear.continuation.amplitude_kernel import output_along_curve
-
     balance, receptance = point.balance, point.balance.receptance
-    motion = np.zeros(point.contact.force.shape)
-    motion[balance.first_row :] = point.tangent[0].reshape(-1, balance.n_contacts, 3)
-    harmonics, derivative = output_along_curve(
-        receptance.denominators(point.omega),
-        receptance.adjoint,
-        receptance.modal_force,
-        np.ascontiguousarray(receptance.modal.outputs[output], dtype=complex),
-        (np.ascontiguousarray(point.contact.force), np.ascontiguousarray(point.contact.jacobian)),
-        motion,
-        float(point.tangent[1]),
-    )
-    amplitude = largest_amplitude(with_mean(harmonics, mean))
+    output_shape = receptance.modal.outputs[output]
+    coordinates, dcoordinates_domega = receptance.modal_response(point.omega, complex_force(point.contact))
+    first = balance.first_row
+    dx_ds = point.tangent[0].reshape(-1, balance.n_contacts, 3)
+    dforce = np.einsum("kabij,jkb->ika", point.contact.jacobian[..., first:], dx_ds)
+    dforce_ds = to_complex(dforce.reshape(dforce.shape[0], -1))
+    rows = receptance.output_rows(output, point.omega)
+    derivative = (rows * dforce_ds).sum(axis=1) + (dcoordinates_domega @ output_shape) * point.tangent[1]
+    amplitude = largest_amplitude(with_mean(coordinates @ output_shape, mean))
+    order = np.arange(derivative.size)
     derivative = derivative if mean is None else np.append(0j, derivative[1:])
-    return float(amplitude.sign * (derivative * _turned(amplitude.angle, derivative.size)).sum().real)
-
-
-def _turned(angle: float, count: int) -> ComplexArray:
-    """exp(i h angle), h = 0 .. count - 1."""
-    return np.exp(1j * angle * np.arange(count))
+    return float(amplitude.sign * (derivative * np.exp(1j * order * amplitude.angle)).sum().real)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from pipeline.errors import InputError, input_error, shown, system_reason
+from pipeline.errors import InputError, input_error, shown, shown_file, system_reason
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.validation_errors import allowed_values
 
@@ -61,7 +61,7 @@ def unfit_matrix_keys(path: Path, member: Member) -> Iterator[InputError]:
     for name, file in model.files.items():
         if problem := _problem(Path(file)):
             key = f"model.{name}"
-            yield input_error(path, key_in_file(member, key), f"{shown(file)}: {problem}", allowed_values(key))
+            yield input_error(path, key_in_file(member, key), f"{shown_file(file)}: {problem}", allowed_values(key))
 
 
 def _unfit_loads_of_superelement(path: Path, member: Member) -> Iterator[InputError]:

@@ -8,7 +8,7 @@ import os
 from functools import lru_cache
 from pathlib import Path
 
-from pipeline.errors import input_error, shown, system_reason
+from pipeline.errors import input_error, shown_file, system_reason
 from pipeline.scene.reading import Member, key_in_file
 
 SUFFIXES = (".inp", ".bdf", ".dat", ".nas", ".cdb", ".msh", ".vtu", ".med")
@@ -31,16 +31,16 @@ def check_mesh_file(path: Path, member: Member) -> None:
     place = Path(file)
     if not place.exists():
         near = _near(place)
-        raise input_error(path, key, f"{shown(file)}: no such file{near and f', did you mean {near}?'}", allowed)
+        raise input_error(path, key, f"{shown_file(file)}: no such file{near and f', did you mean {near}?'}", allowed)
     if not place.is_file():
-        raise input_error(path, key, f"{shown(file)}: not a file", allowed)
+        raise input_error(path, key, f"{shown_file(file)}: not a file", allowed)
     try:
         parts = mesh_file_parts(file)
     except OSError as error:
-        raise input_error(path, key, f"{shown(file)}: cannot be read: {system_reason(error)}", allowed) from None
+        raise input_error(path, key, f"{shown_file(file)}: cannot be read: {system_reason(error)}", allowed) from None
     for part in parts[1:]:
         if not part.is_file():
-            raise input_error(path, key, f"{shown(file)} includes {part}: no such file", "files that are there")
+            raise input_error(path, key, f"{shown_file(file)} includes {part}: no such file", "files that are there")
 
 
 def mesh_file_size(file: str) -> int:

@@ -59,7 +59,7 @@ class Mesh(Section):
         "blades of the ring, for a mesh from a file", BLADES, None, validate_default=True
     )
     unit: LengthUnit = key(
-        "unit of length of the file; with mm its forces are N, its masses t, its stresses MPa",
+        "unit of length of the file; mm goes with newtons, tonnes and megapascals",
         UNIT,
         "m",
     )

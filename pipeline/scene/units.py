@@ -24,6 +24,7 @@ UNITS = {
     "mesh.size": "m",
     "rom.frequency_limit": "Hz",
     "load.speed_rpm": "rev/min",
+    "model.speed_rpm": "rev/min",
     "contact.normal_stiffness": "N/m",
     "contact.tangential_stiffness": "N/m",
     "contact.interference": "m",

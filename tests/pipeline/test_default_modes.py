@@ -25,9 +25,10 @@ def test_it_leaves_little_of_a_receptance() -> None:
     assert scene.material is not None
     scene = scene.model_copy(update={"mesh": scene.mesh.model_copy(update={"size": COARSE})})
     sector = build_sector(*geometry_parameters(scene))
-    full = assemble(sector, Material(**scene.material.model_dump()), scene.mesh.element)
+    material = Material(**scene.material.model_dump())
+    full = assemble(sector, material, scene.mesh.element)
     options = ReductionOptions(DEFAULT_MODES, store_basis=False)
-    made = reduce_sector(full, sector, options, boundary_choice(scene), augment=True)
+    made = reduce_sector(full, sector, options, boundary_choice(scene, sector, material), augment=True)
     assert made.augmented is not None
     errors = reduction_errors(made.model, made.augmented, made.highest_mode_hz, linear_operation(scene, sector))
     assert errors is not None

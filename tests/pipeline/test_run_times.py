@@ -106,7 +106,7 @@ def test_a_command_counts_the_processors_of_its_processes_and_ends_at_its_limit(
     used = timed([sys.executable, "-c", nested], PROCESS, os.environ, 60.0)
     assert used.status == 0
     assert used.cpu >= 0.2
-    assert 0.0 < used.memory < 1.0
+    assert 0.0 < used.memory < 4.0  # of the forked test process too
     start = time.perf_counter()
     used = timed([sys.executable, "-c", "import time; time.sleep(60)"], PROCESS, os.environ, 0.2)
     assert used.status < 0

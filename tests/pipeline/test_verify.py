@@ -249,7 +249,7 @@ def test_what_cannot_be_verified_is_one_line(tmp_path: Path, monkeypatch: pytest
     assert (status, said) == (2, "")
     assert error == (
         f"{path}: blade: missing, allowed: a table [blade] "
-        "(a given reduced model has no full model to be measured against)\n"
+        "(a given reduced model or [model] has no mesh to be measured against)\n"
     )
     for options in (["--tolerance", "0"], ["--tolerance", "much"], ["--until", "mesh"]):
         status, said, error = verify(tmp_path, *options)
