@@ -42,12 +42,18 @@ def new_hdf5(path: str | os.PathLike[str]) -> Iterator[Any]:
     """
     import h5py
 
+    config = h5py.get_config()
+    order = config.track_order
     with deferred_signals(), open(path, "w+b", buffering=0) as raw:
         target = _ErrorKeepingFile(raw)
+        config.track_order = (
+            False  # some libraries change it for the whole process, and with it the bytes of each file
+        )
         try:
             with h5py.File(target, "w") as file:
                 yield file
         finally:
+            config.track_order = order
             if target.failure is not None:
                 raise target.failure
 

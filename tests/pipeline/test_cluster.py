@@ -154,7 +154,6 @@ def test_workers_and_schedulers_that_are_lost(local: Path, tmp_path: Path) -> No
     assert numbers(out) == numbers(local / "out")
 
 
-@pytest.mark.xfail(reason="bytes of rom.h5 differ since the merge of loads: open", strict=False)
 def test_reduced_models_are_built_by_workers_too(tmp_path: Path) -> None:
     """To the same bits, and each once; what cannot be built is told of as without them."""
     swept = {"shroud.angle": [70.0, 80.0], "load.speed_rpm": [0.0]}

@@ -135,7 +135,6 @@ def test_a_drawing_process_that_waits_loads_its_libraries_then_draws_or_ends_wit
     wait_until(lambda: not alive(tmp_path.name), "the end of the process that waits")
 
 
-@pytest.mark.xfail(reason="bytes of rom.h5 differ since the merge of loads: open", strict=False)
 def test_a_large_reduction_is_the_same_in_a_process_of_its_own(
     finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

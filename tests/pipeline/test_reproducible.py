@@ -34,7 +34,6 @@ def contents(path: Path) -> dict[str, object]:
     return found
 
 
-@pytest.mark.xfail(reason="bytes of rom.h5 differ since the merge of loads: open", strict=False)
 @pytest.mark.parametrize(("threads", "jobs", "seed"), [("2", "1", "1"), ("1", "2", "2")])
 def test_from_nothing_in_other_surroundings(
     finished: Path, tmp_path: Path, threads: str, jobs: str, seed: str

@@ -3,11 +3,9 @@
 That the messages are right is asserted elsewhere: test_scene_mutations, test_bad_files, tests/rom/test_damaged_*.
 """
 
-import pytest
 from robustness_cases import DOCUMENT, FILES, SCENES, WARNED, with_tables
 
 
-@pytest.mark.xfail(reason="bytes of rom.h5 differ since the merge of loads: open", strict=False)
 def test_every_line_of_the_tables_is_what_comes_out() -> None:
     document = DOCUMENT.read_text(encoding="utf-8")
     assert document.count("<!-- robustness: ") == 3
