@@ -43,6 +43,7 @@ LAYERS = {
         {"finite_elements"},
         {"cyclic"},
         {"reduction"},
+        {"cyclic_sector"},
         {"stress"},
         {"files"},
         {"matrix_files"},
