@@ -10,6 +10,7 @@ from calculix import PROGRAM
 from scipy.sparse.linalg import eigsh
 from wheels import bladed_sector, solid_disk, whole_wheel
 
+from geometry import BladeParameters, DiskParameters, MeshParameters, ShroudParameters, build_sector
 from rom import (
     BoundaryChoice,
     CyclicFaces,
@@ -167,3 +168,24 @@ def test_faces_that_do_not_match_are_said_to():
         cyclic_faces(full, replace(sector, node_sets={"root": np.array([0])}))
     with pytest.raises(RomParameterError, match="nodal_diameter = 7: must be a whole number, 0 to 6 for 12 sectors"):
         cyclic_modes(full, faces, 7, 1)
+
+
+def test_a_blade_of_shroud_and_disk_made_here():
+    """A rigid disk clamps the blade; a real one lowers its frequencies, and does so differently at each diameter."""
+    blade = BladeParameters(72, 0.3, 0.15, 0.036, 0.009, 0.006, 25.0, "lens")
+    shroud, mesh = ShroudParameters(70.0, 0.005, 0.04, 0.012), MeshParameters(size=0.01)
+    clamped = assemble(build_sector(blade, shroud, mesh), STEEL, "hex8")
+    model = reduce_sector(clamped, build_sector(blade, shroud, mesh), ReductionOptions(modes=30)).model
+    alone = natural_frequencies(model, 0.0, count=3)
+    sector = build_sector(blade, shroud, mesh, DiskParameters(bore_radius=0.15, rim_width=0.046))
+    found = {}
+    for factor in (1.0, 1e6):
+        disk = Material(factor * 2.1e11, 0.3, factor * 7850.0)
+        full = assemble(sector, {"": STEEL, "disk": disk}, "hex8")
+        faces = cyclic_faces(full, sector)
+        found[factor] = [cyclic_modes(full, faces, diameter, 3).frequency_hz for diameter in (0, 5, 36)]
+    np.testing.assert_allclose(found[1e6], [alone] * 3, rtol=2e-3)
+    low, middle, high = found[1.0]
+    assert np.all(np.array(found[1.0])[:, 0] < alone[0])
+    assert low[0] < high[0]
+    assert not np.allclose(middle[:2], high[:2], rtol=0.01)
