@@ -74,6 +74,13 @@ def build_sector(
     check_parameters(blade, shroud, mesh)
     if disk is not None:
         check_disk(disk, blade, mesh)
+    return _built(blade, shroud, mesh, disk)
+
+
+def _built(
+    blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters, disk: DiskParameters | None
+) -> SectorMesh:
+    """As `build_sector`, of parameters that are checked."""
     mirrored = is_mirrored(shroud)
     upright = replace(blade, root_stagger=-blade.root_stagger, twist=-blade.twist) if mirrored else blade
     plan = _planform_as_meshed(blade, shroud, mesh)
