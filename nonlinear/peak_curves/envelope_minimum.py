@@ -142,7 +142,7 @@ def _local(envelope: EnvelopeOfPeaks, shares: Array, k: int, jumps: Array) -> fl
 
 
 def _holder(envelope: EnvelopeOfPeaks, share: float, tolerance: float = AGREES) -> PeakPiece | None:
-    """The piece whose persistent peak is the envelope at a share; None where a response is higher by more than that."""
+    """The piece whose persistent peak is the envelope at a share, within a tolerance; None where a response is."""
     place = np.array([share])
     height = float(envelope.at(place)[0])
     heights = [float(piece.persistent_at(place)[0]) for piece in envelope.pieces]

@@ -104,17 +104,17 @@ def test_bad_ranges_are_refused_in_one_line() -> None:
         find_optimum(problem, "angle", 0.0, 1.0)
     with pytest.raises(OptionsError, match=r"range of preload: \[3, 1\], allowed: low < high"):
         find_optimum(problem, "preload", 3.0, 1.0)
-    with pytest.raises(OptionsError, match="force: 0, allowed: above 0"):
+    with pytest.raises(OptionsError, match=r"force: 0, allowed: above 0"):
         find_optimum(problem, "force", 0.0, 1.0)
-    with pytest.raises(ContactError, match="friction: -0.1"):
+    with pytest.raises(ContactError, match=r"friction: -0\.1"):
         find_optimum(problem, "friction", -0.1, 1.0)
     with pytest.raises(OptionsError, match="parameters: preload, allowed: two or three"):
         find_joint_optimum(problem, {"preload": (1.0, 2.0)})
     modal, contact, excitation, options = problem
     loaded = replace(modal, static_force=np.ones_like(modal.static_force))
-    with pytest.raises(OptionsError, match="static load .* does not scale with preload"):
+    with pytest.raises(OptionsError, match=r"static load .* does not scale with preload"):
         performance_curve((loaded, contact, excitation, options), "preload", 1.0, 2.0)
-    with pytest.raises(OptionsError, match="preload: 1.2, allowed for a performance curve over interference: 0"):
+    with pytest.raises(OptionsError, match=r"preload: 1\.2, allowed for a performance curve over interference: 0"):
         performance_curve(problem, "interference", 1.0, 2.0)
 
 
