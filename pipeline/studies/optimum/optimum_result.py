@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from nonlinear import Optimum
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -61,6 +63,12 @@ class OptimumResult:
         Derivatives of the amplitude with respect to keys of contact, load and damping, m per unit of the key.
     base : Trial
         The worst motion with the scene's own values.
+    search : Optimum or None
+        What `nonlinear.find_optimum` found, where peaks were followed over one key, the other keys at the optimum:
+        envelope, followed peaks, responses. In the units of the solver.
+    per_unit : float
+        Value of that key for each unit of the solver's parameter: stiffnesses of the whole face and the mean of the
+        nodes differ, the damping of the solver is a factor.
     method : str
         "peaks": peaks followed over keys of the solver; "curves": curves at single values; "both".
     trials : tuple of Trial
@@ -85,6 +93,8 @@ class OptimumResult:
     within: Mapping[str, tuple[float, float]]
     derivatives: Mapping[str, float]
     base: Trial
+    search: Optimum | None
+    per_unit: float
     method: str
     trials: tuple[Trial, ...]
     responses: int
