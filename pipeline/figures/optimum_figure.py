@@ -1,0 +1,228 @@
+"""The worst motion over a parameter: peaks, envelope, frequency, the optimum; derivatives by all parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.figures.optimum_data import KEYS, ShownOptimum
+from pipeline.figures.style import DISTINCT, LOG_FROM, plain_log_labels, scale, subplots, write_heading
+from pipeline.figures.sweep_keys import SweepKey
+from pipeline.scene.labels import quantity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from nonlinear import WorstEnvelope
+
+Array = NDArray[np.float64]
+
+KINDS = {
+    "smooth": "smooth minimum",
+    "kink": "kink, two peaks exchange",
+    "jump": "beside a jump",
+    "sampled": "lowest of the responses solved",
+    "edge": "end of the range",
+    "flat": "flat",
+}
+DECADES_FROM = 20.0  # ratio of the ends of the range above which the parameter has a logarithmic axis
+HEADROOM = 1.35  # of a logarithmic axis above the highest worst motion
+JUMP, VISIBLE = 5.0, 0.004  # a jump of the frequency: beside its neighbours, and beside the frequency
+SMALL = 5e-3  # a logarithmic derivative that counts as none
+_NAMES = {
+    "contact.interference": "interference",
+    "contact.normal_stiffness": "normal\nstiffness",
+    "contact.tangential_stiffness": "tangential\nstiffness",
+    "contact.friction": "friction",
+    "response.damping_ratio": "damping",
+}
+_PEAKS: dict[str, dict[str, Any]] = {
+    "followed peak, stable": {"color": "0.45", "linewidth": 0.9},
+    "followed peak, unstable": {"color": "0.45", "linewidth": 0.9, "linestyle": (0, (4, 2))},
+    "followed peak, stability not computed": {"color": "0.7", "linewidth": 0.9, "linestyle": (0, (1, 1.5))},
+}
+_ENVELOPE: dict[str, dict[str, Any]] = {
+    "followed": {"color": DISTINCT[0], "linewidth": 2.6, "zorder": 3, "label": "worst motion"},
+    "responses": {
+        "color": DISTINCT[4],
+        "linewidth": 2.6,
+        "zorder": 3,
+        "label": "worst motion, between responses",
+    },
+}
+_RESPONSE: dict[str, Any] = {
+    "color": DISTINCT[0],
+    "markerfacecolor": "white",
+    "markersize": 5,
+    "linestyle": "none",
+    "zorder": 4,
+    "clip_on": False,
+}
+_MARK: dict[str, Any] = {"markeredgecolor": "white", "markeredgewidth": 0.8, "linestyle": "none", "zorder": 6}
+_OPTIMUM: dict[str, Any] = {**_MARK, "marker": "*", "markersize": 15, "color": DISTINCT[1], "clip_on": False}
+_OWN: dict[str, Any] = {**_MARK, "marker": "D", "markersize": 7, "color": DISTINCT[3], "clip_on": False}
+_RANGE: dict[str, Any] = {"color": DISTINCT[2], "alpha": 0.13, "linewidth": 0.0, "zorder": 0}
+
+
+def optimum_figure(result: ShownOptimum, title: str) -> Figure:
+    """Amplitude and frequency of the worst motion over the parameter; beside them the logarithmic derivatives.
+
+    Parameters
+    ----------
+    result : ShownOptimum
+        The optimum and the value of the scene.
+    title : str
+        Title of the scene.
+
+    Returns
+    -------
+    Figure
+        The figure.
+    """
+    found = result.found
+    figure, axes = subplots(2, 2, size=(10.4, 6.2), sharex="col")
+    upper, lower, grid = axes[0, 0], axes[1, 0], axes[0, 0].get_gridspec()
+    grid.set_width_ratios((2.5, 1.0))
+    grid.set_height_ratios((1.7, 1.0))
+    for unused in axes[:, 1]:
+        unused.remove()
+    factor, unit = scale(found.envelope.amplitude_m, "m")
+    at = quantity(result.key).factor * result.per_unit
+    for panel, name, size in ((upper, "amplitude_m", factor), (lower, "frequency_hz", 1.0)):
+        _draw_peaks(panel, result, name, at, size)
+        _draw_envelope(panel, found.envelope, name, at, size)
+        _draw_responses(panel, result, name, at, size)
+        _draw_marks(panel, result, name, at, size)
+    _set_axes(upper, lower, found.envelope, at, factor)
+    upper.set_ylabel(f"largest displacement [{unit}]")
+    lower.set(xlabel=SweepKey(result.key, (found.value,)).axis, ylabel="its frequency [Hz]")
+    if found.elasticities:
+        draw_elasticities(figure.add_subplot(grid[:, 1]), found.elasticities)
+    else:
+        grid.set_width_ratios((1.0, 1e-3))
+    figure.legend(*upper.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9)
+    write_heading(figure, title)
+    return figure
+
+
+def _draw_peaks(axes: Axes, result: ShownOptimum, name: str, at: float, size: float) -> None:
+    """Thin lines of the followed peaks by their stability."""
+    for curve in result.found.curves:
+        known = np.isfinite(curve.growth_rate)
+        masks = (known & curve.stable, known & ~curve.stable, ~known)
+        for (label, look), mask in zip(_PEAKS.items(), masks, strict=True):
+            if mask.any():
+                shown = np.where(_with_neighbours(mask), getattr(curve, name), np.nan)
+                axes.plot(curve.value * at, shown * size, **look, label=_new(axes, label))
+
+
+def _with_neighbours(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Points of a mask and the next one after each stretch, so that lines have no gaps."""
+    return mask | np.r_[False, mask[:-1]]
+
+
+def _new(axes: Axes, label: str) -> str | None:
+    return None if label in axes.get_legend_handles_labels()[1] else label
+
+
+def _draw_envelope(axes: Axes, envelope: WorstEnvelope, name: str, at: float, size: float) -> None:
+    """Thick lines of the worst motion by where it comes from, open at its jumps."""
+    values = getattr(envelope, name).astype(float) * size
+    for source, look in _ENVELOPE.items():
+        mask = envelope.source == source
+        if mask.any():
+            heights = _without_jumps(envelope, np.where(_with_neighbours(mask), values, np.nan), name)
+            axes.plot(envelope.value * at, heights, **look, solid_capstyle="butt")
+
+
+def _without_jumps(envelope: WorstEnvelope, values: Array, name: str) -> Array:
+    """A gap where the worst motion jumps; in the frequency also where two peaks exchange."""
+    jumps = np.diff(envelope.value) == 0.0
+    if name == "frequency_hz":
+        steps = np.abs(np.diff(values))
+        beside = np.fmax(np.r_[0.0, steps[:-1]], np.r_[steps[1:], 0.0])
+        with np.errstate(invalid="ignore"):
+            jumps |= steps > np.fmax(JUMP * beside, VISIBLE * float(np.nanmax(values, initial=0.0)))
+    places = np.flatnonzero(jumps)
+    drawn = values.copy()
+    drawn[places + 1] = np.nan
+    return drawn
+
+
+def _draw_responses(axes: Axes, result: ShownOptimum, name: str, at: float, size: float) -> None:
+    """Dots; triangles where the worst motion may be higher than found."""
+    for is_open, marker, label in ((False, "o", "response solved"), (True, "^", "response solved, may be higher")):
+        chosen = [each for each in result.found.responses if bool(each.unresolved) == is_open]
+        if chosen:
+            heights = [getattr(each, name) * size for each in chosen]
+            axes.plot([each.value * at for each in chosen], heights, marker=marker, label=label, **_RESPONSE)
+
+
+def _draw_marks(axes: Axes, result: ShownOptimum, name: str, at: float, size: float) -> None:
+    """The range within 10 %, the scene's own value and the optimum."""
+    found, named = result.found, quantity(result.key)
+    low, high = (f"{edge * at:.4g}" for edge in found.within)
+    said = f"at most 10 % higher: {low} to {high} {named.unit}".rstrip()
+    axes.axvspan(found.within[0] * at, found.within[1] * at, label=said, **_RANGE)
+    envelope = found.envelope
+    known = np.isfinite(envelope.amplitude_m)
+    if np.isfinite(result.own_amplitude_m):
+        height = np.interp(result.own_value, envelope.value[known], getattr(envelope, name)[known]) * size
+        own = f"the scene's value, {result.own_value * at:.4g} {named.unit}".rstrip()
+        axes.plot(result.own_value * at, height, label=own, **_OWN)
+    value = f"{found.value * at:.4g} {named.unit}".rstrip()
+    axes.plot(
+        found.value * at, getattr(found, name) * size, label=f"optimum, {value} ({KINDS[found.kind]})", **_OPTIMUM
+    )
+
+
+def _set_axes(upper: Axes, lower: Axes, envelope: WorstEnvelope, at: float, factor: float) -> None:
+    low, high = float(envelope.value[0]) * at, float(envelope.value[-1]) * at
+    if low > 0.0 and high > DECADES_FROM * low:
+        lower.set_xscale("log")
+        plain_log_labels(lower.xaxis)
+    lower.set_xlim(low, high)
+    least, largest = (float(edge(envelope.amplitude_m)) * factor for edge in (np.nanmin, np.nanmax))
+    if largest > LOG_FROM * least > 0.0:
+        upper.set_yscale("log")
+        plain_log_labels(upper.yaxis)
+        upper.set_ylim(least / HEADROOM**2, largest * HEADROOM)
+    else:
+        upper.set_ylim(0.0, 1.08 * largest)
+    first, last = (float(edge(envelope.frequency_hz)) for edge in (np.nanmin, np.nanmax))
+    room = max(0.08 * (last - first), VISIBLE * last)
+    lower.set_ylim(first - room, last + room)
+
+
+def draw_elasticities(axes: Axes, elasticities: Mapping[str, float]) -> None:
+    """Horizontal bars of the logarithmic derivatives, the largest on top, with their sizes beside them.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where to draw.
+    elasticities : mapping of str to float
+        p / A dA/dp by the name of the parameter, as of `Optimum`.
+    """
+    ranked = sorted(elasticities.items(), key=lambda item: abs(item[1]))
+    sizes = np.array([size for _, size in ranked])
+    keys = [KEYS[name] for name, _ in ranked]
+    axes.barh(range(len(ranked)), sizes, color=[DISTINCT[1] if size > 0.0 else DISTINCT[0] for size in sizes])
+    axes.set_yticks(range(len(ranked)), [_NAMES.get(key) or quantity(key).symbol for key in keys])
+    axes.tick_params(axis="y", length=0.0)
+    axes.spines["left"].set_visible(False)
+    axes.axvline(0.0, color="0.0", linewidth=0.8)
+    axes.grid(visible=False, axis="y")
+    for place, size in enumerate(sizes):
+        side = 1.0 if size >= 0.0 else -1.0
+        look: dict[str, Any] = {"va": "center", "ha": "left" if side > 0.0 else "right", "fontsize": 8.5}
+        text = f"{size:+.2f}".replace("-", "\u2212") if abs(size) >= SMALL else "0"
+        axes.annotate(text, (size, place), (4.0 * side, 0.0), textcoords="offset points", **look)
+    largest = float(np.abs(sizes).max(initial=SMALL))
+    below, above = ((1.5 if side.any() else 0.15) * largest for side in (sizes < -SMALL, sizes > SMALL))
+    axes.set_xlim(-below, above)
+    axes.set_xlabel("change of the worst motion in %\nper % of each parameter")
