@@ -235,11 +235,12 @@ def report(row: dict[str, Any], found: Optimum, swept: list[SweptValue], scene: 
         ("processor time", f"{row['seconds']:.1f} s", cost),
     ]
     deviation = (
-        f"Envelope against the sweep at {row['values_compared']} values. At {row['values_sure']} of them the worst motion "
-        f"is periodic and nothing was left open: deviation {100 * row['sure_median']:.2g} % in the median, below "
-        f"{100 * AGREES:g} % at {row['sure_within']}, {100 * row['sure_largest']:.3g} % at most. At the others it comes "
-        f"from time integration or may be higher ({row['values_open']} values): {100 * row['other_largest']:.3g} % at "
-        f"most. The optimum costs {row['ratio']:.3g} times less than {SWEEP} responses."
+        f"Envelope against the sweep at {row['values_compared']} values. At {row['values_sure']} of them the worst "
+        f"motion is periodic and nothing was left open: deviation {100 * row['sure_median']:.2g} % in the median, "
+        f"below {100 * AGREES:g} % at {row['sure_within']}, {100 * row['sure_largest']:.3g} % at most. At the others "
+        f"it comes from time integration or may be higher ({row['values_open']} values): "
+        f"{100 * row['other_largest']:.3g} % at most. The optimum costs {row['ratio']:.3g} times less than {SWEEP} "
+        "responses."
     )
     harmonics = sorted({each.harmonics for each in swept})
     said = f"{harmonics[0]} to {harmonics[-1]}" if len(harmonics) > 1 else f"{harmonics[0]}"

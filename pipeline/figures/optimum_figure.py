@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.figures.optimum_data import KEYS, ShownOptimum
 from pipeline.figures.style import DISTINCT, LOG_FROM, plain_log_labels, scale, subplots, write_heading
 from pipeline.figures.sweep_keys import SweepKey
 from pipeline.scene.labels import quantity
@@ -18,6 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from nonlinear import WorstEnvelope
+    from pipeline.studies.optimum.optimum_curves import OptimumCurves
+    from pipeline.studies.optimum.optimum_result import OptimumResult
 
 Array = NDArray[np.float64]
 
@@ -68,12 +69,25 @@ _OWN: dict[str, Any] = {**_MARK, "marker": "D", "markersize": 7, "color": DISTIN
 _RANGE: dict[str, Any] = {"color": DISTINCT[2], "alpha": 0.13, "linewidth": 0.0, "zorder": 0}
 
 
-def optimum_figure(result: ShownOptimum, title: str) -> Figure:
+def optimum_figure(result: OptimumResult, title: str) -> Figure | None:
+    """The figure of the study; None where more than one key was varied.
+
+    Parameters
+    ----------
+    result : OptimumResult
+        The optimum.
+    title : str
+        Title of the scene.
+    """
+    return None if result.curves is None else curves_figure(result.curves, title)
+
+
+def curves_figure(result: OptimumCurves, title: str) -> Figure:
     """Amplitude and frequency of the worst motion over the parameter; beside them the logarithmic derivatives.
 
     Parameters
     ----------
-    result : ShownOptimum
+    result : OptimumCurves
         The optimum and the value of the scene.
     title : str
         Title of the scene.
@@ -83,25 +97,24 @@ def optimum_figure(result: ShownOptimum, title: str) -> Figure:
     Figure
         The figure.
     """
-    found = result.found
     figure, axes = subplots(2, 2, size=(10.4, 6.2), sharex="col")
     upper, lower, grid = axes[0, 0], axes[1, 0], axes[0, 0].get_gridspec()
     grid.set_width_ratios((2.5, 1.0))
     grid.set_height_ratios((1.7, 1.0))
     for unused in axes[:, 1]:
         unused.remove()
-    factor, unit = scale(found.envelope.amplitude_m, "m")
-    at = quantity(result.key).factor * result.per_unit
+    factor, unit = scale(result.envelope.amplitude_m, "m")
+    at = quantity(result.key).factor
     for panel, name, size in ((upper, "amplitude_m", factor), (lower, "frequency_hz", 1.0)):
         _draw_peaks(panel, result, name, at, size)
-        _draw_envelope(panel, found.envelope, name, at, size)
+        _draw_envelope(panel, result.envelope, name, at, size)
         _draw_responses(panel, result, name, at, size)
         _draw_marks(panel, result, name, at, size)
-    _set_axes(upper, lower, found.envelope, at, factor)
+    _set_axes(upper, lower, result.envelope, at, factor)
     upper.set_ylabel(f"largest displacement [{unit}]")
-    lower.set(xlabel=SweepKey(result.key, (found.value,)).axis, ylabel="its frequency [Hz]")
-    if found.elasticities:
-        draw_elasticities(figure.add_subplot(grid[:, 1]), found.elasticities)
+    lower.set(xlabel=SweepKey(result.key, (result.value,)).axis, ylabel="its frequency [Hz]")
+    if result.elasticities:
+        draw_elasticities(figure.add_subplot(grid[:, 1]), result.elasticities)
     else:
         grid.set_width_ratios((1.0, 1e-3))
     figure.legend(*upper.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9)
@@ -109,9 +122,9 @@ def optimum_figure(result: ShownOptimum, title: str) -> Figure:
     return figure
 
 
-def _draw_peaks(axes: Axes, result: ShownOptimum, name: str, at: float, size: float) -> None:
+def _draw_peaks(axes: Axes, result: OptimumCurves, name: str, at: float, size: float) -> None:
     """Thin lines of the followed peaks by their stability."""
-    for curve in result.found.curves:
+    for curve in result.peaks:
         known = np.isfinite(curve.growth_rate)
         masks = (known & curve.stable, known & ~curve.stable, ~known)
         for (label, look), mask in zip(_PEAKS.items(), masks, strict=True):
@@ -153,31 +166,27 @@ def _without_jumps(envelope: WorstEnvelope, values: Array, name: str) -> Array:
     return drawn
 
 
-def _draw_responses(axes: Axes, result: ShownOptimum, name: str, at: float, size: float) -> None:
+def _draw_responses(axes: Axes, result: OptimumCurves, name: str, at: float, size: float) -> None:
     """Dots; triangles where the worst motion may be higher than found."""
     for is_open, marker, label in ((False, "o", "response solved"), (True, "^", "response solved, may be higher")):
-        chosen = [each for each in result.found.responses if bool(each.unresolved) == is_open]
+        chosen = [each for each in result.responses if bool(each.unresolved) == is_open]
         if chosen:
             heights = [getattr(each, name) * size for each in chosen]
             axes.plot([each.value * at for each in chosen], heights, marker=marker, label=label, **_RESPONSE)
 
 
-def _draw_marks(axes: Axes, result: ShownOptimum, name: str, at: float, size: float) -> None:
+def _draw_marks(axes: Axes, result: OptimumCurves, name: str, at: float, size: float) -> None:
     """The range within 10 %, the scene's own value and the optimum."""
-    found, named = result.found, quantity(result.key)
-    low, high = (f"{edge * at:.4g}" for edge in found.within)
+    named = quantity(result.key)
+    low, high = (f"{edge * at:.4g}" for edge in result.within)
     said = f"at most 10 % higher: {low} to {high} {named.unit}".rstrip()
-    axes.axvspan(found.within[0] * at, found.within[1] * at, label=said, **_RANGE)
-    envelope = found.envelope
-    known = np.isfinite(envelope.amplitude_m)
-    if np.isfinite(result.own_amplitude_m):
-        height = np.interp(result.own_value, envelope.value[known], getattr(envelope, name)[known]) * size
-        own = f"the scene's value, {result.own_value * at:.4g} {named.unit}".rstrip()
-        axes.plot(result.own_value * at, height, label=own, **_OWN)
-    value = f"{found.value * at:.4g} {named.unit}".rstrip()
-    axes.plot(
-        found.value * at, getattr(found, name) * size, label=f"optimum, {value} ({KINDS[found.kind]})", **_OPTIMUM
-    )
+    axes.axvspan(result.within[0] * at, result.within[1] * at, label=said, **_RANGE)
+    if result.own is not None:
+        own = f"the scene's value, {result.own.value * at:.4g} {named.unit}".rstrip()
+        axes.plot(result.own.value * at, getattr(result.own, name) * size, label=own, **_OWN)
+    value = f"{result.value * at:.4g} {named.unit}".rstrip()
+    label = f"optimum, {value} ({KINDS[result.kind]})"
+    axes.plot(result.value * at, getattr(result, name) * size, label=label, **_OPTIMUM)
 
 
 def _set_axes(upper: Axes, lower: Axes, envelope: WorstEnvelope, at: float, factor: float) -> None:
@@ -206,11 +215,11 @@ def draw_elasticities(axes: Axes, elasticities: Mapping[str, float]) -> None:
     axes : Axes
         Where to draw.
     elasticities : mapping of str to float
-        p / A dA/dp by the name of the parameter, as of `Optimum`.
+        p / A dA/dp by the dotted key of the parameter.
     """
     ranked = sorted(elasticities.items(), key=lambda item: abs(item[1]))
     sizes = np.array([size for _, size in ranked])
-    keys = [KEYS[name] for name, _ in ranked]
+    keys = [key for key, _ in ranked]
     axes.barh(range(len(ranked)), sizes, color=[DISTINCT[1] if size > 0.0 else DISTINCT[0] for size in sizes])
     axes.set_yticks(range(len(ranked)), [_NAMES.get(key) or quantity(key).symbol for key in keys])
     axes.tick_params(axis="y", length=0.0)

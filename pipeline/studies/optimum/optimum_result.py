@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from pipeline.studies.optimum.optimum_curves import OptimumCurves
+
 
 @dataclass(frozen=True)
 class OptimumResult:
@@ -28,6 +30,8 @@ class OptimumResult:
         Derivatives of the amplitude with respect to keys of contact, load and damping, m per unit.
     message : str
         One line that says what was found.
+    curves : OptimumCurves or None
+        The worst motion over the key, where there is only one.
     """
 
     ranges: Mapping[str, tuple[float, float]]
@@ -39,3 +43,4 @@ class OptimumResult:
     within: Mapping[str, tuple[float, float]]
     derivatives: Mapping[str, float]
     message: str
+    curves: OptimumCurves | None = None

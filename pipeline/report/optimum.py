@@ -1,0 +1,107 @@
+"""Section of the page about an optimum: what to choose, how much better it is, how flat; picture and table."""
+
+from __future__ import annotations
+
+import math
+
+from pipeline.report.studies import StudySection
+from pipeline.results.worst import with_unit
+from pipeline.scene.labels import quantity, value_label
+from pipeline.studies.optimum.optimum_curves import OptimumCurves
+from pipeline.studies.optimum.optimum_result import OptimumResult
+
+CAPTION = (
+    "Largest displacement and frequency of the worst motion over the parameter. Thin: followed peaks, dashed where "
+    "they are unstable. Dots: responses solved with all options; triangles: the worst motion may be higher. Shaded: "
+    "at most 10 % higher than at the optimum. Bars: change of the worst motion in % where a parameter grows by 1 %."
+)
+HEADINGS = ("key", "optimum", "scene", "range searched", "at most 10 % higher", "% for 1 %")
+KINDS = {
+    "smooth": "The minimum is smooth: small deviations change little",
+    "kink": "Two peaks exchange there: the worst motion rises on both sides at once",
+    "jump": "It lies beside a jump: on one side of it a much higher motion persists",
+    "sampled": "No stable peak could be followed there: it is the lowest of the responses solved",
+    "edge": "There is no minimum inside the range: it is lowest at an end",
+    "flat": "The parameter hardly changes the worst motion",
+}
+ALIKE = 1.02  # ratio of two amplitudes that are said to be the same
+
+
+def optimum_section(result: OptimumResult) -> StudySection:
+    """Conclusion, caption and table of an optimum.
+
+    Parameters
+    ----------
+    result : OptimumResult
+        The optimum.
+    """
+    return StudySection(
+        heading="Optimum",
+        conclusion=(_choice(result), _sharpness(result)),
+        caption=CAPTION if result.curves is not None else "",
+        headings=HEADINGS,
+        rows=tuple(_rows(result)),
+    )
+
+
+def _choice(result: OptimumResult) -> str:
+    """What to choose, and how much better than the scene's value it is."""
+    chosen = ", ".join(value_label(key, _rounded(value)) for key, value in result.values.items())
+    text = f"Choose {chosen}: worst motion {with_unit(result.amplitude_m)} at {result.frequency_hz:.5g} Hz"
+    own = None if result.curves is None else result.curves.own
+    if own is None or result.curves is None:
+        return f"{text}."
+    ratio = own.amplitude_m / result.amplitude_m
+    scene = f"the scene's {quantity(result.curves.key).value(own.value)}"
+    if ratio < ALIKE:
+        return f"{text}; {scene} is as good."
+    return f"{text}, {_times(ratio)} lower than with {scene} ({with_unit(own.amplitude_m)})."
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.3g} times" if ratio >= 2.0 else f"{100.0 * (1.0 - 1.0 / ratio):.2g} %"
+
+
+def _sharpness(result: OptimumResult) -> str:
+    """How flat it is."""
+    kind = KINDS.get(result.kind, "")
+    ranges = [f"{_range(key, edges)}" for key, edges in result.within.items() if all(map(math.isfinite, edges))]
+    within = f"at most 10 % higher with {', '.join(ranges)}" if ranges else ""
+    said = "; ".join(filter(None, (kind, within)))
+    return f"{said[:1].upper()}{said[1:]}." if said else ""
+
+
+def _range(key: str, edges: tuple[float, float]) -> str:
+    named = quantity(key)
+    low, high = (f"{edge * named.factor:.4g}" for edge in edges)
+    return f"{named.symbol} from {low} to {high} {named.unit}".rstrip()
+
+
+def _rows(result: OptimumResult) -> list[tuple[str, ...]]:
+    """The keys that were varied, then the other parameters by the size of their influence."""
+    curves: OptimumCurves | None = result.curves
+    influence = {} if curves is None else dict(curves.elasticities)
+    rows = []
+    for key, value in result.values.items():
+        own = quantity(key).value(_rounded(curves.own.value)) if curves is not None and curves.own else "-"
+        searched, within = (_edges(key, table.get(key)) for table in (result.ranges, result.within))
+        rows.append(
+            (key, quantity(key).value(_rounded(value)), own, searched, within, _size(influence.pop(key, None)))
+        )
+    others = sorted(influence.items(), key=lambda item: -abs(item[1]))
+    return rows + [(key, "-", "-", "-", "-", _size(size)) for key, size in others]
+
+
+def _edges(key: str, edges: tuple[float, float] | None) -> str:
+    if edges is None or not all(map(math.isfinite, edges)):
+        return "-"
+    named = quantity(key)
+    return f"{edges[0] * named.factor:.4g} to {edges[1] * named.factor:.4g} {named.unit}".rstrip()
+
+
+def _size(elasticity: float | None) -> str:
+    return "-" if elasticity is None or not math.isfinite(elasticity) else f"{elasticity:+.3f}".replace("-", "\u2212")
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.4g}")
