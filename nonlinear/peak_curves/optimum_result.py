@@ -13,7 +13,7 @@ from nonlinear.branches.worst_motion import Motion, WorstMotion
 from nonlinear.contact.parameters import Array
 
 Kind = Literal["smooth", "kink", "jump", "sampled", "edge", "flat"]
-Source = Literal["followed", "responses", "unknown"]
+Source = Literal["followed", "responses", "open", "unknown"]
 
 
 @dataclass(frozen=True)
@@ -58,12 +58,15 @@ class SolvedResponse:
         The parameter, SI units.
     amplitude_m, frequency_hz : float
         The worst motion, m and Hz; NaN where no motion is known to persist.
+    bound_m : float
+        The same; where the search for the worst motion left something open, the highest solution of any branch if
+        that is higher, stable or not: what the ring does instead of it is not known.
     motion : {"periodic", "quasi-periodic"}
         What it is.
     origin : str
         Branch of the motion: "main branch", or how the detached branch was found.
     highest_peak_m : float
-        The highest peak on any branch, stable or not, m.
+        The highest solution on any branch, stable or not, m.
     branches : int
         Number of branches, the main one included.
     truncation_error : float
@@ -79,6 +82,7 @@ class SolvedResponse:
     value: float
     amplitude_m: float
     frequency_hz: float
+    bound_m: float
     motion: Motion
     origin: str
     highest_peak_m: float
@@ -101,7 +105,8 @@ class WorstEnvelope:
         The worst motion, m and Hz; NaN where none is known.
     source : (K,) str
         "followed": a stable followed peak. "responses": interpolated between the worst motions of single responses.
-        "unknown": no motion is known.
+        "open": the same, where it was left open what the ring does instead of the highest solution; that solution
+        counts (`SolvedResponse.bound_m`). "unknown": no motion is known.
     motion : (K,) str
         "periodic" or "quasi-periodic".
     origin : (K,) str
@@ -147,7 +152,7 @@ class Optimum:
     value : float
         The parameter at the optimum, SI units.
     frequency_hz, amplitude_m : float
-        The worst motion there. Never below that of a response solved there.
+        The worst motion there. Never below that of a response solved there, `SolvedResponse.bound_m`.
     motion : {"periodic", "quasi-periodic"}
         What it is.
     kind : {"smooth", "kink", "jump", "sampled", "edge", "flat"}
