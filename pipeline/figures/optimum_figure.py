@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -70,7 +71,7 @@ _RANGE: dict[str, Any] = {"color": DISTINCT[2], "alpha": 0.13, "linewidth": 0.0,
 
 
 def optimum_figure(result: OptimumResult, title: str) -> Figure | None:
-    """The figure of the study; None where more than one key was varied.
+    """The figure of the study: the worst motion over one key, or the values tried of several.
 
     Parameters
     ----------
@@ -78,24 +79,28 @@ def optimum_figure(result: OptimumResult, title: str) -> Figure | None:
         The optimum.
     title : str
         Title of the scene.
-    """
-    return None if result.curves is None else curves_figure(result.curves, title)
-
-
-def curves_figure(result: OptimumCurves, title: str) -> Figure:
-    """Amplitude and frequency of the worst motion over the parameter; beside them the logarithmic derivatives.
-
-    Parameters
-    ----------
-    result : OptimumCurves
-        The optimum and the value of the scene.
-    title : str
-        Title of the scene.
 
     Returns
     -------
-    Figure
-        The figure.
+    Figure or None
+        The figure; None where neither peaks were followed nor values tried.
+    """
+    if result.curves is not None:
+        return curves_figure(result, result.curves, title)
+    return trials_figure(result, title) if result.trials else None
+
+
+def curves_figure(result: OptimumResult, curves: OptimumCurves, title: str) -> Figure:
+    """Amplitude and frequency of the worst motion over a key; beside them the logarithmic derivatives.
+
+    Parameters
+    ----------
+    result : OptimumResult
+        The optimum, and the motion with the scene's own value.
+    curves : OptimumCurves
+        What was followed and solved.
+    title : str
+        Title of the scene.
     """
     figure, axes = subplots(2, 2, size=(10.4, 6.2), sharex="col")
     upper, lower, grid = axes[0, 0], axes[1, 0], axes[0, 0].get_gridspec()
@@ -103,18 +108,18 @@ def curves_figure(result: OptimumCurves, title: str) -> Figure:
     grid.set_height_ratios((1.7, 1.0))
     for unused in axes[:, 1]:
         unused.remove()
-    factor, unit = scale(result.envelope.amplitude_m, "m")
-    at = quantity(result.key).factor
+    factor, unit = scale(curves.envelope.amplitude_m, "m")
+    at = quantity(curves.key).factor
     for panel, name, size in ((upper, "amplitude_m", factor), (lower, "frequency_hz", 1.0)):
-        _draw_peaks(panel, result, name, at, size)
-        _draw_envelope(panel, result.envelope, name, at, size)
-        _draw_responses(panel, result, name, at, size)
-        _draw_marks(panel, result, name, at, size)
-    _set_axes(upper, lower, result.envelope, at, factor)
+        _draw_peaks(panel, curves, name, at, size)
+        _draw_envelope(panel, curves.envelope, name, at, size)
+        _draw_responses(panel, curves, name, at, size)
+        draw_marks(panel, result, curves.key, name, size)
+    _set_axes(upper, lower, curves.envelope, at, factor)
     upper.set_ylabel(f"largest displacement [{unit}]")
-    lower.set(xlabel=SweepKey(result.key, (result.value,)).axis, ylabel="its frequency [Hz]")
-    if result.elasticities:
-        draw_elasticities(figure.add_subplot(grid[:, 1]), result.elasticities)
+    lower.set(xlabel=SweepKey(curves.key, ()).axis, ylabel="its frequency [Hz]")
+    if curves.elasticities:
+        draw_elasticities(figure.add_subplot(grid[:, 1]), curves.elasticities)
     else:
         grid.set_width_ratios((1.0, 1e-3))
     figure.legend(*upper.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9)
@@ -122,9 +127,9 @@ def curves_figure(result: OptimumCurves, title: str) -> Figure:
     return figure
 
 
-def _draw_peaks(axes: Axes, result: OptimumCurves, name: str, at: float, size: float) -> None:
+def _draw_peaks(axes: Axes, curves: OptimumCurves, name: str, at: float, size: float) -> None:
     """Thin lines of the followed peaks by their stability."""
-    for curve in result.peaks:
+    for curve in curves.peaks:
         known = np.isfinite(curve.growth_rate)
         masks = (known & curve.stable, known & ~curve.stable, ~known)
         for (label, look), mask in zip(_PEAKS.items(), masks, strict=True):
@@ -166,27 +171,44 @@ def _without_jumps(envelope: WorstEnvelope, values: Array, name: str) -> Array:
     return drawn
 
 
-def _draw_responses(axes: Axes, result: OptimumCurves, name: str, at: float, size: float) -> None:
+def _draw_responses(axes: Axes, curves: OptimumCurves, name: str, at: float, size: float) -> None:
     """Dots; triangles where the worst motion may be higher than found."""
     for is_open, marker, label in ((False, "o", "response solved"), (True, "^", "response solved, may be higher")):
-        chosen = [each for each in result.responses if bool(each.unresolved) == is_open]
+        chosen = [each for each in curves.responses if bool(each.unresolved) == is_open]
         if chosen:
             heights = [getattr(each, name) * size for each in chosen]
             axes.plot([each.value * at for each in chosen], heights, marker=marker, label=label, **_RESPONSE)
 
 
-def _draw_marks(axes: Axes, result: OptimumCurves, name: str, at: float, size: float) -> None:
-    """The range within 10 %, the scene's own value and the optimum."""
-    named = quantity(result.key)
-    low, high = (f"{edge * at:.4g}" for edge in result.within)
-    said = f"at most 10 % higher: {low} to {high} {named.unit}".rstrip()
-    axes.axvspan(result.within[0] * at, result.within[1] * at, label=said, **_RANGE)
-    if result.own is not None:
-        own = f"the scene's value, {result.own.value * at:.4g} {named.unit}".rstrip()
-        axes.plot(result.own.value * at, getattr(result.own, name) * size, label=own, **_OWN)
-    value = f"{result.value * at:.4g} {named.unit}".rstrip()
-    label = f"optimum, {value} ({KINDS[result.kind]})"
-    axes.plot(result.value * at, getattr(result, name) * size, label=label, **_OPTIMUM)
+def draw_marks(axes: Axes, result: OptimumResult, key: str, name: str, size: float) -> None:
+    """The range within 10 %, the scene's own value and the optimum.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where to draw.
+    result : OptimumResult
+        The optimum.
+    key : str
+        Dotted key along the axis.
+    name : str
+        "amplitude_m" or "frequency_hz".
+    size : float
+        Factor from SI units to those of the axis.
+    """
+    named = quantity(key)
+    at = named.factor
+    if key in result.within:
+        low, high = (edge * at for edge in result.within[key])
+        said = f"at most 10 % higher: {low:.4g} to {high:.4g} {named.unit}".rstrip()
+        axes.axvspan(low, high, label=said, **_RANGE)
+    own, (low, high) = result.base.values.get(key, math.nan), result.ranges[key]
+    if low <= own <= high and math.isfinite(result.base.amplitude_m):
+        label = f"the scene's value, {own * at:.4g} {named.unit}".rstrip()
+        axes.plot(own * at, getattr(result.base, name) * size, label=label, **_OWN)
+    value = f"{result.values[key] * at:.4g} {named.unit}".rstrip()
+    label = f"optimum, {value} ({KINDS.get(result.kind, result.kind)})"
+    axes.plot(result.values[key] * at, getattr(result, name) * size, label=label, **_OPTIMUM)
 
 
 def _set_axes(upper: Axes, lower: Axes, envelope: WorstEnvelope, at: float, factor: float) -> None:
@@ -235,3 +257,39 @@ def draw_elasticities(axes: Axes, elasticities: Mapping[str, float]) -> None:
     below, above = ((1.5 if side.any() else 0.15) * largest for side in (sizes < -SMALL, sizes > SMALL))
     axes.set_xlim(-below, above)
     axes.set_xlabel("change of the worst motion in %\nper % of each parameter")
+
+
+def trials_figure(result: OptimumResult, title: str) -> Figure:
+    """The worst motion with the values that were tried, over each of the keys.
+
+    Parameters
+    ----------
+    result : OptimumResult
+        The optimum with the values tried.
+    title : str
+        Title of the scene.
+    """
+    keys = list(result.values)
+    figure, axes = subplots(1, len(keys), size=(4.6 * len(keys) + 1.4, 4.6), sharey="row", squeeze=False)
+    known = [trial for trial in result.trials if math.isfinite(trial.amplitude_m)]
+    factor, unit = scale([trial.amplitude_m for trial in known], "m")
+    heights = np.array([trial.amplitude_m for trial in known]) * factor
+    for key, panel in zip(keys, axes[0], strict=True):
+        at, named = quantity(key).factor, quantity(key)
+        places = np.array([trial.values[key] for trial in known]) * at
+        is_open = np.array([bool(trial.unresolved) or trial.motion == "peak" for trial in known])
+        for mask, marker, label in ((~is_open, "o", "values tried"), (is_open, "^", "values tried, may be higher")):
+            if mask.any():
+                panel.plot(places[mask], heights[mask], marker=marker, label=label, **_RESPONSE)
+        draw_marks(panel, result, key, "amplitude_m", factor)
+        panel.set_xlabel(named.axis() if len(keys) > 1 else SweepKey(key, ()).axis)
+        panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=8.5)
+    first = axes[0, 0]
+    first.set_ylabel(f"largest displacement [{unit}]")
+    if heights.max(initial=0.0) > LOG_FROM * heights.min(initial=math.inf):
+        first.set_yscale("log")
+        plain_log_labels(first.yaxis)
+    else:
+        first.set_ylim(bottom=0.0)
+    write_heading(figure, title)
+    return figure

@@ -7,7 +7,6 @@ import math
 from pipeline.report.studies import StudySection
 from pipeline.results.worst import with_unit
 from pipeline.scene.labels import quantity, value_label
-from pipeline.studies.optimum.optimum_curves import OptimumCurves
 from pipeline.studies.optimum.optimum_result import OptimumResult
 
 CAPTION = (
@@ -15,6 +14,7 @@ CAPTION = (
     "they are unstable. Dots: responses solved with all options; triangles: the worst motion may be higher. Shaded: "
     "at most 10 % higher than at the optimum. Bars: change of the worst motion in % where a parameter grows by 1 %."
 )
+TRIED = "Largest displacement of the worst motion with the values tried, over each of the keys."
 HEADINGS = ("key", "optimum", "scene", "range searched", "at most 10 % higher", "% for 1 %")
 KINDS = {
     "smooth": "The minimum is smooth: small deviations change little",
@@ -38,24 +38,23 @@ def optimum_section(result: OptimumResult) -> StudySection:
     return StudySection(
         heading="Optimum",
         conclusion=(_choice(result), _sharpness(result)),
-        caption=CAPTION if result.curves is not None else "",
+        caption=CAPTION if result.curves is not None else TRIED,
         headings=HEADINGS,
         rows=tuple(_rows(result)),
     )
 
 
 def _choice(result: OptimumResult) -> str:
-    """What to choose, and how much better than the scene's value it is."""
+    """What to choose, and how much better than the scene's own values it is."""
     chosen = ", ".join(value_label(key, _rounded(value)) for key, value in result.values.items())
     text = f"Choose {chosen}: worst motion {with_unit(result.amplitude_m)} at {result.frequency_hz:.5g} Hz"
-    own = None if result.curves is None else result.curves.own
-    if own is None or result.curves is None:
+    if not math.isfinite(result.gain):
         return f"{text}."
-    ratio = own.amplitude_m / result.amplitude_m
-    scene = f"the scene's {quantity(result.curves.key).value(own.value)}"
-    if ratio < ALIKE:
-        return f"{text}; {scene} is as good."
-    return f"{text}, {_times(ratio)} lower than with {scene} ({with_unit(own.amplitude_m)})."
+    own = ", ".join(quantity(key).value(_rounded(value)) for key, value in result.base.values.items())
+    if result.gain < ALIKE:
+        return f"{text}; the scene's {own} is as good."
+    at_least = "at least " if result.base.unresolved else ""
+    return f"{text}, {at_least}{_times(result.gain)} lower than with the scene's {own} ({with_unit(result.base.amplitude_m)})."
 
 
 def _times(ratio: float) -> str:
@@ -79,15 +78,12 @@ def _range(key: str, edges: tuple[float, float]) -> str:
 
 def _rows(result: OptimumResult) -> list[tuple[str, ...]]:
     """The keys that were varied, then the other parameters by the size of their influence."""
-    curves: OptimumCurves | None = result.curves
-    influence = {} if curves is None else dict(curves.elasticities)
+    influence = {} if result.curves is None else dict(result.curves.elasticities)
     rows = []
     for key, value in result.values.items():
-        own = quantity(key).value(_rounded(curves.own.value)) if curves is not None and curves.own else "-"
+        own = quantity(key).value(_rounded(result.base.values[key])) if key in result.base.values else "-"
         searched, within = (_edges(key, table.get(key)) for table in (result.ranges, result.within))
-        rows.append(
-            (key, quantity(key).value(_rounded(value)), own, searched, within, _size(influence.pop(key, None)))
-        )
+        rows.append((key, quantity(key).value(_rounded(value)), own, searched, within, _size(influence.pop(key, None))))
     others = sorted(influence.items(), key=lambda item: -abs(item[1]))
     return rows + [(key, "-", "-", "-", "-", _size(size)) for key, size in others]
 

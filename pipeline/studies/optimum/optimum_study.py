@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pipeline.stages.scene_to_solver import nonlinear_problem
-from pipeline.studies.optimum.optimum_curves import optimum_curves
 from pipeline.studies.optimum.optimum_result import OptimumResult
 from pipeline.studies.optimum.solver_keys import NAMES, scale
 
@@ -52,16 +51,8 @@ class OptimumStudy:
             within={key: (found.within[0] * factor, found.within[1] * factor)},
             derivatives=derivatives,
             message=found.message,
-            curves=optimum_curves(found, keys, factor, _own_value(context, key)),
         )
 
     def lines(self, result: OptimumResult) -> Sequence[str]:
         """One line."""
         return [f"optimum: {result.message}"]
-
-
-def _own_value(context: StudyContext, key: str) -> float:
-    """The value of a key in the scene; NaN where that is no single number."""
-    section, _, name = key.partition(".")
-    value = getattr(getattr(context.scene, section), name)
-    return float(value) if isinstance(value, int | float) else float("nan")
