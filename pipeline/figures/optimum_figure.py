@@ -239,7 +239,8 @@ def draw_elasticities(axes: Axes, elasticities: Mapping[str, float]) -> None:
     elasticities : mapping of str to float
         p / A dA/dp by the dotted key of the parameter.
     """
-    ranked = sorted(elasticities.items(), key=lambda item: abs(item[1]))
+    acting = {key: size for key, size in elasticities.items() if size != 0.0}  # 0: of a parameter that is 0
+    ranked = sorted(acting.items(), key=lambda item: abs(item[1]))
     sizes = np.array([size for _, size in ranked])
     keys = [key for key, _ in ranked]
     axes.barh(range(len(ranked)), sizes, color=[DISTINCT[1] if size > 0.0 else DISTINCT[0] for size in sizes])

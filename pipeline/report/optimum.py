@@ -24,6 +24,7 @@ KINDS = {
     "edge": "There is no minimum inside the range: it is lowest at an end",
     "flat": "The parameter hardly changes the worst motion",
 }
+NONE = 5e-4  # % for 1 % that count as none
 ALIKE = 1.02  # ratio of two amplitudes that are said to be the same
 
 
@@ -37,7 +38,7 @@ def optimum_section(result: OptimumResult) -> StudySection:
     """
     return StudySection(
         heading="Optimum",
-        conclusion=(_choice(result), _sharpness(result)),
+        conclusion=tuple(filter(None, (_choice(result), _sharpness(result), _remarks(result)))),
         caption=CAPTION if result.curves is not None else TRIED,
         headings=HEADINGS,
         rows=tuple(_rows(result)),
@@ -53,8 +54,8 @@ def _choice(result: OptimumResult) -> str:
     own = ", ".join(quantity(key).value(_rounded(value)) for key, value in result.base.values.items())
     if result.gain < ALIKE:
         return f"{text}; the scene's {own} is as good."
-    at_least = "at least " if result.base.unresolved else ""
-    return f"{text}, {at_least}{_times(result.gain)} lower than with the scene's {own} ({with_unit(result.base.amplitude_m)})."
+    lower = f"{'at least ' * bool(result.base.unresolved)}{_times(result.gain)} lower"
+    return f"{text}, {lower} than with the scene's {own} ({with_unit(result.base.amplitude_m)})."
 
 
 def _times(ratio: float) -> str:
@@ -70,6 +71,11 @@ def _sharpness(result: OptimumResult) -> str:
     return f"{said[:1].upper()}{said[1:]}." if said else ""
 
 
+def _remarks(result: OptimumResult) -> str:
+    """What was searched and left open."""
+    return "".join(f"{remark[:1].upper()}{remark[1:].rstrip('.')}. " for remark in result.remarks).rstrip()
+
+
 def _range(key: str, edges: tuple[float, float]) -> str:
     named = quantity(key)
     low, high = (f"{edge * named.factor:.4g}" for edge in edges)
@@ -79,13 +85,15 @@ def _range(key: str, edges: tuple[float, float]) -> str:
 def _rows(result: OptimumResult) -> list[tuple[str, ...]]:
     """The keys that were varied, then the other parameters by the size of their influence."""
     influence = {} if result.curves is None else dict(result.curves.elasticities)
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for key, value in result.values.items():
         own = quantity(key).value(_rounded(result.base.values[key])) if key in result.base.values else "-"
         searched, within = (_edges(key, table.get(key)) for table in (result.ranges, result.within))
-        rows.append((key, quantity(key).value(_rounded(value)), own, searched, within, _size(influence.pop(key, None))))
+        rows.append(
+            (key, quantity(key).value(_rounded(value)), own, searched, within, _size(influence.pop(key, None)))
+        )
     others = sorted(influence.items(), key=lambda item: -abs(item[1]))
-    return rows + [(key, "-", "-", "-", "-", _size(size)) for key, size in others]
+    return rows + [(key, "-", "-", "-", "-", _size(size)) for key, size in others if size != 0.0]
 
 
 def _edges(key: str, edges: tuple[float, float] | None) -> str:
@@ -96,7 +104,9 @@ def _edges(key: str, edges: tuple[float, float] | None) -> str:
 
 
 def _size(elasticity: float | None) -> str:
-    return "-" if elasticity is None or not math.isfinite(elasticity) else f"{elasticity:+.3f}".replace("-", "\u2212")
+    if elasticity is None or not math.isfinite(elasticity):
+        return "-"
+    return "0" if abs(elasticity) < NONE else f"{elasticity:+.3f}".replace("-", "\u2212")
 
 
 def _rounded(value: float) -> float:
