@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.figures.optimum_curves import OptimumCurves, optimum_curves
 from pipeline.figures.style import DISTINCT, LOG_FROM, plain_log_labels, scale, subplots, write_heading
 from pipeline.figures.sweep_keys import SweepKey
 from pipeline.scene.labels import quantity
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from nonlinear import WorstEnvelope
-    from pipeline.studies.optimum.optimum_curves import OptimumCurves
     from pipeline.studies.optimum.optimum_result import OptimumResult
 
 Array = NDArray[np.float64]
@@ -85,8 +85,9 @@ def optimum_figure(result: OptimumResult, title: str) -> Figure | None:
     Figure or None
         The figure; None where neither peaks were followed nor values tried.
     """
-    if result.curves is not None:
-        return curves_figure(result, result.curves, title)
+    curves = optimum_curves(result)
+    if curves is not None:
+        return curves_figure(result, curves, title)
     return trials_figure(result, title) if result.trials else None
 
 
@@ -180,7 +181,7 @@ def _draw_responses(axes: Axes, curves: OptimumCurves, name: str, at: float, siz
             axes.plot([each.value * at for each in chosen], heights, marker=marker, label=label, **_RESPONSE)
 
 
-def draw_marks(axes: Axes, result: OptimumResult, key: str, name: str, size: float) -> None:
+def draw_marks(axes: Axes, result: OptimumResult, key: str, name: str, size: float, others: bool = True) -> None:
     """The range within 10 %, the scene's own value and the optimum.
 
     Parameters
@@ -195,6 +196,8 @@ def draw_marks(axes: Axes, result: OptimumResult, key: str, name: str, size: flo
         "amplitude_m" or "frequency_hz".
     size : float
         Factor from SI units to those of the axis.
+    others : bool
+        Whether all other keys are at the optimum: the scene's own motion is drawn where there are none.
     """
     named = quantity(key)
     at = named.factor
@@ -203,7 +206,7 @@ def draw_marks(axes: Axes, result: OptimumResult, key: str, name: str, size: flo
         said = f"at most 10 % higher: {low:.4g} to {high:.4g} {named.unit}".rstrip()
         axes.axvspan(low, high, label=said, **_RANGE)
     own, (low, high) = result.base.values.get(key, math.nan), result.ranges[key]
-    if low <= own <= high and math.isfinite(result.base.amplitude_m):
+    if low <= own <= high and math.isfinite(result.base.amplitude_m) and not (others and len(result.values) > 1):
         label = f"the scene's value, {own * at:.4g} {named.unit}".rstrip()
         axes.plot(own * at, getattr(result.base, name) * size, label=label, **_OWN)
     value = f"{result.values[key] * at:.4g} {named.unit}".rstrip()
@@ -239,8 +242,7 @@ def draw_elasticities(axes: Axes, elasticities: Mapping[str, float]) -> None:
     elasticities : mapping of str to float
         p / A dA/dp by the dotted key of the parameter.
     """
-    acting = {key: size for key, size in elasticities.items() if size != 0.0}  # 0: of a parameter that is 0
-    ranked = sorted(acting.items(), key=lambda item: abs(item[1]))
+    ranked = sorted(elasticities.items(), key=lambda item: abs(item[1]))
     sizes = np.array([size for _, size in ranked])
     keys = [key for key, _ in ranked]
     axes.barh(range(len(ranked)), sizes, color=[DISTINCT[1] if size > 0.0 else DISTINCT[0] for size in sizes])
@@ -282,7 +284,7 @@ def trials_figure(result: OptimumResult, title: str) -> Figure:
         for mask, marker, label in ((~is_open, "o", "values tried"), (is_open, "^", "values tried, may be higher")):
             if mask.any():
                 panel.plot(places[mask], heights[mask], marker=marker, label=label, **_RESPONSE)
-        draw_marks(panel, result, key, "amplitude_m", factor)
+        draw_marks(panel, result, key, "amplitude_m", factor, others=False)
         panel.set_xlabel(named.axis() if len(keys) > 1 else SweepKey(key, ()).axis)
         panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=8.5)
     first = axes[0, 0]

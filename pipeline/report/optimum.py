@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from pipeline.figures.optimum_curves import optimum_curves
 from pipeline.report.studies import StudySection
 from pipeline.results.worst import with_unit
 from pipeline.scene.labels import quantity, value_label
@@ -39,7 +40,7 @@ def optimum_section(result: OptimumResult) -> StudySection:
     return StudySection(
         heading="Optimum",
         conclusion=tuple(filter(None, (_choice(result), _sharpness(result), _remarks(result)))),
-        caption=CAPTION if result.curves is not None else TRIED,
+        caption=CAPTION if result.search is not None else TRIED,
         headings=HEADINGS,
         rows=tuple(_rows(result)),
     )
@@ -84,7 +85,8 @@ def _range(key: str, edges: tuple[float, float]) -> str:
 
 def _rows(result: OptimumResult) -> list[tuple[str, ...]]:
     """The keys that were varied, then the other parameters by the size of their influence."""
-    influence = {} if result.curves is None else dict(result.curves.elasticities)
+    curves = optimum_curves(result)
+    influence = {} if curves is None else dict(curves.elasticities)
     rows: list[tuple[str, ...]] = []
     for key, value in result.values.items():
         own = quantity(key).value(_rounded(result.base.values[key])) if key in result.base.values else "-"
@@ -93,7 +95,7 @@ def _rows(result: OptimumResult) -> list[tuple[str, ...]]:
             (key, quantity(key).value(_rounded(value)), own, searched, within, _size(influence.pop(key, None)))
         )
     others = sorted(influence.items(), key=lambda item: -abs(item[1]))
-    return rows + [(key, "-", "-", "-", "-", _size(size)) for key, size in others if size != 0.0]
+    return rows + [(key, "-", "-", "-", "-", _size(size)) for key, size in others]
 
 
 def _edges(key: str, edges: tuple[float, float] | None) -> str:

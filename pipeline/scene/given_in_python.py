@@ -81,7 +81,8 @@ def derived_member(file: SceneFile, values: Mapping[str, Any], place: str, given
     for name in ("sweep", *NOT_SWEPT):
         tables.pop(name, None)
     chosen = {key: [_plain(value)] for key, value in {**file.members[0].parameters, **values}.items()}
-    derived = scene_of_tables(file.path, tables, "", given_model, swept=Sweep(chosen, POINTS, (place,)))
+    sweep = Sweep(chosen, POINTS, (place,)) if chosen else Sweep({})
+    derived = scene_of_tables(file.path, tables, "", given_model, swept=sweep)
     return replace(derived.members[0], parameters=dict(values), place=place)
 
 

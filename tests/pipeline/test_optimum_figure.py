@@ -11,10 +11,8 @@ from nonlinear import Optimum, PeakCurve, PerformanceCurve, SolvedResponse, Wors
 from pipeline.figures.optimum_figure import optimum_figure
 from pipeline.figures.performance_figure import MULTIPLES, OperatingPoint, performance_figure
 from pipeline.report.optimum import optimum_section
-from pipeline.studies.optimum.optimum_curves import optimum_curves
 from pipeline.studies.optimum.optimum_result import OptimumResult, Trial
 
-KEYS = {"preload": "contact.preload", "force": "excitation.force", "normal_stiffness": "contact.normal_stiffness"}
 BEST = math.pi / 2.0  # r / F of the lowest peak of a mass on a slider, X = r^2 / (r - pi/4 F)
 
 
@@ -32,7 +30,7 @@ def optimum(low: float, high: float, **changes: Any) -> Optimum:
     followed = PeakCurve(limit, height(limit), frequency, rate < 0.0, rate, zeros, "main branch")
     texts = [np.full(201, text) for text in ("followed", "periodic", "main branch")]
     solved = [
-        SolvedResponse(x, height(x), 0.2 + 0.01 * x, "periodic", "", height(x), 1, 0.01, 1, "first", unresolved=left)
+        SolvedResponse(x, height(x), 0.2 + 0.01 * x, height(x), "periodic", "", height(x), 1, 0.01, 1, "first", left)
         for x, left in ((low, "too long"), (high, ""))
     ]
     values: dict[str, Any] = {
@@ -79,7 +77,8 @@ def result(found: Optimum, factor: float = 1.0, own: float = 1.2) -> OptimumResu
         responses=len(found.responses),
         seconds=1.0,
         message="",
-        curves=optimum_curves(found, KEYS, factor),
+        search=found,
+        per_unit=factor,
     )
 
 
@@ -142,7 +141,7 @@ def test_values_tried_are_drawn_over_every_key() -> None:
         within={},
         base=Trial({"shroud.angle": 70.0, "contact.friction": 0.4}, 3e-6, 400.0),
         trials=tuple(tried),
-        curves=None,
+        search=None,
     )
     figure = optimum_figure(several, "blade")
     assert figure is not None
@@ -181,7 +180,7 @@ def test_the_section_says_what_to_choose_and_what_it_gains() -> None:
     assert sharpness.endswith("at most 10 % higher with preload from 1.21 to 2.24 N.")
     assert searched == "5 values searched."
     swept, *others = section.rows
-    assert swept == ("contact.preload", "1.571 N", "1.2 N", "1 to 3 N", "1.21 to 2.24 N", "0")
+    assert swept == ("contact.preload", "1.571 N", "1.2 N", "1 to 3 N", "1.21 to 2.24 N", "-")
     assert [(row[0], row[-1]) for row in others] == [
         ("contact.normal_stiffness", "−2.500"),
         ("excitation.force", "+1.000"),

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from pipeline.studies.optimum.optimum_curves import OptimumCurves
+from nonlinear import Optimum
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,12 @@ class OptimumResult:
         Derivatives of the amplitude with respect to keys of contact, load and damping, m per unit of the key.
     base : Trial
         The worst motion with the scene's own values.
+    search : Optimum or None
+        What `nonlinear.find_optimum` found, where peaks were followed over one key, the other keys at the optimum:
+        envelope, followed peaks, responses. In the units of the solver.
+    per_unit : float
+        Value of that key for each unit of the solver's parameter: stiffnesses of the whole face and the mean of the
+        nodes differ, the damping of the solver is a factor.
     method : str
         "peaks": peaks followed over keys of the solver; "curves": curves at single values; "both".
     trials : tuple of Trial
@@ -75,8 +81,6 @@ class OptimumResult:
         One line that says what was found.
     remarks : tuple of str
         What was left open, a sentence each.
-    curves : OptimumCurves or None
-        The worst motion over the key, where peaks of a single one were followed.
     """
 
     ranges: Mapping[str, tuple[float, float]]
@@ -89,13 +93,14 @@ class OptimumResult:
     within: Mapping[str, tuple[float, float]]
     derivatives: Mapping[str, float]
     base: Trial
+    search: Optimum | None
+    per_unit: float
     method: str
     trials: tuple[Trial, ...]
     responses: int
     seconds: float
     message: str
     remarks: tuple[str, ...] = field(default=())
-    curves: OptimumCurves | None = None
 
     @property
     def gain(self) -> float:

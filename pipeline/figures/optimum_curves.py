@@ -1,11 +1,16 @@
-"""The worst motion over one key of a scene with all that was followed and solved, in the unit of the key."""
+"""What was followed and solved in the search for an optimum over one key, in the unit of the key."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-from nonlinear import Optimum, PeakCurve, SolvedResponse, WorstEnvelope
+from pipeline.scene.optimum_checks import SOLVER_KEYS
+
+if TYPE_CHECKING:
+    from nonlinear import PeakCurve, SolvedResponse, WorstEnvelope
+    from pipeline.studies.optimum.optimum_result import OptimumResult
 
 
 @dataclass(frozen=True)
@@ -23,8 +28,8 @@ class OptimumCurves:
     responses : tuple of SolvedResponse
         The responses solved.
     elasticities : mapping of str to float
-        Relative derivatives of the worst motion at the optimum by dotted keys, in % per %; empty where it is no
-        followed peak.
+        Relative derivatives of the worst motion at the optimum by dotted keys, in % per %; those of parameters that
+        are 0 are left out, and all where it is no followed peak.
     """
 
     key: str
@@ -34,22 +39,22 @@ class OptimumCurves:
     elasticities: Mapping[str, float]
 
 
-def optimum_curves(found: Optimum, keys: Mapping[str, str], factor: float) -> OptimumCurves:
-    """What there is to show of an optimum.
+def optimum_curves(result: OptimumResult) -> OptimumCurves | None:
+    """What there is to show of an optimum; None where no peaks were followed.
 
     Parameters
     ----------
-    found : Optimum
+    result : OptimumResult
         The optimum.
-    keys : mapping of str to str
-        Dotted keys by the names of the parameters of `nonlinear`.
-    factor : float
-        Value of the key for each unit of the parameter: a stiffness of the scene is that of the whole face.
     """
+    found, factor = result.search, result.per_unit
+    if found is None:
+        return None
+    keys = {name: key for key, name in SOLVER_KEYS.items()}
     return OptimumCurves(
         key=keys[found.name],
         envelope=replace(found.envelope, value=found.envelope.value * factor),
         peaks=tuple(replace(each, value=each.value * factor, slope=each.slope / factor) for each in found.curves),
         responses=tuple(replace(each, value=each.value * factor) for each in found.responses),
-        elasticities={keys[name]: size for name, size in found.elasticities.items()},
+        elasticities={keys[name]: size for name, size in found.elasticities.items() if size != 0.0},
     )
