@@ -55,6 +55,13 @@ _ENVELOPE: dict[str, dict[str, Any]] = {
         "zorder": 3,
         "label": "worst motion, between responses",
     },
+    "open": {
+        "color": DISTINCT[4],
+        "linewidth": 2.2,
+        "linestyle": (0, (1, 0.8)),
+        "zorder": 3,
+        "label": "left open: highest solution",
+    },
 }
 _RESPONSE: dict[str, Any] = {
     "color": DISTINCT[0],
@@ -153,7 +160,7 @@ def _draw_envelope(axes: Axes, envelope: WorstEnvelope, name: str, at: float, si
     values = getattr(envelope, name).astype(float) * size
     for source, look in _ENVELOPE.items():
         mask = envelope.source == source
-        if mask.any():
+        if mask.any() and (source, name) != ("open", "frequency_hz"):  # the frequency is that of the motion found
             heights = _without_jumps(envelope, np.where(_with_neighbours(mask), values, np.nan), name)
             axes.plot(envelope.value * at, heights, **look, solid_capstyle="butt")
 

@@ -23,8 +23,13 @@ SPREAD = 2.0  # ratio of the ends above which an axis is logarithmic
 _LOOKS: dict[str, dict[str, Any]] = {
     "followed": {"color": DISTINCT[0], "linewidth": 2.4},
     "responses": {"color": DISTINCT[4], "linewidth": 2.4},
+    "open": {"color": DISTINCT[4], "linewidth": 2.2, "linestyle": (0, (1, 0.8))},
 }
-_NAMES = {"followed": "worst motion", "responses": "worst motion, between responses"}
+_NAMES = {
+    "followed": "worst motion",
+    "responses": "worst motion, between responses",
+    "open": "left open: highest solution",
+}
 _PEAK: dict[str, Any] = {"color": "0.6", "linewidth": 0.8, "zorder": 1}
 _LIMITS = {"free": (0, (1, 1)), "stuck": (0, (6, 1.5, 1, 1.5))}
 _MARK: dict[str, Any] = {
@@ -104,7 +109,7 @@ def _draw_curve(axes: Axes, curve: PerformanceCurve, name: str, wide: float, siz
     sources = np.insert(curve.source, jumps, "")
     for source, look in _LOOKS.items():
         mask = sources == source
-        if mask.any():
+        if mask.any() and (source, name) != ("open", "frequency_hz"):  # the frequency is that of the motion found
             shown = np.where(mask | np.r_[False, mask[:-1]], heights, np.nan)
             axes.plot(places, shown, label=_NAMES[source], **look)
     for number, peak in enumerate(curve.curves):
