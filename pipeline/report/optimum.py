@@ -13,13 +13,13 @@ from pipeline.studies.optimum.optimum_result import OptimumResult
 CAPTION = (
     "Largest displacement and frequency of the worst motion over the parameter. Thin: followed peaks, dashed where "
     "they are unstable. Dotted: the search left open what the ring does there, the highest solution counts. Circles: "
-    "responses solved with all options; triangles: the worst motion may be higher. Shaded: at most 10 % higher than at "
-    "the optimum. Bars: change of the worst motion in % where a parameter grows by 1 %."
+    "responses solved with all options; triangles: the worst motion may be higher. Shaded: at most 10 % higher than "
+    "at the optimum. Bars: change of the worst motion in % where a parameter grows by 1 %."
 )
 TRIED = "Largest displacement of the worst motion with the values tried, over each of the keys."
 HEADINGS = ("key", "optimum", "scene", "range searched", "at most 10 % higher", "% for 1 %")
 KINDS = {
-    "smooth": "The minimum is smooth: small deviations change little",
+    "smooth": "The minimum is smooth",
     "kink": "Two peaks exchange there: the worst motion rises on both sides at once",
     "jump": "It lies beside a jump: on one side of it a much higher motion persists",
     "sampled": "No stable peak could be followed there: it is the lowest of the responses solved",
