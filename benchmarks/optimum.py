@@ -1,6 +1,6 @@
 """The optimum of a parameter beside a sweep of single responses: `python benchmarks/optimum.py`.
 
-    python benchmarks/optimum.py                                   # 200 values of the interference, -20 to 20 um
+    python benchmarks/optimum.py                                   # 200 values of the interference, 0 to 20 um
     python benchmarks/optimum.py --values 40 --harmonics 3         # fewer, each with 3 harmonics
     python benchmarks/optimum.py --angle 180 --over friction --low 0.05 --high 1
 
@@ -93,7 +93,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _options(arguments: list[str] | None) -> Any:
     parser = options_of(__doc__, NAME)
     parser.add_argument("--over", default="interference", help="the parameter, as of find_optimum")
-    parser.add_argument("--low", type=float, default=-20e-6, help="its range, SI units")
+    parser.add_argument("--low", type=float, default=0.0, help="its range, SI units")
     parser.add_argument("--high", type=float, default=20e-6)
     parser.add_argument("--values", type=int, default=SWEEP, help=f"of the sweep ({SWEEP})")
     parser.add_argument("--angle", type=float, help="shroud angle in place of that of the scene, degrees")

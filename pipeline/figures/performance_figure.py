@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipeline.figures.linear_limits import Limit
+from pipeline.figures.linear_limits import linear_limit
 from pipeline.figures.style import DISTINCT, LIMIT_COLOUR, plain_log_labels, scale, subplots, write_heading
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nonlinear import PerformanceCurve
+    from nonlinear import ContactParameters, Excitation, PerformanceCurve, SolverOptions
+    from rom import ModalModel, ReducedModel
 
 MULTIPLES = (0.25, 0.5, 2.0, 4.0)  # of the scene's force, shown as points
 NEAR_ZERO = 0.02  # of the largest ratio: an axis of both signs is nearly linear up to there at least
@@ -31,6 +31,7 @@ _NAMES = {
     "open": "left open: highest solution",
 }
 _PEAK: dict[str, Any] = {"color": "0.6", "linewidth": 0.8, "zorder": 1}
+KINDS = "free", "stuck"
 _LIMITS = {"free": (0, (1, 1)), "stuck": (0, (6, 1.5, 1, 1.5))}
 _MARK: dict[str, Any] = {
     "linestyle": "none",
@@ -41,50 +42,62 @@ _MARK: dict[str, Any] = {
 }
 
 
-@dataclass(frozen=True)
-class OperatingPoint:
-    """A static closure and a force: a point of the curve.
-
-    Attributes
-    ----------
-    closure : float
-        Interference, m, or preload, N.
-    force : float
-        Force, N.
-    """
-
-    closure: float
-    force: float
-
-
 def performance_figure(
-    curve: PerformanceCurve, title: str, own: OperatingPoint | None = None, limits: Sequence[Limit] = ()
+    curve: PerformanceCurve,
+    title: str,
+    own: tuple[float, float] | None = None,
+    limits: Mapping[str, tuple[float, float]] | None = None,
 ) -> Figure:
     """Amplitude per force over interference or preload per force, beside it the frequency; one curve for every force.
 
     Parameters
     ----------
     curve : PerformanceCurve
-        The performance curve.
+        Result of `performance_curve`.
     title : str
-        Title of the scene.
-    own : OperatingPoint or None
-        That of the scene; multiples of its force at the same closure are points of the curve.
-    limits : sequence of Limit
-        Linear limits at the force at which the curve was computed.
+        Heading.
+    own : (float, float), optional
+        Interference, m, or preload, N, and force, N, of a design. Multiples of the force are points too.
+    limits : mapping of str to (float, float), optional
+        Frequency, Hz, and amplitude per force, m/N, of the linear limits "free" and "stuck": `linear_peaks`.
 
     Returns
     -------
-    Figure
-        The figure.
+    matplotlib.figure.Figure
+        The figure, not yet saved.
+
+    Examples
+    --------
+    A mass on a spring, 1 kg and 1 N/m, with a slider: the points of half, double, ... the force lie on the curve.
+
+    >>> import numpy as np
+    >>> from nonlinear import ContactParameters, Excitation, SolverOptions, performance_curve
+    >>> from pipeline import linear_peaks, performance_figure, styled
+    >>> from rom import ReducedModel, modal_model
+    >>> one = np.ones(1)
+    >>> parts = np.eye(1), np.eye(1), np.eye(3, 1), np.zeros((1, 3)), one, {"tip": one}
+    >>> blade = ReducedModel(*parts, n_blades=12)
+    >>> modal, wave = modal_model(blade, damping_ratio=0.01), Excitation(engine_order=3, force=1.0)
+    >>> values = {"normal_stiffness": 0.0, "tangential_stiffness": 3.0, "friction": 0.5, "preload": 2.0}
+    >>> problem = modal, ContactParameters.shared(1, **values), wave, SolverOptions((0.1, 0.4))
+    >>> limits = linear_peaks(blade, problem)
+    >>> print(f"free: {limits['free'][1]:.4g} m/N at {limits['free'][0]:.4g} Hz")
+    free: 50 m/N at 0.1591 Hz
+    >>> curve = performance_curve(problem, "preload", 0.5, 8.0)
+    >>> with styled():
+    ...     figure = performance_figure(curve, "Slider", own=(2.0, 1.0), limits=limits)
+    >>> [text.get_text() for text in figure.axes[0].texts]
+    ['0.25 N', '0.5 N', '2 N', '4 N']
     """
     figure, (left, right) = subplots(1, 2, size=(10.4, 4.6), sharex=True)
     factor, unit = scale(curve.compliance, "m")
     wide, wide_unit = scale(curve.ratio, "m" if curve.name == "interference" else "N")
     for axes, name, size in ((left, "compliance", factor), (right, "frequency_hz", 1.0)):
         _draw_curve(axes, curve, name, wide, size)
-        for limit in limits:
-            _draw_limit(axes, limit, factor / curve.force if name == "compliance" else None)
+        for kind, (frequency, compliance) in (limits or {}).items():
+            look: dict[str, Any] = {"color": LIMIT_COLOUR, "linestyle": _LIMITS[kind], "linewidth": 1.0}
+            height = compliance * factor if name == "compliance" else frequency
+            axes.axhline(height, label=f"linear, {kind}", **look)
         best = {"compliance": curve.least_compliance * factor, "frequency_hz": curve.best_frequency_hz}
         said = f"optimum, {curve.best_ratio * wide:.4g} {wide_unit}/N"
         axes.plot(curve.best_ratio * wide, best[name], "*", markersize=15, color=DISTINCT[1], label=said, **_MARK)
@@ -117,32 +130,26 @@ def _draw_curve(axes: Axes, curve: PerformanceCurve, name: str, wide: float, siz
         axes.plot(peak.value * wide, values * size, label=None if number else "followed peaks", **_PEAK)
 
 
-def _draw_limit(axes: Axes, limit: Limit, factor: float | None) -> None:
-    frequency, amplitude = limit.peak
-    look: dict[str, Any] = {"color": LIMIT_COLOUR, "linestyle": _LIMITS[limit.kind], "linewidth": 1.0}
-    axes.axhline(frequency if factor is None else amplitude * factor, label=f"linear, {limit.kind}", **look)
-
-
 def _draw_forces(
-    axes: Axes, curve: PerformanceCurve, own: OperatingPoint, name: str, factors: tuple[float, float]
+    axes: Axes, curve: PerformanceCurve, own: tuple[float, float], name: str, factors: tuple[float, float]
 ) -> None:
-    """The scene's own force and multiples of it at its closure; at zero closure all forces are one point."""
+    """The force of the design and multiples of it at its closure; at zero closure all forces are one point."""
     from matplotlib.patheffects import withStroke
 
-    wide, size = factors
+    (wide, size), (closure, own_force) = factors, own
     known = np.isfinite(curve.compliance)
     ratios, values = curve.ratio[known], getattr(curve, name)[known] * size
 
     def height(ratio: float) -> float:
         return float(np.interp(ratio, ratios, values, left=np.nan, right=np.nan))
 
-    ratio = own.closure / own.force
-    label = f"the scene: {own.force:.4g} N" if own.closure else "the scene, at any force"
+    ratio = closure / own_force
+    label = f"the design: {own_force:.4g} N" if closure else "the design, at any force"
     axes.plot(ratio * wide, height(ratio), "D", markersize=7, color=DISTINCT[3], label=label, **_MARK)
-    label = "the scene with other forces"
-    for multiple in MULTIPLES if own.closure else ():
-        force = multiple * own.force
-        place = own.closure / force
+    label = "the design with other forces"
+    for multiple in MULTIPLES if closure else ():
+        force = multiple * own_force
+        place = closure / force
         if not np.isfinite(height(place)):
             continue
         axes.plot(place * wide, height(place), "o", markersize=6, color=DISTINCT[3], label=label, **_MARK)
@@ -177,3 +184,29 @@ def _set_axes(left: Axes, right: Axes, curve: PerformanceCurve, wide: float, fac
         left.set_ylim(0.0, 1.1 * float(np.nanmax(heights)))
     for axes in (left, right):
         axes.grid(visible=True, which="major")
+
+
+def linear_peaks(
+    model: ReducedModel, problem: tuple[ModalModel, ContactParameters, Excitation, SolverOptions]
+) -> dict[str, tuple[float, float]]:
+    """Frequency, Hz, and amplitude per force, m/N, of the highest peak with free and with stuck contacts.
+
+    Parameters
+    ----------
+    model : rom.ReducedModel
+        The reduced model.
+    problem : tuple
+        Its modes, contact, excitation and options, as the arguments of `forced_response`.
+
+    Returns
+    -------
+    dict of str to (float, float)
+        "free": without contact; "stuck": with all contact springs. For `performance_figure`, see there.
+    """
+    modal, contact, wave, options = problem
+    found = {}
+    for kind in KINDS:
+        frequency, amplitude = linear_limit(kind, model, (modal, contact, wave), options.frequency_hz)
+        top = int(np.argmax(amplitude))
+        found[kind] = float(frequency[top]), float(amplitude[top]) / wave.force
+    return found

@@ -9,7 +9,7 @@ import pytest
 
 from nonlinear import Optimum, PeakCurve, PerformanceCurve, SolvedResponse, WorstEnvelope
 from pipeline.figures.optimum_figure import optimum_figure
-from pipeline.figures.performance_figure import MULTIPLES, OperatingPoint, performance_figure
+from pipeline.figures.performance_figure import MULTIPLES, performance_figure
 from pipeline.report.optimum import optimum_section
 from pipeline.studies.optimum.optimum_result import OptimumResult, Trial
 
@@ -158,7 +158,7 @@ def test_every_force_lies_on_one_performance_curve() -> None:
     found = {"best_ratio": BEST, "least_compliance": math.pi, "best_frequency_hz": 0.2157, "kind": "smooth"}
     found |= {"within": (1.2, 2.2), "force": 2.0, "message": ""}
     curve = PerformanceCurve("preload", ratio, height(ratio), 0.2 + 0.01 * ratio, *texts, (), **found)
-    figure = performance_figure(curve, "slider", OperatingPoint(closure=8.0, force=2.0))
+    figure = performance_figure(curve, "slider", own=(8.0, 2.0))
     left, right = figure.axes
     assert left.get_xscale() == left.get_yscale() == right.get_xscale() == "log"
     points = [line for line in left.get_lines() if line.get_marker() == "o"]
@@ -166,7 +166,7 @@ def test_every_force_lies_on_one_performance_curve() -> None:
     for line, multiple in zip(points, MULTIPLES, strict=True):
         force = 2.0 * multiple
         assert line.get_xydata()[0] == pytest.approx([8.0 / force, height(8.0, force) / force], rel=1e-5)
-    assert lines(left)["the scene: 2 N"].get_xydata()[0] == pytest.approx([4.0, height(4.0)], rel=1e-5)
+    assert lines(left)["the design: 2 N"].get_xydata()[0] == pytest.approx([4.0, height(4.0)], rel=1e-5)
     assert {text.get_text() for text in left.texts} == {"0.5 N", "1 N", "4 N", "8 N"}
 
 
