@@ -78,7 +78,7 @@ def draw(
     from pipeline.figures.quantiles import band_figure, curves_to_read, quantile_figure
     from pipeline.figures.response import has_lines, response_figure
     from pipeline.figures.style import save, styled
-    from pipeline.figures.sweep_map import map_figure
+    from pipeline.figures.sweep_map import sweep_map_figure
     from pipeline.figures.trend import has_few_lines, trend_figure
     from rom import one_blas_thread
 
@@ -95,7 +95,7 @@ def draw(
         "response": lambda: response_figure(shown, limits, title) if lines else band_figure(shown, points, title),
         "peaks": lambda: trend_figure(points, limits, title) if few else quantile_figure(points, title),
         "hysteresis": lambda: None if damped is None else node_figure(damped, title),
-        "map": lambda: map_figure(points, title),
+        "map": lambda: sweep_map_figure(curves, points, title),
         "hysteresis_sweep": lambda: sweep_figure(shown, title),
         "nodal_diameters": lambda: nodal_diameter_figure(shown[0], title, orders),
         "campbell": lambda: campbell_figure(shown, title),

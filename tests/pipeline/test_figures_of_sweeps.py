@@ -17,7 +17,7 @@ from pipeline.figures.quantiles import band_figure, bins, curves_to_read, ends, 
 from pipeline.figures.response import has_lines, response_figure
 from pipeline.figures.style import ordered_colours
 from pipeline.figures.sweep_keys import groups, is_grid, sweep_keys
-from pipeline.figures.sweep_map import map_figure
+from pipeline.figures.sweep_map import cell_figure
 from pipeline.figures.trend import has_few_lines, trend_figure
 from pipeline.report.charts import charts
 from pipeline.report.error_budget import ErrorRow
@@ -124,7 +124,7 @@ def test_two_keys_are_told_by_colour_and_panel_and_the_legend_explains_the_lines
 
 def test_a_map_has_the_height_of_each_curve_in_its_cell() -> None:
     points = grid(4, 3)
-    figure = map_figure(points, "title")
+    figure = cell_figure(points, "title")
     assert figure is not None
     cells = figure.axes[0].collections[0].get_array().reshape(3, 4)
     for each in points:
@@ -132,10 +132,10 @@ def test_a_map_has_the_height_of_each_curve_in_its_cell() -> None:
         assert cells[row, column] == pytest.approx(each.worst[1] * 1e6)
     frame = figure.axes[0].patches[0]
     assert (frame.get_x(), frame.get_y()) == (0, 0)
-    assert map_figure([point(i, {V0: i * 1e-6}, 1e-6) for i in range(9)], "one key") is None
+    assert cell_figure([point(i, {V0: i * 1e-6}, 1e-6) for i in range(9)], "one key") is None
     rng = np.random.default_rng(1)
     samples = [point(i, {V0: x, MU: y}, 1e-6) for i, (x, y) in enumerate(rng.random((50, 2)))]
-    scattered = map_figure(samples, "samples")
+    scattered = cell_figure(samples, "samples")
     assert scattered is not None
     assert len(scattered.axes[0].collections[0].get_offsets()) == 50
 
