@@ -24,6 +24,10 @@ FILES = {"map": "response_map"}  # names of figures that are not those of their 
 
 def figure_of(study: str) -> StudyFigure | None:
     """The function that draws the result of a study under a title; None where a study has no figure."""
+    if study == "map":
+        from pipeline.figures.map_figure import map_figure
+
+        return map_figure
     return None
 
 

@@ -49,6 +49,10 @@ class ShownStudy:
 
 def section_of(study: str) -> Callable[[Any], StudySection] | None:
     """The function that makes the section of a study from its result; None where a study has none."""
+    if study == "map":
+        from pipeline.report.map_section import map_section
+
+        return map_section
     return None
 
 

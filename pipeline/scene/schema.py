@@ -41,6 +41,7 @@ from pipeline.scene.loads_section import (
     placed,
     unit_vector,
 )
+from pipeline.scene.map_section import Map
 from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.model_section import Model
 from pipeline.scene.optimum_section import Optimum
@@ -337,6 +338,7 @@ class Scene(Section):
     stress: Stress | None = _key("", "a table", None)
     fatigue: Fatigue | None = _key("", "a table", None)
     optimum: Optimum | None = _key("", "a table", None)
+    map: Map | None = _key("", "a table", None)
     render: Render | None = _key("", "a table", None)
     figures: Figures = _key("", "a table", Figures())
 
@@ -376,7 +378,7 @@ class Scene(Section):
         return None if self.blade is None else self.blade.n_blades
 
 
-STUDIES = ("optimum",)  # each has a section of its name
+STUDIES = ("optimum", "map")  # each has a section of its name
 NOT_SWEPT = ("stress", "fatigue", *STUDIES, "render", "figures")  # made of solved curves
 NOT_SWEPT_KEYS = (  # tables, and lists of tables
     "mesh.sets",
@@ -401,6 +403,7 @@ SECTIONS: dict[str, type[Section]] = {
     "stress": Stress,
     "fatigue": Fatigue,
     "optimum": Optimum,
+    "map": Map,
     "render": Render,
     "figures": Figures,
 }

@@ -20,4 +20,8 @@ def study_named(name: str) -> Study:
         from pipeline.studies.optimum.optimum_study import OptimumStudy
 
         return OptimumStudy()
+    if name == "map":
+        from pipeline.studies.worst_motion_map.map_study import MapStudy
+
+        return MapStudy()
     raise KeyError(name)

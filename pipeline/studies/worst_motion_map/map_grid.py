@@ -61,13 +61,14 @@ def rounded(value: float) -> float:
 
 
 def spaced(low: float, high: float, count: int, logarithmic: bool) -> tuple[float, ...]:
-    """`count` values from `low` to `high`, evenly spaced, or evenly in their logarithm."""
-    parts = [k / (count - 1) for k in range(count)]
+    """`count` values from `low` to `high`, evenly spaced, or evenly in their logarithm and rounded to four digits."""
     if logarithmic:
-        return tuple(rounded(math.exp(math.log(low) + part * math.log(high / low))) for part in parts)
-    inner = [rounded(low + part * (high - low)) for part in parts]
-    spread = high - low
-    return tuple(0.0 if abs(value) < 1e-12 * spread else value for value in inner)
+        ratio = math.log(high / low) / (count - 1)
+        inner = tuple(float(f"{low * math.exp(k * ratio):.4g}") for k in range(1, count - 1))
+        return (low, *inner, high)
+    step = (high - low) / (count - 1)
+    inner = tuple(rounded(low + k * step) for k in range(1, count - 1))
+    return (low, *(0.0 if abs(value) < 1e-9 * step else value for value in inner), high)
 
 
 def even_in_logarithm(values: Sequence[float]) -> bool:
