@@ -145,7 +145,10 @@ def draw_contours(axes: Axes, shape: MapShape, values: Array, levels: MapLevels,
     apart = shape.jumps.any(axis=1) | ~np.isfinite(scaled)[shape.triangles].all(axis=1)
     if not apart.all():
         mesh = Triangulation(shape.points[:, 0], shape.points[:, 1], shape.triangles, mask=apart)
-        filled = np.nan_to_num(scaled, nan=float(levels.limits[0]))
+        low, high = levels.limits[[0, -1]]
+        filled = np.clip(
+            np.nan_to_num(scaled, nan=low), low, high - 1e-9 * (high - low)
+        )  # else a plateau stays empty
         axes.tricontourf(mesh, filled, levels=levels.limits, cmap=chosen, norm=norm)
     corner = shape.triangles[apart].ravel()
     known = np.isfinite(scaled[corner])

@@ -41,30 +41,24 @@ def damper(amplitude: float, limit: float) -> tuple[float, float]:
 
 
 def peak(limit: float, force: float = FORCE) -> tuple[float, float]:
-    """Angular frequency and amplitude at the peak: the largest amplitude that has a frequency.
+    """Angular frequency and amplitude at the peak: the largest amplitude that some frequency has.
 
-    With a = k + k_d - c^2/2 the square of the frequency is a +- sqrt(...): the root vanishes at the peak.
+    At each amplitude |dynamic stiffness|^2 = (k + k_d - x)^2 + (c sqrt(x) + l)^2 is smallest over x = omega^2 where
+    x = k + k_d - c^2 / 2 - c l / (2 sqrt(x)).
     """
 
-    def spare(amplitude: float) -> float:
+    def smallest(amplitude: float) -> tuple[float, float]:
         spring, loss = damper(amplitude, limit)
-        square = np.linspace(0.5, 1.5, 4001) * (STIFFNESS + spring)
-        return float(
-            np.max(
-                (force / amplitude) ** 2
-                - (STIFFNESS + spring - square) ** 2
-                - (DAMPING * np.sqrt(square) + loss) ** 2
-            )
-        )
+        square = STIFFNESS + spring
+        for _ in range(12):
+            square = STIFFNESS + spring - DAMPING**2 / 2.0 - DAMPING * loss / (2.0 * math.sqrt(square))
+        return square, math.hypot(STIFFNESS + spring - square, DAMPING * math.sqrt(square) + loss)
 
-    low, high = 1e-3 * force, force / (DAMPING * math.sqrt(STIFFNESS)) * 1.2
-    for _ in range(60):
+    low, high = 1e-3 * force, 1.2 * force / DAMPING
+    for _ in range(50):
         middle = math.sqrt(low * high)
-        low, high = (middle, high) if spare(middle) > 0.0 else (low, middle)
-    spring, loss = damper(low, limit)
-    square = np.linspace(0.5, 1.5, 4001) * (STIFFNESS + spring)
-    rest = (STIFFNESS + spring - square) ** 2 + (DAMPING * np.sqrt(square) + loss) ** 2
-    return float(np.sqrt(square[np.argmin(rest)])), low
+        low, high = (middle, high) if smallest(middle)[1] < force / middle else (low, middle)
+    return math.sqrt(smallest(low)[0]), low
 
 
 def exact_point(grid: MapGrid, place: tuple[float, float]) -> MapPoint:
