@@ -47,7 +47,10 @@ if TYPE_CHECKING:
         SolverOptions,
         least_samples,
     )
-    from nonlinear.peak_curves.optimum import Optimum, find_optimum
+    from nonlinear.peak_curves.joint_optimum import ActivePeak, JointOptimum
+    from nonlinear.peak_curves.optimum import find_optimum
+    from nonlinear.peak_curves.optimum_result import Optimum, PeakCurve, SolvedResponse, WorstEnvelope
+    from nonlinear.peak_curves.performance_curve import PerformanceCurve
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
@@ -66,6 +69,7 @@ __all__ = [
     "MOST_UNKNOWNS",
     "SLIP",
     "STICK",
+    "ActivePeak",
     "Bifurcation",
     "BifurcationKind",
     "BranchStart",
@@ -80,12 +84,15 @@ __all__ = [
     "Extension",
     "FoundSolution",
     "HarmonicBalance",
+    "JointOptimum",
     "LinearisedResidual",
     "ModeResonance",
     "NonlinearMode",
     "Optimum",
     "OptionsError",
     "Peak",
+    "PeakCurve",
+    "PerformanceCurve",
     "ResidualBounds",
     "ResidualExtreme",
     "ResponseCurve",
@@ -98,9 +105,11 @@ __all__ = [
     "RingRecord",
     "RingState",
     "SolutionSearch",
+    "SolvedResponse",
     "SolverOptions",
     "StepError",
     "TerminationReason",
+    "WorstEnvelope",
     "WorstMotion",
     "branch_starts",
     "build_harmonic_balance",
@@ -143,7 +152,13 @@ _PLACES = {
     "ModeResonance": "nonlinear.nonlinear_modes.nonlinear_mode",
     "NonlinearMode": "nonlinear.nonlinear_modes.nonlinear_mode",
     "nonlinear_mode": "nonlinear.nonlinear_modes.nonlinear_mode",
-    "Optimum": "nonlinear.peak_curves.optimum",
+    "ActivePeak": "nonlinear.peak_curves.joint_optimum",
+    "JointOptimum": "nonlinear.peak_curves.joint_optimum",
+    "Optimum": "nonlinear.peak_curves.optimum_result",
+    "PeakCurve": "nonlinear.peak_curves.optimum_result",
+    "PerformanceCurve": "nonlinear.peak_curves.performance_curve",
+    "SolvedResponse": "nonlinear.peak_curves.optimum_result",
+    "WorstEnvelope": "nonlinear.peak_curves.optimum_result",
     "find_optimum": "nonlinear.peak_curves.optimum",
     "OptionsError": "nonlinear.options",
     "Peak": "nonlinear.branches.peaks",

@@ -79,6 +79,23 @@ class ParameterFamily:
     low: float
     high: float
 
+    def check(self) -> None:
+        """Refuse a range that is empty, or whose ends the problem does not allow.
+
+        Raises
+        ------
+        ContactError
+            A contact parameter out of its range.
+        OptionsError
+            There is no such parameter, or the range is empty or reaches a force or a damping of 0.
+        """
+        if not self.low < self.high:
+            raise OptionsError(f"range of {self.name}: [{self.low:g}, {self.high:g}], allowed: low < high")
+        if self.name in ("force", "damping") and self.low <= 0.0:
+            raise OptionsError(f"{self.name}: {self.low:g}, allowed: above 0")
+        for share in (0.0, 1.0):
+            self.at(share)
+
     def value(self, share: float) -> float:
         """The parameter at a share of the range."""
         return self.low + share * (self.high - self.low)

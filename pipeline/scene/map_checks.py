@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pydantic import ValidationError
-
-from pipeline.errors import InputError, input_error, shown
+from pipeline.errors import InputError, input_error
 from pipeline.scene.latin_hypercube import takes_fractions
 from pipeline.scene.reading import IGNORED_WITH_MODEL, WITHOUT_EFFECT_ON_MODEL, SceneFile
-from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.swept_keys import SWEPT_KEYS
-from pipeline.scene.validation_errors import allowed_values, shown_key, unknown_key
+from pipeline.scene.validation_errors import shown_key, unknown_key
 
 PLACE = "map.over"
 
@@ -31,29 +28,32 @@ def unfit_map_keys(file: SceneFile, given_model: bool = False) -> Iterator[Input
     InputError
         One for each key.
     """
+    from pipeline.scene.given_in_python import derived_member
+
     section = file.first.map
     for key, values in () if section is None else section.over.items():
-        place = f"{PLACE}.{shown_key(key)}"
-        if key not in SWEPT_KEYS:
-            yield unknown_key(file.path, key, SWEPT_KEYS, PLACE)
-        elif not takes_fractions(key):
-            yield input_error(file.path, place, "cannot be mapped", "keys of numbers with a fraction")
-        elif given_model and (key.partition(".")[0] in IGNORED_WITH_MODEL or key in WITHOUT_EFFECT_ON_MODEL):
-            allowed = "keys of load, contact, excitation and response"
-            yield input_error(file.path, place, "has no effect on a given reduced model", allowed)
-        elif (refused := _refused(file.first, key, values)) is not None:
-            yield input_error(file.path, place, shown(refused), allowed_values(key))
+        error = _unfit_key(file, key, given_model)
+        if error is not None:
+            yield error
+            continue
+        for end in (values[0], values[-1]):
+            try:
+                derived_member(file, {key: end}, PLACE, given_model)
+            except InputError as refused:
+                yield refused
+                break
 
 
-def _refused(scene: Scene, key: str, values: tuple[float, ...]) -> float | None:
-    """A value that the schema does not allow for a key; None where it allows all. Ranges have no holes."""
-    section, _, name = key.partition(".")
-    given = getattr(scene, section)
-    held = {} if given is None else given.model_dump(exclude_unset=True)
-    for value in (values[0], values[-1]):
-        try:
-            SECTIONS[section].model_validate({**held, name: value})
-        except ValidationError as error:
-            if any(item["loc"][:1] == (name,) for item in error.errors(include_url=False)):
-                return value
+def _unfit_key(file: SceneFile, key: str, given_model: bool) -> InputError | None:
+    """The error of a key that is unknown, takes whole numbers or words only, or is not of this scene."""
+    place, section = f"{PLACE}.{shown_key(key)}", key.partition(".")[0]
+    if key not in SWEPT_KEYS:
+        return unknown_key(file.path, key, SWEPT_KEYS, PLACE)
+    if not takes_fractions(key):
+        return input_error(file.path, place, "cannot be mapped", "keys of numbers with a fraction")
+    if given_model and (section in IGNORED_WITH_MODEL or key in WITHOUT_EFFECT_ON_MODEL):
+        allowed = "keys of load, contact, excitation and response"
+        return input_error(file.path, place, "has no effect on a given reduced model", allowed)
+    if getattr(file.first, section) is None:
+        return input_error(file.path, place, f"the scene has no [{section}]", "keys of sections that it has")
     return None
