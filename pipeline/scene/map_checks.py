@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
-from pipeline.errors import InputError, input_error
+from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.latin_hypercube import takes_fractions
+from pipeline.scene.map_section import LOGARITHMIC
 from pipeline.scene.reading import IGNORED_WITH_MODEL, WITHOUT_EFFECT_ON_MODEL, SceneFile
 from pipeline.scene.swept_keys import SWEPT_KEYS
 from pipeline.scene.validation_errors import shown_key, unknown_key
 
 PLACE = "map.over"
+LEAST_STEP = 1e-9  # relative
 
 
 def unfit_map_keys(file: SceneFile, given_model: bool = False) -> Iterator[InputError]:
@@ -32,7 +35,7 @@ def unfit_map_keys(file: SceneFile, given_model: bool = False) -> Iterator[Input
 
     section = file.first.map
     for key, values in () if section is None else section.over.items():
-        error = _unfit_key(file, key, given_model)
+        error = _unfit_key(file, key, given_model) or _unfit_values(file, key, values)
         if error is not None:
             yield error
             continue
@@ -42,6 +45,11 @@ def unfit_map_keys(file: SceneFile, given_model: bool = False) -> Iterator[Input
             except InputError as refused:
                 yield refused
                 break
+    if section is not None:
+        for key in section.logarithmic:
+            if key not in section.over or section.over[key][0] <= 0.0:
+                yield input_error(file.path, "map.logarithmic", shown(list(section.logarithmic)), LOGARITHMIC)
+                return
 
 
 def _unfit_key(file: SceneFile, key: str, given_model: bool) -> InputError | None:
@@ -57,3 +65,10 @@ def _unfit_key(file: SceneFile, key: str, given_model: bool) -> InputError | Non
     if getattr(file.first, section) is None:
         return input_error(file.path, place, f"the scene has no [{section}]", "keys of sections that it has")
     return None
+
+
+def _unfit_values(file: SceneFile, key: str, values: tuple[float, ...]) -> InputError | None:
+    """The error of values that do not ascend, or of two that are the same to nine digits."""
+    if all(high - low > LEAST_STEP * max(abs(low), abs(high)) for low, high in pairwise(values)):
+        return None
+    return input_error(file.path, f"{PLACE}.{shown_key(key)}", shown(list(values)), "ascending numbers")

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, field_validator
 
 from pipeline.scene.fields import Number, Section, Whole, key
 
@@ -16,7 +15,6 @@ OVER = (
 )
 COUNT = "a whole number, 3 to 200, or two of them, one for each key"
 LOGARITHMIC = "a list of keys of `over` whose numbers are above 0"
-MOST_CURVES = 10_000
 Count = Annotated[Whole, Field(ge=3, le=200)]
 Values = Annotated[tuple[Number, ...], Field(min_length=2, max_length=200)]
 
@@ -55,18 +53,3 @@ class Map(Section):
             nested = isinstance(item, Mapping)
             found |= {f"{name}.{last}": each for last, each in item.items()} if nested else {name: item}
         return found
-
-    @field_validator("over")
-    @classmethod
-    def _ascending(cls, value: Any) -> Any:
-        if not all(low < high for numbers in value.values() for low, high in pairwise(numbers)):
-            raise ValueError(OVER)
-        return value
-
-    @field_validator("logarithmic")
-    @classmethod
-    def _above_zero(cls, value: Any, info: ValidationInfo) -> Any:
-        over = info.data.get("over", {})
-        if over and any(name not in over or over[name][0] <= 0.0 for name in value):
-            raise ValueError(LOGARITHMIC)
-        return value

@@ -125,7 +125,10 @@ def test_a_map_of_gap_and_force_depends_on_their_ratio(tmp_path: Path) -> None:
             {"over": {LOAD: [1.0, 2.0]}},
             "allowed: a table of two dotted keys",
         ),
-        ({"over": {LOAD: [2.0, 1.0], FRICTION: [0.1, 0.2]}}, "allowed: a table of two dotted keys"),
+        (
+            {"over": {LOAD: [2.0, 1.0], FRICTION: [0.1, 0.2]}},
+            'map.over."contact.preload": [2.0, 1.0], allowed: ascending',
+        ),
         ({"over": {"contact.frict": [0.1, 0.2], LOAD: [1.0, 2.0]}}, 'map.over."contact.frict"'),
         ({"over": {"excitation.engine_order": [1, 5], LOAD: [1.0, 2.0]}}, "keys of numbers with a fraction"),
         ({"over": {"blade.length": [0.1, 0.2], LOAD: [1.0, 2.0]}}, "has no effect on a given reduced model"),
