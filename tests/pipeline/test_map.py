@@ -11,6 +11,7 @@ from map_support import DAMPING, FORCE, KT, STIFFNESS, exact_point, one_mass, pe
 from pipeline_support import shroud, write_scene
 
 from pipeline import run_scene
+from pipeline.report.map_section import map_section
 from pipeline.results.results import Results, read_results
 from pipeline.studies.plain import restored
 from pipeline.studies.worst_motion_map.map_point import FREE, SEPARATING, SLIPPING, STUCK
@@ -116,6 +117,17 @@ def test_a_map_of_gap_and_force_depends_on_their_ratio(tmp_path: Path) -> None:
     assert max(map(len, by_ratio.values())) >= 3
     for same in by_ratio.values():
         assert np.ptp(np.log(same), axis=0) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_page_says_where_the_lowest_motion_lies(damper: Path) -> None:
+    found = map_of(read_results(damper / "out"))
+    lowest, section = found.lowest, map_section(found)
+    assert lowest is not None
+    assert f"{lowest.amplitude_m:.4g} m" in section.conclusion[0]
+    assert f"preload {lowest.values[0]:.6g} N" in section.conclusion[0]
+    assert any("slipping" in sentence and "stuck" in sentence for sentence in section.conclusion)
+    assert [row[1] for row in section.rows] == [f"{lowest.values[0]:.6g} N", f"{lowest.values[1]:.6g}"]
+    assert all(len(row) == len(section.headings) for row in section.rows)
 
 
 @pytest.mark.parametrize(
