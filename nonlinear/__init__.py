@@ -47,10 +47,10 @@ if TYPE_CHECKING:
         SolverOptions,
         least_samples,
     )
-    from nonlinear.peak_curves.joint_optimum import ActivePeak, JointOptimum
+    from nonlinear.peak_curves.joint_optimum import ActivePeak, JointOptimum, find_joint_optimum
     from nonlinear.peak_curves.optimum import find_optimum
     from nonlinear.peak_curves.optimum_result import Optimum, PeakCurve, SolvedResponse, WorstEnvelope
-    from nonlinear.peak_curves.performance_curve import PerformanceCurve
+    from nonlinear.peak_curves.performance_curve import PerformanceCurve, performance_curve
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
@@ -117,6 +117,7 @@ __all__ = [
     "contact_cycle",
     "contact_element",
     "extend_response",
+    "find_joint_optimum",
     "find_optimum",
     "find_worst_motion",
     "forced_response",
@@ -125,6 +126,7 @@ __all__ = [
     "least_samples",
     "nonlinear_mode",
     "output_components",
+    "performance_curve",
     "punch_stiffness",
 ]
 
@@ -154,6 +156,8 @@ _PLACES = {
     "nonlinear_mode": "nonlinear.nonlinear_modes.nonlinear_mode",
     "ActivePeak": "nonlinear.peak_curves.joint_optimum",
     "JointOptimum": "nonlinear.peak_curves.joint_optimum",
+    "find_joint_optimum": "nonlinear.peak_curves.joint_optimum",
+    "performance_curve": "nonlinear.peak_curves.performance_curve",
     "Optimum": "nonlinear.peak_curves.optimum_result",
     "PeakCurve": "nonlinear.peak_curves.optimum_result",
     "PerformanceCurve": "nonlinear.peak_curves.performance_curve",

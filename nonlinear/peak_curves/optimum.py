@@ -18,7 +18,7 @@ from nonlinear.options import OptionsError
 from nonlinear.peak_curves.envelope_minimum import MARGIN, Minimum, lowest_of
 from nonlinear.peak_curves.optimum_description import described
 from nonlinear.peak_curves.optimum_result import Optimum
-from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem
+from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem, check_range
 from nonlinear.peak_curves.peak_search import PeakSearch, Solve, solve_in_turn
 from nonlinear.peak_curves.response_placement import FIRST_SHARES, Placement
 from nonlinear.peak_curves.worst_envelope import AGREES, EnvelopeOfPeaks
@@ -85,8 +85,8 @@ def find_optimum(
     """
     if most_responses < FEWEST_RESPONSES:
         raise OptionsError(f"most_responses: {most_responses}, allowed: {FEWEST_RESPONSES} or more")
+    check_range(problem, name, low, high)
     family = ParameterFamily(problem, name, low, high)
-    family.check()
     started = time.perf_counter()
     with one_blas_thread():
         if problem[3].harmonics != "auto":

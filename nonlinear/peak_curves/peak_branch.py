@@ -14,7 +14,8 @@ from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
 from nonlinear.peak_curves.peak_stability import PeakStability
 
 INTERPOLATION = 1e-4  # largest relative error of the cubic between two followed peaks
-FINEST = 1e-3  # of the share, distance of two peaks below which none is added between
+FINEST = 1e-4  # of the share, distance of two peaks below which none is added between
+BEYOND = 0.1  # relative difference from the range of its neighbours beyond which it is another peak
 
 
 @dataclass(frozen=True)
@@ -110,17 +111,27 @@ def _between(follower: PeakContinuation, before: PeakPoint, after: PeakPoint, or
     """Peaks between two, until the cubic is as good as `INTERPOLATION` in the middle of each gap."""
     if after.share - before.share < FINEST:
         return []
-    share = 0.5 * (before.share + after.share)
-    found = follower.moved(before if abs(before.tangent[1]) >= abs(after.tangent[1]) else after, share)
-    if found is None or not found.is_maximum:
+    found = _middle(follower, before, after)
+    if found is None:
         return []
-    cubic = float(PeakPiece((before, after), origin).amplitude_at(np.array([share]))[0])
-    error = abs(cubic / found.amplitude - 1.0)
-    if error > 0.5:  # another peak
-        return []
-    if error <= INTERPOLATION:
+    cubic = float(PeakPiece((before, after), origin).amplitude_at(np.array([found.share]))[0])
+    if abs(cubic / found.amplitude - 1.0) <= INTERPOLATION:
         return [found]
     return [*_between(follower, before, found, origin), found, *_between(follower, found, after, origin)]
+
+
+def _middle(follower: PeakContinuation, before: PeakPoint, after: PeakPoint) -> PeakPoint | None:
+    """A peak between two neighbours: at the middle share, else half a step along the curve of peaks from either."""
+    share = 0.5 * (before.share + after.share)
+    low, high = sorted((before.amplitude, after.amplitude))
+    slack = BEYOND * high
+    for start, other in ((before, after), (after, before)):
+        for found in (follower.moved(start, share), follower.half_way(start, other)):
+            if found is None or not found.is_maximum or not before.share < found.share < after.share:
+                continue
+            if low - slack <= found.amplitude <= high + slack:
+                return found
+    return None
 
 
 def pieces(points: Sequence[PeakPoint], origin: str) -> list[PeakPiece]:

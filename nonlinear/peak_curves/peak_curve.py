@@ -30,7 +30,7 @@ from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.peak_curves.parameter_family import ParameterFamily
+from nonlinear.peak_curves.parameter_family import Family
 
 DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
 TOLERANCE = 1e-10  # of g: the relative change of amplitude over unit arc length
@@ -102,7 +102,7 @@ class _Found(NamedTuple):
 class PeakContinuation:
     """Follows peaks of a family of problems."""
 
-    family: ParameterFamily
+    family: Family
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_continuation", lru_cache(maxsize=8)(self.family.continuation))
@@ -132,6 +132,13 @@ class PeakContinuation:
         """The peak at another share near that of a peak; None where Newton's method does not converge."""
         start = replace(peak.point, balance=self.continuation(share).balance)
         return self.peak_near(share, start)
+
+    def half_way(self, peak: PeakPoint, other: PeakPoint) -> PeakPoint | None:
+        """The peak half a step along the curve of peaks from one towards a neighbour; None where none is found."""
+        part = other.share - peak.share
+        if peak.tangent[1] * part < 0.0:
+            peak = replace(peak, tangent=(-peak.tangent[0], -peak.tangent[1]))
+        return None if peak.is_fold else self._step(peak, 0.5 * part / peak.tangent[1])[0]
 
     def points(self, start: PeakPoint, direction: float) -> Iterator[PeakPoint]:
         """Peaks after `start`, at first with growing (`direction` +1) or falling (-1) parameter.

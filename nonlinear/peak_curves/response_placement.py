@@ -67,10 +67,10 @@ class Placement:
         """Responses at both ends and in the middle; between differing ones; at extrema; without a reason."""
         self.solve(FIRST_SHARES, "first", checked=False)
         for _ in range(BISECTIONS):
-            self.solve(self._between_differing(), "between", checked=False)
-        self.solve(self._extrema(), "search", checked=False)
+            self.solve(self._between_differing(), "between")
+        self.solve(self._extrema(), "search")
         sequence = [(0.5 + GOLDEN * k) % 1.0 for k in range(1, 1 + 2 * QUASI_RANDOM)]
-        self.solve([s for s in sequence if self._is_new(s)][:QUASI_RANDOM], "search", checked=False)
+        self.solve([s for s in sequence if self._is_new(s)][:QUASI_RANDOM], "search")
 
     def refine(self, reserve: int, near: Callable[[EnvelopeOfPeaks], float]) -> None:
         """Halve the gaps whose error matters until all are accurate, or all but `reserve` responses are spent.

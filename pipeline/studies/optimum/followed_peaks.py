@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from nonlinear import Optimum, find_optimum
+from nonlinear import ContactError, Optimum, find_optimum
 from pipeline.scene.key_values import WHOLE_FACE, as_in_scene
 from pipeline.scene.optimum_checks import PLACE, SOLVER_KEYS
 from pipeline.stages.scene_to_solver import nonlinear_problem
@@ -70,7 +70,7 @@ class FollowedPeaks:
                 self.context.progress,
                 lambda problems: self._responses(problems, problem, factor),
             )
-        except ArithmeticError as error:
+        except (ArithmeticError, ContactError) as error:
             raise StudyError(str(error)) from None
 
     def _responses(self, problems: Sequence[Any], base: Any, factor: float) -> list[ResponseCurve]:
