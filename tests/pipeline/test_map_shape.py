@@ -1,7 +1,7 @@
 """Shape of a map: cells, refinement, what is interpolated and what is not, the figure."""
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ def drawn_levels(result: WorstMotionMap) -> set[int]:
         mappable = draw_contours(axes, shape, values, levels, "viridis")
         figure.set_layout_engine("none")
         figure.canvas.draw()
-        pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3].reshape(-1, 3)
+        pixels = np.asarray(cast(Any, figure.canvas).buffer_rgba())[..., :3].reshape(-1, 3)
     middles = 0.5 * (levels.limits[1:] + levels.limits[:-1])
     colours = (255.0 * mappable.to_rgba(middles)[:, :3]).round()
     apart = np.abs(pixels[:, None, :].astype(float) - colours[None]).max(axis=2)
