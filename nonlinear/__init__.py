@@ -48,6 +48,7 @@ if TYPE_CHECKING:
         least_samples,
     )
     from nonlinear.peak_curves.optimum import Optimum, find_optimum
+    from nonlinear.peak_curves.peak_sensitivity import PeakSensitivity, peak_sensitivity
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
@@ -86,6 +87,7 @@ __all__ = [
     "Optimum",
     "OptionsError",
     "Peak",
+    "PeakSensitivity",
     "ResidualBounds",
     "ResidualExtreme",
     "ResponseCurve",
@@ -116,6 +118,7 @@ __all__ = [
     "least_samples",
     "nonlinear_mode",
     "output_components",
+    "peak_sensitivity",
     "punch_stiffness",
 ]
 
@@ -145,6 +148,8 @@ _PLACES = {
     "nonlinear_mode": "nonlinear.nonlinear_modes.nonlinear_mode",
     "Optimum": "nonlinear.peak_curves.optimum",
     "find_optimum": "nonlinear.peak_curves.optimum",
+    "PeakSensitivity": "nonlinear.peak_curves.peak_sensitivity",
+    "peak_sensitivity": "nonlinear.peak_curves.peak_sensitivity",
     "OptionsError": "nonlinear.options",
     "Peak": "nonlinear.branches.peaks",
     "ResidualBounds": "nonlinear.residual_tractions.residual_bounds",

@@ -44,6 +44,7 @@ from pipeline.scene.loads_section import (
 from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.model_section import Model
 from pipeline.scene.stress_section import Fatigue, Stress
+from pipeline.scene.uncertainty_section import Uncertainty
 
 DEFAULT_MODES = 30
 
@@ -368,6 +369,7 @@ class Scene(Section):
     )
     stress: Stress | None = _key("", "a table", None)
     fatigue: Fatigue | None = _key("", "a table", None)
+    uncertainty: Uncertainty | None = _key("", "a table", None)
     render: Render | None = _key("", "a table", None)
     figures: Figures = _key("", "a table", Figures())
 
@@ -402,7 +404,7 @@ class Scene(Section):
         return None if self.blade is None else self.blade.n_blades
 
 
-NOT_SWEPT = ("stress", "fatigue", "render", "figures")  # made of solved curves
+NOT_SWEPT = ("stress", "fatigue", "uncertainty", "render", "figures")  # made of solved curves
 NOT_SWEPT_KEYS = (  # tables, and lists of tables
     "mesh.sets",
     "model.sets",
@@ -425,6 +427,7 @@ SECTIONS: dict[str, type[Section]] = {
     "response": Response,
     "stress": Stress,
     "fatigue": Fatigue,
+    "uncertainty": Uncertainty,
     "render": Render,
     "figures": Figures,
 }
