@@ -15,7 +15,7 @@ from pipeline.scene.marginal import Marginal, marginal_of
 from pipeline.scene.schema import Scene
 from pipeline.scene.uncertainty_checks import nominal_value
 from pipeline.stages.respond import CurveResult
-from pipeline.studies.solver_keys import NAMES, scale
+from pipeline.studies.optimum.solver_keys import NAMES, scale
 from pipeline.studies.study import StudyError
 from pipeline.studies.uncertainty.first_order import FirstOrder, first_order
 from pipeline.studies.uncertainty.polynomial_chaos import polynomial_chaos
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 PLACE = "uncertainty.parameter"
-SAMPLE = "sample"  # a word that all samples have different: no branch is carried from sample to sample
+SAMPLE = "sample"  # the parameter by which samples differ: a word, so that no branch is carried from one to another
 
 
 @dataclass(frozen=True)
@@ -140,20 +140,19 @@ class _Computation:
 
     def _curves(self) -> list[CurveResult]:
         """The curves at the centre, of all samples, and those of the sensitivities."""
-        rows = [(f"{PLACE}.centre", np.array([marginal.centre for marginal in self.marginals]))]
-        rows += [(f"base {number}", row) for number, row in enumerate(self.first)]
+        rows = [("centre", np.array([marginal.centre for marginal in self.marginals]))]
+        rows += [(str(number), row) for number, row in enumerate(self.first)]
         if self.section.sensitivities:
-            rows += [(f"second {number}", row) for number, row in enumerate(self.second)]
+            rows += [(f"{number} of B", row) for number, row in enumerate(self.second)]
             for k, key in enumerate(self.keys):
                 mixed = mixed_values(self.first, self.second, k)
-                rows += [(f"{key} {number}", row) for number, row in enumerate(mixed)]
+                rows += [(f"{number} of A with {key} of B", row) for number, row in enumerate(mixed)]
         return self.context.curves([self._member(name, row) for name, row in rows])
 
     def _member(self, name: str, values: Array, **others: Any) -> Member:
-        """The scene with some values of the parameters, with a word of its own."""
+        """The scene with some values of the parameters; it differs from all others by a word alone."""
         given = dict(zip(self.keys, values.tolist(), strict=True))
-        member = self.context.member({**given, **others}, PLACE)
-        return replace(member, parameters={**member.parameters, SAMPLE: name})
+        return replace(self.context.member({**given, **others}, PLACE), parameters={SAMPLE: name})
 
     def _centre(self, curve: CurveResult) -> Centre | None:
         heights = _heights([curve])
