@@ -79,7 +79,8 @@ def _draw_distribution(axes: Axes, values: Array, spread: Spread, factor: float,
             end * factor if end is not None else bound
             for end, bound in zip((estimate.low, estimate.high), (known[0], known[-1]), strict=True)
         )
-        axes.plot([low, high], [level, level], color="0.0", linewidth=1.2, label="95 % confidence of a quantile")
+        look = {"color": "0.0", "linewidth": 1.2, "zorder": 3.0}
+        axes.plot([low, high], [level, level], label="95 % confidence of a quantile", **look)
         axes.plot([estimate.value * factor], [level], "o", color="0.0", markersize=4, label="quantile")
         axes.annotate(
             percent(level), (high, level), xytext=(4, 0), textcoords="offset points", fontsize=8, va="center"
@@ -119,15 +120,17 @@ def _draw_convergence(axes: Axes, counts: Sequence[int], rows: Sequence[Sequence
         lows, highs = (
             np.array([np.nan if pair[k] is None else pair[k] for pair in ends], dtype=float) * factor for k in (0, 1)
         )
-        axes.plot(counts, values, "o-", color=colour, markersize=4, label=percent(level))
+        axes.plot(counts, values, "o-", color=colour, markersize=4)
+        beside = {"xytext": (8, 0), "textcoords": "offset points", "fontsize": 8, "va": "center", "color": colour}
+        axes.annotate(percent(level), (counts[-1], values[-1]), **beside)
         bars = np.nan_to_num(np.array([values - lows, highs - values]), nan=0.0)
         axes.errorbar(counts, values, yerr=np.maximum(bars, 0.0), fmt="none", color=colour, capsize=3, linewidth=1.0)
         open_ends = np.isnan(lows) | np.isnan(highs)
         axes.plot(np.array(counts)[open_ends], values[open_ends], "o", color=colour, markerfacecolor="w", markersize=6)
     axes.set_xscale("log", base=2)
     axes.set_xticks(list(counts), [str(count) for count in counts])
-    axes.set_xlabel("samples (open: not bounded)")
-    axes.legend(fontsize=8, title="quantile", title_fontsize=8)
+    axes.set_xlabel("samples (open marks: one end of the interval unknown)")
+    axes.margins(x=0.12)
 
 
 def _draw_sensitivities(axes: Axes, result: UncertaintyResult) -> None:
@@ -155,8 +158,8 @@ def _draw_sensitivities(axes: Axes, result: UncertaintyResult) -> None:
             axes.plot(parts / parts.sum(), place, "D", color=LINEAR, markersize=5, label="first order")
     axes.set_yticks(place, [quantity(key).symbol for key in keys])
     axes.set_xlim(left=min(0.0, *axes.get_xlim()))
-    missed = "" if polynomial is None else f" (polynomial misses {100.0 * polynomial.leave_one_out:.2g} %)"
-    axes.set_xlabel(f"share of the amplitude's variance{missed}")
+    missed = "" if polynomial is None else f"\n(polynomial misses {100.0 * polynomial.leave_one_out:.2g} % of it)"
+    axes.set_xlabel(f"share of the variance of the amplitude{missed}")
     axes.grid(axis="y", visible=False)
     if found or result.first_order is not None:
         axes.legend(fontsize=8, loc="lower right")
