@@ -1,8 +1,8 @@
 """Derivatives of amplitude and frequency of a peak on a solved curve with respect to parameters.
 
-The derivative of the amplitude is that of the adjoint (`peak_derivatives`). The frequency of a peak has no such formula
-without second derivatives of the balance: it is the central difference of two peaks that are solved for, at the
-parameter a little above and below.
+The derivative of the amplitude is that of the adjoint (`peak_derivatives`). The frequency of a peak has no such
+formula without second derivatives of the balance: its derivative is the central difference of two peaks that are
+solved for, at the parameter a little above and below.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Figure of the study `uncertainty`: distributions of the worst motion, sensitivities, convergence of the quantiles."""
+"""Figure of the study `uncertainty`: distributions of the worst motion, sensitivities, convergence of quantiles."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from pipeline.figures.data import Array
 from pipeline.figures.style import DISTINCT, scale, subplots, write_heading
 from pipeline.scene.labels import quantity
 from pipeline.studies.uncertainty.first_order import linear_values
-from pipeline.studies.uncertainty.quantiles import LEVELS, Estimate
+from pipeline.studies.uncertainty.quantiles import LEVELS, PERCENTILES, Estimate
 from pipeline.studies.uncertainty.remarks import percent
 from pipeline.studies.uncertainty.uncertainty_result import Spread, UncertaintyResult
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SAMPLED, LINEAR, RESIDUAL, OTHER = DISTINCT[0], DISTINCT[1], DISTINCT[2], DISTINCT[3]
+SAMPLED, LINEAR, RESIDUAL, OTHER, FITTED = DISTINCT[0], DISTINCT[1], DISTINCT[2], DISTINCT[3], DISTINCT[5]
 LIGHT = "#B3D4EA"
 BAR = 0.36  # height of a bar; two lie beside each other
 
@@ -79,7 +79,7 @@ def _draw_distribution(axes: Axes, values: Array, spread: Spread, factor: float,
             end * factor if end is not None else bound
             for end, bound in zip((estimate.low, estimate.high), (known[0], known[-1]), strict=True)
         )
-        look = {"color": "0.0", "linewidth": 1.2, "zorder": 3.0}
+        look: dict[str, Any] = {"color": "0.0", "linewidth": 1.2, "zorder": 3.0}
         axes.plot([low, high], [level, level], label="95 % confidence of a quantile", **look)
         axes.plot([estimate.value * factor], [level], "o", color="0.0", markersize=4, label="quantile")
         axes.annotate(
@@ -89,18 +89,25 @@ def _draw_distribution(axes: Axes, values: Array, spread: Spread, factor: float,
 
 
 def _draw_beside(axes: Axes, result: UncertaintyResult, column: int, factor: float, linear: Array | None) -> None:
-    """First-order distribution, residual tractions, centre and limit."""
+    """Distributions of the linear model and of the polynomial, residual tractions, centre and limit."""
     if linear is not None:
         probability = (np.arange(len(linear)) + 0.5) / len(linear)
         inside = (probability > 1e-3) & (probability < 1.0 - 1e-3)
         axes.plot(
-            linear[inside, column] * factor, probability[inside], "--", color=LINEAR, label="first order (derivatives)"
+            linear[inside, column] * factor,
+            probability[inside],
+            "--",
+            color=LINEAR,
+            label="first order (derivatives)",
         )
+    fitted = result.polynomial if column == 0 else result.frequency_polynomial
+    if fitted is not None:
+        axes.plot(np.array(fitted.percentiles) * factor, PERCENTILES, color=FITTED, label="polynomial through them")
     if result.residual is not None:
         band = result.residual
         ends = (band.lowest_m, band.highest_m) if column == 0 else (band.lowest_hz, band.highest_hz)
         low, high = sorted(end * factor for end in ends)
-        look = {"color": RESIDUAL, "alpha": 0.25, "linewidth": 0.0}
+        look: dict[str, Any] = {"color": RESIDUAL, "alpha": 0.25, "linewidth": 0.0}
         axes.axvspan(low, high, label="residual tractions, at the centre", zorder=0.5, **look)
         for end in (low, high):
             axes.axvline(end, color=RESIDUAL, linewidth=0.8)
@@ -121,15 +128,23 @@ def _draw_convergence(axes: Axes, counts: Sequence[int], rows: Sequence[Sequence
             np.array([np.nan if pair[k] is None else pair[k] for pair in ends], dtype=float) * factor for k in (0, 1)
         )
         axes.plot(counts, values, "o-", color=colour, markersize=4)
-        beside = {"xytext": (8, 0), "textcoords": "offset points", "fontsize": 8, "va": "center", "color": colour}
+        beside: dict[str, Any] = {
+            "xytext": (8, 0),
+            "textcoords": "offset points",
+            "fontsize": 8,
+            "va": "center",
+            "color": colour,
+        }
         axes.annotate(percent(level), (counts[-1], values[-1]), **beside)
         bars = np.nan_to_num(np.array([values - lows, highs - values]), nan=0.0)
         axes.errorbar(counts, values, yerr=np.maximum(bars, 0.0), fmt="none", color=colour, capsize=3, linewidth=1.0)
         open_ends = np.isnan(lows) | np.isnan(highs)
-        axes.plot(np.array(counts)[open_ends], values[open_ends], "o", color=colour, markerfacecolor="w", markersize=6)
+        axes.plot(
+            np.array(counts)[open_ends], values[open_ends], "o", color=colour, markerfacecolor="w", markersize=6
+        )
     axes.set_xscale("log", base=2)
     axes.set_xticks(list(counts), [str(count) for count in counts])
-    axes.set_xlabel("samples (open marks: one end of the interval unknown)")
+    axes.set_xlabel("samples (open: an end of the interval unknown)")
     axes.margins(x=0.12)
 
 
@@ -151,7 +166,9 @@ def _draw_sensitivities(axes: Axes, result: UncertaintyResult) -> None:
                     axes.plot(interval, [y, y], color="0.0", linewidth=1.2)
     if result.sobol and polynomial is not None:
         totals = [index.total for index in polynomial.indices]
-        axes.plot(totals, place - 0.5 * BAR, "o", color="0.3", markerfacecolor="w", label="with all others (polynomial)")
+        axes.plot(
+            totals, place - 0.5 * BAR, "o", color="0.3", markerfacecolor="w", label="with all others (polynomial)"
+        )
     if result.first_order is not None:
         parts = np.array([term.amplitude_deviation for term in result.first_order.terms]) ** 2
         if parts.sum() > 0.0:
@@ -193,9 +210,9 @@ def _draw_over_parameter(axes: Axes, result: UncertaintyResult, factor: float) -
     axes.legend(fontsize=8)
 
 
-def _handles(axes: Sequence[Axes]) -> tuple[list[object], list[str]]:
+def _handles(axes: Sequence[Axes]) -> tuple[list[Any], list[str]]:
     """Handles and labels of the legends of some axes, each label once."""
-    found: dict[str, object] = {}
+    found: dict[str, Any] = {}
     for each in axes:
         for handle, label in zip(*each.get_legend_handles_labels(), strict=True):
             found.setdefault(label, handle)

@@ -119,7 +119,9 @@ class Uncertainty(Section):
         "true or false",
         False,
     )
-    limit: Positive | None = _key("amplitude, m: the probability that the worst motion exceeds it is given", POSITIVE, None)
+    limit: Positive | None = _key(
+        "amplitude, m: the probability that the worst motion exceeds it is given", POSITIVE, None
+    )
     parameter: tuple[UncertainParameter, ...] = _key(
         "uncertain parameters", "tables [[uncertainty.parameter]], one or more, each key once", ()
     )

@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from pipeline.scene.marginal import Marginal
 from pipeline.studies.uncertainty.quantiles import quantile
-from pipeline.studies.uncertainty.samples import unit_points
+from pipeline.studies.uncertainty.samples import POINTS, unit_points
 
 Array = NDArray[np.float64]
-POINTS = 8192  # values of the linear model
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 LEVELS = (0.05, 0.5, 0.95)
 TAILS = 0.01, 0.99
 ENOUGH_FOR_TAILS = 256  # samples
+PERCENTILES = tuple(percent / 100.0 for percent in range(1, 100))
 CONFIDENCE = 0.95
 CONVERGENCE = 8, 4, 2, 1  # parts of the samples whose quantiles are compared
 
@@ -109,7 +110,7 @@ def _at(values: Array, level: float) -> float:
 
 
 def _shares_below(values: Array, bound: float) -> Array:
-    """Share of the samples of each scrambling below a bound, equal ones half; scramblings without samples left out."""
+    """Share of the samples of each scrambling below a bound, equal ones half; without those that have no samples."""
     groups = [values[r::REPLICATES] for r in range(REPLICATES)]
     known = [group[np.isfinite(group)] for group in groups]
     return np.array([np.mean((g < bound) + 0.5 * (g == bound)) for g in known if g.size])

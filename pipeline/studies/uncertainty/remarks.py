@@ -11,7 +11,8 @@ from pipeline.studies.uncertainty.quantiles import LEVELS, Estimate
 if TYPE_CHECKING:
     from pipeline.studies.uncertainty.uncertainty_result import UncertaintyResult
 
-MISSED = 0.1  # share of the variance that a polynomial may miss
+MISSED = 0.1  # share of the variance that a polynomial may miss for its indices to be more than rough
+CLOSE = 0.01  # the same, for its quantiles to be given beside those of the samples
 LARGE = 0.1  # relative half width of an interval above which more samples are advised
 
 
@@ -65,12 +66,9 @@ def remarks_on(result: UncertaintyResult, without_first_order: str, sampled_indi
         lines += _disagreement(result)
     if result.residual is not None:
         lines.append(_residual(result))
-    polynomial = result.polynomial
-    if polynomial is not None and polynomial.leave_one_out > MISSED:
-        missed = f"misses {100.0 * polynomial.leave_one_out:.2g} % of the variance"
-        lines.append(f"the polynomial of the sensitivities {missed}: its indices tell the order of magnitude at most")
+    lines += _polynomial(result)
     if sampled_indices and not result.sobol:
-        lines.append("no Sobol indices: a sample has no curve, or the amplitude does not vary")
+        lines.append("no Sobol indices: too many samples have no curve, or the amplitude does not vary")
     return tuple(lines)
 
 
@@ -102,11 +100,32 @@ def _convergence(result: UncertaintyResult) -> Iterator[str]:
             f"from {before[0].samples} to {last.samples} samples the 95 % quantile of the amplitude changes by "
             f"{100.0 * change:+.2g} %"
         )
+    if _is_close(result):
+        return
     if top.low is None or top.high is None:
         yield f"{last.samples} samples do not bound the 95 % quantile of the amplitude: take more"
     elif (top.high - top.low) / 2.0 > LARGE * top.value:
         half = 50.0 * (top.high - top.low) / top.value
         yield f"the 95 % quantile of the amplitude is known to {half:.2g} % only: take more samples"
+
+
+def _is_close(result: UncertaintyResult) -> bool:
+    """Whether the polynomial through the samples tells the quantiles of the amplitude better than these."""
+    return result.polynomial is not None and result.polynomial.leave_one_out <= CLOSE
+
+
+def _polynomial(result: UncertaintyResult) -> Iterator[str]:
+    """How far the polynomial through the samples can be trusted, and what it says."""
+    polynomial = result.polynomial
+    if polynomial is None:
+        return
+    missed = f"misses {100.0 * polynomial.leave_one_out:.2g} % of the variance of the amplitude (leave-one-out)"
+    if polynomial.leave_one_out <= CLOSE:
+        factor, unit = prefixed(polynomial.at(LEVELS[-1]), "m")
+        low, middle, high = (f"{polynomial.at(level) * factor:.4g} {unit}" for level in LEVELS)
+        yield f"a polynomial through the samples, which {missed}, has the median {middle}, 5 % {low}, 95 % {high}"
+    elif polynomial.leave_one_out > MISSED:
+        yield f"a polynomial through the samples {missed}: its sensitivities tell the order of magnitude at most"
 
 
 def _exchange(result: UncertaintyResult) -> Iterator[str]:
@@ -142,6 +161,6 @@ def _residual(result: UncertaintyResult) -> str:
     factor, unit = prefixed(result.residual.highest_m, "m")
     low, high = result.residual.lowest_m * factor, result.residual.highest_m * factor
     return (
-        f"residual tractions alone leave {low:.4g} to {high:.4g} {unit} open at the centre of the distributions: a band "
-        "of its own, no part of the scatter"
+        f"residual tractions alone leave {low:.4g} to {high:.4g} {unit} open at the centre of the distributions: a "
+        "band of its own, no part of the scatter"
     )

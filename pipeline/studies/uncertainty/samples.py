@@ -22,6 +22,7 @@ from pipeline.scene.marginal import Marginal
 
 Array = NDArray[np.float64]
 REPLICATES = 8
+POINTS = 8192  # at which models that cost nothing are evaluated
 _CELL = 2.0**-31  # half of the resolution of the sequence: no number is 0, where a distribution may have no value
 
 

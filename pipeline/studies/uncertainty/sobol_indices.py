@@ -51,23 +51,33 @@ def sobol_indices(
     keys : sequence of str
         Dotted keys of the d parameters.
     first, second : (n,) float
-        The quantity at the samples A and B; n is a power of two.
+        The quantity at the samples A and B.
     mixed : (d, n) float
         The quantity at the samples A_B^(i), see `mixed_values`.
     seed : int
         Seed of the bootstrap.
     """
-    from scipy import stats
+    from scipy.stats import bootstrap
 
-    functions = {"f_A": first[None], "f_B": second[None], "f_AB": mixed[:, None]}
-    generator = np.random.default_rng(seed)
-    found = stats.sobol_indices(func=functions, n=first.size, rng=generator)
-    bounds = found.bootstrap(CONFIDENCE, RESAMPLES)
-    intervals = [
-        [(float(low), float(high)) for low, high in zip(*each, strict=True)]
-        for each in (bounds.first_order.confidence_interval, bounds.total_order.confidence_interval)
-    ]
-    return tuple(
-        SobolIndex(key, float(found.first_order[i]), float(found.total_order[i]), intervals[0][i], intervals[1][i])
-        for i, key in enumerate(keys)
-    )
+    table = np.vstack([first, second, mixed]) - 0.5 * (first.mean() + second.mean())
+    found = _estimates(table)
+    bounds = bootstrap(
+        [np.arange(first.size)],
+        lambda rows: _estimates(table[:, rows]),
+        vectorized=False,
+        n_resamples=RESAMPLES,
+        confidence_level=CONFIDENCE,
+        method="BCa",
+        rng=np.random.default_rng(seed),
+    ).confidence_interval
+    lows, highs = np.asarray(bounds.low), np.asarray(bounds.high)
+    intervals = [[(float(lows[k, i]), float(highs[k, i])) for k in range(2)] for i in range(len(keys))]
+    return tuple(SobolIndex(key, float(found[0, i]), float(found[1, i]), *intervals[i]) for i, key in enumerate(keys))
+
+
+def _estimates(table: Array) -> Array:
+    """First-order and total indices, (2, d), from the quantity at A, B and A_B^(i), (2 + d, n), about its mean."""
+    first, second, mixed = table[0], table[1], table[2:]
+    variance = np.var(table[:2])
+    alone = np.mean(second * (mixed - first), axis=1) / variance
+    return np.stack([alone, 0.5 * np.mean((first - mixed) ** 2, axis=1) / variance])

@@ -133,8 +133,9 @@ class UncertaintyResult:
         The linear answer from derivatives at the centre; None where there are none.
     residual : ResidualBand or None
         What friction leaves open at the centre; None where it leaves nothing open.
-    polynomial : PolynomialChaos or None
-        Sensitivities from a polynomial through the samples; None where the amplitude does not vary.
+    polynomial, frequency_polynomial : PolynomialChaos or None
+        Sensitivities and quantiles of the amplitude, m, and of the frequency, Hz, from a polynomial through the
+        samples; None where they do not vary.
     sobol : tuple of SobolIndex
         Sensitivities from samples of their own; empty where they were not asked for.
     message : str
@@ -166,6 +167,7 @@ class UncertaintyResult:
     first_order: FirstOrder | None
     residual: ResidualBand | None
     polynomial: PolynomialChaos | None
+    frequency_polynomial: PolynomialChaos | None
     sobol: tuple[SobolIndex, ...]
     message: str
     remarks: tuple[str, ...]

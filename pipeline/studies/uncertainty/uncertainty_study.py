@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import reason_of
-from pipeline.scene.marginal import Marginal, marginal_of
+from pipeline.scene.marginal import marginal_of
 from pipeline.scene.schema import Scene
 from pipeline.scene.uncertainty_checks import nominal_value
 from pipeline.stages.respond import CurveResult
@@ -89,8 +89,11 @@ class _Computation:
         section = context.scene.uncertainty
         assert section is not None  # the study is asked for
         self.context, self.section = context, section
-        self.marginals = [marginal_of(item, nominal_value(context.scene, item.key) or 0.0) for item in section.parameter]
+        self.marginals = [
+            marginal_of(item, nominal_value(context.scene, item.key) or 0.0) for item in section.parameter
+        ]
         self.keys = [marginal.key for marginal in self.marginals]
+        self.mixes = section.sensitivities and len(self.keys) > 1  # the index of a single parameter is 1
         self.first, self.second = sampled_values(self.marginals, section.samples, section.seed)
 
     def result(self) -> UncertaintyResult:
@@ -130,19 +133,20 @@ class _Computation:
             centre=self._centre(centre),
             first_order=linear if isinstance(linear, FirstOrder) else None,
             residual=self._residual(centre),
-            polynomial=polynomial_chaos(self.marginals, self.first, heights.amplitude),
+            polynomial=polynomial_chaos(self.marginals, self.first, heights.amplitude, self.section.seed),
+            frequency_polynomial=polynomial_chaos(self.marginals, self.first, heights.frequency, self.section.seed),
             sobol=self._sobol(heights.amplitude, curves[n + 1 :]),
             message="",
             remarks=(),
         )
-        said = remarks_on(found, "" if isinstance(linear, FirstOrder) else linear, self.section.sensitivities)
+        said = remarks_on(found, "" if isinstance(linear, FirstOrder) else linear, self.mixes)
         return replace(found, message=headline(found), remarks=said)
 
     def _curves(self) -> list[CurveResult]:
         """The curves at the centre, of all samples, and those of the sensitivities."""
         rows = [("centre", np.array([marginal.centre for marginal in self.marginals]))]
         rows += [(str(number), row) for number, row in enumerate(self.first)]
-        if self.section.sensitivities:
+        if self.mixes:
             rows += [(f"{number} of B", row) for number, row in enumerate(self.second)]
             for k, key in enumerate(self.keys):
                 mixed = mixed_values(self.first, self.second, k)
@@ -223,14 +227,15 @@ class _Computation:
         return ResidualBand(lowest, facts.residual_lowest_hz, highest, facts.residual_highest_hz)
 
     def _sobol(self, base: Array, curves: Sequence[CurveResult]) -> tuple[SobolIndex, ...]:
-        """Sobol indices of the worst amplitude; none without a curve of every sample."""
-        if not self.section.sensitivities:
+        """Sobol indices of the worst amplitude, from the samples of which all curves are there."""
+        if not self.mixes:
             return ()
         others = _heights(curves).amplitude.reshape(len(self.keys) + 1, -1)
         every = np.vstack([base, others])
-        if not np.isfinite(every).all() or np.ptp(every) <= 1e-12 * every.max():
+        every = every[:, np.isfinite(every).all(axis=0)]
+        if every.shape[1] < 2 * REPLICATES or np.ptp(every) <= 1e-12 * every.max():
             return ()
-        return sobol_indices(self.keys, base, others[0], others[1:], self.section.seed)
+        return sobol_indices(self.keys, every[0], every[1], every[2:], self.section.seed)
 
 
 def _takes_bounds(scene: Scene) -> bool:
@@ -244,7 +249,9 @@ def _heights(curves: Sequence[CurveResult]) -> _Heights:
     worst = np.array([math.nan if f is None else f.worst_amplitude_m for f in facts])
     peak = np.array([math.nan if f is None else f.peak_amplitude_m for f in facts])
     at = [math.nan if f is None else (f.worst_frequency_hz, f.peak_frequency_hz) for f in facts]
-    frequency = [pair if isinstance(pair, float) else pair[not math.isfinite(w)] for pair, w in zip(at, worst, strict=True)]
+    frequency = [
+        pair if isinstance(pair, float) else pair[not math.isfinite(w)] for pair, w in zip(at, worst, strict=True)
+    ]
     return _Heights(
         amplitude=np.where(np.isfinite(worst), worst, peak),
         frequency=np.array(frequency),
@@ -269,7 +276,11 @@ def _convergence(heights: _Heights) -> tuple[Convergence, ...]:
     rows = []
     for part in CONVERGENCE:
         count = len(heights.amplitude) // part
-        values, frequency, open_above = heights.amplitude[:count], heights.frequency[:count], heights.lower_bound[:count]
+        values, frequency, open_above = (
+            heights.amplitude[:count],
+            heights.frequency[:count],
+            heights.lower_bound[:count],
+        )
         if count < 2 * REPLICATES or np.isfinite(values).sum() < 2 * REPLICATES:
             continue
         amplitudes: tuple[Estimate, ...] = tuple(quantile(values, level, open_above) for level in LEVELS)
