@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from nonlinear.peak_curves.optimum import find_optimum
     from nonlinear.peak_curves.optimum_result import Optimum, PeakCurve, SolvedResponse, WorstEnvelope
     from nonlinear.peak_curves.performance_curve import PerformanceCurve, performance_curve
+    from nonlinear.peak_curves.peak_sensitivity import PeakSensitivity, peak_sensitivity
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
@@ -93,6 +94,7 @@ __all__ = [
     "Peak",
     "PeakCurve",
     "PerformanceCurve",
+    "PeakSensitivity",
     "ResidualBounds",
     "ResidualExtreme",
     "ResponseCurve",
@@ -127,6 +129,7 @@ __all__ = [
     "nonlinear_mode",
     "output_components",
     "performance_curve",
+    "peak_sensitivity",
     "punch_stiffness",
 ]
 
@@ -164,6 +167,8 @@ _PLACES = {
     "SolvedResponse": "nonlinear.peak_curves.optimum_result",
     "WorstEnvelope": "nonlinear.peak_curves.optimum_result",
     "find_optimum": "nonlinear.peak_curves.optimum",
+    "PeakSensitivity": "nonlinear.peak_curves.peak_sensitivity",
+    "peak_sensitivity": "nonlinear.peak_curves.peak_sensitivity",
     "OptionsError": "nonlinear.options",
     "Peak": "nonlinear.branches.peaks",
     "ResidualBounds": "nonlinear.residual_tractions.residual_bounds",

@@ -28,6 +28,10 @@ def figure_of(study: str) -> StudyFigure | None:
         from pipeline.figures.map_figure import map_figure
 
         return map_figure
+    if study == "uncertainty":
+        from pipeline.figures.uncertainty_figure import uncertainty_figure
+
+        return uncertainty_figure
     return None
 
 

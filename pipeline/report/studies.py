@@ -53,6 +53,10 @@ def section_of(study: str) -> Callable[[Any], StudySection] | None:
         from pipeline.report.map_section import map_section
 
         return map_section
+    if study == "uncertainty":
+        from pipeline.report.uncertainty import uncertainty_section
+
+        return uncertainty_section
     return None
 
 

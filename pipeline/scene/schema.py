@@ -47,6 +47,7 @@ from pipeline.scene.model_section import Model
 from pipeline.scene.optimum_section import Optimum
 from pipeline.scene.pictures_section import Figures, Render
 from pipeline.scene.stress_section import Fatigue, Stress
+from pipeline.scene.uncertainty_section import Uncertainty
 
 DEFAULT_MODES = 30
 
@@ -339,6 +340,7 @@ class Scene(Section):
     fatigue: Fatigue | None = _key("", "a table", None)
     optimum: Optimum | None = _key("", "a table", None)
     map: Map | None = _key("", "a table", None)
+    uncertainty: Uncertainty | None = _key("", "a table", None)
     render: Render | None = _key("", "a table", None)
     figures: Figures = _key("", "a table", Figures())
 
@@ -378,7 +380,7 @@ class Scene(Section):
         return None if self.blade is None else self.blade.n_blades
 
 
-STUDIES = ("optimum", "map")  # each has a section of its name
+STUDIES = ("optimum", "map", "uncertainty")  # each has a section of its name
 NOT_SWEPT = ("stress", "fatigue", *STUDIES, "render", "figures")  # made of solved curves
 NOT_SWEPT_KEYS = (  # tables, and lists of tables
     "mesh.sets",
@@ -404,6 +406,7 @@ SECTIONS: dict[str, type[Section]] = {
     "fatigue": Fatigue,
     "optimum": Optimum,
     "map": Map,
+    "uncertainty": Uncertainty,
     "render": Render,
     "figures": Figures,
 }

@@ -35,6 +35,7 @@ UNITS = {
     "fatigue.endurance_limit": "Pa",
     "fatigue.tensile_strength": "Pa",
     "fatigue.yield_strength": "Pa",
+    "uncertainty.limit": "m",
 }
 _ENDINGS = {
     "degrees": "deg",

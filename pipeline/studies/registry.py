@@ -24,4 +24,8 @@ def study_named(name: str) -> Study:
         from pipeline.studies.worst_motion_map.map_study import MapStudy
 
         return MapStudy()
+    if name == "uncertainty":
+        from pipeline.studies.uncertainty.uncertainty_study import UncertaintyStudy
+
+        return UncertaintyStudy()
     raise KeyError(name)
