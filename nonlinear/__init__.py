@@ -50,8 +50,8 @@ if TYPE_CHECKING:
     from nonlinear.peak_curves.joint_optimum import ActivePeak, JointOptimum, find_joint_optimum
     from nonlinear.peak_curves.optimum import find_optimum
     from nonlinear.peak_curves.optimum_result import Optimum, PeakCurve, SolvedResponse, WorstEnvelope
-    from nonlinear.peak_curves.performance_curve import PerformanceCurve, performance_curve
     from nonlinear.peak_curves.peak_sensitivity import PeakSensitivity, peak_sensitivity
+    from nonlinear.peak_curves.performance_curve import PerformanceCurve, performance_curve
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
@@ -93,8 +93,8 @@ __all__ = [
     "OptionsError",
     "Peak",
     "PeakCurve",
-    "PerformanceCurve",
     "PeakSensitivity",
+    "PerformanceCurve",
     "ResidualBounds",
     "ResidualExtreme",
     "ResponseCurve",
@@ -128,8 +128,8 @@ __all__ = [
     "least_samples",
     "nonlinear_mode",
     "output_components",
-    "performance_curve",
     "peak_sensitivity",
+    "performance_curve",
     "punch_stiffness",
 ]
 
