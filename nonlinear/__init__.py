@@ -47,8 +47,11 @@ if TYPE_CHECKING:
         SolverOptions,
         least_samples,
     )
-    from nonlinear.peak_curves.optimum import Optimum, find_optimum
+    from nonlinear.peak_curves.joint_optimum import ActivePeak, JointOptimum, find_joint_optimum
+    from nonlinear.peak_curves.optimum import find_optimum
+    from nonlinear.peak_curves.optimum_result import Optimum, PeakCurve, SolvedResponse, WorstEnvelope
     from nonlinear.peak_curves.peak_sensitivity import PeakSensitivity, peak_sensitivity
+    from nonlinear.peak_curves.performance_curve import PerformanceCurve, performance_curve
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
@@ -67,6 +70,7 @@ __all__ = [
     "MOST_UNKNOWNS",
     "SLIP",
     "STICK",
+    "ActivePeak",
     "Bifurcation",
     "BifurcationKind",
     "BranchStart",
@@ -81,13 +85,16 @@ __all__ = [
     "Extension",
     "FoundSolution",
     "HarmonicBalance",
+    "JointOptimum",
     "LinearisedResidual",
     "ModeResonance",
     "NonlinearMode",
     "Optimum",
     "OptionsError",
     "Peak",
+    "PeakCurve",
     "PeakSensitivity",
+    "PerformanceCurve",
     "ResidualBounds",
     "ResidualExtreme",
     "ResponseCurve",
@@ -100,9 +107,11 @@ __all__ = [
     "RingRecord",
     "RingState",
     "SolutionSearch",
+    "SolvedResponse",
     "SolverOptions",
     "StepError",
     "TerminationReason",
+    "WorstEnvelope",
     "WorstMotion",
     "branch_starts",
     "build_harmonic_balance",
@@ -110,6 +119,7 @@ __all__ = [
     "contact_cycle",
     "contact_element",
     "extend_response",
+    "find_joint_optimum",
     "find_optimum",
     "find_worst_motion",
     "forced_response",
@@ -119,6 +129,7 @@ __all__ = [
     "nonlinear_mode",
     "output_components",
     "peak_sensitivity",
+    "performance_curve",
     "punch_stiffness",
 ]
 
@@ -146,7 +157,15 @@ _PLACES = {
     "ModeResonance": "nonlinear.nonlinear_modes.nonlinear_mode",
     "NonlinearMode": "nonlinear.nonlinear_modes.nonlinear_mode",
     "nonlinear_mode": "nonlinear.nonlinear_modes.nonlinear_mode",
-    "Optimum": "nonlinear.peak_curves.optimum",
+    "ActivePeak": "nonlinear.peak_curves.joint_optimum",
+    "JointOptimum": "nonlinear.peak_curves.joint_optimum",
+    "find_joint_optimum": "nonlinear.peak_curves.joint_optimum",
+    "performance_curve": "nonlinear.peak_curves.performance_curve",
+    "Optimum": "nonlinear.peak_curves.optimum_result",
+    "PeakCurve": "nonlinear.peak_curves.optimum_result",
+    "PerformanceCurve": "nonlinear.peak_curves.performance_curve",
+    "SolvedResponse": "nonlinear.peak_curves.optimum_result",
+    "WorstEnvelope": "nonlinear.peak_curves.optimum_result",
     "find_optimum": "nonlinear.peak_curves.optimum",
     "PeakSensitivity": "nonlinear.peak_curves.peak_sensitivity",
     "peak_sensitivity": "nonlinear.peak_curves.peak_sensitivity",
