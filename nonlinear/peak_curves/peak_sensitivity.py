@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nonlinear.contact.fourier import to_real
-from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem, parameter_value
 from nonlinear.peak_curves.peak_curve import PeakContinuation
 from nonlinear.peak_curves.peak_derivatives import peak_derivatives
+from nonlinear.peak_curves.peak_search import stored_point
 from nonlinear.response_curve import ResponseCurve
 
 RELATIVE_DIFFERENCE = 1e-4  # of a parameter, for the frequency
@@ -107,26 +106,6 @@ def peak_sensitivity(
     known = [name for name, step in steps.items() if step != 0.0]
     amplitude = peak_derivatives(fixed, peak.point, known)
     return PeakSensitivity(peak.amplitude, peak.point.omega / (2.0 * np.pi), amplitude, frequency)
-
-
-def stored_point(continuation: Continuation, branch: ResponseCurve, index: int) -> SolutionPoint:
-    """A stored solution of a branch as a point of a continuation, with the number of harmonics of the latter.
-
-    Parameters
-    ----------
-    continuation : Continuation
-        A continuation of the problem.
-    branch : ResponseCurve
-        The branch.
-    index : int
-        Index of the point.
-    """
-    rows = np.zeros((2 * continuation.balance.n_harmonics + 1, continuation.balance.n_contacts, 3))
-    stored = to_real(branch.relative_displacement[index])
-    count = min(len(rows), len(stored))
-    rows[:count] = stored[:count].reshape(count, -1, 3)
-    unknown, omega = continuation.balance.unknown(rows), 2.0 * np.pi * float(branch.frequency_hz[index])
-    return continuation.solver.point(unknown, omega, (0.0 * unknown, 1.0), 0, 0.0, continuation.options.step)
 
 
 def _step(problem: Problem, name: str, branch: ResponseCurve, index: int) -> float:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pipeline.errors import InputError, input_error, shown
+from pipeline.scene.key_values import key_value
 from pipeline.scene.marginal import Marginal, bounds_of, marginal_of
 from pipeline.scene.reading import SceneFile
 from pipeline.scene.schema import Scene
@@ -27,19 +28,10 @@ def unfit_uncertainty_keys(file: SceneFile) -> Iterator[InputError]:
         yield from _unfit_parameter(file.path, scene, item, f"uncertainty.parameter[{number}]")
 
 
-def nominal_value(scene: Scene, key: str) -> float | None:
-    """Value of an uncertain key in a scene; None where it is not one number."""
-    section, _, name = key.partition(".")
-    value = getattr(getattr(scene, section), name)
-    return float(value) if isinstance(value, int | float) else None
-
-
 def _unfit_parameter(path: Path, scene: Scene, item: UncertainParameter, place: str) -> Iterator[InputError]:
-    section, _, name = item.key.partition(".")
-    value, nominal = getattr(getattr(scene, section), name), nominal_value(scene, item.key)
-    if nominal is None and value != "punch":
-        found = "damping is given by rayleigh" if value is None else f"{item.key} is a list"
-        yield input_error(path, f"{place}.key", found, f"a parameter that is one number: {item.key} = a number")
+    nominal = key_value(scene, item.key)
+    if item.key == "response.damping_ratio" and nominal is None:
+        yield input_error(path, f"{place}.key", "damping is given by rayleigh", "response.damping_ratio in the scene")
         return
     centre = "median" if item.distribution == "lognormal" else "mean"
     given = item.distribution == "uniform" or getattr(item, centre) is not None

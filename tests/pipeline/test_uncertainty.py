@@ -277,11 +277,6 @@ def test_two_workers_give_the_same_bytes_figure_and_section(tmp_path: Path) -> N
             "mean: 0, the value of contact.pre",
         ),
         (
-            {},
-            {"contact__friction": [0.1, 0.2, 0.3, 0.4]},
-            "contact.friction is a list, allowed: a parameter that is one",
-        ),
-        (
             {"key": "contact.normal_stiffness"},
             {"contact__normal_stiffness": "punch"},
             'parameter[0].mean: missing, allowed: a number, as contact.normal_stiffness is "punch"',

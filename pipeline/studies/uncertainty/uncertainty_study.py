@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import reason_of
+from pipeline.scene.key_values import as_in_scene, key_value
 from pipeline.scene.marginal import marginal_of
+from pipeline.scene.optimum_checks import SOLVER_KEYS
 from pipeline.scene.schema import Scene
-from pipeline.scene.uncertainty_checks import nominal_value
 from pipeline.stages.respond import CurveResult
-from pipeline.studies.optimum.solver_keys import NAMES, scale
+from pipeline.studies.optimum.followed_peaks import per_unit
 from pipeline.studies.study import StudyError
 from pipeline.studies.uncertainty.first_order import FirstOrder, first_order
 from pipeline.studies.uncertainty.polynomial_chaos import polynomial_chaos
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from pipeline.studies.study import StudyContext
 
 Array = NDArray[np.float64]
+DAMPING = "response.damping_ratio"  # in the solver a factor, 1 at the centre
 PLACE = "uncertainty.parameter"
 SAMPLE = "sample"  # the parameter by which samples differ: a word, so that no branch is carried from one to another
 
@@ -89,9 +91,7 @@ class _Computation:
         section = context.scene.uncertainty
         assert section is not None  # the study is asked for
         self.context, self.section = context, section
-        self.marginals = [
-            marginal_of(item, nominal_value(context.scene, item.key) or 0.0) for item in section.parameter
-        ]
+        self.marginals = [marginal_of(item, key_value(context.scene, item.key) or 0.0) for item in section.parameter]
         self.keys = [marginal.key for marginal in self.marginals]
         self.mixes = section.sensitivities and len(self.keys) > 1  # the index of a single parameter is 1
         self.first, self.second = sampled_values(self.marginals, section.samples, section.seed)
@@ -155,7 +155,8 @@ class _Computation:
 
     def _member(self, name: str, values: Array, **others: Any) -> Member:
         """The scene with some values of the parameters; it differs from all others by a word alone."""
-        given = dict(zip(self.keys, values.tolist(), strict=True))
+        scene = self.context.scene
+        given = {key: as_in_scene(scene, key, value) for key, value in zip(self.keys, values.tolist(), strict=True)}
         return replace(self.context.member({**given, **others}, PLACE), parameters={SAMPLE: name})
 
     def _centre(self, curve: CurveResult) -> Centre | None:
@@ -202,15 +203,16 @@ class _Computation:
             branch = (response, *response.detached)[facts.worst_branch]
             if not any(peak.located and peak.index == facts.worst_index for peak in branch.peaks):
                 return None
-            names = [NAMES[key] for key in self.keys]
+            n = model.n_contacts
+            names = [SOLVER_KEYS[key] for key in self.keys]
             found = peak_sensitivity(nonlinear_problem(scene, model), branch, facts.worst_index, names)
         if found is None:
             return None
-        factors = {key: scale(key, scene, model.n_contacts) for key in self.keys}
+        factors = {m.key: m.centre if m.key == DAMPING else per_unit(m.key, scene, n) for m in self.marginals}
         return {
-            key: (found.amplitude[NAMES[key]] / factor, found.frequency[NAMES[key]] / factor)
+            key: (found.amplitude[SOLVER_KEYS[key]] / factor, found.frequency[SOLVER_KEYS[key]] / factor)
             for key, factor in factors.items()
-            if NAMES[key] in found.amplitude and NAMES[key] in found.frequency
+            if SOLVER_KEYS[key] in found.amplitude and SOLVER_KEYS[key] in found.frequency
         }
 
     def _residual(self, curve: CurveResult) -> ResidualBand | None:
