@@ -6,7 +6,7 @@ own size: relative changes, so that one step length serves from the smallest to 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,8 +17,10 @@ from nonlinear.nonlinear_modes.extended_motion import EXTRA, ExtendedMotion, Lin
 TOLERANCE = 1e-11  # of the last Newton step, relative
 ITERATIONS = 12
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.05, 0.15, 1e-5
-MOST_POINTS = 2000
+MOST_POINTS = 800
+SMALLEST_COSINE = 0.8  # of the angle between the tangents of two successive points
 _FEW, _MANY = 4, 8  # iterations with which the step grows and shrinks
+BETWEEN = 1e-9  # of a step: tolerance of a motion located between two
 _LARGEST_MOVE = 0.5  # of a Newton step, in arc length
 
 
@@ -46,12 +48,15 @@ class ModeContinuation:
         Largest arc length of a step.
     tolerance : float
         Relative size of the last step of Newton's method.
+    smallest_cosine : float
+        A step over which the tangent turns further is halved.
     """
 
     motion: ExtendedMotion
     shape: tuple[int, ...]
     largest_step: float = LARGEST_STEP
     tolerance: float = TOLERANCE
+    smallest_cosine: float = SMALLEST_COSINE
 
     def solve_at_level(self, guess: MotionState) -> MotionPoint | None:
         """The motion of the amplitude of `guess`; None where Newton's method does not converge."""
@@ -67,7 +72,7 @@ class ModeContinuation:
             while found is None:
                 values = point.state.packed()
                 found = self._correct(values + step * self._scale(values) * point.tangent, point.tangent)
-                if found is None or found.tangent @ point.tangent < 0.5:
+                if found is None or found.tangent @ point.tangent < self.smallest_cosine:
                     found, step = None, step / 2.0
                     if step < SMALLEST_STEP:
                         return
@@ -75,6 +80,32 @@ class ModeContinuation:
             step = step / 2.0 if found.iterations >= _MANY else step
             point = found
             yield point
+
+    def between(
+        self, first: MotionState, last: MotionState, excess: Callable[[MotionPoint], float]
+    ) -> MotionPoint | None:
+        """The motion between two successive ones at which `excess`, of different sign at the two, vanishes.
+
+        None where Newton's method does not converge on the way.
+        """
+        from scipy.optimize import brentq
+
+        start, chord = first.packed(), last.packed() - first.packed()
+        direction = chord / self._scale(start)
+        direction /= np.linalg.norm(direction)
+        found: dict[float, MotionPoint] = {}
+
+        def at(part: float) -> float:
+            point = self._correct(start + part * chord, direction)
+            if point is None:
+                raise ArithmeticError
+            found[part] = point
+            return excess(point)
+
+        try:
+            return found[brentq(at, 0.0, 1.0, xtol=BETWEEN)]
+        except (ArithmeticError, ValueError):
+            return None
 
     def _scale(self, values: Array) -> Array:
         """Unit of each unknown in the arc length, (n + 4,)."""
