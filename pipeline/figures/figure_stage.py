@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pipeline.figures.linear_limits import Limit
-    from pipeline.stages.request import Run
+    from pipeline.stages.request import Run, StudyOutcome
     from pipeline.stages.respond import CurveResult
 
 NAMES = ("response", "peaks", "hysteresis", "map", "hysteresis_sweep", "nodal_diameters", "campbell", "outputs")
@@ -25,9 +25,29 @@ _SHARED = NAMES[:3], NAMES[3:]  # between two processes, about the same work for
 MOST_LIMITS = 24  # of a kind, in one figure
 
 
-def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
-    """The figures of the run; those that are missing are drawn."""
+def figure_stage(run: Run, curves: Sequence[CurveResult], studies: Mapping[str, StudyOutcome]) -> list[Path]:
+    """The figures of the run, of its curves and its studies; those that are missing are drawn."""
     title, formats = _title(run), _formats(run)
+    attempts = Attempts(run.request.out / "figures")
+    drawn = attempts.result("studies", partial(_study_figures, run, studies, title, formats)) if studies else []
+    try:
+        files = _curve_figures(run, curves, title, formats)
+    except PicturesMissing as missing:
+        attempts.problems.extend(missing.problems)
+        files = missing.files
+    if attempts.problems:
+        raise PicturesMissing([*files, *(drawn or [])], attempts.problems)
+    return [*files, *(drawn or [])]
+
+
+def _study_figures(run: Run, studies: Mapping[str, StudyOutcome], title: str, formats: Sequence[str]) -> list[Path]:
+    """Figures of the studies, imported where there are any."""
+    from pipeline.figures.study_figures import study_figures
+
+    return study_figures(run, studies, title, formats)
+
+
+def _curve_figures(run: Run, curves: Sequence[CurveResult], title: str, formats: Sequence[str]) -> list[Path]:
     content = {
         "title": title,
         "formats": formats,

@@ -72,6 +72,7 @@ LAYERS = {
         {"executor"},
         {"stages"},
         {"results"},
+        {"studies"},
         {"figures", "render", "export", "verify"},
         {"stress"},
         {"report"},

@@ -1,0 +1,23 @@
+"""The studies by name: each is imported where it is asked for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pipeline.studies.study import Study
+
+
+def study_named(name: str) -> Study:
+    """The study of a section of the scene.
+
+    Raises
+    ------
+    KeyError
+        There is no such study.
+    """
+    if name == "optimum":
+        from pipeline.studies.optimum.optimum_study import OptimumStudy
+
+        return OptimumStudy()
+    raise KeyError(name)
