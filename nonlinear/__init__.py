@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from nonlinear.continuation.named_outputs import largest_lengths, output_components
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
     from nonlinear.mode_agreement import PeakAgreement, PeakMotion, compare_with_peaks, peak_motions
+    from nonlinear.nonlinear_modes.mode_following import harmonic_shares
     from nonlinear.nonlinear_modes.nonlinear_mode import ModeResonance, NonlinearMode, nonlinear_mode
     from nonlinear.options import (
         MOST_UNKNOWNS,
@@ -115,6 +116,7 @@ __all__ = [
     "find_optimum",
     "find_worst_motion",
     "forced_response",
+    "harmonic_shares",
     "integrate_ring",
     "largest_lengths",
     "least_samples",
@@ -147,6 +149,7 @@ _PLACES = {
     "LinearisedResidual": "nonlinear.harmonic_balance.residual",
     "ModeResonance": "nonlinear.nonlinear_modes.nonlinear_mode",
     "NonlinearMode": "nonlinear.nonlinear_modes.nonlinear_mode",
+    "harmonic_shares": "nonlinear.nonlinear_modes.mode_following",
     "nonlinear_mode": "nonlinear.nonlinear_modes.nonlinear_mode",
     "Optimum": "nonlinear.peak_curves.optimum",
     "find_optimum": "nonlinear.peak_curves.optimum",

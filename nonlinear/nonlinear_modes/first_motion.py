@@ -21,6 +21,8 @@ from nonlinear.nonlinear_modes.mode_curve import ModeContinuation, MotionPoint
 from nonlinear.options import SolverOptions
 from rom import RelativeReceptance
 
+LINEAR_STEP = 0.4  # of ln a between points in the linear range
+BEFORE_LIMIT, LARGER = 1.0 - 1e-9, 1.0 + 1e-6  # factors on the end of the linear range and on the largest amplitude
 SHARES = (1.0, 0.5, 0.25, 0.0)  # of the contact springs in the linear modes that a first motion is sought from
 FIRST_STIFFNESS, STIFFNESS_STEP, SMALLEST_STIFFNESS_STEP = 0.01, 2.0, 1.01  # of the contacts, in a homotopy to 1
 
@@ -70,6 +72,21 @@ class FirstMotion:
         if found is None:
             raise ArithmeticError(f"no motion of mode {self.number} with {self.amplitude:.3g} m was found")
         return found
+
+    def linear_levels(self, start: MotionState, largest: float) -> tuple[float, ...]:
+        """Levels ln a, ascending, from above that of `start` to where its motion ceases to be linear.
+
+        Empty where the start is not linear. The last is that of the first slip, lift-off or touch, or of the largest
+        amplitude of the output, m.
+        """
+        holds = self._pressed()
+        shape = linear_mode(self.receptance, self.contact, holds, self.number)[2]
+        limit = self._linear_limit(shape)
+        if not self.amplitude < limit * self._output(shape):
+            return ()
+        highest = np.log(min(limit * BEFORE_LIMIT, LARGER * largest / max(self._output(shape), 1e-300)))
+        count = int(np.ceil((highest - start.level) / LINEAR_STEP))
+        return tuple(float(level) for level in np.linspace(start.level, highest, count + 1)[1:])
 
     def _from_springs(self, springs: list[Array], harmonics: int) -> tuple[MotionPoint, ModeContinuation] | None:
         """From linear modes with some springs (n_c,) after others."""
@@ -124,13 +141,21 @@ class FirstMotion:
 
     def _springs(self) -> Iterator[Array]:
         """Shares (n_c,) of the springs that hold in the linear modes to start from."""
-        pressed = (self.contact.normal_load(self.static[:, 2]) > 0.0).astype(np.float64)
+        pressed = self._pressed()
         shape = linear_mode(self.receptance, self.contact, pressed, self.number)[2]
-        motion = (self.receptance.relative[1] @ shape).reshape(-1, 3)
-        if self.amplitude < end_of_linear_motion(self.contact, self.static, motion) * self._output(shape):
+        if self.amplitude < self._linear_limit(shape) * self._output(shape):
             yield pressed
             return
         yield from (share * (pressed if pressed.any() else np.ones_like(pressed)) for share in SHARES)
+
+    def _pressed(self) -> Array:
+        """1 for the nodes that are in contact at rest, 0 for the others, (n_c,)."""
+        return (self.contact.normal_load(self.static[:, 2]) > 0.0).astype(np.float64)
+
+    def _linear_limit(self, shape: ComplexArray) -> float:
+        """Modal amplitude at which the motion of a linear mode ceases to be linear."""
+        motion = (self.receptance.relative[1] @ shape).reshape(-1, 3)
+        return end_of_linear_motion(self.contact, self.static, motion)
 
     def _output(self, shape: ComplexArray) -> float:
         """Amplitude of the output in a mode of unit amplitude, m."""

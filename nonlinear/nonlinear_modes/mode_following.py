@@ -21,7 +21,7 @@ from nonlinear.nonlinear_modes.mode_curve import MOST_POINTS, ModeContinuation, 
 LOWEST = 0.9  # of the amplitude of the start: a curve that comes back to it is ended
 OTHER_MODE = 3.0  # share of a higher harmonic, relative to harmonic 1, at which the motion is another mode
 OWN_MODE = 0.12  # share of all higher harmonics below which a motion belongs to the mode
-JUMPS = (0.05, 0.1, 0.2, 0.4, 0.8)  # in ln of the amplitude, across an internal resonance
+JUMPS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.1)  # in ln of the amplitude, across an internal resonance
 MOST_PIECES = 4
 Size = Callable[[MotionPoint], float]  # amplitude of a motion
 REACHED = "the largest amplitude was reached"
@@ -77,12 +77,20 @@ def harmonic_shares(coordinates: ComplexArray) -> Array:
     ----------
     coordinates : (..., H+1, m) complex array
         Mass-normalised modal coordinates.
+
+    Examples
+    --------
+    >>> from nonlinear import harmonic_shares
+    >>> harmonic_shares(np.array([[0.0], [2.0], [0.5j]])).tolist()
+    [0.25]
     """
     size = np.linalg.norm(coordinates, axis=-1)
     return np.asarray(size[..., 2:] / np.maximum(size[..., 1:2], 1e-300))
 
 
-def follow_mode(continuation: ModeContinuation, start: MotionPoint, size: Size, largest: float) -> ModePath:
+def follow_mode(
+    continuation: ModeContinuation, start: MotionPoint, size: Size, largest: float, linear: tuple[float, ...] = ()
+) -> ModePath:
     """Follow a mode up to the largest amplitude.
 
     Parameters
@@ -95,14 +103,17 @@ def follow_mode(continuation: ModeContinuation, start: MotionPoint, size: Size, 
         Amplitude of a motion.
     largest : float
         The largest amplitude.
+    linear : tuple of float
+        Levels ln a up to which the motion of the start only grows, as that of a linear mode.
     """
+    before, last = _linear_points(continuation, start, linear)
     pieces: list[tuple[ModePoint, ...]] = []
     interruptions: list[str] = []
-    point: MotionPoint | None = start
+    point: MotionPoint | None = last
     smallest, reason = LOWEST * size(start), ""
     while point is not None and len(pieces) < MOST_PIECES:
         piece, reason = _piece(continuation, point, size, (smallest, largest))
-        pieces.append(piece)
+        pieces.append(piece if pieces else (*before, *piece))
         if reason == REACHED:
             break
         interruptions.append(reason)
@@ -112,11 +123,27 @@ def follow_mode(continuation: ModeContinuation, start: MotionPoint, size: Size, 
     return ModePath(tuple(pieces), complete, message)
 
 
+def _linear_points(
+    continuation: ModeContinuation, start: MotionPoint, levels: tuple[float, ...]
+) -> tuple[list[ModePoint], MotionPoint]:
+    """Points of a linear mode, the last of them apart: there the continuation goes on."""
+    points, last = [], start
+    for level in levels:
+        found = continuation.solve_at_level(_scaled(last.state, level))
+        if found is None:
+            break
+        points.append(ModePoint.of(last))
+        last = found
+    return points, last
+
+
 def _piece(
     continuation: ModeContinuation, start: MotionPoint, size: Size, limits: tuple[float, float]
 ) -> tuple[tuple[ModePoint, ...], str]:
     """Points from one on, and why they end; those of a curve that goes back the way it came are left out."""
     points = [ModePoint.of(start)]
+    if size(start) > limits[1]:
+        return tuple(points), REACHED
     for point in continuation.points(start):
         points.append(ModePoint.of(point))
         amplitude, shares = size(point), harmonic_shares(point.linearised.coordinates)
@@ -149,16 +176,18 @@ def _beyond(continuation: ModeContinuation, points: list[ModePoint]) -> MotionPo
         return None
     highest, base = max(each.state.level for each in points), max(own, key=lambda each: each.state.level)
     for jump in JUMPS:
-        found = continuation.solve_at_level(_scaled(base.state, highest + jump))
-        if found is None or np.max(harmonic_shares(found.linearised.coordinates), initial=0.0) > OWN_MODE:
-            continue
-        return found
+        for harmonics in (len(base.coordinates) - 1, 1):
+            found = continuation.solve_at_level(_scaled(base.state, highest + jump, harmonics))
+            if found is not None and np.max(harmonic_shares(found.linearised.coordinates), initial=0.0) < OWN_MODE:
+                return found
     return None
 
 
-def _scaled(state: MotionState, level: float) -> MotionState:
-    """A motion with its vibration scaled to another level; the mean stays."""
+def _scaled(state: MotionState, level: float, harmonics: int | None = None) -> MotionState:
+    """A motion with its vibration scaled to another level, of all harmonics or up to one; the mean stays."""
     factor = float(np.exp(level - state.level))
     displacement = state.displacement.copy()
     displacement[1:] *= factor
+    if harmonics is not None:
+        displacement[2 * harmonics + 1 :] = 0.0
     return replace(state, displacement=displacement, carrier=state.carrier * factor, level=level)

@@ -134,11 +134,7 @@ class NonlinearMode:
         excess = np.log(self.force / force)
         passed = (excess[1:] > 0.0) != (excess[:-1] > 0.0)
         places = np.flatnonzero(passed & (self.piece[1:] == self.piece[:-1]))
-        found = []
-        for place in places.tolist():
-            span = np.log(self.modal_amplitude[place + 1] / self.modal_amplitude[place])
-            exponent = float((excess[place + 1] - excess[place]) / (span if span != 0.0 else 1e-300))
-            found.append(self.motions.resonance(place, force, exponent))
+        found = [self.motions.resonance(place, force) for place in places.tolist()]
         return tuple(sorted(found, key=lambda each: -each.amplitude_m))
 
 
@@ -164,7 +160,7 @@ class ModeMotions:
     output: str
 
     @one_blas_thread()
-    def resonance(self, place: int, force: float, exponent: float) -> ModeResonance:
+    def resonance(self, place: int, force: float) -> ModeResonance:
         """The motion between two successive ones whose resonant force is the one given.
 
         Parameters
@@ -173,21 +169,21 @@ class ModeMotions:
             Number of the first of the two motions.
         force : float
             Amplitude of the excitation, N.
-        exponent : float
-            d ln F / d ln a there.
         """
 
-        def excess(point: MotionPoint) -> float:
-            return float(np.log(resonant_force(point.state, point.linearised.coordinates, self.modal) / force))
+        def excess(state: MotionState, coordinates: ComplexArray) -> float:
+            return float(np.log(resonant_force(state, coordinates, self.modal) / force))
 
-        first, last = self.states[place], self.states[place + 1]
-        point = self.continuation.between(first, last, excess)
+        ends = self.states[place], self.states[place + 1]
+        point = self.continuation.between(*ends, lambda at: excess(at.state, at.linearised.coordinates))
         if point is None:  # a kink between the two that Newton's method does not pass: the nearer of them
-            state = first if self._distance(first, force) < self._distance(last, force) else last
-            linearised = self.continuation.motion.evaluate(state)
+            known = [(state, self.continuation.motion.evaluate(state).coordinates) for state in ends]
+            values = [excess(*each) for each in known]
+            state, coordinates = known[int(np.argmin(np.abs(values)))]
+            exponent = (values[1] - values[0]) / ((ends[1].level - ends[0].level) or 1e-300)
         else:
-            state, linearised = point.state, point.linearised
-        coordinates = linearised.coordinates
+            state, coordinates = point.state, point.linearised.coordinates
+            exponent = self.continuation.rate(point, excess)
         return ModeResonance(
             frequency_hz=state.omega / (2.0 * np.pi),
             amplitude_m=float(largest_amplitude(coordinates @ self.modal.outputs[self.output]).value),
@@ -196,10 +192,6 @@ class ModeMotions:
             force_exponent=exponent,
             coordinates=coordinates,
         )
-
-    def _distance(self, state: MotionState, force: float) -> float:
-        coordinates = self.continuation.motion.evaluate(state).coordinates
-        return abs(float(np.log(resonant_force(state, coordinates, self.modal) / force)))
 
 
 def resonant_force(state: MotionState, coordinates: ComplexArray, modal: ModalModel) -> float:
@@ -272,8 +264,11 @@ def nonlinear_mode(
     harmonics = tuple(range(options.fixed_harmonics + 1))
     receptance = RelativeReceptance(modal, modal.phase(nodal_diameter), harmonics, 0.0)
     static = static_displacement(receptance, contact, options)
-    start, continuation = FirstMotion(receptance, contact, static, options, number, amplitudes_m[0]).find()
-    path = follow_mode(continuation, start, partial(vibration, modal=modal, output=options.output), amplitudes_m[1])
+    first = FirstMotion(receptance, contact, static, options, number, amplitudes_m[0])
+    start, continuation = first.find()
+    levels = first.linear_levels(start.state, amplitudes_m[1])
+    size = partial(vibration, modal=modal, output=options.output)
+    path = follow_mode(continuation, start, size, amplitudes_m[1], levels)
     return _assembled(path, continuation, modal, options.output)
 
 

@@ -20,4 +20,8 @@ def study_named(name: str) -> Study:
         from pipeline.studies.optimum.optimum_study import OptimumStudy
 
         return OptimumStudy()
+    if name == "backbone":
+        from pipeline.studies.backbone.backbone_study import BackboneStudy
+
+        return BackboneStudy()
     raise KeyError(name)
