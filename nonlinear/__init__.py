@@ -49,7 +49,10 @@ if TYPE_CHECKING:
         SolverOptions,
         least_samples,
     )
-    from nonlinear.peak_curves.optimum import Optimum, find_optimum
+    from nonlinear.peak_curves.joint_optimum import ActivePeak, JointOptimum, find_joint_optimum
+    from nonlinear.peak_curves.optimum import find_optimum
+    from nonlinear.peak_curves.optimum_result import Optimum, PeakCurve, SolvedResponse, WorstEnvelope
+    from nonlinear.peak_curves.performance_curve import PerformanceCurve, performance_curve
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
@@ -68,6 +71,7 @@ __all__ = [
     "MOST_UNKNOWNS",
     "SLIP",
     "STICK",
+    "ActivePeak",
     "Bifurcation",
     "BifurcationKind",
     "BranchStart",
@@ -82,6 +86,7 @@ __all__ = [
     "Extension",
     "FoundSolution",
     "HarmonicBalance",
+    "JointOptimum",
     "LinearisedResidual",
     "ModeResonance",
     "NonlinearMode",
@@ -89,7 +94,9 @@ __all__ = [
     "OptionsError",
     "Peak",
     "PeakAgreement",
+    "PeakCurve",
     "PeakMotion",
+    "PerformanceCurve",
     "ResidualBounds",
     "ResidualExtreme",
     "ResponseCurve",
@@ -102,9 +109,11 @@ __all__ = [
     "RingRecord",
     "RingState",
     "SolutionSearch",
+    "SolvedResponse",
     "SolverOptions",
     "StepError",
     "TerminationReason",
+    "WorstEnvelope",
     "WorstMotion",
     "branch_starts",
     "build_harmonic_balance",
@@ -113,6 +122,7 @@ __all__ = [
     "contact_cycle",
     "contact_element",
     "extend_response",
+    "find_joint_optimum",
     "find_optimum",
     "find_worst_motion",
     "forced_response",
@@ -123,6 +133,7 @@ __all__ = [
     "nonlinear_mode",
     "output_components",
     "peak_motions",
+    "performance_curve",
     "punch_stiffness",
 ]
 
@@ -151,7 +162,15 @@ _PLACES = {
     "NonlinearMode": "nonlinear.nonlinear_modes.nonlinear_mode",
     "harmonic_shares": "nonlinear.nonlinear_modes.mode_following",
     "nonlinear_mode": "nonlinear.nonlinear_modes.nonlinear_mode",
-    "Optimum": "nonlinear.peak_curves.optimum",
+    "ActivePeak": "nonlinear.peak_curves.joint_optimum",
+    "JointOptimum": "nonlinear.peak_curves.joint_optimum",
+    "find_joint_optimum": "nonlinear.peak_curves.joint_optimum",
+    "performance_curve": "nonlinear.peak_curves.performance_curve",
+    "Optimum": "nonlinear.peak_curves.optimum_result",
+    "PeakCurve": "nonlinear.peak_curves.optimum_result",
+    "PerformanceCurve": "nonlinear.peak_curves.performance_curve",
+    "SolvedResponse": "nonlinear.peak_curves.optimum_result",
+    "WorstEnvelope": "nonlinear.peak_curves.optimum_result",
     "find_optimum": "nonlinear.peak_curves.optimum",
     "OptionsError": "nonlinear.options",
     "Peak": "nonlinear.branches.peaks",

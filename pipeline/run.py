@@ -100,12 +100,33 @@ def solved_curves(request: Request, reporter: Reporter) -> Iterator[tuple[Run, R
     InputError, StorageError
         As `execute`.
     """
+    with solved_members(request, reporter) as (run, _, outcome):
+        yield run, outcome
+
+
+@contextmanager
+def solved_members(request: Request, reporter: Reporter) -> Iterator[tuple[Run, Models, RunOutcome]]:
+    """The reduced models and the curves of a scene, as `solved_curves`.
+
+    Parameters
+    ----------
+    request : Request
+        Scene and output folder, up to the stage "respond".
+    reporter : Reporter
+        Says what is going on.
+
+    Raises
+    ------
+    InputError, StorageError
+        As `execute`.
+    """
     remember_code()
     given = _check(request)
     with _running(request, reporter, given) as run:
         outcome = RunOutcome()
-        _respond(run, member_models(run, outcome, given), outcome)
-        yield run, outcome
+        models = member_models(run, outcome, given)
+        _respond(run, models, outcome)
+        yield run, models, outcome
 
 
 @contextmanager

@@ -30,7 +30,7 @@ from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.peak_curves.parameter_family import ParameterFamily
+from nonlinear.peak_curves.parameter_family import Family
 
 DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
 TOLERANCE = 1e-10  # of g: the relative change of amplitude over unit arc length
@@ -38,6 +38,7 @@ ITERATIONS = 12
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.02, 0.15, 1e-4  # in (alpha, beta)
 MOST_POINTS = 300
 _FEW, _MANY = 6, 10
+AT_FOLD, FOLD_ITERATIONS = 1e-4, 15  # part of the unit tangent along the parameter that counts as none
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,10 @@ class PeakPoint:
         Derivatives of g with respect to alpha and beta.
     tangent : (float, float)
         Unit tangent (alpha, beta) of the curve of peaks.
+    growth_rate : float
+        Largest real part of the Floquet exponents, 1/s; NaN where not computed.
+    persists : bool
+        Whether the motion persists; see `PeakStability`. True where not computed.
     """
 
     share: float
@@ -66,6 +71,18 @@ class PeakPoint:
     rate: float
     slopes: tuple[float, float]
     tangent: tuple[float, float]
+    growth_rate: float = float("nan")
+    persists: bool = True
+
+    @property
+    def frequency_hz(self) -> float:
+        """Frequency, Hz."""
+        return float(self.point.omega / (2.0 * np.pi))
+
+    @property
+    def is_fold(self) -> bool:
+        """Whether the curve of peaks turns back in the parameter there."""
+        return abs(self.tangent[1]) < AT_FOLD
 
     @property
     def is_maximum(self) -> bool:
@@ -85,7 +102,7 @@ class _Found(NamedTuple):
 class PeakContinuation:
     """Follows peaks of a family of problems."""
 
-    family: ParameterFamily
+    family: Family
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_continuation", lru_cache(maxsize=8)(self.family.continuation))
@@ -111,6 +128,18 @@ class PeakContinuation:
             found = base.at(alpha, 0.0)
         return None
 
+    def moved(self, peak: PeakPoint, share: float) -> PeakPoint | None:
+        """The peak at another share near that of a peak; None where Newton's method does not converge."""
+        start = replace(peak.point, balance=self.continuation(share).balance)
+        return self.peak_near(share, start)
+
+    def half_way(self, peak: PeakPoint, other: PeakPoint) -> PeakPoint | None:
+        """The peak half a step along the curve of peaks from one towards a neighbour; None where none is found."""
+        part = other.share - peak.share
+        if peak.tangent[1] * part < 0.0:
+            peak = replace(peak, tangent=(-peak.tangent[0], -peak.tangent[1]))
+        return None if peak.is_fold else self._step(peak, 0.5 * part / peak.tangent[1])[0]
+
     def points(self, start: PeakPoint, direction: float) -> Iterator[PeakPoint]:
         """Peaks after `start`, at first with growing (`direction` +1) or falling (-1) parameter.
 
@@ -128,6 +157,10 @@ class PeakContinuation:
                     step /= 2.0
                     if step < SMALLEST_STEP:
                         return
+            if found.tangent[1] * peak.tangent[1] < 0.0:
+                fold = self._fold(peak, found, step)
+                if fold is not None:
+                    yield fold
             yield found
             if not (0.0 <= found.share <= 1.0 and low <= found.point.omega <= high):
                 return
@@ -158,6 +191,25 @@ class PeakContinuation:
             if not abs(away) < step:
                 return None, iteration
         return None, ITERATIONS
+
+    def _fold(self, before: PeakPoint, after: PeakPoint, step: float) -> PeakPoint | None:
+        """The peak between two, a distance of `step` apart, at which the parameter turns back; None: not found.
+
+        The Illinois variant of the false position, on the part of the tangent along the parameter.
+        """
+        low, high, at_low, at_high = 0.0, step, before.tangent[1], after.tangent[1]
+        found = None
+        for _ in range(FOLD_ITERATIONS):
+            length = (low * at_high - high * at_low) / (at_high - at_low)
+            found, _ = self._step(before, length)
+            if found is None or abs(found.tangent[1]) < AT_FOLD:
+                break
+            value = found.tangent[1]
+            if value * at_high > 0.0:
+                high, at_high, at_low = length, value, 0.5 * at_low
+            else:
+                low, at_low, at_high = length, value, 0.5 * at_high
+        return None if found is None or abs(found.tangent[1]) >= AT_FOLD else found
 
     def _rate(self, peak: PeakPoint) -> tuple[Array, float]:
         """Change of the solution with s in the plane normal to the response curve."""

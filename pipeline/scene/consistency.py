@@ -14,6 +14,7 @@ from pipeline.scene.loads_section import files_of
 from pipeline.scene.matrix_scene import unfit_beside_matrices, unfit_matrix_keys
 from pipeline.scene.mesh_file import check_mesh_file
 from pipeline.scene.nodal_table import force_table, temperature_table
+from pipeline.scene.optimum_checks import unfit_optimum_keys
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_sweep
@@ -55,6 +56,7 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
     if not broken.get(0):
         yield from _raised(_check_pictured_curves, file)
         yield from unfit_stress_keys(file)
+        yield from unfit_optimum_keys(file)
     has_matrices = file.first.model is not None or "model" in broken.get(0, ())
     absent = set() if has_matrices else _absent_sections(file.first) - set(broken.get(0, ()))
     for section in BLADE_SECTIONS:
@@ -148,6 +150,8 @@ def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> N
     InputError
         The first key that does not fit the model.
     """
+    for error in unfit_optimum_keys(file, given_model=True):
+        raise error
     for member in file.members:
         for error in _unfit_keys(file.path, member, set()):
             raise error

@@ -13,7 +13,7 @@ from typing import Any
 from pipeline.errors import input_error, shown
 from pipeline.scene.reading import Member, SceneFile, load_tables, scene_of_tables
 from pipeline.scene.schema import NOT_SWEPT, SECTIONS
-from pipeline.scene.sweep import LATIN_HYPERCUBE, POINTS, read_sweep
+from pipeline.scene.sweep import LATIN_HYPERCUBE, POINTS, Sweep, read_sweep
 from pipeline.scene.toml_errors import parsed
 
 NAMELESS = Path("scene")  # how messages name a scene without a file
@@ -80,8 +80,9 @@ def derived_member(file: SceneFile, values: Mapping[str, Any], place: str, given
     tables = dict(parsed(file.path, file.text))
     for name in ("sweep", *NOT_SWEPT):
         tables.pop(name, None)
-    points = [{**file.members[0].parameters, **values}]
-    derived = scene_of_tables(file.path, {**tables, "sweep": {"points": _plain(points)}}, "", given_model)
+    chosen = {key: [_plain(value)] for key, value in {**file.members[0].parameters, **values}.items()}
+    sweep = Sweep(chosen, POINTS, (place,)) if chosen else Sweep({})
+    derived = scene_of_tables(file.path, tables, "", given_model, swept=sweep)
     return replace(derived.members[0], parameters=dict(values), place=place)
 
 

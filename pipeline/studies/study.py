@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
 
 from pipeline.errors import InputError, reason_of
+from pipeline.results.outputs import as_json
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.given_in_python import derived_member
 from pipeline.scene.reading import Member, SceneFile
 from pipeline.scene.schema import Scene
 from pipeline.stages.cache_keys import curve_key, model_keys
+from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.member_curves import member_curves, member_models
 from pipeline.stages.model_chain import BuiltModel
 from pipeline.stages.request import Run, RunOutcome
@@ -19,6 +23,11 @@ from pipeline.stages.respond import CurveResult
 from pipeline.stages.stage_log import StageLog
 from pipeline.stages.stage_names import Stage
 from pipeline.stages.sweep_models import Models
+from pipeline.store.fingerprints import fingerprint
+from pipeline.studies.plain import plain, restored
+
+RESULT = "result.json"
+T = TypeVar("T")
 
 
 class StudyError(Exception):
@@ -147,6 +156,61 @@ class StudyContext:
             found[place] = CurveResult(replace(members[place], index=place), None, None, None, reason)
         return [found[place] for place in range(len(members))]
 
+    def model_of(self, member: Member) -> BuiltModel:
+        """The reduced model of a member, found in the store or made.
+
+        Parameters
+        ----------
+        member : Member
+            As from `member`.
+
+        Raises
+        ------
+        StudyError
+            It could not be made, or the values do not fit together.
+        """
+        if reason := self._unfit(member):
+            raise StudyError(reason)
+        run, outcome = self._derived([replace(member, index=0)]), RunOutcome()
+        try:
+            found = self._models(run, outcome)[0]
+        except InputError as error:
+            raise StudyError(str(error)) from None
+        if found is None:
+            raise StudyError("; ".join(outcome.problems))
+        return found
+
+    def key_of(self, member: Member, model: BuiltModel) -> str:
+        """Key of the curve of a member: a hash of all that it depends on."""
+        return curve_key(member.scene, model.key)
+
+    def stored(
+        self, kind: str, inputs: Mapping[str, Any], result: type[T], module: str, compute: Callable[[], T]
+    ) -> T:
+        """A part of a study, found in the store or computed.
+
+        Parameters
+        ----------
+        kind : str
+            Folder of the store.
+        inputs : mapping of str to value
+            All that it depends on, as plain values.
+        result : type
+            Its type, which `pipeline.studies.plain` can write and read.
+        module : str
+            Name of the module that computes it: its code counts.
+        compute : callable
+            Computes it.
+        """
+        key = fingerprint({**inputs, "code": code_fingerprint(module, plain.__module__)})
+
+        def build(folder: Path) -> None:
+            (folder / RESULT).write_text(as_json(plain(compute())) + "\n", encoding="utf-8")
+
+        entry = self.run.store.get(kind, key, build)
+        found: T = restored(result, json.loads(entry.file(RESULT).read_text(encoding="utf-8")))
+        return found
+
     def _unfit(self, member: Member) -> str:
         """Why the values of a member do not fit together; empty where they do."""
         file = replace(self.file, members=(member,), swept=tuple(member.parameters))
@@ -160,9 +224,7 @@ class StudyContext:
         return ""
 
     def _solved(self, members: Sequence[Member]) -> list[CurveResult]:
-        file = replace(self.file, members=tuple(members), swept=tuple(members[0].parameters))
-        request = replace(self.run.request, scene=file, until=Stage.RESPOND.value)
-        run, outcome = replace(self.run, request=request, log=StageLog()), RunOutcome()
+        run, outcome = self._derived(members), RunOutcome()
         try:
             models = self._models(run, outcome)
         except InputError as error:  # none of the models could be made
@@ -170,6 +232,12 @@ class StudyContext:
         curves, _ = member_curves(run, models)
         said = "; ".join(outcome.problems)
         return [curve if curve.rom or not said else replace(curve, reason=said) for curve in curves]
+
+    def _derived(self, members: Sequence[Member]) -> Run:
+        """The run of these members up to their curves, with a log of its own."""
+        file = replace(self.file, members=tuple(members), swept=tuple(members[0].parameters))
+        request = replace(self.run.request, scene=file, until=Stage.RESPOND.value)
+        return replace(self.run, request=request, log=StageLog())
 
     def _models(self, run: Run, outcome: RunOutcome) -> Models:
         """The reduced model of each member."""

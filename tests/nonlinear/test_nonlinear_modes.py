@@ -230,10 +230,8 @@ def test_a_mode_goes_on_across_an_internal_resonance(harmonics: int, pieces: int
     assert harmonic_shares(mode.coordinates)[:, 1].max() > 0.5
     stuck = natural_frequencies(blade, modal.phase(2), normal=2.5, tangential=1.75)[0]
     assert mode.frequency_hz[0] == pytest.approx(stuck, rel=1e-9)
-    few = replace(options, harmonics=3)
-    without = nonlinear_mode(modal, ContactParameters.shared(2, **springs), 2, (1.0, 60.0), few)
-    np.testing.assert_allclose(without.frequency_hz, without.frequency_hz[0], rtol=1e-9)  # nothing sets a scale
-    assert mode.frequency_hz[-1] == pytest.approx(without.frequency_hz[-1], rel=1e-2)  # nor at large amplitudes
+    half = np.interp(30.0, mode.amplitude_m, mode.frequency_hz)
+    assert mode.frequency_hz[-1] == pytest.approx(half, rel=2e-3)  # of a motion much larger than the interference
 
 
 def test_sampled_integration_agrees() -> None:

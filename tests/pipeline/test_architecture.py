@@ -77,9 +77,9 @@ LAYERS = {
         {"stress"},
         {"report"},
         {"run", "terminal"},
-        {"check", "new_scene"},
+        {"check", "new_scene", "optimise"},
         {"python_interface", "command_usage", "scene_commands"},
-        {"command_options"},
+        {"command_options", "command_execution"},
         {"cli"},
     ],
 }
