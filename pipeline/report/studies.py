@@ -53,6 +53,14 @@ def section_of(study: str) -> Callable[[Any], StudySection] | None:
         from pipeline.report.optimum import optimum_section
 
         return optimum_section
+    if study == "map":
+        from pipeline.report.map_section import map_section
+
+        return map_section
+    if study == "uncertainty":
+        from pipeline.report.uncertainty import uncertainty_section
+
+        return uncertainty_section
     return None
 
 

@@ -60,7 +60,7 @@ LAYERS = {
         {"branches", "harmonic_selection"},
         {"residual_tractions"},
         {"response_curve"},
-        {"peak_errors"},
+        {"peak_errors", "mode_agreement"},
         {"worst_motion"},
         {"response_solver"},
         {"response_extension"},
