@@ -8,6 +8,7 @@ from typing import Any
 
 from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
+from pipeline.scene.backbone_checks import unfit_backbone_keys
 from pipeline.scene.centrifugal_strain import check_speed
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.loads_section import files_of
@@ -56,6 +57,8 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
     if not broken.get(0):
         yield from _raised(_check_pictured_curves, file)
         yield from unfit_stress_keys(file)
+        if not any(broken.values()):
+            yield from unfit_backbone_keys(file)
         yield from unfit_optimum_keys(file)
     has_matrices = file.first.model is not None or "model" in broken.get(0, ())
     absent = set() if has_matrices else _absent_sections(file.first) - set(broken.get(0, ()))
@@ -150,7 +153,7 @@ def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> N
     InputError
         The first key that does not fit the model.
     """
-    for error in unfit_optimum_keys(file, given_model=True):
+    for error in (*unfit_optimum_keys(file, given_model=True), *unfit_backbone_keys(file)):
         raise error
     for member in file.members:
         for error in _unfit_keys(file.path, member, set()):
