@@ -14,7 +14,7 @@ from pipeline.studies.backbone.backbone_result import (
     agreement,
 )
 
-MOST_ROWS = 40
+MOST_ROWS, MOST_NOTES = 40, 8
 HEADINGS = (
     "curve",
     "mode",
@@ -24,7 +24,6 @@ HEADINGS = (
     "traced peak",
     "amplitude off",
     "frequency off",
-    "why",
 )
 CAPTION = (
     "Nonlinear modes: amplitude over frequency, damping ratio and resonant force; one motion lies at one height. "
@@ -36,9 +35,11 @@ CAPTION = (
 def backbone_section(result: BackboneResult) -> StudySection:
     """How well the resonances of nonlinear modes agree with the traced peaks, and where they do not."""
     rows = [row for curve in result.curves for row in _rows(curve)]
-    left = len(rows) - MOST_ROWS
-    more = (f"{left} more rows are in backbone.json.",) if left > 0 else ()
-    return StudySection("Nonlinear modes", (*_conclusion(result), *more), CAPTION, HEADINGS, tuple(rows[:MOST_ROWS]))
+    notes = [note for curve in result.curves for note in _notes(curve)]
+    left = max(len(rows) - MOST_ROWS, 0), max(len(notes) - MOST_NOTES, 0)
+    more = (f"{left[0]} more resonances and {left[1]} more remarks are in backbone.json.",) if any(left) else ()
+    conclusion = (*_conclusion(result), *notes[:MOST_NOTES], *more)
+    return StudySection("Nonlinear modes", conclusion, CAPTION, HEADINGS, tuple(rows[:MOST_ROWS]))
 
 
 def _conclusion(result: BackboneResult) -> Iterator[str]:
@@ -58,26 +59,34 @@ def _conclusion(result: BackboneResult) -> Iterator[str]:
             f"The largest damping ratio is {mode.damping_ratio[at]:.3g}: {curve.label}, mode {mode.number}, "
             f"{with_unit(float(mode.amplitude_m[at]))} at {mode.frequency_hz[at]:.5g} Hz."
         )
-    missed = sum(len(curve.unpredicted) for curve in result.curves)
-    if missed:
-        peaks = "1 peak is" if missed == 1 else f"{missed} peaks are"
-        yield f"{peaks} near no resonance; the table says what is known of them."
 
 
 def _rows(curve: CurveBackbones) -> Iterator[tuple[str, ...]]:
-    """A row for each resonance, each mode without any, and each peak without one."""
+    """A row for each resonance."""
     for mode in curve.modes:
-        name = f"{mode.number}" + (
-            "" if mode.nodal_diameter == curve.engine_order else f" (nodal diameter {mode.nodal_diameter})"
-        )
-        shown = [each for each in mode.resonances if each.stable or each.peak is not None]
-        for each in shown:
-            yield curve.label, name, *_cells(each)
-        if not shown:
-            yield curve.label, name, "-", "-", "-", "-", "-", "-", _without(mode)
+        for each in mode.resonances:
+            if each.stable or each.peak is not None:
+                yield curve.label, _name(curve, mode), *_cells(each)
+
+
+def _notes(curve: CurveBackbones) -> Iterator[str]:
+    """What does not agree, and why: resonances, modes without any, peaks without one."""
+    for mode in curve.modes:
+        of = f"{curve.label}, mode {_name(curve, mode)}"
+        for each in mode.resonances:
+            if each.reasons:
+                place = f"{with_unit(each.amplitude_m)} at {each.frequency_hz:.5g} Hz"
+                yield f"{of}, {place}: {'; '.join(each.reasons)}."
+        if not mode.resonances and mode.nodal_diameter == curve.engine_order:
+            yield f"{of}: {_without(mode)}."
     for missed in curve.unpredicted:
         peak = f"{with_unit(missed.peak.amplitude_m)} at {missed.peak.frequency_hz:.5g} Hz"
-        yield curve.label, "-", "-", "-", "-", peak, "-", "-", "; ".join(missed.reasons)
+        yield f"{curve.label}: the peak of {peak} is near no resonance: {'; '.join(missed.reasons)}."
+
+
+def _name(curve: CurveBackbones, mode: ModeBackbone) -> str:
+    own = mode.nodal_diameter == curve.engine_order
+    return f"{mode.number}" + ("" if own else f" (nodal diameter {mode.nodal_diameter})")
 
 
 def _cells(each: PredictedResonance) -> tuple[str, ...]:
@@ -87,14 +96,12 @@ def _cells(each: PredictedResonance) -> tuple[str, ...]:
         branch = "" if each.peak.branch == 0 else f", branch {each.peak.branch}"
         peak = f"{with_unit(each.peak.amplitude_m)} at {each.peak.frequency_hz:.5g} Hz{branch}"
         off = f"{100.0 * each.amplitude_deviation:+.2g} %", f"{100.0 * each.frequency_deviation:+.2g} %"
-    why = "; ".join(each.reasons) or ("" if each.stable else "lower end of an isolated branch")
     return (
         f"{each.frequency_hz:.5g}",
         with_unit(each.amplitude_m),
         f"{each.damping_ratio:.3g}",
         peak,
         *off,
-        why,
     )
 
 
