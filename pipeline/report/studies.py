@@ -53,6 +53,10 @@ def section_of(study: str) -> Callable[[Any], StudySection] | None:
         from pipeline.report.backbone import backbone_section
 
         return backbone_section
+    if study == "optimum":
+        from pipeline.report.optimum import optimum_section
+
+        return optimum_section
     return None
 
 
