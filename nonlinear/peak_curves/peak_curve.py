@@ -30,6 +30,7 @@ from nonlinear.contact.parameters import Array, ContactError
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.options import OptionsError
 from nonlinear.peak_curves.parameter_family import Family
 
 DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
@@ -265,14 +266,14 @@ class _Base:
     rate: tuple[Array, float] | None
 
     def at(self, alpha: float, beta: float) -> _Found | None:
-        """The solution at a place of the surface."""
+        """The solution at a place of the surface; None also beyond the values that the problem allows."""
         point = self.point
         x, omega = point.unknown + alpha * point.tangent[0], point.omega + alpha * point.tangent[1]
         if self.rate is not None:
             x, omega = x + beta * self.rate[0], omega + beta * self.rate[1]
         try:
             continuation = self.follower.continuation(self.share + beta)
-        except ContactError:  # beyond what the contact allows: friction or preload below 0
+        except (ContactError, OptionsError):  # beyond what is allowed: friction or preload below 0
             return None
         guess = replace(point, balance=continuation.balance, unknown=x, omega=omega)
         found = continuation.solver.refit(guess)
