@@ -30,7 +30,6 @@ from nonlinear.contact.parameters import Array, ContactError
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.options import OptionsError
 from nonlinear.peak_curves.parameter_family import Family
 
 DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
@@ -266,7 +265,7 @@ class _Base:
     rate: tuple[Array, float] | None
 
     def at(self, alpha: float, beta: float) -> _Found | None:
-        """The solution at a place of the surface; None also beyond the values that the problem allows."""
+        """The solution at a place of the surface."""
         point = self.point
         x, omega = point.unknown + alpha * point.tangent[0], point.omega + alpha * point.tangent[1]
         if self.rate is not None:
