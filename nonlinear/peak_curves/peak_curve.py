@@ -26,10 +26,11 @@ from typing import NamedTuple
 import numpy as np
 
 from nonlinear.branches.parameter_continuation import rate_of_change
-from nonlinear.contact.parameters import Array
+from nonlinear.contact.parameters import Array, ContactError
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.options import OptionsError
 from nonlinear.peak_curves.parameter_family import Family
 
 DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
@@ -247,12 +248,15 @@ class _Base:
     rate: tuple[Array, float] | None
 
     def at(self, alpha: float, beta: float) -> _Found | None:
-        """The solution at a place of the surface."""
+        """The solution at a place of the surface; None also beyond the values that the problem allows."""
         point = self.point
         x, omega = point.unknown + alpha * point.tangent[0], point.omega + alpha * point.tangent[1]
         if self.rate is not None:
             x, omega = x + beta * self.rate[0], omega + beta * self.rate[1]
-        continuation = self.follower.continuation(self.share + beta)
+        try:
+            continuation = self.follower.continuation(self.share + beta)
+        except (ContactError, OptionsError):
+            return None
         guess = replace(point, balance=continuation.balance, unknown=x, omega=omega)
         found = continuation.solver.refit(guess)
         if found is None:

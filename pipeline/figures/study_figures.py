@@ -18,12 +18,16 @@ if TYPE_CHECKING:
 
     from pipeline.stages.request import Run, StudyOutcome
 
-StudyFigure = Callable[[Any, str], "Figure"]
+StudyFigure = Callable[[Any, str], "Figure | None"]
 FILES = {"map": "response_map"}  # names of figures that are not those of their studies: figures/map is of a sweep
 
 
 def figure_of(study: str) -> StudyFigure | None:
     """The function that draws the result of a study under a title; None where a study has no figure."""
+    if study == "optimum":
+        from pipeline.figures.optimum_figure import optimum_figure
+
+        return optimum_figure
     if study == "uncertainty":
         from pipeline.figures.uncertainty_figure import uncertainty_figure
 
@@ -74,7 +78,9 @@ def _published(run: Run, study: StudyOutcome, draw: StudyFigure, title: str, for
         from pipeline.figures.style import save, styled
 
         with styled():
-            save(draw(study.result, title), folder, figure_file(study.name), formats)
+            figure = draw(study.result, title)
+            if figure is not None:
+                save(figure, folder, figure_file(study.name), formats)
 
     inputs = {"study": study.key, "title": title, "formats": list(formats), "code": code_fingerprint(draw.__module__)}
     doing = f"drawing the figure of the study {study.name}"

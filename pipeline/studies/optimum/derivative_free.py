@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 Point = tuple[float, ...]
-GRID = 9  # points of a grid of one variable
+GRID = 9  # points of the grid of one variable
 MINIMA = 2  # that are refined
 TOLERANCE = 5e-3  # of a variable, as a share of its range
 EVALUATIONS = 20  # of a refinement for each variable
@@ -32,10 +32,16 @@ class UnitSearch:
         Gives the values at a list of points of the unit cube; infinity where there is none.
     size : int
         Number of variables.
+    grid : int
+        Points of the grid of one variable.
+    evaluations : int
+        Largest number of evaluations of a refinement for each variable.
     """
 
     function: Callable[[Sequence[Point]], Sequence[float]]
     size: int
+    grid: int = GRID
+    evaluations: int = EVALUATIONS
     known: dict[Point, float] = field(default_factory=dict)
 
     def minimise(self, first: Sequence[Point] = ()) -> Point | None:
@@ -64,7 +70,7 @@ class UnitSearch:
         return max(finite) / min(finite) - 1.0 if finite and min(finite) > 0.0 else math.inf
 
     def _grid(self) -> list[Point]:
-        return [_rounded((float(share),)) for share in np.linspace(0.0, 1.0, GRID)]
+        return [_rounded((float(share),)) for share in np.linspace(0.0, 1.0, self.grid)]
 
     def _sample(self) -> list[Point]:
         from scipy.stats import qmc
@@ -99,7 +105,7 @@ class UnitSearch:
     def _brent(self, bracket: tuple[float, float]) -> None:
         from scipy.optimize import minimize_scalar
 
-        options = {"xatol": TOLERANCE, "maxiter": EVALUATIONS}
+        options = {"xatol": TOLERANCE, "maxiter": self.evaluations}
         minimize_scalar(lambda share: self._at([share]), bounds=bracket, method="bounded", options=options)
 
     def _starts(self) -> list[Point]:
@@ -120,7 +126,7 @@ class UnitSearch:
             "initial_simplex": corners,
             "xatol": TOLERANCE,
             "fatol": math.inf,
-            "maxfev": EVALUATIONS * self.size,
+            "maxfev": self.evaluations * self.size,
         }
         minimize(self._at, start, method="Nelder-Mead", bounds=[(0.0, 1.0)] * self.size, options=options)
 

@@ -13,7 +13,7 @@ KINDS = {
     "kink": "kink: two peaks exchange",
     "jump": "beside a jump of the worst motion: keep a distance",
     "sampled": "lowest of single curves",
-    "edge": "no minimum inside the range: lowest at its end",
+    "edge": "lowest at an end of a range",
     "flat": "the worst motion changes by less than 0.1 % over the range",
 }
 

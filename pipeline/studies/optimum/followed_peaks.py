@@ -1,4 +1,4 @@
-"""The optimum over one key of the solver: its peaks are followed, its responses are curves of the scene."""
+"""The optimum over keys of the solver: peaks are followed over them, responses are curves of the scene."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from nonlinear import ContactError, Optimum, find_optimum
+from nonlinear import ContactError, JointOptimum, Optimum, find_joint_optimum, find_optimum
 from pipeline.scene.key_values import WHOLE_FACE, as_in_scene
 from pipeline.scene.optimum_checks import PLACE, SOLVER_KEYS
 from pipeline.stages.scene_to_solver import nonlinear_problem
@@ -14,35 +14,38 @@ from pipeline.stages.stored_curve import read_curve
 from pipeline.studies.study import StudyContext, StudyError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from nonlinear import ResponseCurve
     from pipeline.scene.schema import Scene
 
+MOST_RESPONSES, FEWEST, FEWEST_JOINT = 40, 16, 20  # of one search
 _DIGITS = 13  # of a value: the mean of equal numbers differs from them by rounding
 
 
 @dataclass(frozen=True)
 class FollowedPeaks:
-    """Finds the optimum over one key of the solver, with other values of some keys of the model.
+    """Finds the optimum over one to three keys of the solver, with other values of some keys of the model.
 
     Attributes
     ----------
     context : StudyContext
         The scene, and what solves its curves.
-    key : str
-        The key.
-    limits : (float, float)
-        Its range, in the unit of the scene.
+    limits : mapping of str to (float, float)
+        The keys with their ranges, in the units of the scene.
     others : mapping of str to float
         Further keys with their values.
+    rough : bool
+        Whether as few responses as possible are to be solved.
     """
 
     context: StudyContext
-    key: str
-    limits: tuple[float, float]
+    limits: Mapping[str, tuple[float, float]]
     others: Mapping[str, float]
+    rough: bool = False
 
-    def optimum(self) -> Optimum:
-        """The optimum, in the units of the solver (`per_unit`); found in the store where it is there.
+    def optimum(self) -> Optimum | JointOptimum:
+        """The optimum in the units of the solver (`per_unit`), found in the store where it is there.
 
         Raises
         ------
@@ -51,34 +54,44 @@ class FollowedPeaks:
         """
         member = self.context.member({key: self._given(key, value) for key, value in self.others.items()}, PLACE)
         model = self.context.model_of(member)
-        inputs = {"key": self.key, "limits": list(self.limits), "curve": self.context.key_of(member, model)}
-        return self.context.stored("optimum", inputs, Optimum, __name__, lambda: self._found(member.scene, model.rom))
+        inputs = {"limits": dict(self.limits), "rough": self.rough, "curve": self.context.key_of(member, model)}
+        kind: type[Any] = Optimum if len(self.limits) == 1 else JointOptimum
+        found: Optimum | JointOptimum = self.context.stored(
+            "optimum", inputs, kind, __name__, lambda: self._found(member.scene, model.rom)
+        )
+        return found
 
-    def _found(self, scene: Scene, rom: Any) -> Optimum:
+    def _found(self, scene: Scene, rom: Path) -> Optimum | JointOptimum:
         from rom import read_reduced_model
 
         model = read_reduced_model(rom, with_basis=False)
         problem = nonlinear_problem(scene, model)
-        factor = per_unit(self.key, scene, model.n_contacts)
-        name, (low, high) = SOLVER_KEYS[self.key], self.limits
+        factors = {key: per_unit(key, scene, model.n_contacts) for key in self.limits}
+        ranges = {
+            SOLVER_KEYS[key]: (low / factors[key], high / factors[key]) for key, (low, high) in self.limits.items()
+        }
+
+        def responses(problems: Sequence[Any]) -> list[ResponseCurve]:
+            return self._responses(problems, problem, factors)
+
+        said = self.context.progress
         try:
-            return find_optimum(
-                problem,
-                name,
-                low / factor,
-                high / factor,
-                self.context.progress,
-                lambda problems: self._responses(problems, problem, factor),
-            )
+            if len(ranges) > 1:
+                most = FEWEST_JOINT if self.rough else MOST_RESPONSES
+                return find_joint_optimum(problem, ranges, said, responses, most_responses=most)
+            ((name, (low, high)),) = ranges.items()
+            most = FEWEST if self.rough else MOST_RESPONSES
+            return find_optimum(problem, name, low, high, said, responses, most_responses=most)
         except (ArithmeticError, ContactError) as error:
             raise StudyError(str(error)) from None
 
-    def _responses(self, problems: Sequence[Any], base: Any, factor: float) -> list[ResponseCurve]:
+    def _responses(self, problems: Sequence[Any], base: Any, factors: Mapping[str, float]) -> list[ResponseCurve]:
         """The responses of some problems, as curves of the scene."""
         members = []
         for problem in problems:
-            value = float(f"{_solver_value(problem, base, SOLVER_KEYS[self.key]) * factor:.{_DIGITS}g}")
-            values = {key: self._given(key, each) for key, each in {**self.others, self.key: value}.items()}
+            own = {key: _solver_value(problem, base, SOLVER_KEYS[key]) * factors[key] for key in self.limits}
+            rounded = {key: float(f"{value:.{_DIGITS}g}") for key, value in own.items()}
+            values = {key: self._given(key, value) for key, value in {**self.others, **rounded}.items()}
             if problem[3].harmonics != self.context.scene.response.harmonics:
                 values["response.harmonics"] = problem[3].harmonics
             members.append(self.context.member(values, PLACE))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from nonlinear import Optimum
+from nonlinear import JointOptimum, Optimum
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,8 @@ class OptimumResult:
     search : Optimum or None
         What `nonlinear.find_optimum` found, where peaks were followed over one key, the other keys at the optimum:
         envelope, followed peaks, responses. In the units of the solver.
+    joint : JointOptimum or None
+        What `nonlinear.find_joint_optimum` found, where peaks were followed over two or three keys.
     per_unit : float
         Value of that key for each unit of the solver's parameter: stiffnesses of the whole face and the mean of the
         nodes differ, the damping of the solver is a factor.
@@ -94,6 +96,7 @@ class OptimumResult:
     derivatives: Mapping[str, float]
     base: Trial
     search: Optimum | None
+    joint: JointOptimum | None
     per_unit: float
     method: str
     trials: tuple[Trial, ...]

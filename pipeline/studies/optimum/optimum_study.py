@@ -7,25 +7,25 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from nonlinear import JointOptimum, Optimum
 from pipeline.process.clock import seconds_since
 from pipeline.scene.key_values import key_value
 from pipeline.scene.optimum_checks import SOLVER_KEYS
 from pipeline.stages.scene_to_solver import face_area, resolved_contact
-from pipeline.studies.optimum.derivative_free import TOLERANCE, Point, UnitSearch
+from pipeline.studies.optimum.derivative_free import EVALUATIONS, GRID, TOLERANCE, Point, UnitSearch
 from pipeline.studies.optimum.description import message_of, result_lines
 from pipeline.studies.optimum.followed_peaks import FollowedPeaks, per_unit
 from pipeline.studies.optimum.optimum_result import OptimumResult, Trial
 from pipeline.studies.optimum.trials import CurveTrials, trial_of
 from pipeline.studies.study import StudyContext, StudyError
 
-if TYPE_CHECKING:
-    from nonlinear import Optimum
-
 Ranges = Mapping[str, tuple[float, float]]
 WITHIN = 1.1  # factor on the lowest amplitude that bounds the range told of
 FLAT = 1e-3  # relative variation that counts as none
+MOST_FOLLOWED = 3  # keys of the solver, which `nonlinear.find_joint_optimum` takes
+KEYS = {name: key for key, name in SOLVER_KEYS.items()}
 PEAKS, CURVES, BOTH = "peaks", "curves", "both"
 
 
@@ -56,25 +56,27 @@ class OptimumStudy:
 class _Search:
     """The search over the keys of one scene.
 
-    `peaks` is the key over which peaks are followed: the only key of the solver, with the method "coupled". Over all
-    other keys the curves at single values are compared.
+    Peaks are followed over the keys of the solver, where there are no more than three and the method is "coupled".
+    Over all other keys single values are compared: their curves, or their optima over the followed keys.
     """
 
     context: StudyContext
     ranges: Ranges
     trials: dict[Point, Trial] = field(default_factory=dict)
-    searches: dict[Point, Optimum] = field(default_factory=dict)
+    searches: dict[Point, Optimum | JointOptimum] = field(default_factory=dict)
+    responses: int = 0
 
     @property
-    def peaks(self) -> str | None:
-        """The key over which peaks are followed, if any."""
-        solver = [key for key in self.ranges if key in SOLVER_KEYS]
-        return solver[0] if len(solver) == 1 and self.context.scene.response.method == "coupled" else None
+    def peaks(self) -> dict[str, tuple[float, float]]:
+        """The keys over which peaks are followed, with their ranges."""
+        solver = {key: limits for key, limits in self.ranges.items() if key in SOLVER_KEYS}
+        coupled = self.context.scene.response.method == "coupled"
+        return solver if coupled and len(solver) <= MOST_FOLLOWED else {}
 
     @property
     def outer(self) -> list[str]:
         """The keys over which single values are compared."""
-        return [key for key in self.ranges if key != self.peaks]
+        return [key for key in self.ranges if key not in self.peaks]
 
     def result(self) -> OptimumResult:
         """The result; its time is not known here."""
@@ -84,12 +86,15 @@ class _Search:
             best: Point = ()
         else:
             best = self._compared(outer)
-        return self._of_peaks(best) if self.peaks is not None else self._of_curves(best)
+            if self.peaks:
+                self._follow(best, rough=False)
+        return self._of_peaks(best) if self.peaks else self._of_curves(best)
 
     def _compared(self, keys: Sequence[str]) -> Point:
         """The lowest point over keys whose single values are compared."""
-        function = self._solved if self.peaks is None else self._followed
-        self.search = UnitSearch(function, len(keys))
+        function = self._solved if not self.peaks else self._followed
+        grid, evaluations = (GRID // 2 + 1, EVALUATIONS // 3) if self.peaks else (GRID, EVALUATIONS)
+        self.search = UnitSearch(function, len(keys), grid, evaluations)
         best = self.search.minimise(self._own_point(keys))
         if best is None:
             reasons = [trial.reason for trial in self.trials.values() if trial.reason]
@@ -120,49 +125,54 @@ class _Search:
 
     def _followed(self, points: Sequence[Point]) -> list[float]:
         """Lowest worst amplitudes over the followed key at these points; infinite where there is none."""
-        assert self.peaks is not None
         for point in points:
-            values = self._values(point)
-            inner = FollowedPeaks(self.context, self.peaks, self.ranges[self.peaks], values)
-            if values:
-                self.context.progress(", ".join(f"{key} = {value:.6g}" for key, value in values.items()))
-            try:
-                found = inner.optimum()
-            except StudyError as error:
-                if not values:
-                    raise
-                self.trials[point] = Trial(values, reason=str(error))
-                continue
-            self.searches[point] = found
-            at = values | {self.peaks: found.value * self._per_unit(self.peaks)}
-            self.trials[point] = Trial(at, found.amplitude_m, found.frequency_hz, found.motion)
+            self._follow(point, rough=bool(point))
         return [_height(self.trials[point].amplitude_m) for point in points]
 
+    def _follow(self, point: Point, rough: bool) -> None:
+        """The optimum over the followed keys at a point; with none of the other keys a failure is raised."""
+        values = self._values(point)
+        if values:
+            self.context.progress(", ".join(f"{key} = {value:.6g}" for key, value in values.items()))
+        try:
+            found = FollowedPeaks(self.context, self.peaks, values, rough).optimum()
+        except StudyError as error:
+            if not values:
+                raise
+            self.trials.setdefault(point, Trial(values, reason=str(error)))
+            return
+        self.responses += len(found.responses)
+        own = found.values if isinstance(found, JointOptimum) else {found.name: found.value}
+        at = values | {KEYS[name]: value * self._per_unit(KEYS[name]) for name, value in own.items()}
+        self.searches[point] = found
+        self.trials[point] = Trial(at, found.amplitude_m, found.frequency_hz, found.motion)
+
     def _of_peaks(self, best: Point) -> OptimumResult:
-        """The result where peaks were followed over one key."""
-        assert self.peaks is not None
+        """The result where peaks were followed over keys of the solver."""
         found, trial = self.searches[best], self.trials[best]
-        factor = self._per_unit(self.peaks)
-        names = {name: key for key, name in SOLVER_KEYS.items()}
-        derivatives = {
-            names[name]: value / self._per_unit(names[name])
-            for name, value in found.derivatives.items()
-            if names[name] != "response.damping_ratio" or self.context.scene.response.rayleigh is None
-        }
-        low, high = found.within
-        kind = found.kind if not self.outer else self._kind(best, found.kind)
-        responses = sum(len(search.responses) for search in self.searches.values())
+        own = {KEYS[name]: value / self._per_unit(KEYS[name]) for name, value in found.derivatives.items()}
+        if self.context.scene.response.rayleigh is not None:
+            own.pop("response.damping_ratio", None)
+        said: dict[str, Any] = {"kind": _kind_of(found), "joint": None if isinstance(found, Optimum) else found}
+        if isinstance(found, Optimum):
+            key, factor = KEYS[found.name], self._per_unit(KEYS[found.name])
+            low, high = found.within
+            said = {
+                **said,
+                "curvature": found.curvature / factor**2,
+                "within": {key: (low * factor, high * factor)},
+                "search": found,
+                "per_unit": factor,
+            }
+        if self.outer:
+            said["kind"] = self._kind(best, said["kind"])
         return self._result(
             trial,
-            kind=kind,
-            curvature=found.curvature / factor**2,
-            within={self.peaks: (low * factor, high * factor)},
-            derivatives=derivatives,
-            search=found,
-            per_unit=factor,
+            derivatives=own,
             method=BOTH if self.outer else PEAKS,
-            responses=responses,
+            responses=self.responses,
             remarks=found.remarks,
+            **said,
         )
 
     def _of_curves(self, best: Point) -> OptimumResult:
@@ -172,13 +182,13 @@ class _Search:
         ends = ["the worst motion lies at an end of the frequency range"] if trial.at_end else []
         opened = [f"at the optimum: {trial.unresolved}"] if trial.unresolved else []
         missing = [each for each in self.trials.values() if each.reason]
-        lost = [f"{len(missing)} of {len(self.trials)} curves are missing, the first: {missing[0].reason}"]
+        lost = [f"{len(missing)} of {len(self.trials)} curves are missing: {each.reason}" for each in missing[:1]]
         return self._result(
             trial,
             kind=self._kind(best, "sampled"),
             within=within,
             responses=len(self.trials),
-            remarks=(*ends, *opened, *(lost if missing else ())),
+            remarks=(*ends, *opened, *lost),
         )
 
     def _result(self, trial: Trial, **said: Any) -> OptimumResult:
@@ -190,9 +200,11 @@ class _Search:
             "frequency_hz": trial.frequency_hz,
             "motion": trial.motion,
             "curvature": math.nan,
+            "within": {},
             "derivatives": {},
             "base": self._base(),
             "search": None,
+            "joint": None,
             "per_unit": 1.0,
             "method": CURVES,
             "trials": tuple(self.trials[point] for point in sorted(self.trials)) if self.outer else (),
@@ -250,6 +262,17 @@ class _Search:
 
     def _per_unit(self, key: str) -> float:
         return per_unit(key, self.context.scene, int(self.context.model.facts["n_contacts"]))
+
+
+def _kind_of(found: Optimum | JointOptimum) -> str:
+    """Kind of an optimum over several keys, in the words of that over one."""
+    if isinstance(found, Optimum):
+        return found.kind
+    if any(found.at_end.values()):
+        return "edge"
+    if not found.peaks:
+        return "sampled"
+    return "kink" if len(found.peaks) > 1 else "smooth"
 
 
 def _height(amplitude: float) -> float:
