@@ -30,6 +30,7 @@ from nonlinear.contact.parameters import Array, ContactError
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.options import OptionsError
 from nonlinear.peak_curves.parameter_family import Family
 
 DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
