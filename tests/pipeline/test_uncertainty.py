@@ -260,7 +260,7 @@ def check_what_is_said_of_open_samples(result: UncertaintyResult) -> None:
     said = "\n".join(remarks_on(changed, "", True))
     for part in (
         "1 of 16 samples have no curve and are left out",
-        "2 incomplete curves and 1 whose worst motion may be higher of 16 samples: quantiles of the amplitude are lower",
+        "2 incomplete curves and 1 whose worst motion may be higher of 16 samples: quantiles of the amplitude are",
         "that at 95 % is without an upper bound",
         "2 of 16 worst motions lie on a detached branch",
         "1 of 16 worst motions are quasi-periodic",
