@@ -4,8 +4,8 @@ The sub-packages, each built on those before it: `contact` (contact forces), `ha
 `stability` (Floquet exponents), `time_integration` (rings of blades in time), `continuation` (points along a curve),
 `branches` (whole branches with peaks and bifurcations), `harmonic_selection` (truncation error),
 `residual_tractions` (bounds of the peak), `worst_motion` (the highest motion that persists), `nonlinear_modes`
-(frequency and damping over the amplitude). `response_solver` puts
-them together.
+(frequency and damping over the amplitude). `response_solver` puts them together; `mode_agreement` compares nonlinear
+modes with a response curve.
 
 A name is imported from its file when it is first asked for: options and limits need neither NumPy nor numba.
 
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     )
     from nonlinear.continuation.named_outputs import largest_lengths, output_components
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
+    from nonlinear.mode_agreement import PeakAgreement, PeakMotion, compare_with_peaks, peak_motions
+    from nonlinear.nonlinear_modes.mode_following import harmonic_shares
     from nonlinear.nonlinear_modes.nonlinear_mode import ModeResonance, NonlinearMode, nonlinear_mode
     from nonlinear.options import (
         MOST_UNKNOWNS,
@@ -92,7 +94,9 @@ __all__ = [
     "Optimum",
     "OptionsError",
     "Peak",
+    "PeakAgreement",
     "PeakCurve",
+    "PeakMotion",
     "PeakSensitivity",
     "PerformanceCurve",
     "ResidualBounds",
@@ -116,6 +120,7 @@ __all__ = [
     "branch_starts",
     "build_harmonic_balance",
     "carry_branches",
+    "compare_with_peaks",
     "contact_cycle",
     "contact_element",
     "extend_response",
@@ -123,11 +128,13 @@ __all__ = [
     "find_optimum",
     "find_worst_motion",
     "forced_response",
+    "harmonic_shares",
     "integrate_ring",
     "largest_lengths",
     "least_samples",
     "nonlinear_mode",
     "output_components",
+    "peak_motions",
     "peak_sensitivity",
     "performance_curve",
     "punch_stiffness",
@@ -156,6 +163,7 @@ _PLACES = {
     "LinearisedResidual": "nonlinear.harmonic_balance.residual",
     "ModeResonance": "nonlinear.nonlinear_modes.nonlinear_mode",
     "NonlinearMode": "nonlinear.nonlinear_modes.nonlinear_mode",
+    "harmonic_shares": "nonlinear.nonlinear_modes.mode_following",
     "nonlinear_mode": "nonlinear.nonlinear_modes.nonlinear_mode",
     "ActivePeak": "nonlinear.peak_curves.joint_optimum",
     "JointOptimum": "nonlinear.peak_curves.joint_optimum",
@@ -171,6 +179,10 @@ _PLACES = {
     "peak_sensitivity": "nonlinear.peak_curves.peak_sensitivity",
     "OptionsError": "nonlinear.options",
     "Peak": "nonlinear.branches.peaks",
+    "PeakAgreement": "nonlinear.mode_agreement",
+    "PeakMotion": "nonlinear.mode_agreement",
+    "compare_with_peaks": "nonlinear.mode_agreement",
+    "peak_motions": "nonlinear.mode_agreement",
     "ResidualBounds": "nonlinear.residual_tractions.residual_bounds",
     "ResidualExtreme": "nonlinear.residual_tractions.residual_bounds",
     "ResponseCurve": "nonlinear.response_curve",

@@ -24,10 +24,18 @@ FILES = {"map": "response_map"}  # names of figures that are not those of their 
 
 def figure_of(study: str) -> StudyFigure | None:
     """The function that draws the result of a study under a title; None where a study has no figure."""
+    if study == "backbone":
+        from pipeline.figures.backbone_figure import backbone_figure
+
+        return backbone_figure
     if study == "optimum":
         from pipeline.figures.optimum_figure import optimum_figure
 
         return optimum_figure
+    if study == "map":
+        from pipeline.figures.map_figure import map_figure
+
+        return map_figure
     if study == "uncertainty":
         from pipeline.figures.uncertainty_figure import uncertainty_figure
 

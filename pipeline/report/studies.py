@@ -49,10 +49,18 @@ class ShownStudy:
 
 def section_of(study: str) -> Callable[[Any], StudySection] | None:
     """The function that makes the section of a study from its result; None where a study has none."""
+    if study == "backbone":
+        from pipeline.report.backbone import backbone_section
+
+        return backbone_section
     if study == "optimum":
         from pipeline.report.optimum import optimum_section
 
         return optimum_section
+    if study == "map":
+        from pipeline.report.map_section import map_section
+
+        return map_section
     if study == "uncertainty":
         from pipeline.report.uncertainty import uncertainty_section
 

@@ -8,9 +8,11 @@ from typing import Any
 
 from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
+from pipeline.scene.backbone_checks import unfit_backbone_keys
 from pipeline.scene.centrifugal_strain import check_speed
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.loads_section import files_of
+from pipeline.scene.map_checks import unfit_map_keys
 from pipeline.scene.matrix_scene import unfit_beside_matrices, unfit_matrix_keys
 from pipeline.scene.mesh_file import check_mesh_file
 from pipeline.scene.nodal_table import force_table, temperature_table
@@ -57,7 +59,10 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
     if not broken.get(0):
         yield from _raised(_check_pictured_curves, file)
         yield from unfit_stress_keys(file)
+        if not any(broken.values()):
+            yield from unfit_backbone_keys(file)
         yield from unfit_optimum_keys(file)
+        yield from unfit_map_keys(file)
         yield from unfit_uncertainty_keys(file)
     has_matrices = file.first.model is not None or "model" in broken.get(0, ())
     absent = set() if has_matrices else _absent_sections(file.first) - set(broken.get(0, ()))
@@ -152,7 +157,13 @@ def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> N
     InputError
         The first key that does not fit the model.
     """
-    for error in (*unfit_optimum_keys(file, given_model=True), *unfit_uncertainty_keys(file)):
+    of_studies = (
+        *unfit_optimum_keys(file, given_model=True),
+        *unfit_map_keys(file, given_model=True),
+        *unfit_uncertainty_keys(file),
+        *unfit_backbone_keys(file),
+    )
+    for error in of_studies:
         raise error
     for member in file.members:
         for error in _unfit_keys(file.path, member, set()):

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
+from pipeline.scene.backbone_section import Backbone
 from pipeline.scene.fields import (
     BLADES,
     FILLET,
@@ -41,6 +42,7 @@ from pipeline.scene.loads_section import (
     placed,
     unit_vector,
 )
+from pipeline.scene.map_section import Map
 from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.model_section import Model
 from pipeline.scene.optimum_section import Optimum
@@ -338,6 +340,8 @@ class Scene(Section):
     stress: Stress | None = _key("", "a table", None)
     fatigue: Fatigue | None = _key("", "a table", None)
     optimum: Optimum | None = _key("", "a table", None)
+    backbone: Backbone | None = _key("", "a table", None)
+    map: Map | None = _key("", "a table", None)
     uncertainty: Uncertainty | None = _key("", "a table", None)
     render: Render | None = _key("", "a table", None)
     figures: Figures = _key("", "a table", Figures())
@@ -378,7 +382,7 @@ class Scene(Section):
         return None if self.blade is None else self.blade.n_blades
 
 
-STUDIES = ("optimum", "uncertainty")  # each has a section of its name
+STUDIES = ("optimum", "map", "backbone", "uncertainty")  # each has a section of its name
 NOT_SWEPT = ("stress", "fatigue", *STUDIES, "render", "figures")  # made of solved curves
 NOT_SWEPT_KEYS = (  # tables, and lists of tables
     "mesh.sets",
@@ -403,6 +407,8 @@ SECTIONS: dict[str, type[Section]] = {
     "stress": Stress,
     "fatigue": Fatigue,
     "optimum": Optimum,
+    "backbone": Backbone,
+    "map": Map,
     "uncertainty": Uncertainty,
     "render": Render,
     "figures": Figures,

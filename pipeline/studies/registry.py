@@ -20,6 +20,14 @@ def study_named(name: str) -> Study:
         from pipeline.studies.optimum.optimum_study import OptimumStudy
 
         return OptimumStudy()
+    if name == "backbone":
+        from pipeline.studies.backbone.backbone_study import BackboneStudy
+
+        return BackboneStudy()
+    if name == "map":
+        from pipeline.studies.worst_motion_map.map_study import MapStudy
+
+        return MapStudy()
     if name == "uncertainty":
         from pipeline.studies.uncertainty.uncertainty_study import UncertaintyStudy
 
