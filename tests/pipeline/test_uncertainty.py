@@ -221,6 +221,7 @@ def test_amplitude_under_a_lognormal_force_is_lognormal(tmp_path: Path) -> None:
 def test_two_workers_give_the_same_bytes_figure_and_section(tmp_path: Path) -> None:
     scene = oscillator_scene(samples=16, sensitivities=True)
     scene["uncertainty"]["parameter"] = scene["uncertainty"]["parameter"][::2]
+    scene["response"]["residual_tractions"] = "bounds"  # solved for once, not for every sample
     found = run_study(tmp_path, scene, "one", until="figures")
     run_study(tmp_path, scene, "two", jobs=2, until="figures")
     for name in ("uncertainty.json", "figures/uncertainty.png"):
@@ -229,6 +230,9 @@ def test_two_workers_give_the_same_bytes_figure_and_section(tmp_path: Path) -> N
     result = restored(UncertaintyResult, values)
     assert plain(result) == values
     assert found["curves"] == 1 + 4 * 16
+    curves = [json.loads(file.read_text()) for file in (tmp_path / "one" / "store" / "curve").glob("*/curve.json")]
+    assert [np.isfinite(each["residual_lowest_m"]) for each in curves].count(True) == 1
+    assert found["residual"] is not None
     for index, fitted in zip(result.sobol, result.polynomial.indices, strict=True):
         assert index.total_interval[0] <= fitted.total <= index.total_interval[1]
     section = uncertainty_section(result)
