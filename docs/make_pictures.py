@@ -85,6 +85,18 @@ def pictures() -> dict[str, Picture]:
         ),
         Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/story.py"), _report),
         Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
+        *(
+            Picture(
+                f"designing_a_shroud_{name}",
+                (f"{tutorials}/designing_a_shroud.md", STYLE, *drawn),
+                _of_page("designing_a_shroud"),
+            )
+            for name, drawn in (
+                ("map", ("pipeline/figures/map_figure.py", "pipeline/figures/map_contours.py")),
+                ("optimum", ("pipeline/figures/optimum_figure.py",)),
+                ("uncertainty", ("pipeline/figures/uncertainty_figure.py",)),
+            )
+        ),
         Picture("first_blade_response", (f"{tutorials}/first_blade.md", STYLE, LINE), _of_page("first_blade")),
         Picture(
             "own_reduced_model_response",
