@@ -27,7 +27,7 @@ BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) $(if $(JOBS),--jobs $(JOBS))
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond stresses render figures report test test-lowest test-newest lock docs tutorials pictures stress bench bench-times bench-peers bench-docs clean
+.PHONY: setup run mesh assemble reduce respond study stresses render figures report test test-lowest test-newest lock docs tutorials pictures stress bench bench-times bench-peers bench-docs clean
 
 setup: $(VENV)/.installed
 
@@ -42,7 +42,7 @@ $(VENV)/.installed: pyproject.toml requirements.lock
 run: setup
 	@$(SHROUD)
 
-mesh assemble reduce respond stresses render figures report: setup
+mesh assemble reduce respond study stresses render figures report: setup
 	@$(SHROUD) --until $@
 
 # Small matrices: more BLAS threads than one for each test process only get in each other's way.

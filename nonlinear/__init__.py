@@ -4,8 +4,8 @@ The sub-packages, each built on those before it: `contact` (contact forces), `ha
 `stability` (Floquet exponents), `time_integration` (rings of blades in time), `continuation` (points along a curve),
 `branches` (whole branches with peaks and bifurcations), `harmonic_selection` (truncation error),
 `residual_tractions` (bounds of the peak), `worst_motion` (the highest motion that persists), `nonlinear_modes`
-(frequency and damping over the amplitude). `response_solver` puts
-them together.
+(frequency and damping over the amplitude). `response_solver` puts them together; `mode_agreement` compares nonlinear
+modes with a response curve.
 
 A name is imported from its file when it is first asked for: options and limits need neither NumPy nor numba.
 
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     )
     from nonlinear.continuation.named_outputs import largest_lengths, output_components
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
+    from nonlinear.mode_agreement import PeakAgreement, PeakMotion, compare_with_peaks, peak_motions
+    from nonlinear.nonlinear_modes.mode_following import harmonic_shares
     from nonlinear.nonlinear_modes.nonlinear_mode import ModeResonance, NonlinearMode, nonlinear_mode
     from nonlinear.options import (
         MOST_UNKNOWNS,
@@ -47,7 +49,11 @@ if TYPE_CHECKING:
         SolverOptions,
         least_samples,
     )
-    from nonlinear.peak_curves.optimum import Optimum, find_optimum
+    from nonlinear.peak_curves.joint_optimum import ActivePeak, JointOptimum, find_joint_optimum
+    from nonlinear.peak_curves.optimum import find_optimum
+    from nonlinear.peak_curves.optimum_result import Optimum, PeakCurve, SolvedResponse, WorstEnvelope
+    from nonlinear.peak_curves.peak_sensitivity import PeakSensitivity, peak_sensitivity
+    from nonlinear.peak_curves.performance_curve import PerformanceCurve, performance_curve
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
     from nonlinear.response_curve import ResponseCurve
     from nonlinear.response_extension import Extension, carry_branches, extend_response
@@ -66,6 +72,7 @@ __all__ = [
     "MOST_UNKNOWNS",
     "SLIP",
     "STICK",
+    "ActivePeak",
     "Bifurcation",
     "BifurcationKind",
     "BranchStart",
@@ -80,12 +87,18 @@ __all__ = [
     "Extension",
     "FoundSolution",
     "HarmonicBalance",
+    "JointOptimum",
     "LinearisedResidual",
     "ModeResonance",
     "NonlinearMode",
     "Optimum",
     "OptionsError",
     "Peak",
+    "PeakAgreement",
+    "PeakCurve",
+    "PeakMotion",
+    "PeakSensitivity",
+    "PerformanceCurve",
     "ResidualBounds",
     "ResidualExtreme",
     "ResponseCurve",
@@ -98,24 +111,32 @@ __all__ = [
     "RingRecord",
     "RingState",
     "SolutionSearch",
+    "SolvedResponse",
     "SolverOptions",
     "StepError",
     "TerminationReason",
+    "WorstEnvelope",
     "WorstMotion",
     "branch_starts",
     "build_harmonic_balance",
     "carry_branches",
+    "compare_with_peaks",
     "contact_cycle",
     "contact_element",
     "extend_response",
+    "find_joint_optimum",
     "find_optimum",
     "find_worst_motion",
     "forced_response",
+    "harmonic_shares",
     "integrate_ring",
     "largest_lengths",
     "least_samples",
     "nonlinear_mode",
     "output_components",
+    "peak_motions",
+    "peak_sensitivity",
+    "performance_curve",
     "punch_stiffness",
 ]
 
@@ -142,11 +163,26 @@ _PLACES = {
     "LinearisedResidual": "nonlinear.harmonic_balance.residual",
     "ModeResonance": "nonlinear.nonlinear_modes.nonlinear_mode",
     "NonlinearMode": "nonlinear.nonlinear_modes.nonlinear_mode",
+    "harmonic_shares": "nonlinear.nonlinear_modes.mode_following",
     "nonlinear_mode": "nonlinear.nonlinear_modes.nonlinear_mode",
-    "Optimum": "nonlinear.peak_curves.optimum",
+    "ActivePeak": "nonlinear.peak_curves.joint_optimum",
+    "JointOptimum": "nonlinear.peak_curves.joint_optimum",
+    "find_joint_optimum": "nonlinear.peak_curves.joint_optimum",
+    "performance_curve": "nonlinear.peak_curves.performance_curve",
+    "Optimum": "nonlinear.peak_curves.optimum_result",
+    "PeakCurve": "nonlinear.peak_curves.optimum_result",
+    "PerformanceCurve": "nonlinear.peak_curves.performance_curve",
+    "SolvedResponse": "nonlinear.peak_curves.optimum_result",
+    "WorstEnvelope": "nonlinear.peak_curves.optimum_result",
     "find_optimum": "nonlinear.peak_curves.optimum",
+    "PeakSensitivity": "nonlinear.peak_curves.peak_sensitivity",
+    "peak_sensitivity": "nonlinear.peak_curves.peak_sensitivity",
     "OptionsError": "nonlinear.options",
     "Peak": "nonlinear.branches.peaks",
+    "PeakAgreement": "nonlinear.mode_agreement",
+    "PeakMotion": "nonlinear.mode_agreement",
+    "compare_with_peaks": "nonlinear.mode_agreement",
+    "peak_motions": "nonlinear.mode_agreement",
     "ResidualBounds": "nonlinear.residual_tractions.residual_bounds",
     "ResidualExtreme": "nonlinear.residual_tractions.residual_bounds",
     "ResponseCurve": "nonlinear.response_curve",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pipeline.errors import InputError
     from pipeline.figures.curve_line import plot_curve
+    from pipeline.figures.performance_figure import linear_peaks, performance_figure
     from pipeline.figures.style import ordered_colours, styled
     from pipeline.python_interface import run_scene
     from pipeline.results.curves import Curve, DetachedBranch
@@ -25,7 +26,9 @@ __all__ = [
     "Member",
     "Results",
     "SceneFile",
+    "linear_peaks",
     "ordered_colours",
+    "performance_figure",
     "plot_curve",
     "read_results",
     "read_scene",
@@ -40,7 +43,9 @@ _PLACES = {
     "Member": "pipeline.scene.reading",
     "Results": "pipeline.results.results",
     "SceneFile": "pipeline.scene.reading",
+    "linear_peaks": "pipeline.figures.performance_figure",
     "ordered_colours": "pipeline.figures.style",
+    "performance_figure": "pipeline.figures.performance_figure",
     "plot_curve": "pipeline.figures.curve_line",
     "read_results": "pipeline.results.results",
     "read_scene": "pipeline.scene.reading",

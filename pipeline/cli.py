@@ -6,14 +6,13 @@ import errno
 import signal
 import sys
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from copy import copy
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pipeline.command_execution import BAD_INPUT, BY_SIGNAL, COMPUTED, NOT_REACHED, finish, stoppable
 from pipeline.command_options import (
     AxisOption,
     BladesOption,
@@ -22,7 +21,9 @@ from pipeline.command_options import (
     JobsOption,
     JsonOption,
     OutOption,
+    OverOption,
     QuietOption,
+    RomOption,
     SceneArgument,
     SchedulerOption,
     UnitOption,
@@ -41,13 +42,10 @@ from pipeline.process.program_end import end_program
 from pipeline.process.program_start import prepare_libraries
 from pipeline.process.streams import flush_stdout, prepare_streams
 from pipeline.stages.stage_names import Stage
-from pipeline.terminal import print_error, print_notes, print_outcome, print_problems, print_verification
+from pipeline.terminal import print_error, print_notes, print_problems, print_verification
 
 if TYPE_CHECKING:
-    from pipeline.process.interrupts import Interrupts
-    from pipeline.stages.request import Request
-
-COMPUTED, NOT_REACHED, BAD_INPUT, BY_SIGNAL = 0, 1, 2, 128  # the last: and the number of the signal
+    pass
 
 _NO_OUTPUT = "shroud: the output cannot be written"
 
@@ -96,7 +94,7 @@ def run(
     file = read_scene(scene)
     target = out or Path("out") / file.first.name
     last = until.value if until else None
-    _finish(Request(file, target, last, force, jobs, None, scheduler, cluster), quiet, as_json)
+    finish(Request(file, target, last, force, jobs, None, scheduler, cluster), quiet, as_json)
 
 
 @app.command(epilog=examples("shroud respond my.toml --rom rom.h5"))
@@ -121,7 +119,7 @@ def respond(
 
     file = read_scene(scene, given_model=True)
     target = out or Path("out") / file.first.name
-    _finish(Request(file, target, None, force, jobs, rom, scheduler, cluster), quiet, as_json)
+    finish(Request(file, target, None, force, jobs, rom, scheduler, cluster), quiet, as_json)
 
 
 @app.command(epilog=examples("shroud verify my.toml", "shroud verify my.toml --tolerance 0.01 --json"))
@@ -149,7 +147,7 @@ def verify(
     file = read_scene(scene)
     if not quiet:
         print_notes(file.notes)
-    with _stoppable() as interrupts:
+    with stoppable() as interrupts:
         reporter = Reporter(quiet, interrupts=interrupts)
         found = measure(file, out or Path("out") / file.first.name, tolerance, force, reporter)
     print_verification(found, quiet, as_json)
@@ -192,9 +190,7 @@ def check(
         int, typer.Option(min=1, metavar="N", help="Which of the solutions at the frequency; 1, the highest.")
     ] = 1,
     *,
-    rom: Annotated[
-        Path | None, typer.Option("--rom", metavar="FILE.h5", help="Reduced model, as in respond.", readable=False)
-    ] = None,
+    rom: RomOption = None,
     out: OutOption = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
@@ -215,13 +211,54 @@ def check(
     point = CheckedPoint(curve, frequency, branch, solution)
     if not quiet:
         print_notes(file.notes)
-    with _stoppable() as interrupts:
+    with stoppable() as interrupts:
         found = run_check(request, point, Reporter(quiet, interrupts=interrupts))
     if as_json:
         print(json_text(found.values))
     elif not quiet:
         print("\n".join(found.lines))
     print_problems(found.problems)
+
+
+@app.command(
+    epilog=examples(
+        "shroud optimise my.toml --over contact.interference",
+        "shroud optimise my.toml --over contact.interference=-2e-5:2e-5",
+        "shroud optimise my.toml --over shroud.angle=60:90 --over contact.friction=0.1:0.6",
+    )
+)
+def optimise(
+    scene: SceneArgument,
+    over: OverOption = None,
+    rom: RomOption = None,
+    out: OutOption = None,
+    jobs: JobsOption = None,
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Find the values of keys at which the worst motion is lowest.
+
+    Without --over: over the keys of the scene's table [optimum]. A key without LOW:HIGH gets a range from the scene.
+    """
+    from pipeline.optimise.optimise_scene import optimise as search
+    from pipeline.optimise.optimise_scene import optimum_text
+    from pipeline.process.progress import Reporter
+    from pipeline.results.outputs import as_json as json_text
+    from pipeline.scene.reading import read_scene
+    from pipeline.stages.request import Request
+
+    file = read_scene(scene, given_model=rom is not None)
+    request = Request(file, out or Path("out") / file.first.name, Stage.RESPOND.value, jobs=jobs, rom=rom)
+    if not quiet:
+        print_notes(file.notes)
+    with stoppable() as interrupts:
+        found = search(request, over or [], Reporter(quiet, interrupts=interrupts))
+    if found.lines and as_json:
+        print(json_text(found.values))
+    elif found.lines and not quiet:
+        print(optimum_text(found, request.out))
+    print_problems(found.problems)
+    raise typer.Exit(COMPUTED if found.lines and not found.problems else NOT_REACHED)
 
 
 @app.command(epilog=examples("shroud info out/dummy", "shroud info rom.h5 --json"))
@@ -337,7 +374,7 @@ def warm_up(quiet: QuietOption = False) -> None:
     from pipeline.process.progress import Reporter
     from pipeline.stages.warm_up import warm_up_all
 
-    with _stoppable() as interrupts:
+    with stoppable() as interrupts:
         warm_up_all(Reporter(quiet, interrupts=interrupts))
 
 
@@ -417,28 +454,3 @@ def _app_for(arguments: list[str]) -> typer.Typer:
     single = copy(app)
     single.registered_commands = called
     return single
-
-
-@contextmanager
-def _stoppable() -> Iterator[Interrupts]:
-    """Work that a signal may end; the exit status says which it was."""
-    from pipeline.process.interrupts import Stopped, handling_interrupts
-
-    with handling_interrupts() as interrupts:
-        try:
-            yield interrupts
-        except Stopped as stop:
-            raise typer.Exit(BY_SIGNAL + stop.signal) from None
-
-
-def _finish(request: Request, quiet: bool, as_json: bool) -> None:
-    """Execute, print the results, and exit with the status that stands for them."""
-    from pipeline.process.deferred_modules import defer_unused
-    from pipeline.process.progress import Reporter
-    from pipeline.run import execute
-
-    defer_unused()
-    with _stoppable() as interrupts:
-        outcome = execute(request, Reporter(quiet, interrupts=interrupts))
-    print_outcome(request, outcome, quiet, as_json)
-    raise typer.Exit(COMPUTED if outcome.complete else NOT_REACHED)

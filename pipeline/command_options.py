@@ -43,3 +43,12 @@ AxisOption = Annotated[
     str | None, typer.Option("--axis", metavar="AXIS", help="Engine axis in the mesh file: x, y, z, -x, -y or -z.")
 ]
 BladesOption = Annotated[int | None, typer.Option("--blades", metavar="N", help="Blades of the ring of the mesh.")]
+RomOption = Annotated[
+    Path | None, typer.Option("--rom", metavar="FILE.h5", help="Reduced model, as in respond.", readable=False)
+]
+OverOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--over", metavar="KEY=LOW:HIGH", help="A key of the scene and its range, or the key alone; several times."
+    ),
+]

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from typer.exceptions import TyperException
 
 FLAGS = ("--force", "--quiet", "--json", "--version", "--help")  # options without a value
+SEVERAL = ("--over",)  # options that may be given several times
 MOST_JOBS = 256
 TOLERANCES = 1e-6, 0.5
 ALLOWED = {  # values of options by their names
@@ -89,5 +90,5 @@ def refuse_twice(arguments: list[str]) -> None:
     options = arguments[: arguments.index("--")] if "--" in arguments else arguments
     names = [text.partition("=")[0] for text in options if text.startswith("--")]
     for name in names:
-        if names.count(name) > 1 and name not in FLAGS:
+        if names.count(name) > 1 and name not in (*FLAGS, *SEVERAL):
             raise input_error("shroud", name, "given twice", "one value")

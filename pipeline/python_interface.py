@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 KEYWORDS = (
     "name title accuracy blade shroud material materials mesh model rom load "
-    "contact excitation response output stress fatigue render figures sweep"
+    "contact excitation response output stress fatigue optimum render figures sweep"
 )
 
 

@@ -22,23 +22,19 @@ from pipeline.results.publishing import PicturesMissing
 from pipeline.results.statistics import statistics
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.plausibility import plausibility_warnings
-from pipeline.stages.cache_keys import curve_key
+from pipeline.scene.schema import STUDIES
 from pipeline.stages.code_fingerprint import remember_code
 from pipeline.stages.curve_table import table_of
-from pipeline.stages.matrix_models import models_of_matrices
+from pipeline.stages.member_curves import member_curves, member_models
 from pipeline.stages.open_executor import open_executor
 from pipeline.stages.request import Request, Run, RunOutcome
-from pipeline.stages.respond import CurveJob, CurveResult
 from pipeline.stages.scene_to_solver import damped_modes
 from pipeline.stages.stage_log import StageLog
 from pipeline.stages.stage_names import Stage
-from pipeline.stages.sweep_curves import SweepCurves
 from pipeline.stages.sweep_models import (
     Models,
     given_model_key,
     model_summaries,
-    models_from_file,
-    models_of_blade,
 )
 from pipeline.stages.worker_start import start_workers
 from pipeline.store.disk_errors import StorageError
@@ -104,12 +100,33 @@ def solved_curves(request: Request, reporter: Reporter) -> Iterator[tuple[Run, R
     InputError, StorageError
         As `execute`.
     """
+    with solved_members(request, reporter) as (run, _, outcome):
+        yield run, outcome
+
+
+@contextmanager
+def solved_members(request: Request, reporter: Reporter) -> Iterator[tuple[Run, Models, RunOutcome]]:
+    """The reduced models and the curves of a scene, as `solved_curves`.
+
+    Parameters
+    ----------
+    request : Request
+        Scene and output folder, up to the stage "respond".
+    reporter : Reporter
+        Says what is going on.
+
+    Raises
+    ------
+    InputError, StorageError
+        As `execute`.
+    """
     remember_code()
     given = _check(request)
     with _running(request, reporter, given) as run:
         outcome = RunOutcome()
-        _respond(run, _models(run, outcome, given), outcome)
-        yield run, outcome
+        models = member_models(run, outcome, given)
+        _respond(run, models, outcome)
+        yield run, models, outcome
 
 
 @contextmanager
@@ -127,7 +144,7 @@ def _running(request: Request, reporter: Reporter, given: ReducedModel | None) -
 def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
     request, outcome = run.request, RunOutcome()
     with _rendering(run) as ahead:
-        models = _models(run, outcome, given)
+        models = member_models(run, outcome, given)
         if ahead is not None:
             ahead.begin(models)
         if Stage.RESPOND in request.wanted:
@@ -135,6 +152,7 @@ def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
         outcome.models = model_summaries(run, models, outcome)
         if Stage.RESPOND in request.wanted:
             _publish(run, models, outcome)
+        _study(run, models, outcome)
         _draw(run, models, outcome)
     _report(run, models, outcome)
     outcome.seconds = seconds_since(start)
@@ -143,21 +161,12 @@ def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
     return outcome
 
 
-def _models(run: Run, outcome: RunOutcome, given: ReducedModel | None) -> Models:
-    """The reduced model of every member: given, of matrices, or of a blade."""
-    if given is not None:
-        return models_from_file(run, given)
-    if run.request.scene.first.model is not None:
-        return models_of_matrices(run, outcome)
-    return models_of_blade(run, outcome)
-
-
 def _check(request: Request) -> ReducedModel | None:
     """Refuse what can be refused before anything is written; returns the given reduced model, where there is one."""
     check_cluster(request.scheduler, request.cluster, request.jobs)
     if request.rom is None:
         check_scene(request.scene)
-        _check_pictures(request)
+        _check_until(request)
         return None
     from rom import ReducedModelError
 
@@ -179,8 +188,11 @@ def _check(request: Request) -> ReducedModel | None:
     return model
 
 
-def _check_pictures(request: Request) -> None:
-    """Refuse pictures of a mesh where there is none."""
+def _check_until(request: Request) -> None:
+    """Refuse a last stage for which the scene has nothing: pictures of no mesh, studies that it does not ask for."""
+    if request.until == Stage.STUDY and not request.scene.first.studies:
+        sections = " or ".join(f"[{name}]" for name in STUDIES)
+        raise input_error(request.scene.path, STUDIES[0], "missing", f"a table {sections} for --until study")
     if request.until == Stage.RENDER and request.without_mesh:
         allowed = "a mesh: [model] has nodes and matrices, no elements that could be drawn"
         raise input_error(request.scene.path, "render", "asked for beside [model]", allowed)
@@ -188,23 +200,8 @@ def _check_pictures(request: Request) -> None:
 
 def _respond(run: Run, models: Models, outcome: RunOutcome) -> None:
     """The response of every member."""
-    jobs = {}
-    for member in run.request.scene.members:
-        model = models[member.index]
-        if model is not None:
-            jobs[member.index] = CurveJob(member, curve_key(member.scene, model.key), model.rom)
-    curves = SweepCurves(run, list(jobs.values()))
-    with run.log.timed(Stage.RESPOND):
-        solved = curves.results()
-    for curve in solved.values():
-        run.log.note(Stage.RESPOND, curve.ran)
-    outcome.problems.extend(curves.problems)
-    for member in run.request.scene.members:
-        if member.index in jobs:
-            curve = solved[jobs[member.index].key]
-            outcome.curves.append(replace(curve, member=member))
-        else:
-            outcome.curves.append(CurveResult(member, None, None, None, "its reduced model could not be made"))
+    outcome.curves, problems = member_curves(run, models)
+    outcome.problems.extend(problems)
 
 
 def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:
@@ -214,8 +211,28 @@ def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:
     unfinished = replace(outcome, problems=[*outcome.problems, UNFINISHED])
     summary, origin = _summary(run, unfinished), provenance(scene)
     outcome.response = write_results(run.store, out, outcome.curves, outcome.table, summary, origin)
+    _retire_studies(run, models, outcome)
     if retire_page(out, results_fingerprint(models, outcome)) and Stage.REPORT not in run.request.wanted:
         run.reporter.line(f"{out / PAGE}: was about other results, removed; `shroud report` writes it again")
+
+
+def _retire_studies(run: Run, models: Models, outcome: RunOutcome) -> None:
+    """Remove results of studies about other curves; nothing is imported where there are none."""
+    if any((run.request.out / f"{name}.json").is_file() for name in STUDIES):
+        from pipeline.studies.study import StudyContext
+        from pipeline.studies.study_stage import remove_outdated_studies
+
+        remove_outdated_studies(StudyContext(run, models, outcome))
+
+
+def _study(run: Run, models: Models, outcome: RunOutcome) -> None:
+    """The studies that the scene asks for."""
+    if Stage.STUDY not in run.request.wanted:
+        return
+    from pipeline.studies.study_stage import study_stage
+
+    with run.log.timed(Stage.STUDY):
+        study_stage(run, models, outcome)
 
 
 def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
@@ -269,7 +286,7 @@ def _renders(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:
 def _figures(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:
     from pipeline.figures.figure_stage import figure_stage
 
-    return figure_stage(run, outcome.curves)
+    return figure_stage(run, outcome.curves, outcome.studies)
 
 
 _DRAWN = {Stage.STRESS: _stress, Stage.RENDER: _renders, Stage.FIGURES: _figures}
@@ -310,6 +327,7 @@ def _summary(run: Run, outcome: RunOutcome) -> dict[str, Any]:
         "models": outcome.models,
         "pictures": outcome.pictures,
         "stress": outcome.stress,
+        "studies": {name: {"file": study.file, "seconds": study.seconds} for name, study in outcome.studies.items()},
         "report": outcome.report,
         "provenance": provenance(run.request.scene),
     }

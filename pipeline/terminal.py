@@ -95,6 +95,8 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         print(note)
     for line in stress_lines(outcome.stress):
         print(line)
+    for study in outcome.studies.values():
+        print("\n".join(study.lines))
     if warning := stress_warning(outcome.stress):
         print_notes([warning], "warning")
     if request.scene.accuracy is not None:

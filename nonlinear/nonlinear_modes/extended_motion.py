@@ -8,7 +8,11 @@ with the relative contact displacements d = B q: the damping ratio zeta is that 
 stands in feeds back what structure and contacts dissipate [1]_. In modal coordinates the dynamic stiffness of mode m
 in harmonic h is
 
-    D_m^(h) = omega_m^2 + i h omega (c_m - 2 zeta omega) - (h omega)^2.
+    D_m^(h) = omega_m^2 + i h omega (c_m - 2 zeta_h omega) - (h omega)^2.
+
+zeta_h = zeta in all harmonics is the motion of [1]_. With zeta_1 = zeta alone, zeta_h = 0 above, the motion solves
+the forced equations exactly, under a force 2 i zeta omega^2 M q^(1) e^(i omega t) in phase with its velocity. That is
+the one to compare with a forced response: a higher harmonic in resonance keeps its own damping.
 
 One mode, the carrier k, vanishes from the receptance of harmonic 1: its coordinate q_k is an unknown of its own, real
 by the choice of phase. Then nothing is singular where the contacts are open. Equations and unknowns:
@@ -107,19 +111,22 @@ class ExtendedMotion:
         The contact forces.
     carrier : int
         Mode k whose coordinate is an unknown.
+    every_harmonic : bool
+        Whether the negative damping acts in all harmonics, and not in harmonic 1 alone.
     """
 
     receptance: RelativeReceptance
     element: ContactElement
     carrier: int
+    every_harmonic: bool = False
 
     def stiffness(self, omega: float, damping: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """D (H+1, m) and its derivatives by omega and by zeta."""
         modal, h = self.receptance.modal, np.asarray(self.receptance.harmonics, dtype=float)[:, None]
-        turned = 1j * h * omega
-        value = modal.angular_frequency**2 + turned * (modal.damping - 2.0 * damping * omega) - (h * omega) ** 2
-        by_omega = 1j * h * (modal.damping - 4.0 * damping * omega) - 2.0 * h**2 * omega
-        by_damping = np.broadcast_to(-2.0 * turned * omega, value.shape)
+        turned, fed = 1j * h * omega, 2.0 * (1.0 if self.every_harmonic else h == 1.0)
+        value = modal.angular_frequency**2 + turned * (modal.damping - fed * damping * omega) - (h * omega) ** 2
+        by_omega = 1j * h * (modal.damping - 2.0 * fed * damping * omega) - 2.0 * h**2 * omega
+        by_damping = np.broadcast_to(-fed * turned * omega, value.shape)
         return value, by_omega, by_damping
 
     def evaluate(self, state: MotionState) -> LinearisedMotion:

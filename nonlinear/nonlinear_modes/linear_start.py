@@ -55,3 +55,25 @@ def first_state(
     motion[1] = receptance.relative[1] @ shape
     displacement = to_real(motion).reshape(-1, *static.shape)
     return carrier, MotionState(displacement, float(shape[carrier].real), omega, damping, level)
+
+
+def end_of_linear_motion(contact: ContactParameters, static: Array, motion: ComplexArray) -> float:
+    """Modal amplitude up to which no node slips, lifts off or touches.
+
+    Parameters
+    ----------
+    contact : ContactParameters
+        The contact.
+    static : (n_c, 3) array
+        Static relative displacement, m.
+    motion : (n_c, 3) complex array
+        Relative motion of the linear mode at unit amplitude.
+    """
+    load = contact.unclipped_load(static[:, 2])
+    swing = contact.normal_stiffness * np.abs(motion[:, 2])
+    shear = contact.tangential_stiffness[:, None] * np.abs(motion[:, :2])
+    rubs = (load > 0.0) & (contact.friction > 0.0)
+    growth = swing.copy()
+    growth[rubs] += shear.max(axis=1)[rubs] / contact.friction[rubs]
+    moving = growth > 0.0
+    return float(np.min(np.abs(load[moving]) / growth[moving], initial=np.inf))

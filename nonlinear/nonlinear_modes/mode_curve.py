@@ -1,24 +1,31 @@
 """A nonlinear mode over its amplitude: pseudo-arc-length continuation of the extended periodic motion.
 
-The arc length is measured in ln a, ln omega, zeta, the coordinate of the carrier over a, and the vibration over its
-own size: relative changes, so that one step length serves from the smallest to the largest amplitude.
+The arc length is measured in ln a, ln omega, zeta over `DAMPING_UNIT`, the coordinate of the carrier over a, and the
+vibration over its own size: relative changes, so that one step length serves from the smallest to the largest
+amplitude.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.nonlinear_modes.extended_motion import EXTRA, ExtendedMotion, LinearisedMotion, MotionState
 
 TOLERANCE = 1e-11  # of the last Newton step, relative
 ITERATIONS = 12
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.05, 0.15, 1e-5
-MOST_POINTS = 2000
+MOST_POINTS = 400
+DAMPING_UNIT = 0.15  # change of the damping ratio that counts as much as one of the amplitude by a factor e
+KINK_STEP = 2e-3  # arc length of a step over which a turn below 90 degrees counts as a kink of the contact law
+SMALLEST_COSINE = 0.8  # of the angle between the tangents of two successive points
 _FEW, _MANY = 4, 8  # iterations with which the step grows and shrinks
+RATE_STEP = 1e-4  # arc length of a derivative along the curve
+BETWEEN = 1e-9  # of a step: tolerance of a motion located between two
 _LARGEST_MOVE = 0.5  # of a Newton step, in arc length
 
 
@@ -46,12 +53,15 @@ class ModeContinuation:
         Largest arc length of a step.
     tolerance : float
         Relative size of the last step of Newton's method.
+    smallest_cosine : float
+        A step over which the tangent turns further is halved.
     """
 
     motion: ExtendedMotion
     shape: tuple[int, ...]
     largest_step: float = LARGEST_STEP
     tolerance: float = TOLERANCE
+    smallest_cosine: float = SMALLEST_COSINE
 
     def solve_at_level(self, guess: MotionState) -> MotionPoint | None:
         """The motion of the amplitude of `guess`; None where Newton's method does not converge."""
@@ -67,7 +77,8 @@ class ModeContinuation:
             while found is None:
                 values = point.state.packed()
                 found = self._correct(values + step * self._scale(values) * point.tangent, point.tangent)
-                if found is None or found.tangent @ point.tangent < 0.5:
+                least = self.smallest_cosine if step > KINK_STEP else 0.0
+                if found is None or found.tangent @ point.tangent < least:
                     found, step = None, step / 2.0
                     if step < SMALLEST_STEP:
                         return
@@ -76,12 +87,48 @@ class ModeContinuation:
             point = found
             yield point
 
+    def between(
+        self, first: MotionState, last: MotionState, excess: Callable[[MotionPoint], float]
+    ) -> MotionPoint | None:
+        """The motion between two successive ones at which `excess`, of different sign at the two, vanishes.
+
+        None where Newton's method does not converge on the way.
+        """
+        from scipy.optimize import brentq
+
+        start, chord = first.packed(), last.packed() - first.packed()
+        direction = chord / self._scale(start)
+        direction /= np.linalg.norm(direction)
+        found: dict[float, MotionPoint] = {}
+
+        def at(part: float) -> float:
+            point = self._correct(start + part * chord, direction)
+            if point is None:
+                raise ArithmeticError
+            found[part] = point
+            return excess(point)
+
+        try:
+            return found[brentq(at, 0.0, 1.0, xtol=BETWEEN)]
+        except (ArithmeticError, ValueError):
+            return None
+
+    def rate(self, point: MotionPoint, quantity: Callable[[MotionState, ComplexArray], float]) -> float:
+        """Derivative of a quantity of state and modal coordinates by ln a along the curve."""
+        values = point.state.packed()
+        step = RATE_STEP * self._scale(values) * point.tangent
+        found = []
+        for state in (MotionState.unpacked(values + sign * step, self.shape) for sign in (1.0, -1.0)):
+            found.append(quantity(state, self.motion.evaluate(state).coordinates))
+        along = 2.0 * RATE_STEP * float(point.tangent[-1])
+        return (found[0] - found[1]) / (along if along != 0.0 else 1e-300)
+
     def _scale(self, values: Array) -> Array:
         """Unit of each unknown in the arc length, (n + 4,)."""
         dynamic = values[self.shape[1] * 3 : -EXTRA]
         a = np.exp(values[-1])
         scale = np.full(values.size, np.linalg.norm(dynamic) or a)
-        scale[-EXTRA:] = a, values[-3], 1.0, 1.0
+        scale[-EXTRA:] = a, values[-3], DAMPING_UNIT, 1.0
         return scale
 
     def _correct(self, values: Array, tangent: Array) -> MotionPoint | None:

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
-from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import ComplexArray
-from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactParameters
 from nonlinear.continuation.response_quantities import largest_amplitude
 from nonlinear.harmonic_balance.initial_solution import static_displacement
-from nonlinear.nonlinear_modes.extended_motion import ExtendedMotion
-from nonlinear.nonlinear_modes.linear_start import first_state, linear_mode
+from nonlinear.nonlinear_modes.extended_motion import MotionState
+from nonlinear.nonlinear_modes.first_motion import FirstMotion
 from nonlinear.nonlinear_modes.mode_curve import ModeContinuation, MotionPoint
-from nonlinear.options import SolverOptions
+from nonlinear.nonlinear_modes.mode_following import ModePath, follow_mode
+from nonlinear.options import OptionsError, SolverOptions
 from rom import ModalModel, RelativeReceptance, one_blas_thread
-
-SHARES = (1.0, 0.5, 0.25, 0.0)  # of the contact springs in the linear modes that a first motion is sought from
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,11 @@ class ModeResonance:
         Damping ratio of the mode there.
     stable : bool
         Whether the resonant force grows with the amplitude; where it falls the resonance is unstable.
+    force_exponent : float
+        d ln F / d ln A of the resonant force F over the amplitude A of the output's vibration, 1 in a linear mode:
+        where it is small, a small error of the force is a large one of the amplitude.
+    coordinates : (H+1, m) complex array
+        Modal coordinates of the m modes of the structure.
 
     Examples
     --------
@@ -50,6 +55,8 @@ class ModeResonance:
     amplitude_m: float
     damping_ratio: float
     stable: bool
+    force_exponent: float
+    coordinates: ComplexArray = field(repr=False, compare=False)
 
 
 @dataclass(frozen=True)
@@ -70,8 +77,17 @@ class NonlinearMode:
         Amplitude of the excitation that has its resonance there, N.
     coordinates : (P, H+1, m) complex array
         Modal coordinates of the m modes of the structure.
+    piece : (P,) int
+        Number of the piece, from 0: between two pieces an internal resonance was passed over.
+    sticking, slipping, separating : (P,) int
+        Number of contact nodes that stick all the time, that slip at some time without opening, that open at some
+        time.
+    complete : bool
+        Whether the largest amplitude was reached.
     message : str
         Why the curve ends where it does.
+    motions : ModeMotions
+        What the points were solved with: motions between them are found with it.
 
     Examples
     --------
@@ -89,30 +105,113 @@ class NonlinearMode:
     modal_amplitude: Array
     force: Array
     coordinates: ComplexArray
+    piece: NDArray[np.int64]
+    sticking: NDArray[np.int64]
+    slipping: NDArray[np.int64]
+    separating: NDArray[np.int64]
+    complete: bool
     message: str
+    motions: ModeMotions = field(repr=False, compare=False)
 
     def resonances(self, force: float) -> tuple[ModeResonance, ...]:
         """Resonances under an excitation of some amplitude, the largest motion first.
 
         At resonance the excitation balances the damping, 2 zeta omega^2 a^2 = F abs(q^(1)^H phi^T f). More than one
-        for a force: there are isolated branches.
+        for a force: there are isolated branches. Each is solved for, not interpolated.
 
         Parameters
         ----------
         force : float
+            Amplitude of the excitation, N; more than 0.
+
+        Raises
+        ------
+        ValueError
+            The force is not positive.
+        """
+        if not force > 0.0:
+            raise ValueError(f"force: {force}, allowed: more than 0")
+        excess = np.log(self.force / force)
+        passed = (excess[1:] > 0.0) != (excess[:-1] > 0.0)
+        places = np.flatnonzero(passed & (self.piece[1:] == self.piece[:-1]))
+        found = [self.motions.resonance(place, force) for place in places.tolist()]
+        return tuple(sorted(found, key=lambda each: -each.amplitude_m))
+
+
+@dataclass(frozen=True)
+class ModeMotions:
+    """The states of a nonlinear mode, with the equations that they solve.
+
+    Attributes
+    ----------
+    continuation : ModeContinuation
+        Solves the equations.
+    states : tuple of MotionState
+        The P motions.
+    modal : rom.ModalModel
+        The modes of the structure.
+    output : str
+        The output whose amplitude is told.
+    """
+
+    continuation: ModeContinuation
+    states: tuple[MotionState, ...]
+    modal: ModalModel
+    output: str
+
+    @one_blas_thread()
+    def resonance(self, place: int, force: float) -> ModeResonance:
+        """The motion between two successive ones whose resonant force is the one given.
+
+        Parameters
+        ----------
+        place : int
+            Number of the first of the two motions.
+        force : float
             Amplitude of the excitation, N.
         """
-        from scipy.interpolate import CubicSpline
 
-        tables = np.column_stack([self.frequency_hz, np.log(self.amplitude_m), self.damping_ratio])
-        place = np.arange(len(self.force))
-        curve, excess = CubicSpline(place, tables), CubicSpline(place, np.log(self.force / force))
-        found = []
-        for at in excess.roots(extrapolate=False):
-            frequency, log_amplitude, damping = (float(value) for value in curve(at))
-            rising = bool(excess(at, 1) > 0.0)
-            found.append(ModeResonance(frequency, float(np.exp(log_amplitude)), damping, rising))
-        return tuple(sorted(found, key=lambda each: -each.amplitude_m))
+        def excess(state: MotionState, coordinates: ComplexArray) -> float:
+            return float(np.log(resonant_force(state, coordinates, self.modal) / force))
+
+        def size(_: MotionState, coordinates: ComplexArray) -> float:
+            return float(np.log(vibration_of(coordinates, self.modal.outputs[self.output])))
+
+        ends = self.states[place], self.states[place + 1]
+        point = self.continuation.between(*ends, lambda at: excess(at.state, at.linearised.coordinates))
+        if point is None:  # a kink between the two that Newton's method does not pass: the nearer of them
+            known = [(state, self.continuation.motion.evaluate(state).coordinates) for state in ends]
+            values = [excess(*each) for each in known]
+            state, coordinates = known[int(np.argmin(np.abs(values)))]
+            exponent = (values[1] - values[0]) / ((size(*known[1]) - size(*known[0])) or 1e-300)
+        else:
+            state, coordinates = point.state, point.linearised.coordinates
+            exponent = self.continuation.rate(point, excess) / (self.continuation.rate(point, size) or 1e-300)
+        return ModeResonance(
+            frequency_hz=state.omega / (2.0 * np.pi),
+            amplitude_m=float(largest_amplitude(coordinates @ self.modal.outputs[self.output]).value),
+            damping_ratio=state.damping,
+            stable=exponent > 0.0,
+            force_exponent=exponent,
+            coordinates=coordinates,
+        )
+
+
+def resonant_force(state: MotionState, coordinates: ComplexArray, modal: ModalModel) -> float:
+    """Amplitude of the excitation that balances the damping of a motion, N.
+
+    Parameters
+    ----------
+    state : MotionState
+        Frequency, damping ratio and amplitude.
+    coordinates : (H+1, m) complex array
+        Its modal coordinates.
+    modal : rom.ModalModel
+        The modes, with the modal force of 1 N.
+    """
+    work = max(abs(np.vdot(coordinates[1], modal.force)), 1e-300)
+    lost = 2.0 * state.damping * state.omega**2 * np.exp(2.0 * state.level)
+    return float(max(lost, 1e-300) / work)
 
 
 @one_blas_thread()
@@ -152,7 +251,8 @@ def nonlinear_mode(
     ArithmeticError
         No static equilibrium, or no motion of the smallest amplitude was found.
     OptionsError
-        The number of harmonics is "auto".
+        The number of harmonics is "auto", the method is "static-first", the amplitudes do not ascend from a positive
+        one, or the structure has no mode of this number.
 
     Examples
     --------
@@ -163,65 +263,57 @@ def nonlinear_mode(
     >>> print(mode.frequency_hz[[0, -1]].round(3), bool(mode.damping_ratio.max() > 0.1))
     [0.318 0.172] True
     """
+    _check(modal, amplitudes_m, options, number)
     harmonics = tuple(range(options.fixed_harmonics + 1))
     receptance = RelativeReceptance(modal, modal.phase(nodal_diameter), harmonics, 0.0)
     static = static_displacement(receptance, contact, options)
-    start, continuation = _first_motion(receptance, contact, static, options, (number, amplitudes_m[0]))
-    points, message = [start], "no next motion was found"
-    for point in continuation.points(start):
-        points.append(point)
-        if vibration(point, modal, options.output) > amplitudes_m[1]:
-            message = "the largest amplitude was reached"
-            break
-        if vibration(point, modal, options.output) < amplitudes_m[0]:
-            message = "the mode returns to the smallest amplitude"
-            break
-    return _assembled(points, modal, options.output, message)
+    first = FirstMotion(receptance, contact, static, options, number, amplitudes_m[0])
+    start, continuation = first.find()
+    levels = first.linear_levels(start.state, amplitudes_m[1])
+    size = partial(vibration, modal=modal, output=options.output)
+    path = follow_mode(continuation, start, size, amplitudes_m[1], levels)
+    return _assembled(path, continuation, modal, options.output)
+
+
+def _check(modal: ModalModel, amplitudes_m: tuple[float, float], options: SolverOptions, number: int) -> None:
+    """Refuse what has no nonlinear mode."""
+    modes = modal.angular_frequency.size
+    if options.method != "coupled":
+        raise OptionsError(f'method: {options.method!r}, allowed for a nonlinear mode: "coupled"')
+    if not 0.0 < amplitudes_m[0] < amplitudes_m[1] < float("inf"):
+        raise OptionsError(f"amplitudes: {list(amplitudes_m)}, allowed: 0 < smallest < largest (m)")
+    if not 1 <= number <= modes:
+        raise OptionsError(f"number: {number}, allowed: 1 to {modes}, the modes of the model")
 
 
 def vibration(point: MotionPoint, modal: ModalModel, output: str) -> float:
     """Largest displacement of an output over a period without its mean, m."""
-    values = point.linearised.coordinates @ modal.outputs[output]
+    return vibration_of(point.linearised.coordinates, modal.outputs[output])
+
+
+def vibration_of(coordinates: ComplexArray, output: Array) -> float:
+    """Largest displacement over a period without its mean, m, of modal coordinates (H+1, m)."""
+    values = coordinates @ output
     values[0] = 0.0
     return largest_amplitude(values).value
 
 
-def _first_motion(
-    receptance: RelativeReceptance,
-    contact: ContactParameters,
-    static: Array,
-    options: SolverOptions,
-    wanted: tuple[int, float],
-) -> tuple[MotionPoint, ModeContinuation]:
-    """The motion of the smallest amplitude, near a linear mode; `wanted`: number and amplitude (m) of the output."""
-    number, amplitude = wanted
-    element = contact_element(contact, options.fixed_harmonics, options)
-    pressed = contact.normal_load(static[:, 2]) > 0.0
-    holds = np.where(pressed.any(), pressed, True).astype(np.float64)  # without any load: as if all did, then less
-    for share in SHARES:
-        mode = linear_mode(receptance, contact, share * holds, number)
-        level = np.log(amplitude / abs(receptance.modal.outputs[options.output] @ mode[2]))
-        carrier, state = first_state(receptance, mode, static, level)
-        continuation = ModeContinuation(ExtendedMotion(receptance, element, carrier), state.displacement.shape)
-        found = continuation.solve_at_level(state)
-        if found is not None:
-            return found, continuation
-    raise ArithmeticError(f"no motion of mode {number} with {amplitude:.3g} m was found")
-
-
-def _assembled(points: list[MotionPoint], modal: ModalModel, output: str, message: str) -> NonlinearMode:
+def _assembled(path: ModePath, continuation: ModeContinuation, modal: ModalModel, output: str) -> NonlinearMode:
     """The mode of its points."""
-    coordinates = np.array([point.linearised.coordinates for point in points])
-    omega = np.array([point.state.omega for point in points])
-    damping = np.array([point.state.damping for point in points])
-    size = np.exp([point.state.level for point in points])
-    work = np.abs(coordinates[:, 1].conj() @ modal.force)
+    points = [point for piece in path.pieces for point in piece]
+    nodes, row = np.array([point.nodes for point in points]), modal.outputs[output]
     return NonlinearMode(
-        amplitude_m=np.array([largest_amplitude(each @ modal.outputs[output]).value for each in coordinates]),
-        frequency_hz=omega / (2.0 * np.pi),
-        damping_ratio=damping,
-        modal_amplitude=size,
-        force=2.0 * damping * omega**2 * size**2 / work,
-        coordinates=coordinates,
-        message=message,
+        amplitude_m=np.array([largest_amplitude(point.coordinates @ row).value for point in points]),
+        frequency_hz=np.array([point.state.omega for point in points]) / (2.0 * np.pi),
+        damping_ratio=np.array([point.state.damping for point in points]),
+        modal_amplitude=np.exp([point.state.level for point in points]),
+        force=np.array([resonant_force(point.state, point.coordinates, modal) for point in points]),
+        coordinates=np.array([point.coordinates for point in points]),
+        piece=np.repeat(np.arange(len(path.pieces)), [len(piece) for piece in path.pieces]),
+        sticking=(nodes == STICK).sum(axis=1),
+        slipping=(nodes == SLIP).sum(axis=1),
+        separating=(nodes == LIFT_OFF).sum(axis=1),
+        complete=path.complete,
+        message=path.message,
+        motions=ModeMotions(continuation, tuple(point.state for point in points), modal, output),
     )

@@ -18,11 +18,11 @@ from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.nonlinear_modes.extended_motion import ExtendedMotion, MotionState
-from nonlinear.nonlinear_modes.linear_start import first_state, linear_mode
+from nonlinear.nonlinear_modes.linear_start import end_of_linear_motion, first_state, linear_mode
 from nonlinear.nonlinear_modes.mode_curve import ModeContinuation, MotionPoint
 from rom import RelativeReceptance, coupled_frequencies
 
-LARGEST_STEP, TOLERANCE = 0.4, 1e-6  # the motions only have to lead to solutions
+LARGEST_STEP, TOLERANCE, COSINE = 0.4, 1e-6, 0.5  # the motions only have to lead to solutions
 BEFORE = 0.05  # ln of the amplitude below the end of linear motion at which a mode starts
 MOST_POINTS = 150
 
@@ -49,12 +49,12 @@ def resonance_motions(
     holds = (contact.normal_load(static[:, 2]) > 0.0).astype(float)
     for number in _numbers(receptance, contact, holds, omega_range):
         mode = linear_mode(receptance, contact, holds, number)
-        limit = _end_of_linear_motion(contact, static, (receptance.relative[1] @ mode[2]).reshape(-1, 3))
+        limit = end_of_linear_motion(contact, static, (receptance.relative[1] @ mode[2]).reshape(-1, 3))
         if not 0.0 < limit < np.inf:
             continue
         carrier, state = first_state(receptance, mode, static, np.log(limit) - BEFORE)
         motion = ExtendedMotion(replace(receptance, force=0.0), balance.element, carrier)
-        continuation = ModeContinuation(motion, state.displacement.shape, LARGEST_STEP, TOLERANCE)
+        continuation = ModeContinuation(motion, state.displacement.shape, LARGEST_STEP, TOLERANCE, COSINE)
         for found in _passing(continuation, state, receptance.modal_force[1]):
             if omega_range[0] <= found.omega <= omega_range[1]:
                 yield found.displacement.reshape(-1), found.omega, number
@@ -71,18 +71,6 @@ def _numbers(
     table = np.array([each[:count] for each in every])
     low, high = omega_range
     return [int(k) + 1 for k in np.flatnonzero((table.min(axis=0) <= high) & (table.max(axis=0) >= low))]
-
-
-def _end_of_linear_motion(contact: ContactParameters, static: Array, motion: ComplexArray) -> float:
-    """Amplitude up to which no node slips, lifts off or touches; `motion` (n_c, 3) at unit amplitude."""
-    load = contact.unclipped_load(static[:, 2])
-    swing = contact.normal_stiffness * np.abs(motion[:, 2])
-    shear = contact.tangential_stiffness[:, None] * np.abs(motion[:, :2])
-    rubs = (load > 0.0) & (contact.friction > 0.0)
-    growth = swing.copy()
-    growth[rubs] += shear.max(axis=1)[rubs] / contact.friction[rubs]
-    moving = growth > 0.0
-    return float(np.min(np.abs(load[moving]) / growth[moving], initial=np.inf))
 
 
 def _passing(continuation: ModeContinuation, state: MotionState, force: ComplexArray) -> Iterator[MotionState]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 from nonlinear.contact.parameters import ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation
-from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import Excitation, OptionsError, SolverOptions
 from nonlinear.response_solver import build_harmonic_balance
 from rom import ModalModel
@@ -60,6 +61,67 @@ def parameter_value(problem: Problem, name: str) -> float:
     return float(getattr(contact, name).mean())
 
 
+def with_parameters(problem: Problem, names: Sequence[str], values: Sequence[float]) -> Problem:
+    """The problem with other values of several parameters.
+
+    Parameters
+    ----------
+    problem : tuple
+        Modes, contact, excitation and options.
+    names : sequence of str
+        The parameters, each once; see `with_parameter`.
+    values : sequence of float
+        Their values, SI units.
+    """
+    for name, value in zip(names, values, strict=True):
+        problem = with_parameter(problem, name, float(value))
+    return problem
+
+
+def check_range(problem: Problem, name: str, low: float, high: float) -> None:
+    """Refuse a range that is empty, or whose ends the problem does not allow.
+
+    Parameters
+    ----------
+    problem : tuple
+        Modes, contact, excitation and options.
+    name : str
+        The parameter.
+    low, high : float
+        The range, SI units.
+
+    Raises
+    ------
+    ContactError
+        A contact parameter out of its range.
+    OptionsError
+        There is no such parameter, or the range is empty or reaches a force or a damping of 0.
+    """
+    if not low < high:
+        raise OptionsError(f"range of {name}: [{low:g}, {high:g}], allowed: low < high")
+    if name in ("force", "damping") and low <= 0.0:
+        raise OptionsError(f"{name}: {low:g}, allowed: above 0")
+    for value in (low, high):
+        with_parameter(problem, name, value)
+
+
+class Family(Protocol):
+    """Problems over a share s of the way from one to another."""
+
+    @property
+    def problem(self) -> Problem:
+        """A problem with the options of all."""
+        ...
+
+    def at(self, share: float) -> Problem:
+        """The problem at a share."""
+        ...
+
+    def continuation(self, share: float) -> Continuation:
+        """The continuation in the frequency at a share."""
+        ...
+
+
 @dataclass(frozen=True)
 class ParameterFamily:
     """The problems over a range of one parameter, by its share s of the range: 0 at `low`, 1 at `high`.
@@ -87,11 +149,39 @@ class ParameterFamily:
         """The problem at a share of the range."""
         return with_parameter(self.problem, self.name, self.value(share))
 
-    def balance(self, share: float) -> HarmonicBalance:
-        """The harmonic balance at a share of the range."""
-        return build_harmonic_balance(*self.at(share))
-
     def continuation(self, share: float) -> Continuation:
         """The continuation in the frequency at a share of the range."""
-        problem = self.at(share)
-        return Continuation(build_harmonic_balance(*problem), problem[3], contact=problem[1])
+        return _continuation(self.at(share))
+
+
+@dataclass(frozen=True)
+class LineFamily:
+    """The problems on the straight line between two sets of values of several parameters.
+
+    Attributes
+    ----------
+    problem : tuple
+        Modes, contact, excitation and options with a fixed number of harmonics.
+    names : tuple of str
+        The parameters, see `with_parameter`.
+    first, last : tuple of float
+        Their values at the shares 0 and 1, SI units.
+    """
+
+    problem: Problem
+    names: tuple[str, ...]
+    first: tuple[float, ...]
+    last: tuple[float, ...]
+
+    def at(self, share: float) -> Problem:
+        """The problem at a share of the way."""
+        values = [a + share * (b - a) for a, b in zip(self.first, self.last, strict=True)]
+        return with_parameters(self.problem, self.names, values)
+
+    def continuation(self, share: float) -> Continuation:
+        """The continuation in the frequency at a share of the way."""
+        return _continuation(self.at(share))
+
+
+def _continuation(problem: Problem) -> Continuation:
+    return Continuation(build_harmonic_balance(*problem), problem[3], contact=problem[1])

@@ -4,11 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nonlinear.contact.parameters import Array
 from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
+from nonlinear.peak_curves.peak_stability import PeakStability
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicHermiteSpline
+
+INTERPOLATION = 2e-4  # largest relative error of the cubic between two followed peaks
+FINEST = 5e-4  # of the share, distance of two peaks below which none is added between
+BEYOND = 0.1  # relative difference from the range of its neighbours beyond which it is another peak
 
 
 @dataclass(frozen=True)
@@ -26,30 +38,62 @@ class PeakPiece:
     points: tuple[PeakPoint, ...]
     origin: str
 
-    @property
+    @cached_property
     def share(self) -> Array:
         """Shares of the range, ascending, (P,)."""
         return np.array([point.share for point in self.points])
 
-    @property
+    @cached_property
     def amplitude(self) -> Array:
         """Amplitudes, m, (P,)."""
         return np.array([point.amplitude for point in self.points])
 
-    @property
+    @cached_property
     def rate(self) -> Array:
         """Derivatives of the amplitude with respect to the share, m, (P,)."""
         return np.array([point.rate for point in self.points])
+
+    @cached_property
+    def frequency_hz(self) -> Array:
+        """Frequencies, Hz, (P,)."""
+        return np.array([point.frequency_hz for point in self.points])
+
+    @cached_property
+    def persists(self) -> NDArray[np.bool_]:
+        """Whether the motions persist, (P,)."""
+        return np.array([point.persists for point in self.points], dtype=bool)
 
     def holds(self, share: float) -> bool:
         """Whether a share lies on it."""
         return bool(self.points[0].share <= share <= self.points[-1].share)
 
-    def amplitude_at(self, shares: Array) -> Array:
-        """Amplitude at some shares, NaN beyond the ends: the cubic with the values and derivatives of the peaks."""
+    @cached_property
+    def _cubic(self) -> CubicHermiteSpline:
         from scipy.interpolate import CubicHermiteSpline
 
-        return np.asarray(CubicHermiteSpline(self.share, self.amplitude, self.rate, extrapolate=False)(shares))
+        return CubicHermiteSpline(self.share, self.amplitude, self.rate, extrapolate=False)
+
+    @cached_property
+    def _slope(self) -> CubicHermiteSpline:
+        return self._cubic.derivative()
+
+    def amplitude_at(self, shares: Array) -> Array:
+        """Amplitude at some shares, NaN beyond the ends: the cubic with the values and derivatives of the peaks."""
+        return np.asarray(self._cubic(shares))
+
+    def rate_at(self, shares: Array) -> Array:
+        """Derivative of that amplitude with respect to the share, m."""
+        return np.asarray(self._slope(shares))
+
+    def persistent_at(self, shares: Array) -> Array:
+        """As `amplitude_at`, NaN where the motion does not persist: between two peaks of which one does not."""
+        values, persists = self.amplitude_at(shares), self.persists
+        after = np.clip(np.searchsorted(self.share, shares, side="right"), 1, len(self.points) - 1)
+        both = persists[after - 1] & persists[after]
+        exact = ((shares == self.share[after - 1]) & persists[after - 1]) | (
+            (shares == self.share[after]) & persists[after]
+        )
+        return np.where(both | exact, values, np.nan)
 
     def nearest(self, share: float) -> PeakPoint:
         """The followed peak with the nearest share."""
@@ -57,10 +101,47 @@ class PeakPiece:
 
 
 def follow_peak(follower: PeakContinuation, start: PeakPoint, origin: str) -> list[PeakPiece]:
-    """The curve of peaks through one peak, both ways, in pieces between its folds."""
+    """The curve of peaks through one peak, both ways, in pieces between its folds, with the stability of each."""
     back = list(follower.points(start, -1.0))
     points = [*reversed(back), start, *follower.points(start, 1.0)]
-    return pieces(points, origin)
+    stability = PeakStability(follower)
+    return [_judged(follower, stability, piece) for piece in pieces(points, origin)]
+
+
+def _judged(follower: PeakContinuation, stability: PeakStability, piece: PeakPiece) -> PeakPiece:
+    """A piece that its cubic interpolates well, with the stability of its peaks."""
+    points = list(piece.points[:1])
+    for before, after in pairwise(piece.points):
+        points += [*_between(follower, before, after, piece.origin), after]
+    judged = [stability.judged(point) for point in points]
+    return PeakPiece(tuple(stability.with_changes(judged)), piece.origin)
+
+
+def _between(follower: PeakContinuation, before: PeakPoint, after: PeakPoint, origin: str) -> list[PeakPoint]:
+    """Peaks between two, until the cubic is as good as `INTERPOLATION` in the middle of each gap."""
+    if after.share - before.share < FINEST:
+        return []
+    found = _middle(follower, before, after)
+    if found is None:
+        return []
+    cubic = float(PeakPiece((before, after), origin).amplitude_at(np.array([found.share]))[0])
+    if abs(cubic / found.amplitude - 1.0) <= INTERPOLATION:
+        return [found]
+    return [*_between(follower, before, found, origin), found, *_between(follower, found, after, origin)]
+
+
+def _middle(follower: PeakContinuation, before: PeakPoint, after: PeakPoint) -> PeakPoint | None:
+    """A peak between two neighbours: at the middle share, else half a step along the curve of peaks from either."""
+    share = 0.5 * (before.share + after.share)
+    low, high = sorted((before.amplitude, after.amplitude))
+    slack = BEYOND * high
+    for start, other in ((before, after), (after, before)):
+        for found in (follower.moved(start, share), follower.half_way(start, other)):
+            if found is None or not found.is_maximum or not before.share < found.share < after.share:
+                continue
+            if low - slack <= found.amplitude <= high + slack:
+                return found
+    return None
 
 
 def pieces(points: Sequence[PeakPoint], origin: str) -> list[PeakPiece]:
@@ -69,6 +150,10 @@ def pieces(points: Sequence[PeakPoint], origin: str) -> list[PeakPiece]:
     current: list[PeakPoint] = []
     direction = 0.0
     for point in points:
+        if point.is_fold:
+            found += _piece([*current, point], origin)
+            current, direction = [point], 0.0
+            continue
         step = 0.0 if not current else float(np.sign(point.share - current[-1].share))
         if current and (not point.is_maximum or (direction != 0.0 and step != direction)):
             found += _piece(current, origin)

@@ -26,18 +26,21 @@ from typing import NamedTuple
 import numpy as np
 
 from nonlinear.branches.parameter_continuation import rate_of_change
-from nonlinear.contact.parameters import Array
+from nonlinear.contact.parameters import Array, ContactError
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.peak_curves.parameter_family import ParameterFamily
+from nonlinear.options import OptionsError
+from nonlinear.peak_curves.parameter_family import Family
 
 DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
 TOLERANCE = 1e-10  # of g: the relative change of amplitude over unit arc length
 ITERATIONS = 12
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.02, 0.15, 1e-4  # in (alpha, beta)
 MOST_POINTS = 300
+NEAR_END = 1e-3  # of the share
 _FEW, _MANY = 6, 10
+AT_FOLD, FOLD_ITERATIONS = 3e-3, 12  # part of the unit tangent along the parameter that counts as none
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,10 @@ class PeakPoint:
         Derivatives of g with respect to alpha and beta.
     tangent : (float, float)
         Unit tangent (alpha, beta) of the curve of peaks.
+    growth_rate : float
+        Largest real part of the Floquet exponents, 1/s; NaN where not computed.
+    persists : bool
+        Whether the motion persists; see `PeakStability`. True where not computed.
     """
 
     share: float
@@ -66,6 +73,18 @@ class PeakPoint:
     rate: float
     slopes: tuple[float, float]
     tangent: tuple[float, float]
+    growth_rate: float = float("nan")
+    persists: bool = True
+
+    @property
+    def frequency_hz(self) -> float:
+        """Frequency, Hz."""
+        return float(self.point.omega / (2.0 * np.pi))
+
+    @property
+    def is_fold(self) -> bool:
+        """Whether the curve of peaks turns back in the parameter there."""
+        return abs(self.tangent[1]) < AT_FOLD
 
     @property
     def is_maximum(self) -> bool:
@@ -85,7 +104,7 @@ class _Found(NamedTuple):
 class PeakContinuation:
     """Follows peaks of a family of problems."""
 
-    family: ParameterFamily
+    family: Family
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_continuation", lru_cache(maxsize=8)(self.family.continuation))
@@ -111,6 +130,18 @@ class PeakContinuation:
             found = base.at(alpha, 0.0)
         return None
 
+    def moved(self, peak: PeakPoint, share: float) -> PeakPoint | None:
+        """The peak at another share near that of a peak; None where Newton's method does not converge."""
+        start = replace(peak.point, balance=self.continuation(share).balance)
+        return self.peak_near(share, start)
+
+    def half_way(self, peak: PeakPoint, other: PeakPoint) -> PeakPoint | None:
+        """The peak half a step along the curve of peaks from one towards a neighbour; None where none is found."""
+        part = other.share - peak.share
+        if peak.tangent[1] * part < 0.0:
+            peak = replace(peak, tangent=(-peak.tangent[0], -peak.tangent[1]))
+        return None if peak.is_fold else self._step(peak, 0.5 * part / peak.tangent[1])[0]
+
     def points(self, start: PeakPoint, direction: float) -> Iterator[PeakPoint]:
         """Peaks after `start`, at first with growing (`direction` +1) or falling (-1) parameter.
 
@@ -127,7 +158,12 @@ class PeakContinuation:
                 if found is None:
                     step /= 2.0
                     if step < SMALLEST_STEP:
+                        yield from self._end(peak)
                         return
+            if found.tangent[1] * peak.tangent[1] < 0.0:
+                fold = self._fold(peak, found, step)
+                if fold is not None:
+                    yield fold
             yield found
             if not (0.0 <= found.share <= 1.0 and low <= found.point.omega <= high):
                 return
@@ -159,6 +195,33 @@ class PeakContinuation:
                 return None, iteration
         return None, ITERATIONS
 
+    def _end(self, peak: PeakPoint) -> Iterator[PeakPoint]:
+        """The peak at an end of the range that is near, where the parameter cannot go beyond it."""
+        end = round(peak.share)
+        if 0.0 < abs(peak.share - end) < NEAR_END:
+            found = self.moved(peak, float(end))
+            if found is not None and found.is_maximum:
+                yield found
+
+    def _fold(self, before: PeakPoint, after: PeakPoint, step: float) -> PeakPoint | None:
+        """The peak between two, a distance of `step` apart, at which the parameter turns back; None: not found.
+
+        The Illinois variant of the false position, on the part of the tangent along the parameter.
+        """
+        low, high, at_low, at_high = 0.0, step, before.tangent[1], after.tangent[1]
+        found = None
+        for _ in range(FOLD_ITERATIONS):
+            length = (low * at_high - high * at_low) / (at_high - at_low)
+            found, _ = self._step(before, length)
+            if found is None or abs(found.tangent[1]) < AT_FOLD:
+                break
+            value = found.tangent[1]
+            if value * at_high > 0.0:
+                high, at_high, at_low = length, value, 0.5 * at_low
+            else:
+                low, at_low, at_high = length, value, 0.5 * at_high
+        return None if found is None or abs(found.tangent[1]) >= AT_FOLD else found
+
     def _rate(self, peak: PeakPoint) -> tuple[Array, float]:
         """Change of the solution with s in the plane normal to the response curve."""
         ahead = self.continuation(peak.share + DIFFERENCE).balance
@@ -169,13 +232,21 @@ class PeakContinuation:
         amplitude = output_amplitude(_with_forces(point), self.family.problem[3].output)
         bare = PeakPoint(share, point, amplitude, 0.0, (0.0, 0.0), towards)
         base = _Base(self, share, point, self._rate(bare))
-        places = ((DIFFERENCE, 0.0), (-DIFFERENCE, 0.0), (0.0, DIFFERENCE), (0.0, -DIFFERENCE))
-        around = [found for found in (base.at(*place) for place in places) if found is not None]
-        if len(around) < len(places):
+        ahead, behind, above = (
+            base.at(*place) for place in ((DIFFERENCE, 0.0), (-DIFFERENCE, 0.0), (0.0, DIFFERENCE))
+        )
+        below, here, weights = base.at(0.0, -DIFFERENCE), base.at(0.0, 0.0), (0.0, 0.5, -0.5)
+        if below is None:  # the lowest value that the parameter can have: one-sided, of second order
+            below, weights = base.at(0.0, 2.0 * DIFFERENCE), (-1.5, 2.0, -0.5)
+        if ahead is None or behind is None or above is None or below is None or here is None:
             return None
-        ahead, behind, above, below = around
-        slopes = (ahead.value - behind.value) / (2.0 * DIFFERENCE), (above.value - below.value) / (2.0 * DIFFERENCE)
-        rate = (above.amplitude - below.amplitude) / (2.0 * DIFFERENCE)  # A is stationary along the response curve
+
+        def over_share(*values: float) -> float:
+            return float(np.dot(weights, values)) / DIFFERENCE
+
+        slopes = (ahead.value - behind.value) / (2.0 * DIFFERENCE), over_share(here.value, above.value, below.value)
+        # the amplitude is stationary along the response curve
+        rate = over_share(here.amplitude, above.amplitude, below.amplitude)
         size = float(np.hypot(*slopes))
         if size == 0.0:
             return None
@@ -200,7 +271,10 @@ class _Base:
         x, omega = point.unknown + alpha * point.tangent[0], point.omega + alpha * point.tangent[1]
         if self.rate is not None:
             x, omega = x + beta * self.rate[0], omega + beta * self.rate[1]
-        continuation = self.follower.continuation(self.share + beta)
+        try:
+            continuation = self.follower.continuation(self.share + beta)
+        except (ContactError, OptionsError):  # beyond what is allowed: friction or preload below 0
+            return None
         guess = replace(point, balance=continuation.balance, unknown=x, omega=omega)
         found = continuation.solver.refit(guess)
         if found is None:

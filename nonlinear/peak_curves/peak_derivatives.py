@@ -9,7 +9,8 @@ one solution gives the derivative of the peak for every p at once,
 
     dA/dp = (dA/dp at constant x, omega) - lambda dR/dp.
 
-The derivatives at constant x and omega are central differences of explicit formulas.
+The derivatives at constant x and omega are central differences of explicit formulas; one-sided ones of second order
+where a parameter is 0 and cannot be negative.
 """
 
 from __future__ import annotations
@@ -44,28 +45,42 @@ def peak_derivatives(problem: Problem, peak: SolutionPoint, names: Sequence[str]
     output = problem[3].output
     found = {}
     _, adjoint = amplitude_adjoint(peak.balance.evaluate(peak.unknown, peak.omega), output, None, peak)
+
+    def objective(name: str, value: float) -> float:
+        """A - lambda R at the unknowns of the peak, less than a constant."""
+        balance = build_harmonic_balance(*with_parameter(problem, name, value))
+        return _amplitude(balance, peak, output) - float(
+            adjoint @ balance.evaluate(peak.unknown, peak.omega).residual
+        )
+
     for name in names:
-        step = _step(problem, peak, name)
+        step = RELATIVE_DIFFERENCE * _natural_unit(problem, peak, name)
         if step == 0.0:
             continue
         value = parameter_value(problem, name)
-        above, below = (
-            build_harmonic_balance(*with_parameter(problem, name, value + sign * step)) for sign in (1.0, -1.0)
-        )
-        residual = (
-            above.evaluate(peak.unknown, peak.omega).residual - below.evaluate(peak.unknown, peak.omega).residual
-        )
-        amplitude = _amplitude(above, peak, output) - _amplitude(below, peak, output)
-        found[name] = float((amplitude - adjoint @ residual) / (2.0 * step))
+        if name == "interference" or value > step:
+            found[name] = (objective(name, value + step) - objective(name, value - step)) / (2.0 * step)
+        else:
+            ahead = [objective(name, value + k * step) for k in range(3)]
+            found[name] = (-3.0 * ahead[0] + 4.0 * ahead[1] - ahead[2]) / (2.0 * step)
     return found
 
 
-def _step(problem: Problem, peak: SolutionPoint, name: str) -> float:
-    """Difference of a parameter: relative to its value, of the interference to the normal motion as well."""
+def _natural_unit(problem: Problem, peak: SolutionPoint, name: str) -> float:
+    """Size of a parameter: its value; of the interference the normal motion too; where it is 0, that of its kind."""
+    contact = problem[1]
     value = abs(parameter_value(problem, name))
+    motion = float(np.abs(peak.displacement[:, :, 2]).max())
     if name == "interference":
-        value = max(value, float(np.abs(peak.displacement[:, :, 2]).max()))
-    return RELATIVE_DIFFERENCE * value
+        return max(value, motion)
+    if value > 0.0:
+        return value
+    if name == "preload":
+        return float(contact.normal_stiffness.mean()) * motion
+    if name == "friction":
+        return 1.0
+    stiffnesses = contact.normal_stiffness.mean(), contact.tangential_stiffness.mean()
+    return float(max(stiffnesses)) if name in ("normal_stiffness", "tangential_stiffness") else 0.0
 
 
 def _amplitude(balance: HarmonicBalance, peak: SolutionPoint, output: str) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,18 +17,43 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pipeline.figures.linear_limits import Limit
-    from pipeline.stages.request import Run
+    from pipeline.stages.request import Run, StudyOutcome
     from pipeline.stages.respond import CurveResult
+    from pipeline.studies.backbone.backbone_result import BackboneResult
 
 NAMES = ("response", "peaks", "hysteresis", "map", "hysteresis_sweep", "nodal_diameters", "campbell", "outputs")
 _SHARED = NAMES[:3], NAMES[3:]  # between two processes, about the same work for each
 MOST_LIMITS = 24  # of a kind, in one figure
 
 
-def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
-    """The figures of the run; those that are missing are drawn."""
+def figure_stage(run: Run, curves: Sequence[CurveResult], studies: Mapping[str, StudyOutcome]) -> list[Path]:
+    """The figures of the run, of its curves and its studies; those that are missing are drawn."""
     title, formats = _title(run), _formats(run)
+    attempts = Attempts(run.request.out / "figures")
+    drawn = attempts.result("studies", partial(_study_figures, run, studies, title, formats)) if studies else []
+    try:
+        files = _curve_figures(run, curves, title, formats, studies.get("backbone"))
+    except PicturesMissing as missing:
+        attempts.problems.extend(missing.problems)
+        files = missing.files
+    if attempts.problems:
+        raise PicturesMissing([*files, *(drawn or [])], attempts.problems)
+    return [*files, *(drawn or [])]
+
+
+def _study_figures(run: Run, studies: Mapping[str, StudyOutcome], title: str, formats: Sequence[str]) -> list[Path]:
+    """Figures of the studies, imported where there are any."""
+    from pipeline.figures.study_figures import study_figures
+
+    return study_figures(run, studies, title, formats)
+
+
+def _curve_figures(
+    run: Run, curves: Sequence[CurveResult], title: str, formats: Sequence[str], backbone: StudyOutcome | None
+) -> list[Path]:
+    """The figures of the curves; the nonlinear modes are drawn into one of them."""
     content = {
+        "backbone": None if backbone is None else backbone.key,
         "title": title,
         "formats": formats,
         "curves": [[c.file.parent.name if c.file else None, c.reason, dict(c.member.parameters)] for c in curves],
@@ -37,9 +62,8 @@ def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
     folder = run.request.out / "figures"
     key, patterns = fingerprint(content), [f"{name}.*" for name in NAMES]
     try:
-        files = published(
-            run, "figures", key, "drawing figures", partial(_draw_all, run, curves, title, formats), folder
-        )
+        build = partial(_draw_all, run, curves, (title, formats, None if backbone is None else backbone.result))
+        files = published(run, "figures", key, "drawing figures", build, folder)
     except PicturesMissing as missing:
         remove_outdated(folder, patterns, missing.files)
         raise
@@ -47,11 +71,19 @@ def figure_stage(run: Run, curves: Sequence[CurveResult]) -> list[Path]:
     return files
 
 
-def _draw_all(run: Run, curves: Sequence[CurveResult], title: str, formats: Sequence[str], folder: Path) -> list[str]:
-    """Draw all figures, in the processes that have solved the curves, where there are any."""
+def _draw_all(
+    run: Run, curves: Sequence[CurveResult], look: tuple[str, Sequence[str], BackboneResult | None], folder: Path
+) -> list[str]:
+    """Draw all figures, in the processes that have solved the curves, where there are any.
+
+    `look`: title, formats, nonlinear modes.
+    """
+    title, formats, backbone = look
     if kept_count() < 2:
-        return draw(folder, curves, title, formats, out=run.request.out)
-    calls = {names: Call(draw, (folder, curves, title, formats, names, run.request.out)) for names in _SHARED}
+        return draw(folder, curves, title, formats, out=run.request.out, backbone=backbone)
+    calls = {
+        names: Call(draw, (folder, curves, title, formats, names, run.request.out, backbone)) for names in _SHARED
+    }
     with workers(len(calls), run.reporter.interrupts.check) as pool, run.reporter.interrupts.looking():
         drawn = {names: future.result() for names, future in pool.completed(calls)}
     return [problem for names in _SHARED for problem in drawn[names]]
@@ -64,10 +96,11 @@ def draw(
     formats: Sequence[str],
     names: Sequence[str] = NAMES,
     out: Path | None = None,
+    backbone: BackboneResult | None = None,
 ) -> list[str]:
     """Draw every one of the figures `names` that the curves allow; returns one line for each that failed.
 
-    `out` is the folder that an error of the disk names.
+    `out` is the folder that an error of the disk names; `backbone` are nonlinear modes drawn into the response.
     """
     from pipeline.figures.campbell import campbell_figure
     from pipeline.figures.data import plotted_curves, sweep_points
@@ -78,7 +111,7 @@ def draw(
     from pipeline.figures.quantiles import band_figure, curves_to_read, quantile_figure
     from pipeline.figures.response import has_lines, response_figure
     from pipeline.figures.style import save, styled
-    from pipeline.figures.sweep_map import map_figure
+    from pipeline.figures.sweep_map import sweep_map_figure
     from pipeline.figures.trend import has_few_lines, trend_figure
     from rom import one_blas_thread
 
@@ -92,10 +125,12 @@ def draw(
     damped = most_damped(shown)
     orders = {curve.scene.excitation.engine_order for curve in shown}
     figures: dict[str, Callable[[], Figure | None]] = {
-        "response": lambda: response_figure(shown, limits, title) if lines else band_figure(shown, points, title),
+        "response": lambda: (
+            response_figure(shown, limits, title, backbone) if lines else band_figure(shown, points, title)
+        ),
         "peaks": lambda: trend_figure(points, limits, title) if few else quantile_figure(points, title),
         "hysteresis": lambda: None if damped is None else node_figure(damped, title),
-        "map": lambda: map_figure(points, title),
+        "map": lambda: sweep_map_figure(curves, points, title),
         "hysteresis_sweep": lambda: sweep_figure(shown, title),
         "nodal_diameters": lambda: nodal_diameter_figure(shown[0], title, orders),
         "campbell": lambda: campbell_figure(shown, title),

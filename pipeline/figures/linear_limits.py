@@ -13,6 +13,7 @@ from pipeline.figures.data import Array, PlottedCurve
 from pipeline.stages.scene_to_solver import damped_modes, section_excitation
 
 if TYPE_CHECKING:
+    from nonlinear import ContactParameters, Excitation
     from rom import ModalModel, ReducedModel
 
 _EVEN = 600  # evenly spaced frequencies
@@ -73,26 +74,49 @@ def _case(curve: PlottedCurve, kind: str) -> object:
 
 
 def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: list[int]) -> Limit:
-    from rom import RelativeReceptance, linear_response, natural_frequencies
-
     curve = curves[at[0]]
     scene = curve.scene
     modal: ModalModel = damped_modes(model, scene.response, scene.load)
-    contact = curve.contact_parameters(model.n_contacts)
+    contact, wave = curve.contact_parameters(model.n_contacts), section_excitation(scene.excitation)
+    frequency, amplitude = linear_limit(kind, model, (modal, contact, wave), scene.response.frequency)
+    return Limit(kind, frequency, amplitude, tuple(at))
+
+
+def linear_limit(
+    kind: str,
+    model: ReducedModel,
+    problem: tuple[ModalModel, ContactParameters, Excitation],
+    frequency_hz: tuple[float, float],
+) -> tuple[Array, Array]:
+    """Frequency, Hz, and amplitude, m, of the linear response with free or stuck contacts, (F,) each.
+
+    Parameters
+    ----------
+    kind : {"free", "stuck"}
+        Without contact, or with all contact springs.
+    model : ReducedModel
+        The reduced model.
+    problem : tuple
+        Its modes, contact and excitation.
+    frequency_hz : (float, float)
+        Frequency range, Hz.
+    """
+    from rom import RelativeReceptance, linear_response, natural_frequencies
+
+    modal, contact, wave = problem
     stuck = kind == "stuck"
     springs: dict[str, Any] = {
         "normal": contact.normal_stiffness if stuck else 0.0,
         "tangential": contact.tangential_stiffness if stuck else 0.0,
     }
-    phase = modal.phase(scene.excitation.engine_order)
+    phase = modal.phase(wave.engine_order)
     resonances = natural_frequencies(model, phase, count=min(10, model.size), **springs)
-    wave = section_excitation(scene.excitation)
     excited = RelativeReceptance(modal, phase, (1,), wave.force, wave.factors).excited_harmonics
     own = [natural_frequencies(model, h * phase, count=min(10, model.size), **springs) / h for h in excited if h > 1]
-    frequency = _grid(*scene.response.frequency, np.concatenate([resonances, *own]))
+    frequency = _grid(*frequency_hz, np.concatenate([resonances, *own]))
     given = {"phase": phase, "force": wave.force, "harmonic_factors": wave.factors, **springs}
     harmonics = [linear_response(modal, frequency, harmonic=h, **given) for h in excited]
-    return Limit(kind, frequency, _largest(harmonics, excited), tuple(at))
+    return frequency, _largest(harmonics, excited)
 
 
 def _largest(harmonics: list[NDArray[np.complex128]], order: Sequence[int]) -> Array:

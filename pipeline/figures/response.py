@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pipeline.figures.backbone_lines import broken
 from pipeline.figures.curve_line import draw_line
 from pipeline.figures.curve_marks import THIN, explain_lines, grey_mark, mark_bifurcations, mark_peak, mark_worst
 from pipeline.figures.data import Array, PlottedCurve
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from pipeline.studies.backbone.backbone_result import BackboneResult
+
 MOST_LINES = 24  # in one panel
 MOST_PANELS, MOST_COLOURS = 6, 12  # for a sweep of two keys
 _DEPTH = 0.15  # lower end of a logarithmic axis over the lowest peak
@@ -44,13 +47,16 @@ def panel_keys(keys: Sequence[SweepKey]) -> tuple[SweepKey, SweepKey] | None:
     return keys[0], keys[1]
 
 
-def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str) -> Figure:
+def response_figure(
+    curves: Sequence[PlottedCurve], limits: Sequence[Limit], title: str, backbones: BackboneResult | None = None
+) -> Figure:
     """Amplitude over frequency: a line for each curve, dashed where unstable, with a circle on its peak.
 
     Where two keys are swept, the colour tells one and the panel the other. Long dashes: unstable against another
     nodal diameter. A pale band shows the amplitudes that residual tractions allow, where asked for. A star marks the
     worst motion of a curve where that is not its peak. Detached branches are thin lines of the same colour;
-    bifurcations other than folds have marks (`MARKS`).
+    bifurcations other than folds have marks (`MARKS`). Dark lines are nonlinear modes, where they were computed, and
+    crosses their resonances.
     """
     factor, unit = scale(np.concatenate([curve.amplitude_m for curve in curves]), "m")
     keys = panel_keys(sweep_keys(curves))
@@ -70,6 +76,8 @@ def response_figure(curves: Sequence[PlottedCurve], limits: Sequence[Limit], tit
         shown = {place[curve.index] for curve in members}
         of_panel = [limit for limit in limits if shown & set(limit.curves)]
         _draw_limits(axes, of_panel, [colours[curve.index] for curve in curves], factor)
+        if backbones is not None:
+            _draw_backbones(axes, backbones, {curve.index for curve in members}, factor)
         if heading:
             axes.set_title(heading, fontsize=10)
     _set_range(panels[0][0], curves, limits, factor)
@@ -159,6 +167,24 @@ def _draw_limits(axes: Axes, limits: Sequence[Limit], colours: Sequence[Any], fa
                 label=f"linear, {kind}" if number == 0 else None,
                 zorder=3 if alone else 1.5,
             )
+
+
+def _draw_backbones(axes: Axes, backbones: BackboneResult, members: set[int], factor: float) -> None:
+    """Nonlinear modes of the nodal diameter of the excitation, and their resonances under its force."""
+    look: dict[str, Any] = {"color": "black", "zorder": 3.5}
+    line: str | None = "nonlinear mode (black)"
+    mark: str | None = "its resonance"
+    for curve in backbones.curves:
+        for mode in curve.modes if curve.curve in members else ():
+            if mode.nodal_diameter != curve.engine_order or not len(mode.amplitude_m):
+                continue
+            heights = broken(mode, mode.amplitude_m) * factor
+            axes.plot(broken(mode, mode.frequency_hz), heights, linewidth=0.9, label=line, **look)
+            line = None
+            for each in mode.resonances:
+                height = each.amplitude_m * factor
+                axes.plot(each.frequency_hz, height, "x", markersize=6, linestyle="none", label=mark, **look)
+                mark = None
 
 
 def _set_range(axes: Axes, curves: Sequence[PlottedCurve], limits: Sequence[Limit], factor: float) -> None:

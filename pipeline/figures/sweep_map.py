@@ -1,4 +1,7 @@
-"""Maps over two swept keys: height and frequency of the worst motion."""
+"""Maps over two swept keys: height and frequency of the worst motion.
+
+Contours for a full grid of numbers, cells for a small one or for words, dots for other samples.
+"""
 
 from __future__ import annotations
 
@@ -10,17 +13,57 @@ import numpy as np
 from pipeline.figures.data import Array, SweepPoint
 from pipeline.figures.style import LOG_FROM, plain_log_labels, scale, subplots, write_heading
 from pipeline.figures.sweep_keys import SweepKey, is_grid, sweep_keys
+from pipeline.scene.latin_hypercube import takes_fractions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from pipeline.stages.respond import CurveResult
+    from pipeline.studies.worst_motion_map.map_result import WorstMotionMap
+
 FEWEST = 3  # values of the key with the most
+FEWEST_FOR_CONTOURS = 4  # values of either key
 MOST_NUMBERS = 80  # cells with a number in them
 MOST_TICKS = 10
 
 
-def map_figure(points: Sequence[SweepPoint], title: str) -> Figure | None:
+def sweep_map_figure(curves: Sequence[CurveResult], points: Sequence[SweepPoint], title: str) -> Figure | None:
+    """Worst motion over two swept keys: contours where the curves are a grid of numbers, else `cell_figure`."""
+    found = map_of_sweep(curves)
+    if found is None:
+        return cell_figure(points, title)
+    from pipeline.figures.map_figure import map_figure
+
+    return map_figure(found, title)
+
+
+def map_of_sweep(curves: Sequence[CurveResult]) -> WorstMotionMap | None:
+    """The map of the curves of a sweep; their files are read.
+
+    None unless exactly two keys are swept, on a full grid of at least four by four numbers, between which there are
+    others.
+    """
+    members = [curve.member for curve in curves]
+    keys = sweep_keys(members)
+    if len(keys) != 2 or len(keys[1].values) < FEWEST_FOR_CONTOURS or not is_grid(members, keys):
+        return None
+    if not all(key.numeric and takes_fractions(key.name) for key in keys):
+        return None
+    from pipeline.studies.worst_motion_map.map_grid import MapAxis, MapGrid, even_in_logarithm
+    from pipeline.studies.worst_motion_map.map_point import map_point
+    from pipeline.studies.worst_motion_map.map_result import worst_motion_map
+
+    first, second = (MapAxis(key.name, tuple(map(float, key.values)), even_in_logarithm(key.values)) for key in keys)
+    points = []
+    for curve in curves:
+        values = [curve.member.parameters[key.name] for key in keys]
+        column, row = (float(key.number(value)) for key, value in zip(keys, values, strict=True))
+        points.append(map_point(curve, (column, row), (float(values[0]), float(values[1]))))
+    return worst_motion_map(MapGrid((first, second)), points)
+
+
+def cell_figure(points: Sequence[SweepPoint], title: str) -> Figure | None:
     """Worst motion over two swept keys, amplitude beside frequency; None unless exactly two keys are swept.
 
     A full grid is a heat map with a cell for each curve; other samples are dots. The lowest worst

@@ -37,6 +37,7 @@ from pipeline.report.rows import (
 )
 from pipeline.report.story import story
 from pipeline.report.stress import stress_details
+from pipeline.report.studies import study_sections
 from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
 from pipeline.results.provenance import origin
 from pipeline.results.publishing import Attempts
@@ -114,6 +115,7 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
         "facts": _facts(source, model),
         "ring": _ring(model, attempts),
         "stills": _stills(source, attempts),
+        "studies": study_sections(source, attempts),
         "stresses": stress_details(source, attempts),
         "spot_headings": SPOT_HEADINGS,
         "viewer": None if viewer is None else _json(viewer.plain()),

@@ -15,10 +15,12 @@ _HEAD = 4096  # bytes at the start of the page that contain the mark
 
 
 def results_fingerprint(models: Models, outcome: RunOutcome) -> str:
-    """Hash of the results: key and parameters of each curve, key of its reduced model."""
+    """Hash of the results: key and parameters of each curve, key of its reduced model, what studies are asked for."""
     keys = {index: model.key for index, model in models.items() if model is not None}
+    scene = outcome.curves[0].member.scene if outcome.curves else None
     return fingerprint(
         {
+            "studies": {name: getattr(scene, name).model_dump() for name in (scene.studies if scene else ())},
             "curves": [
                 [
                     curve.file.parent.name if curve.file else curve.reason,
@@ -26,7 +28,7 @@ def results_fingerprint(models: Models, outcome: RunOutcome) -> str:
                     keys.get(curve.member.index),
                 ]
                 for curve in outcome.curves
-            ]
+            ],
         }
     )
 

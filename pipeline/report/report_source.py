@@ -11,7 +11,7 @@ from pipeline.report.published_page import results_fingerprint
 from pipeline.scene.schema import Scene
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.model_chain import BuiltModel
-from pipeline.stages.request import Run, RunOutcome
+from pipeline.stages.request import Run, RunOutcome, StudyOutcome
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.sweep_models import Models
 from pipeline.store.fingerprints import content_fingerprint, fingerprint
@@ -43,6 +43,8 @@ class ReportSource:
         Figures and stills that the page may show, by their names in `out`.
     stress : sequence of dict
         `stress` of summary.json.
+    studies : mapping of str to StudyOutcome
+        Results of the studies by their names.
     verified : sequence of VerifiedCase
         Errors found by `shroud verify`, empty where it has not been run.
     costs, results : mapping of str
@@ -62,6 +64,7 @@ class ReportSource:
     model_rows: Sequence[dict[str, Any]]
     pictures: Mapping[str, bytes]
     stress: Sequence[dict[str, Any]]
+    studies: Mapping[str, StudyOutcome]
     verified: Sequence[VerifiedCase]
     costs: Mapping[str, float]
     results: Mapping[str, int]
@@ -96,6 +99,7 @@ class ReportSource:
                 "rows": list(self.model_rows),
                 "pictures": {name: content_fingerprint(content) for name, content in self.pictures.items()},
                 "stress": list(self.stress),
+                "studies": {name: study.key for name, study in self.studies.items()},
                 "verified": [[case.label, repr(errors)] for case, errors in self.verified],
                 "costs": dict(self.costs),
                 "numbers": dict(self.results),
@@ -127,6 +131,7 @@ def report_source(run: Run, models: Models, outcome: RunOutcome) -> ReportSource
             if name.endswith((".svg", ".png"))
         },
         stress=outcome.stress,
+        studies=outcome.studies,
         verified=_verified(run, models),
         costs={stage: round(seconds, 2) for stage, seconds in costs.items() if counts[stage]},
         results=counts,

@@ -97,7 +97,7 @@ def published(
         with run.reporter.working(doing):
             entry = run.store.get(stage, key, lambda folder: _built(run, stage, build, folder, target))
     run.log.note(stage, entry.ran, entry.seconds)
-    return _copied(run.store, entry.folder, target)
+    return copied(run.store, entry.folder, target)
 
 
 def _built(run: Run, stage: str, build: Callable[[Path], list[str] | None], folder: Path, target: Path) -> None:
@@ -105,7 +105,7 @@ def _built(run: Run, stage: str, build: Callable[[Path], list[str] | None], fold
     problems = build(folder)
     if problems:
         run.log.note(stage, ran=True)
-        raise PicturesMissing(_copied(run.store, folder, target), problems)
+        raise PicturesMissing(copied(run.store, folder, target), problems)
 
 
 def remove_outdated(target: Path, patterns: Sequence[str], current: Sequence[Path]) -> None:
@@ -116,7 +116,8 @@ def remove_outdated(target: Path, patterns: Sequence[str], current: Sequence[Pat
                 old.unlink(missing_ok=True)
 
 
-def _copied(store: Store, source: Path, target: Path) -> list[Path]:
+def copied(store: Store, source: Path, target: Path) -> list[Path]:
+    """The files of a folder in `target`, each copied in one step where it is not there already."""
     files = [file for file in sorted(source.iterdir()) if file.is_file() and file.name != MANIFEST]
     for file in files:
         if not _same(file, target / file.name):

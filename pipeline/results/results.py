@@ -74,6 +74,12 @@ class Results:
         """Stress on the mesh of the curves that it was computed for, as in `summary.json`; empty without [stress]."""
         return tuple(self.summary.get("stress", ()))
 
+    @property
+    def studies(self) -> Mapping[str, Mapping[str, Any]]:
+        """Results of the studies by their names, such as "optimum", as in their JSON files; empty without any."""
+        files = {name: self.folder / study["file"] for name, study in self.summary.get("studies", {}).items()}
+        return {name: json.loads(file.read_text(encoding="utf-8")) for name, file in files.items()}
+
     def to_dataframe(self, points: bool = False) -> pandas.DataFrame:
         """The results as a table of pandas: a row for each curve, or for each point.
 

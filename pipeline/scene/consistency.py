@@ -8,16 +8,20 @@ from typing import Any
 
 from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
+from pipeline.scene.backbone_checks import unfit_backbone_keys
 from pipeline.scene.centrifugal_strain import check_speed
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.loads_section import files_of
+from pipeline.scene.map_checks import unfit_map_keys
 from pipeline.scene.matrix_scene import unfit_beside_matrices, unfit_matrix_keys
 from pipeline.scene.mesh_file import check_mesh_file
 from pipeline.scene.nodal_table import force_table, temperature_table
+from pipeline.scene.optimum_checks import unfit_optimum_keys
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_sweep
 from pipeline.scene.stress_checks import unfit_stress_keys
+from pipeline.scene.uncertainty_checks import unfit_uncertainty_keys
 from pipeline.scene.validation_errors import allowed_values
 
 PER_NODE = ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload")
@@ -55,6 +59,11 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
     if not broken.get(0):
         yield from _raised(_check_pictured_curves, file)
         yield from unfit_stress_keys(file)
+        if not any(broken.values()):
+            yield from unfit_backbone_keys(file)
+        yield from unfit_optimum_keys(file)
+        yield from unfit_map_keys(file)
+        yield from unfit_uncertainty_keys(file)
     has_matrices = file.first.model is not None or "model" in broken.get(0, ())
     absent = set() if has_matrices else _absent_sections(file.first) - set(broken.get(0, ()))
     for section in BLADE_SECTIONS:
@@ -148,6 +157,14 @@ def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> N
     InputError
         The first key that does not fit the model.
     """
+    of_studies = (
+        *unfit_optimum_keys(file, given_model=True),
+        *unfit_map_keys(file, given_model=True),
+        *unfit_uncertainty_keys(file),
+        *unfit_backbone_keys(file),
+    )
+    for error in of_studies:
+        raise error
     for member in file.members:
         for error in _unfit_keys(file.path, member, set()):
             raise error

@@ -6,13 +6,14 @@ import json
 import os
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from pipeline.errors import input_error, shown
-from pipeline.scene.reading import SceneFile, load_tables, scene_of_tables
-from pipeline.scene.schema import SECTIONS
-from pipeline.scene.sweep import LATIN_HYPERCUBE, POINTS, read_sweep
+from pipeline.scene.reading import Member, SceneFile, load_tables, scene_of_tables
+from pipeline.scene.schema import NOT_SWEPT, SECTIONS
+from pipeline.scene.sweep import LATIN_HYPERCUBE, POINTS, Sweep, read_sweep
 from pipeline.scene.toml_errors import parsed
 
 NAMELESS = Path("scene")  # how messages name a scene without a file
@@ -55,6 +56,34 @@ def given_scene(
     if overrides or not text:
         text = toml_text(tables)
     return scene_of_tables(path, tables, text, given_model)
+
+
+def derived_member(file: SceneFile, values: Mapping[str, Any], place: str, given_model: bool = False) -> Member:
+    """The first member of a scene with other values of some keys; nothing is swept, no picture asked for.
+
+    Parameters
+    ----------
+    file : SceneFile
+        The scene.
+    values : mapping of str to value
+        Dotted keys with their values.
+    place : str
+        How messages name the table with these values.
+    given_model : bool
+        As for `read_scene`.
+
+    Raises
+    ------
+    InputError
+        A value is not allowed.
+    """
+    tables = dict(parsed(file.path, file.text))
+    for name in ("sweep", *NOT_SWEPT):
+        tables.pop(name, None)
+    chosen = {key: [_plain(value)] for key, value in {**file.members[0].parameters, **values}.items()}
+    sweep = Sweep(chosen, POINTS, (place,)) if chosen else Sweep({})
+    derived = scene_of_tables(file.path, tables, "", given_model, swept=sweep)
+    return replace(derived.members[0], parameters=dict(values), place=place)
 
 
 def _replace(path: Path, tables: dict[str, Any], key: str, value: Any) -> None:

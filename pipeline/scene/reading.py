@@ -138,6 +138,7 @@ def scene_of_tables(
     text: str = "",
     given_model: bool = False,
     broken: Callable[[int, list[InputError]], None] | None = None,
+    swept: Sweep | None = None,
 ) -> SceneFile:
     """The scene of the tables of a file, as `read_scene` reads it.
 
@@ -154,9 +155,12 @@ def scene_of_tables(
     broken : callable
         Gets the index of a member that does not obey the schema and its errors; the member then has only the sections
         that do. By default the first error is raised.
+    swept : Sweep
+        A sweep in place of that of the tables.
     """
     raw = dict(raw)
-    sweep = read_sweep(path, raw.pop("sweep", {}))
+    table = raw.pop("sweep", {})
+    sweep = read_sweep(path, table) if swept is None else swept
     if given_model:
         _refuse_without_effect(path, sweep)
         raw = {key: value for key, value in raw.items() if key not in IGNORED_WITH_MODEL}

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
+from pipeline.scene.backbone_section import Backbone
 from pipeline.scene.fields import (
     BLADES,
     FILLET,
@@ -41,9 +42,13 @@ from pipeline.scene.loads_section import (
     placed,
     unit_vector,
 )
+from pipeline.scene.map_section import Map
 from pipeline.scene.mesh_section import Mesh
 from pipeline.scene.model_section import Model
+from pipeline.scene.optimum_section import Optimum
+from pipeline.scene.pictures_section import Figures, Render
 from pipeline.scene.stress_section import Fatigue, Stress
+from pipeline.scene.uncertainty_section import Uncertainty
 
 DEFAULT_MODES = 30
 
@@ -294,40 +299,6 @@ class Response(Section):
     )
 
 
-class Render(Section):
-    """[render]: pictures of mode shapes. Nothing is rendered unless this section is there."""
-
-    modes: Annotated[tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=20)] = _key(
-        "mode shapes to draw, 1 is the lowest", "a list of 1 to 20 whole numbers, 1 to 100", (1, 2, 3)
-    )
-    deformation: Number = _key(
-        "largest drawn displacement as a fraction of the blade's length",
-        "a number above 0, 1e-12 to 1",
-        0.08,
-        ge=1e-12,
-        le=1.0,
-    )
-    contact: Literal["free", "sliding", "stuck"] = _key(
-        "how the shrouds are joined", '"free", "sliding" or "stuck"', "free"
-    )
-    operating: Truth | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=20)] = (
-        _key(
-            "motion at the peak: true for the curves with the highest and the lowest peak, or their numbers from 0",
-            "true, false or a list of 1 to 20 numbers of curves, the first is 0",
-            False,
-        )
-    )
-    blades: Whole = _key("neighbours drawn side by side", "a whole number, 1 to 9", 3, ge=1, le=9)
-
-
-class Figures(Section):
-    """[figures]: files that the figures are written to."""
-
-    formats: Annotated[tuple[Literal["png", "svg"], ...], Field(min_length=1)] = _key(
-        "formats of every figure", 'a list of "png", "svg" or both', ("png",)
-    )
-
-
 class Scene(Section):
     """A whole scene with one value for every key (one member of a sweep)."""
 
@@ -368,6 +339,10 @@ class Scene(Section):
     )
     stress: Stress | None = _key("", "a table", None)
     fatigue: Fatigue | None = _key("", "a table", None)
+    optimum: Optimum | None = _key("", "a table", None)
+    backbone: Backbone | None = _key("", "a table", None)
+    map: Map | None = _key("", "a table", None)
+    uncertainty: Uncertainty | None = _key("", "a table", None)
     render: Render | None = _key("", "a table", None)
     figures: Figures = _key("", "a table", Figures())
 
@@ -388,6 +363,11 @@ class Scene(Section):
         return self.stress is not None or self.fatigue is not None
 
     @property
+    def studies(self) -> tuple[str, ...]:
+        """Names of the studies that the scene asks for."""
+        return tuple(name for name in STUDIES if getattr(self, name) is not None)
+
+    @property
     def mesh_file(self) -> str | None:
         """The mesh file that describes the blade; None where [blade] and [shroud] do, or nothing does."""
         return None if self.mesh is None else self.mesh.file
@@ -402,7 +382,8 @@ class Scene(Section):
         return None if self.blade is None else self.blade.n_blades
 
 
-NOT_SWEPT = ("stress", "fatigue", "render", "figures")  # made of solved curves
+STUDIES = ("optimum", "map", "backbone", "uncertainty")  # each has a section of its name
+NOT_SWEPT = ("stress", "fatigue", *STUDIES, "render", "figures")  # made of solved curves
 NOT_SWEPT_KEYS = (  # tables, and lists of tables
     "mesh.sets",
     "model.sets",
@@ -425,6 +406,10 @@ SECTIONS: dict[str, type[Section]] = {
     "response": Response,
     "stress": Stress,
     "fatigue": Fatigue,
+    "optimum": Optimum,
+    "backbone": Backbone,
+    "map": Map,
+    "uncertainty": Uncertainty,
     "render": Render,
     "figures": Figures,
 }

@@ -32,9 +32,11 @@ UNITS = {
     "excitation.force": "N",
     "excitation.at": "m",
     "response.frequency": "Hz",
+    "backbone.amplitudes": "m",
     "fatigue.endurance_limit": "Pa",
     "fatigue.tensile_strength": "Pa",
     "fatigue.yield_strength": "Pa",
+    "uncertainty.limit": "m",
 }
 _ENDINGS = {
     "degrees": "deg",

@@ -10,11 +10,13 @@ from typing import Any
 from pydantic import BaseModel
 
 from pipeline.errors import InputError, input_error, one_line, shown
-from pipeline.scene.loads_section import TABLES, Temperature
+from pipeline.scene.loads_section import TABLES as LOAD_TABLES
+from pipeline.scene.loads_section import Temperature
 from pipeline.scene.mesh_section import MeshSets
 from pipeline.scene.model_section import ModelSets
 from pipeline.scene.schema import SECTIONS, Material, Scene
 from pipeline.scene.suggestions import meant
+from pipeline.scene.uncertainty_section import UncertainParameter
 
 MISSING = object()
 SETS: dict[str, type[BaseModel]] = {  # tables in sections
@@ -22,6 +24,7 @@ SETS: dict[str, type[BaseModel]] = {  # tables in sections
     "model.sets": ModelSets,
     "load.temperature": Temperature,
 }
+TABLES: dict[str, type[BaseModel]] = {**LOAD_TABLES, "uncertainty.parameter": UncertainParameter}  # lists of tables
 LONGEST_KEY = 60
 MOST_ERRORS = 50  # that are listed at once
 

@@ -57,9 +57,9 @@ class Request:
         if self.until is not None:
             return Stage(self.until).with_needs | self._for_pictures(self.until)
         if self.rom is not None:
-            return Stage.FIGURES.with_needs - Stage.REDUCE.with_needs
+            return (Stage.FIGURES.with_needs - Stage.REDUCE.with_needs) | self._studies
         rendered = {Stage.RENDER} if self.scene.first.render is not None and not self.without_mesh else set()
-        return Stage.FIGURES.with_needs | rendered | self._stress
+        return Stage.FIGURES.with_needs | rendered | self._stress | self._studies
 
     @property
     def without_mesh(self) -> bool:
@@ -77,10 +77,17 @@ class Request:
         """The stage `stress` where the scene asks for it and there is a mesh."""
         return frozenset({Stage.STRESS} if self.scene.first.with_stress and not self.without_mesh else ())
 
+    @property
+    def _studies(self) -> frozenset[Stage]:
+        """The stage `study` where the scene asks for one."""
+        return frozenset({Stage.STUDY} if self.scene.first.studies else ())
+
     def _for_pictures(self, until: str) -> frozenset[str]:
-        """What renders need and are needed for: curves for the motion at a peak, renders for the report."""
+        """What pictures are made of: curves for the motion at a peak, studies for figures, all for the report."""
         render = self.scene.first.render
-        stress = self._stress if until == Stage.REPORT else frozenset()
+        if until == Stage.FIGURES:
+            return self._studies
+        stress = self._stress | self._studies if until == Stage.REPORT else frozenset()
         if render is None or self.without_mesh:
             return stress
         if until == Stage.REPORT:
@@ -99,6 +106,34 @@ class Run:
     executor: Executor
 
 
+@dataclass(frozen=True)
+class StudyOutcome:
+    """The result of a study.
+
+    Attributes
+    ----------
+    name : str
+        The study.
+    key : str
+        Its key in the store, a hash of all that it depends on.
+    result : dataclass
+        The result, of the type that the study names.
+    lines : tuple of str
+        What to say of it at a terminal.
+    file : str
+        Its file in the output folder.
+    seconds : float
+        What it took, in this run or an earlier one.
+    """
+
+    name: str
+    key: str
+    result: Any
+    lines: tuple[str, ...]
+    file: str
+    seconds: float
+
+
 @dataclass
 class RunOutcome:
     """Outcome of a run.
@@ -113,6 +148,8 @@ class RunOutcome:
         Figures and renders by their names in the output folder.
     stress : list of dict
         Entries of `stress` in summary.json.
+    studies : dict of str to StudyOutcome
+        Results of the studies by their names.
     report : str or None
         Name of the report page.
     table : CurveTable or None
@@ -131,6 +168,7 @@ class RunOutcome:
     models: list[dict[str, Any]] = field(default_factory=list)
     pictures: list[str] = field(default_factory=list)
     stress: list[dict[str, Any]] = field(default_factory=list)
+    studies: dict[str, StudyOutcome] = field(default_factory=dict)
     report: str | None = None
     table: CurveTable | None = None
     response: dict[str, str] | None = None

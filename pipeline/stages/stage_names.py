@@ -12,6 +12,7 @@ class Stage(StrEnum):
     ASSEMBLE = "assemble"
     REDUCE = "reduce"
     RESPOND = "respond"
+    STUDY = "study"
     STRESS = "stresses"
     RENDER = "render"
     FIGURES = "figures"
@@ -33,6 +34,7 @@ _AFTER = {  # stage -> the stage whose results it needs
     Stage.ASSEMBLE: Stage.MESH,
     Stage.REDUCE: Stage.ASSEMBLE,
     Stage.RESPOND: Stage.REDUCE,
+    Stage.STUDY: Stage.RESPOND,
     Stage.STRESS: Stage.RESPOND,
     Stage.RENDER: Stage.REDUCE,
     Stage.FIGURES: Stage.RESPOND,
@@ -43,6 +45,7 @@ _RESULTS = {
     Stage.ASSEMBLE: "assembling stiffness and mass",
     Stage.REDUCE: "reduced model",
     Stage.RESPOND: "response curves",
+    Stage.STUDY: "studies",
     Stage.STRESS: "stress on the mesh",
     Stage.RENDER: "renders",
     Stage.FIGURES: "figures",

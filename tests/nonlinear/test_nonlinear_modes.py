@@ -1,5 +1,8 @@
 """Nonlinear modes: closed forms of a mass with a slider, derivatives, linear limits, and resonances against peaks."""
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from lumped import lumped_blade, oscillator
@@ -7,9 +10,15 @@ from lumped import lumped_blade, oscillator
 from nonlinear import (
     ContactParameters,
     Excitation,
+    HarmonicBalance,
+    OptionsError,
+    Ring,
+    RingIntegrator,
     SolverOptions,
+    compare_with_peaks,
     contact_element,
     forced_response,
+    harmonic_shares,
     nonlinear_mode,
 )
 from nonlinear.nonlinear_modes.extended_motion import ExtendedMotion, MotionState
@@ -23,7 +32,7 @@ QUICK = {"detached": False, "stability": "folds", "truncation": False, "time_int
 def motion_of(modal, contact, harmonics: int) -> ExtendedMotion:
     receptance = RelativeReceptance(modal, 0.0, tuple(range(harmonics + 1)), 0.0)
     options = SolverOptions((0.05, 0.5), harmonics=harmonics)
-    return ExtendedMotion(receptance, contact_element(contact, harmonics, options), 0)
+    return ExtendedMotion(receptance, contact_element(contact, harmonics, options), 0, every_harmonic=True)
 
 
 def state_of(amplitude: float, harmonics: int) -> MotionState:
@@ -54,13 +63,15 @@ def test_many_harmonics_of_a_mass_with_a_slider() -> None:
     assert (found.state.omega, found.state.damping) == pytest.approx((1.225969, 0.105734), abs=6e-7)
 
 
-def test_derivatives() -> None:
+@pytest.mark.parametrize("every_harmonic", [False, True])
+def test_derivatives(every_harmonic: bool) -> None:
     blade = modal_model(lumped_blade(), damping_ratio=0.01)
     contact = ContactParameters.shared(
         2, normal_stiffness=4.0, tangential_stiffness=3.0, friction=0.4, interference=0.2
     )
     receptance = RelativeReceptance(blade, blade.phase(5), (0, 1, 2), 0.0)
-    motion = ExtendedMotion(receptance, contact_element(contact, 2, SolverOptions((0.1, 1.0), harmonics=2)), 1)
+    element = contact_element(contact, 2, SolverOptions((0.1, 1.0), harmonics=2))
+    motion = ExtendedMotion(receptance, element, 1, every_harmonic)
     rng = np.random.default_rng(3)
     shape = (5, 2, 3)
     values = MotionState(0.3 * rng.normal(size=shape), 0.7, 0.8, 0.05, -0.2).packed()
@@ -85,7 +96,7 @@ def test_small_and_open_motions_are_linear_modes() -> None:
     np.testing.assert_allclose(mode.frequency_hz, stuck, rtol=1e-10)
     np.testing.assert_allclose(np.diff(mode.force / mode.modal_amplitude), 0.0, atol=1e-12)
     wide = ContactParameters.shared(2, **springs, interference=-50.0)
-    mode = nonlinear_mode(modal, wide, 5, (1e-3, 1e-2), options, number=2)
+    mode = nonlinear_mode(modal, wide, 5, (1e-6, 1e-5), options, number=2)
     np.testing.assert_allclose(mode.frequency_hz, natural_frequencies(blade, modal.phase(5))[1], rtol=1e-12)
     np.testing.assert_allclose(4.0 * np.pi * mode.frequency_hz * mode.damping_ratio, 0.02, rtol=1e-10)
 
@@ -151,3 +162,115 @@ def test_without_friction_the_contacts_slide() -> None:
     )
     quick = SolverOptions((0.1, 1.0), stability="folds", truncation=False, time_integration=False)
     assert forced_response(modal, contact, Excitation(5, 0.01), quick).termination.complete
+
+
+SPRINGS = {"normal_stiffness": 0.25, "tangential_stiffness": 0.05, "friction": 0.3, "interference": 0.1}
+
+
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
+def test_a_mode_is_a_forced_response_in_phase_with_its_velocity(law: str) -> None:
+    """The force 2 i zeta omega^2 q on the modes in harmonic 1 makes the balance of the forced response vanish."""
+    modal, options = modal_model(lumped_blade(), damping_ratio=0.01), SolverOptions((0.05, 0.9), harmonics=3)
+    contact = ContactParameters.shared(2, **SPRINGS, law=law)
+    mode = nonlinear_mode(modal, contact, 5, (0.05, 2.0), options)
+    for place in (0, len(mode.force) // 2, -1):
+        state, damping = mode.motions.states[place], mode.damping_ratio[place]
+        push = 2j * damping * state.omega**2 * mode.coordinates[place, 1]
+        forced = RelativeReceptance(replace(modal, force=push), modal.phase(5), (0, 1, 2, 3), 1.0)
+        balance = HarmonicBalance(forced, contact_element(contact, 3, options))
+        residual = balance.evaluate(balance.unknown(state.displacement), state.omega).residual
+        assert np.abs(residual).max() < 1e-10 * np.abs(state.displacement).max()
+    assert mode.slipping.max() > 0
+    assert mode.separating.max() == 2
+
+
+def free_decay(modal, contact, mode, periods: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times and output of a ring of two blades that is left alone on the largest motion of a mode."""
+    state, q = mode.motions.states[-1], mode.coordinates[-1]
+    ring = RingIntegrator.of(Ring(modal, contact, Excitation(6, 0.0)), state.omega, finer=4)
+    h = np.arange(len(q))
+    turned = np.exp(1j * np.outer(np.pi * np.arange(ring.n_blades), h))
+    rates = (turned @ (1j * state.omega * h[:, None] * q)).real
+    start = replace(ring.on_wave(state.displacement), coordinates=(turned @ q).real, rates=rates)
+    output = ring.march(start, periods).output_m.reshape(-1, ring.n_blades)[:, 0]
+    return ring.period / ring.steps * np.arange(output.size), output
+
+
+def test_frequency_and_damping_are_those_of_a_free_decay() -> None:
+    """Time integration: the free motion dies away through lift-off and slip down to stick, and follows the mode."""
+    modal = modal_model(lumped_blade(), rayleigh=(0.002, 0.0))
+    contact = ContactParameters.shared(2, **SPRINGS)
+    mode = nonlinear_mode(modal, contact, 6, (0.05, 6.0), SolverOptions((0.05, 0.9), harmonics=7))
+    times, output = free_decay(modal, contact, mode, 150)
+    up = np.flatnonzero((output[:-1] < 0.0) & (output[1:] >= 0.0))
+    crossing = times[up] - output[up] * (times[up + 1] - times[up]) / (output[up + 1] - output[up])
+    size = np.array([0.5 * np.ptp(output[a:b]) for a, b in pairwise(up)])
+    frequency, damping = 1.0 / np.diff(crossing)[1:-1], np.log(size[:-2] / size[2:]) / (4.0 * np.pi)
+    size, known = size[1:-1], mode.modal_amplitude / mode.modal_amplitude[-1] * mode.amplitude_m[-1]
+    order = np.argsort(known)
+    np.testing.assert_allclose(frequency, np.interp(size, known[order], mode.frequency_hz[order]), rtol=6e-4)
+    slow = (size > 0.15) | (size < 0.07)  # in between the damping ratio falls by a factor of 15 within four periods
+    expected = np.interp(size, known[order], mode.damping_ratio[order])
+    np.testing.assert_allclose(damping[slow], expected[slow], rtol=0.03)
+    assert frequency.max() / frequency.min() > 1.07
+    assert damping.max() > 10.0 * damping.min()
+
+
+@pytest.mark.parametrize(("harmonics", "pieces"), [(3, 1), (5, 3)])
+def test_a_mode_goes_on_across_an_internal_resonance(harmonics: int, pieces: int) -> None:
+    """Harmonic 3 resonates with another mode on the way: the curve runs through, or is found again above."""
+    blade, options = lumped_blade(), SolverOptions((0.05, 0.9), harmonics=harmonics)
+    modal = modal_model(blade, rayleigh=(0.001, 0.0))
+    springs = {"normal_stiffness": 5.0, "tangential_stiffness": 3.5, "friction": 0.3}
+    contact = ContactParameters.shared(2, **springs, interference=0.1)
+    mode = nonlinear_mode(modal, contact, 2, (0.01, 60.0), options)
+    assert mode.complete
+    assert mode.piece[-1] + 1 == pieces
+    assert pieces == 1 or "internal resonance 1:3" in mode.message
+    assert harmonic_shares(mode.coordinates)[:, 1].max() > 0.5
+    stuck = natural_frequencies(blade, modal.phase(2), normal=2.5, tangential=1.75)[0]
+    assert mode.frequency_hz[0] == pytest.approx(stuck, rel=1e-9)
+    half = np.interp(30.0, mode.amplitude_m, mode.frequency_hz)
+    assert mode.frequency_hz[-1] == pytest.approx(half, rel=2e-3)  # of a motion much larger than the interference
+
+
+def test_sampled_integration_agrees() -> None:
+    modal, amplitudes = modal_model(lumped_blade(), damping_ratio=0.01), (0.05, 2.0)
+    contact, options = ContactParameters.shared(2, **SPRINGS), SolverOptions((0.05, 0.9), harmonics=3)
+    exact = nonlinear_mode(modal, contact, 5, amplitudes, options).resonances(0.05)
+    sampled = replace(options, integration="sampled", samples=2048)
+    other = nonlinear_mode(modal, contact, 5, amplitudes, sampled).resonances(0.05)
+    assert other[0].amplitude_m == pytest.approx(exact[0].amplitude_m, rel=1e-5)
+    assert other[0].frequency_hz == pytest.approx(exact[0].frequency_hz, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"options": SolverOptions((0.1, 1.0), method="static-first")}, "method: 'static-first'"),
+        ({"amplitudes_m": (1.0, 0.1)}, "amplitudes: "),
+        ({"number": 16}, "number: 16, allowed: 1 to 15"),
+    ],
+)
+def test_what_has_no_mode_is_refused(changed: dict, message: str) -> None:
+    modal, contact = modal_model(lumped_blade(), damping_ratio=0.01), ContactParameters.shared(2, **SPRINGS)
+    given = {"amplitudes_m": (0.1, 1.0), "options": SolverOptions((0.1, 1.0)), "number": 1} | changed
+    with pytest.raises(OptionsError, match=message):
+        nonlinear_mode(modal, contact, 5, **given)
+
+
+def test_deviations_from_the_peaks() -> None:
+    """A light mode agrees; where another mode takes part in the motion at the peak the comparison says how much."""
+    modal, contact = modal_model(lumped_blade(), damping_ratio=0.01), ContactParameters.shared(2, **SPRINGS)
+    options = SolverOptions((0.1, 0.24), harmonics=3, **QUICK)
+    excitation = Excitation(5, 0.05)
+    curve = forced_response(modal, contact, excitation, options)
+    mode = nonlinear_mode(modal, contact, 5, (0.05, 4.0), options)
+    (pair,), missed = compare_with_peaks([mode], curve, modal, excitation)
+    assert missed == ()
+    assert pair.peak.amplitude_m == pytest.approx(curve.peak.amplitude_m, rel=1e-12)
+    assert abs(pair.amplitude_deviation) < 4e-3
+    assert pair.other_motion < 0.02
+    far = compare_with_peaks([nonlinear_mode(modal, contact, 5, (0.05, 0.1), options)], curve, modal, excitation)
+    assert far[0] == ()
+    assert [peak.amplitude_m for peak in far[1]] == [pytest.approx(curve.peak.amplitude_m, rel=1e-12)]

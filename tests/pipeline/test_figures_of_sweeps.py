@@ -17,13 +17,14 @@ from pipeline.figures.quantiles import band_figure, bins, curves_to_read, ends, 
 from pipeline.figures.response import has_lines, response_figure
 from pipeline.figures.style import ordered_colours
 from pipeline.figures.sweep_keys import groups, is_grid, sweep_keys
-from pipeline.figures.sweep_map import map_figure
+from pipeline.figures.sweep_map import cell_figure, map_of_sweep, sweep_map_figure
 from pipeline.figures.trend import has_few_lines, trend_figure
 from pipeline.report.charts import charts
 from pipeline.report.error_budget import ErrorRow
 from pipeline.report.many_curves import first_few, listed, quantile_rows, shown_rows
 from pipeline.report.story import story
 from pipeline.scene.reading import read_scene
+from pipeline.stages.respond import CurveResult
 
 V0, MU = "contact.interference", "contact.friction"
 
@@ -124,7 +125,7 @@ def test_two_keys_are_told_by_colour_and_panel_and_the_legend_explains_the_lines
 
 def test_a_map_has_the_height_of_each_curve_in_its_cell() -> None:
     points = grid(4, 3)
-    figure = map_figure(points, "title")
+    figure = cell_figure(points, "title")
     assert figure is not None
     cells = figure.axes[0].collections[0].get_array().reshape(3, 4)
     for each in points:
@@ -132,10 +133,10 @@ def test_a_map_has_the_height_of_each_curve_in_its_cell() -> None:
         assert cells[row, column] == pytest.approx(each.worst[1] * 1e6)
     frame = figure.axes[0].patches[0]
     assert (frame.get_x(), frame.get_y()) == (0, 0)
-    assert map_figure([point(i, {V0: i * 1e-6}, 1e-6) for i in range(9)], "one key") is None
+    assert cell_figure([point(i, {V0: i * 1e-6}, 1e-6) for i in range(9)], "one key") is None
     rng = np.random.default_rng(1)
     samples = [point(i, {V0: x, MU: y}, 1e-6) for i, (x, y) in enumerate(rng.random((50, 2)))]
-    scattered = map_figure(samples, "samples")
+    scattered = cell_figure(samples, "samples")
     assert scattered is not None
     assert len(scattered.axes[0].collections[0].get_offsets()) == 50
 
@@ -261,3 +262,26 @@ def test_charts_have_the_points_of_the_curves() -> None:
     over_v0, over_mu = dots["lines"]
     assert over_v0["y"] == over_mu["y"] == pytest.approx([1.0 + x for x in over_v0["x"]], rel=1e-4)
     assert 0.0 <= min(over_mu["x"]) < max(over_mu["x"]) <= 1.0
+
+
+def test_a_grid_of_numbers_is_drawn_with_contours_and_other_sweeps_with_cells(tmp_path: Path) -> None:
+    def curves(first: tuple[str, list[Any]], second: tuple[str, list[Any]]) -> list[CurveResult]:
+        scene = small_scene(sweep={first[0]: first[1], second[0]: second[1]})
+        members = read_scene(write_scene(tmp_path / "scene.toml", scene)).members
+        return [CurveResult(member, None, None, None, "not solved") for member in members]
+
+    v0, mu = (V0, [-2e-6, 0.0, 2e-6, 4e-6]), (MU, [0.1, 0.2, 0.4, 0.8])
+    found = map_of_sweep(curves(mu, v0))
+    assert found is not None
+    assert [axis.logarithmic for axis in found.grid.axes] == [key == MU for key in found.keys]
+    assert {point.values for point in found.points} == {
+        (x, y) if found.keys[0] == V0 else (y, x) for x in v0[1] for y in mu[1]
+    }
+    assert all(point.may_be_higher == "not solved" for point in found.points)
+    assert sweep_map_figure(curves(mu, v0), grid(4, 4), "title") is not None  # nothing solved: axes alone
+    assert map_of_sweep(curves(v0, (MU, [0.1, 0.2, 0.3]))) is None
+    assert map_of_sweep(curves(v0, ("excitation.engine_order", [1, 2, 3, 4]))) is None
+    assert map_of_sweep(curves(v0, mu)[:-1]) is None
+    cells = sweep_map_figure(curves(v0, ("excitation.engine_order", [1, 2, 3, 4])), grid(4, 4), "title")
+    assert cells is not None
+    assert len(cells.axes[0].collections[0].get_array().ravel()) == 16

@@ -38,6 +38,7 @@ def test_contact_against_ground_with_values_node_by_node(tmp_path: Path) -> None
         "assemble": "skipped",
         "reduce": "skipped",
         "respond": "ran",
+        "study": "skipped",
         "stresses": "skipped",
         "render": "skipped",
         "report": "skipped",

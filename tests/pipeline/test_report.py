@@ -24,6 +24,7 @@ from pipeline.report.report_source import ReportSource
 from pipeline.report.surface import outer_surface
 from pipeline.scene.reading import read_scene
 from pipeline.stages.model_chain import BuiltModel
+from pipeline.stages.request import StudyOutcome
 from pipeline.stages.respond import CurveResult
 
 pytestmark = pytest.mark.xdist_group("report")  # one worker: what the module makes is made once
@@ -162,6 +163,7 @@ def source_of(tmp_path: Path, **changes: Any) -> ReportSource:
         model_rows=[{"dofs": 1}],
         pictures={"figures/response.svg": b"<svg/>"},
         stress=[{"curve": 0}],
+        studies={"optimum": StudyOutcome("optimum", "key", None, (), "optimum.json", 1.0)},
         verified=[(case, errors)],
         costs={"mesh": 1.0},
         results={"mesh": 1},
@@ -182,6 +184,7 @@ def test_the_key_of_the_page_changes_with_all_that_it_shows(tmp_path: Path) -> N
         "models": {0: BuiltModel("other", Path("rom.h5"), None, {})},
         "model_rows": [{"dofs": 2}],
         "stress": [],
+        "studies": {},
         "pictures": {"figures/response.svg": b"<svg></svg>"},
         "verified": [(case, errors)],
         "costs": {"mesh": 2.0},

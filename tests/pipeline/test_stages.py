@@ -12,8 +12,8 @@ from pipeline_support import shroud, small_scene, statuses, summary_of, write_sc
 from pipeline.stages.stage_names import Stage
 from rom import read_reduced_model
 
-ALL = ("mesh", "assemble", "reduce", "respond", "stresses", "render", "figures", "report")
-NOT_ASKED = {"stresses": "skipped", "render": "skipped", "report": "skipped"}
+ALL = ("mesh", "assemble", "reduce", "respond", "study", "stresses", "render", "figures", "report")
+NOT_ASKED = {"study": "skipped", "stresses": "skipped", "render": "skipped", "report": "skipped"}
 SWEEP = {"contact.interference": [1e-5, 1e-3]}
 
 

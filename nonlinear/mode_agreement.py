@@ -1,0 +1,245 @@
+"""Resonances of nonlinear modes beside the peaks of a traced curve, and what the difference is made of.
+
+A nonlinear mode predicts a peak as far as the motion at the peak is that of the mode. The vibration in harmonic 1 at
+a peak, q_p in mass-normalised modal coordinates, has a part along the mode, q_r, and a rest:
+
+    q_p = c q_r + r,     q_r^H r = 0.
+
+The rest is what other modes carry. It adds to the output, and in a peak of damping ratio zeta a background of the
+relative size s moves the frequency by up to about zeta s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array
+from nonlinear.nonlinear_modes.mode_following import harmonic_shares
+from nonlinear.nonlinear_modes.nonlinear_mode import ModeResonance, NonlinearMode
+from nonlinear.options import Excitation
+from nonlinear.response_curve import ResponseCurve
+from rom import ModalModel, RelativeReceptance
+
+FARTHEST = 0.7  # distance |ln A_r / A_p| + 10 |ln f_r / f_p| up to which a resonance and a peak belong together
+_FREQUENCY_WEIGHT, _OTHER_KIND = 10.0, 0.1  # _OTHER_KIND: a minimum for a maximum, where force or amplitude turn
+
+
+@dataclass(frozen=True)
+class PeakMotion:
+    """The motion at an extreme amplitude of a traced curve.
+
+    Attributes
+    ----------
+    frequency_hz : float
+        Frequency, Hz.
+    amplitude_m : float
+        Amplitude of the output, m.
+    branch : int
+        0: the main branch; k: detached branch k.
+    maximum : bool
+        Whether the amplitude is a maximum; the lower end of an isolated branch is a minimum.
+    coordinates : (H+1, m) complex array
+        Modal coordinates of the m modes of the structure.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import peak_motions
+    >>> motion = peak_motions(curve, modal, excitation)[0]
+    >>> bool(motion.amplitude_m == curve.peak.amplitude_m), motion.branch, motion.maximum
+    (True, 0, True)
+    """
+
+    frequency_hz: float
+    amplitude_m: float
+    branch: int
+    maximum: bool
+    coordinates: ComplexArray = field(repr=False, compare=False)
+
+
+@dataclass(frozen=True)
+class PeakAgreement:
+    """A resonance of a nonlinear mode with the extreme of the traced curve that is nearest to it.
+
+    Attributes
+    ----------
+    mode : int
+        Place of the mode in the sequence given.
+    resonance : ModeResonance
+        The resonance.
+    peak : PeakMotion or None
+        The extreme; None where there is none near.
+    amplitude_deviation, frequency_deviation : float
+        Of the resonance from the peak, relative to the peak; NaN without a peak.
+    other_motion : float
+        Share of the output in harmonic 1 at the peak that other modes carry; NaN without a peak.
+    other_mode : int
+        Number of the free mode of the structure with the largest part in it, from 1; 0 without a peak.
+    peak_shares : (H-1,) array
+        Sizes of the harmonics 2 .. H at the peak relative to harmonic 1.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import compare_with_peaks, nonlinear_mode
+    >>> mode = nonlinear_mode(modal, contact, 3, (0.1, 3.0), options)
+    >>> pairs, missed = compare_with_peaks([mode], curve, modal, excitation)
+    >>> abs(pairs[0].amplitude_deviation) < 2e-3, missed
+    (True, ())
+    """
+
+    mode: int
+    resonance: ModeResonance
+    peak: PeakMotion | None
+    amplitude_deviation: float
+    frequency_deviation: float
+    other_motion: float
+    other_mode: int
+    peak_shares: Array = field(repr=False, compare=False)
+
+
+def peak_motions(curve: ResponseCurve, modal: ModalModel, excitation: Excitation) -> tuple[PeakMotion, ...]:
+    """The motions at the peaks of all branches of a curve, and at the lower ends of its detached branches.
+
+    Parameters
+    ----------
+    curve : ResponseCurve
+        The traced curve.
+    modal : rom.ModalModel
+        The m modes of the structure with which it was traced.
+    excitation : Excitation
+        Its excitation.
+
+    Returns
+    -------
+    tuple of PeakMotion
+        Branch by branch.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import peak_motions
+    >>> len(peak_motions(curve, modal, excitation))
+    1
+    """
+    found = []
+    for branch, part in enumerate((curve, *curve.detached)):
+        places = [(peak.index, True) for peak in part.peaks if peak.located]
+        places += [(index, False) for index in _minima(part.amplitude_m)] if branch else []
+        for index, maximum in places:
+            coordinates = _coordinates(part, index, modal, excitation)
+            frequency, amplitude = float(part.frequency_hz[index]), float(part.amplitude_m[index])
+            found.append(PeakMotion(frequency, amplitude, branch, maximum, coordinates))
+    return tuple(found)
+
+
+def compare_with_peaks(
+    modes: Sequence[NonlinearMode], curve: ResponseCurve, modal: ModalModel, excitation: Excitation
+) -> tuple[tuple[PeakAgreement, ...], tuple[PeakMotion, ...]]:
+    """The resonances of nonlinear modes beside the peaks of a traced curve.
+
+    A resonance whose force grows with the amplitude is a maximum of the curve, one whose force falls is the lower end
+    of an isolated branch. The nearest are paired first, each peak with one resonance.
+
+    Parameters
+    ----------
+    modes : sequence of NonlinearMode
+        Modes of the nodal diameter of the excitation.
+    curve : ResponseCurve
+        The traced curve.
+    modal : rom.ModalModel
+        The modes of the structure with which both were computed.
+    excitation : Excitation
+        The excitation; resonances are those of its harmonic 1.
+
+    Returns
+    -------
+    agreements : tuple of PeakAgreement
+        One for each resonance in the frequency range of the curve or with a peak near; by mode, the largest first.
+    missed : tuple of PeakMotion
+        Maxima of the curve that no resonance is near to.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import compare_with_peaks, nonlinear_mode
+    >>> mode = nonlinear_mode(modal, contact, 3, (0.1, 3.0), options)
+    >>> pairs, missed = compare_with_peaks([mode], curve, modal, excitation)
+    >>> [round(pair.frequency_deviation, 3) for pair in pairs]
+    [0.0]
+    """
+    force = excitation.force * abs(dict(excitation.factors).get(1, 1.0))
+    peaks = peak_motions(curve, modal, excitation)
+    low, high = (float(end) for end in (np.min(curve.frequency_hz), np.max(curve.frequency_hz)))
+    resonances = [(place, each) for place, mode in enumerate(modes) for each in mode.resonances(force)]
+    partners = _pairs([each for _, each in resonances], peaks)
+    agreements = [
+        _agreement(place, each, None if number not in partners else peaks[partners[number]], modal)
+        for number, (place, each) in enumerate(resonances)
+        if number in partners or low <= each.frequency_hz <= high
+    ]
+    taken = set(partners.values())
+    missed = tuple(peak for number, peak in enumerate(peaks) if peak.maximum and number not in taken)
+    return tuple(agreements), missed
+
+
+def _pairs(resonances: Sequence[ModeResonance], peaks: Sequence[PeakMotion]) -> dict[int, int]:
+    """Numbers of the peaks by those of the resonances that they belong to, the nearest first."""
+
+    def distances() -> Iterator[tuple[float, int, int]]:
+        for number, resonance in enumerate(resonances):
+            for at, peak in enumerate(peaks):
+                height = abs(np.log(resonance.amplitude_m / peak.amplitude_m))
+                shift = abs(np.log(resonance.frequency_hz / peak.frequency_hz))
+                other = 0.0 if peak.maximum == resonance.stable else _OTHER_KIND
+                yield float(height + _FREQUENCY_WEIGHT * shift) + other, number, at
+
+    found: dict[int, int] = {}
+    for distance, number, at in sorted(distances()):
+        if distance < FARTHEST and number not in found and at not in found.values():
+            found[number] = at
+    return found
+
+
+def _agreement(place: int, resonance: ModeResonance, peak: PeakMotion | None, modal: ModalModel) -> PeakAgreement:
+    """What is to be said of one resonance and its peak."""
+    if peak is None:
+        nan = float("nan")
+        return PeakAgreement(place, resonance, None, nan, nan, nan, 0, np.empty(0))
+    own, motion = resonance.coordinates[1], peak.coordinates[1]
+    rest = motion - own * (np.vdot(own, motion) / np.vdot(own, own).real)
+    output = modal.outputs["tip"]
+    return PeakAgreement(
+        mode=place,
+        resonance=resonance,
+        peak=peak,
+        amplitude_deviation=resonance.amplitude_m / peak.amplitude_m - 1.0,
+        frequency_deviation=resonance.frequency_hz / peak.frequency_hz - 1.0,
+        other_motion=float(abs(output @ rest) / max(abs(output @ motion), 1e-300)),
+        other_mode=int(np.argmax(np.abs(output * rest))) + 1,
+        peak_shares=harmonic_shares(peak.coordinates),
+    )
+
+
+def _coordinates(part: ResponseCurve, index: int, modal: ModalModel, excitation: Excitation) -> ComplexArray:
+    """Modal coordinates (H+1, m) at a point of a branch."""
+    force = part.contact_force[index]
+    receptance = RelativeReceptance(
+        modal, modal.phase(excitation.engine_order), tuple(range(len(force))), excitation.force, excitation.factors
+    )
+    omega = 2.0 * np.pi * float(part.frequency_hz[index])
+    return receptance.modal_response(omega, force.reshape(len(force), -1))[0]
+
+
+def _minima(amplitude: Array) -> list[int]:
+    """Inner points whose amplitude is below that of both neighbours."""
+    inner = (amplitude[1:-1] < amplitude[:-2]) & (amplitude[1:-1] <= amplitude[2:])
+    return [int(place) + 1 for place in np.flatnonzero(inner)]

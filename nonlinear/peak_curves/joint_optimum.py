@@ -1,0 +1,360 @@
+"""The values of two or three parameters at which the worst motion is lowest.
+
+Responses at places spread over the ranges give the first estimate. Around the best one, the highest of its peaks is
+minimised by sequential quadratic programming with their derivatives, within a trust region. A response solved at the
+result decides: the step is taken if the worst motion there is lower; else the peaks that were not expected join the
+others and the region shrinks.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import numpy as np
+
+from nonlinear.branches.worst_motion import Motion, WorstMotion
+from nonlinear.contact.parameters import Array
+from nonlinear.options import OptionsError
+from nonlinear.peak_curves.joint_peaks import Box, CarriedPeak, lowest_of_peaks, multipliers
+from nonlinear.peak_curves.optimum_description import elasticities
+from nonlinear.peak_curves.optimum_result import SolvedResponse
+from nonlinear.peak_curves.parameter_family import Problem, check_range
+from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
+from nonlinear.peak_curves.peak_derivatives import peak_derivatives
+from nonlinear.peak_curves.peak_search import Solve, origin_of, solve_in_turn, solved_response, stored_point
+from nonlinear.peak_curves.peak_stability import PeakStability
+from nonlinear.response_curve import ResponseCurve
+from rom import one_blas_thread
+
+MOST_RESPONSES = 60
+SPREAD = {2: 9, 3: 15}  # responses over the ranges, by the number of parameters
+FIRST_RADIUS, LEAST_RADIUS = 0.25, 1e-4  # of the trust region, in shares of the ranges
+GAIN = 1e-5  # relative reduction of the worst motion that is worth a response
+MATTERS = 0.3  # of the worst motion: lower peaks are not carried
+ACTIVE = 1e-3  # relative difference from the highest peak up to which a peak is active
+AT_END = 1e-6  # of the range
+FEWEST_RESPONSES = 20
+STARTS = 2  # places from which the search descends
+
+
+@dataclass(frozen=True)
+class ActivePeak:
+    """A peak that is as high as any at a joint optimum.
+
+    Attributes
+    ----------
+    amplitude_m, frequency_hz : float
+        The peak, m and Hz.
+    multiplier : float
+        Its share in the condition of the optimum, 0 to 1: the sum over the active peaks of multiplier times
+        gradient vanishes, but for parameters at an end of their range.
+    gradient : mapping of str to float
+        Derivatives of the amplitude with respect to the parameters, m per unit.
+    """
+
+    amplitude_m: float
+    frequency_hz: float
+    multiplier: float
+    gradient: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class JointOptimum:
+    """Where the worst motion over several parameters is lowest.
+
+    Attributes
+    ----------
+    values : mapping of str to float
+        The parameters at the optimum, SI units.
+    ranges : mapping of str to (float, float)
+        Their ranges.
+    at_end : mapping of str to {"", "low", "high"}
+        Which parameters lie at an end of their range.
+    amplitude_m, frequency_hz : float
+        The worst motion there, m and Hz.
+    motion : {"periodic", "quasi-periodic"}
+        What it is.
+    peaks : tuple of ActivePeak
+        The peaks as high as any there: more than one at a kink.
+    derivatives, elasticities : mapping of str to float
+        As of `Optimum`, of the highest peak.
+    worst : WorstMotion or None
+        The worst motion at the optimum, from a response solved with all options.
+    path : tuple of (mapping of str to float, float)
+        Values and worst amplitude, m, of the responses along the way to the optimum.
+    responses : tuple of SolvedResponse
+        These responses; `value` counts them.
+    harmonics : int
+        Number of harmonics.
+    seconds : float
+        Time of the search, s.
+    message : str
+        One line that says what was found.
+    remarks : tuple of str
+        What was searched and what was left open.
+    """
+
+    values: Mapping[str, float]
+    ranges: Mapping[str, tuple[float, float]]
+    at_end: Mapping[str, str]
+    amplitude_m: float
+    frequency_hz: float
+    motion: Motion
+    peaks: tuple[ActivePeak, ...]
+    derivatives: Mapping[str, float]
+    elasticities: Mapping[str, float]
+    worst: WorstMotion | None
+    path: tuple[tuple[Mapping[str, float], float], ...]
+    responses: tuple[SolvedResponse, ...]
+    harmonics: int
+    seconds: float
+    message: str
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Sample:
+    """A response at a place, with its peaks that matter."""
+
+    place: Array
+    curve: ResponseCurve
+    solved: SolvedResponse
+    peaks: tuple[CarriedPeak, ...]
+
+    @property
+    def height(self) -> float:
+        """The worst motion, m; infinite where none is known."""
+        return self.solved.bound_m if np.isfinite(self.solved.bound_m) else np.inf
+
+
+@dataclass
+class _Descent:
+    """Responses over the box, as they are added."""
+
+    box: Box
+    progress: Callable[[str], None]
+    solver: Solve
+    most: int
+    samples: list[_Sample] = field(default_factory=list)
+
+    @property
+    def best(self) -> _Sample:
+        """The lowest response."""
+        return min(self.samples, key=lambda sample: sample.height)
+
+    def solve(self, places: list[Array], reason: str) -> list[_Sample]:
+        """Responses at some places, as far as the limit allows."""
+        places = places[: max(self.most - len(self.samples), 0)]
+        for place in places:
+            said = ", ".join(f"{n} = {v:.6g}" for n, v in zip(self.box.names, self.box.values(place), strict=True))
+            self.progress(f"response at {said} ({reason})")
+        curves = self.solver([self.box.at(place) for place in places])
+        found: list[_Sample] = []
+        for place, curve in zip(places, curves, strict=True):
+            solved = solved_response(float(len(self.samples) + len(found)), curve, reason)
+            found.append(_Sample(place, curve, solved, self._peaks(place, curve, solved)))
+        self.samples += found
+        return found
+
+    def spread(self) -> None:
+        """Responses at the centre, the corners of the inner half, and a quasi-random sequence."""
+        n = len(self.box.names)
+        places = [np.full(n, 0.5), *(np.array(corner) for corner in product((0.15, 0.85), repeat=n))]
+        root = max(np.roots([1.0, *([0.0] * (n - 1)), -1.0, -1.0]).real)  # the generalised golden ratio
+        steps = root ** -np.arange(1.0, n + 1.0)
+        places += [np.asarray((0.5 + k * steps) % 1.0) for k in range(1, SPREAD[n] - len(places) + 1)]
+        self.solve(places, "first")
+
+    def descend(self, start: _Sample) -> None:
+        """Lower the worst motion from a response."""
+        current, radius = start, FIRST_RADIUS
+        extra: list[CarriedPeak] = []
+        while radius > LEAST_RADIUS and len(self.samples) < self.most - 1:
+            peaks = [*current.peaks, *extra]
+            if not peaks:
+                return
+            place, expected = lowest_of_peaks(peaks, current.place, radius)
+            if not expected < current.height * (1.0 - GAIN):
+                return
+            found = self.solve([place], "search")[0]
+            if found.height < current.height * (1.0 - 0.1 * GAIN):
+                reached = current.height - found.height > 0.5 * (current.height - expected)
+                radius = min(2.0 * radius, 0.5) if reached else radius
+                current, extra = found, []
+            else:
+                radius *= 0.3
+                extra += found.peaks
+
+    def _peaks(self, place: Array, curve: ResponseCurve, solved: SolvedResponse) -> tuple[CarriedPeak, ...]:
+        """The peaks of a response that persist, or that count as they do; none lower than `MATTERS`."""
+        if not np.isfinite(solved.bound_m):
+            return ()
+        follower = PeakContinuation(self.box.line(place, np.clip(1.0 - place, 0.1, 0.9)))
+        continuation, stability = follower.continuation(0.0), PeakStability(follower)
+        found: list[CarriedPeak] = []
+        for number, branch in enumerate((curve, *curve.detached)):
+            for peak in branch.peaks:
+                if not peak.located or not MATTERS * solved.bound_m <= peak.amplitude_m <= 1.001 * solved.bound_m:
+                    continue
+                start = follower.peak_near(0.0, stored_point(continuation, branch, peak.index))
+                counts = start is not None and start.is_maximum
+                if start is None or not counts:
+                    continue
+                open_end = bool(solved.unresolved) and start.amplitude > solved.amplitude_m
+                if open_end or stability.judged(start).persists:
+                    found.append(CarriedPeak(self.box, origin_of(curve, number), [(place.copy(), start)]))
+        return tuple(found)
+
+
+def find_joint_optimum(
+    problem: Problem,
+    ranges: Mapping[str, tuple[float, float]],
+    progress: Callable[[str], None] = lambda line: None,
+    solver: Solve = solve_in_turn,
+    most_responses: int = MOST_RESPONSES,
+) -> JointOptimum:
+    """The values of two or three parameters at which the worst motion is lowest.
+
+    Parameters
+    ----------
+    problem : tuple
+        Modes, contact, excitation and options, as the arguments of `forced_response`. With harmonics "auto" the
+        largest number that is chosen at the centre and at the optimum holds everywhere.
+    ranges : mapping of str to (float, float)
+        Range of each parameter, SI units; see `find_optimum`.
+    progress : callable
+        Called with a line on what is done.
+    solver : callable
+        Takes a list of problems and returns their responses.
+    most_responses : int
+        Largest number of responses that are solved, 20 or more.
+
+    Returns
+    -------
+    JointOptimum
+        The optimum, a response solved with all options.
+
+    Raises
+    ------
+    ArithmeticError
+        No response has a motion that persists.
+    ContactError
+        A range holds values that the contact does not allow.
+    OptionsError
+        There are not two or three parameters, there is no such parameter, or a range is empty.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`: a stiff slider, with its best preload.
+
+    >>> from nonlinear import find_joint_optimum
+    >>> ranges = {"tangential_stiffness": (1.0, 3.0), "preload": (0.5, 4.0)}
+    >>> optimum = find_joint_optimum((modal, contact, excitation, options), ranges)
+    >>> optimum.at_end, round(optimum.values["preload"], 3)
+    ({'tangential_stiffness': 'high', 'preload': ''}, 3.06)
+    """
+    if len(ranges) not in SPREAD:
+        raise OptionsError(f"parameters: {', '.join(ranges) or 'none'}, allowed: two or three")
+    if most_responses < FEWEST_RESPONSES:
+        raise OptionsError(f"most_responses: {most_responses}, allowed: {FEWEST_RESPONSES} or more")
+    for name, (low, high) in ranges.items():
+        check_range(problem, name, low, high)
+    names, ends = tuple(ranges), np.array(list(ranges.values()))
+    started = time.perf_counter()
+    box = Box(problem, names, ends[:, 0], ends[:, 1])
+    with one_blas_thread():
+        found = _in_box(box, progress, solver, most_responses)
+    return replace(found, seconds=max(0.0, time.perf_counter() - started))
+
+
+def _in_box(box: Box, progress: Callable[[str], None], solver: Solve, most: int) -> JointOptimum:
+    """The optimum, with a number of harmonics that suffices at the centre and there."""
+    if box.problem[3].harmonics != "auto":
+        return _with_fixed_harmonics(box, progress, solver, most)
+    found: JointOptimum | None = None
+    number, place = 0, np.full(len(box.names), 0.5)
+    while True:
+        curve = solver([box.at(place)])[0]
+        asked = max(branch.harmonics for branch in (curve, *curve.detached))
+        if found is not None and asked <= number:
+            return found
+        number = asked
+        modal, contact, excitation, options = box.problem
+        fixed = replace(box, problem=(modal, contact, excitation, replace(options, harmonics=number)))
+        found = _with_fixed_harmonics(fixed, progress, solver, most)
+        values = np.array([found.values[name] for name in box.names])
+        place = (values - box.low) / (box.high - box.low)
+
+
+def _with_fixed_harmonics(box: Box, progress: Callable[[str], None], solver: Solve, most: int) -> JointOptimum:
+    descent = _Descent(box, progress, solver, most)
+    descent.spread()
+    if not np.isfinite(descent.best.height):
+        message = descent.samples[0].curve.termination.message
+        raise ArithmeticError(f"no motion that persists is known over {', '.join(box.names)}: {message}")
+    for start in sorted(descent.samples, key=lambda sample: sample.height)[:STARTS]:
+        descent.descend(start)
+    return _described(descent)
+
+
+def _described(descent: _Descent) -> JointOptimum:
+    """The lowest response as plain data."""
+    box, best = descent.box, descent.best
+    values = {name: float(value) for name, value in zip(box.names, box.values(best.place), strict=True)}
+    at_end = {
+        name: "low" if share <= AT_END else "high" if share >= 1.0 - AT_END else ""
+        for name, share in zip(box.names, best.place, strict=True)
+    }
+    exact = [(peak.known[0][1], peak) for peak in best.peaks]
+    active = sorted(
+        (p for p in exact if p[0].amplitude >= best.height * (1.0 - ACTIVE)), key=lambda p: -p[0].amplitude
+    )
+    derivatives = peak_derivatives(box.at(best.place), active[0][0].point) if active else {}
+    amplitude = max(best.height, active[0][0].amplitude) if active else best.height
+    listed = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
+    frequency = active[0][0].frequency_hz if active else best.solved.frequency_hz
+    remarks = [
+        f"{len(descent.samples)} places searched; a lower place between them may be missed",
+        *([] if active else ["the worst motion there is no followed peak: the lowest of single responses"]),
+        *([f"at the optimum: {best.solved.unresolved}"] if best.solved.unresolved else []),
+        *([f"limit of {descent.most} responses reached"] if len(descent.samples) >= descent.most - 1 else []),
+    ]
+    return JointOptimum(
+        values=values,
+        ranges={name: (float(a), float(b)) for name, a, b in zip(box.names, box.low, box.high, strict=True)},
+        at_end=at_end,
+        amplitude_m=amplitude,
+        frequency_hz=frequency,
+        motion="periodic" if active else best.solved.motion,
+        peaks=_active(box, best.place, [peak for peak, _ in active], at_end),
+        derivatives=derivatives,
+        elasticities=elasticities(box.at(best.place), derivatives, amplitude),
+        worst=best.curve.worst,
+        path=tuple(
+            (dict(zip(box.names, map(float, box.values(each.place)), strict=True)), each.solved.bound_m)
+            for each in descent.samples
+        ),
+        responses=tuple(each.solved for each in descent.samples),
+        harmonics=box.problem[3].fixed_harmonics,
+        seconds=0.0,
+        message=f"{listed}: {amplitude:.4g} m at {frequency:.6g} Hz",
+        remarks=tuple(remarks),
+    )
+
+
+def _active(box: Box, place: Array, peaks: list[PeakPoint], at_end: Mapping[str, str]) -> tuple[ActivePeak, ...]:
+    """The active peaks with their multipliers and gradients."""
+    if not peaks:
+        return ()
+    found = [peak_derivatives(box.at(place), peak.point, box.names) for peak in peaks]
+    rows = np.array([[each.get(name, 0.0) for name in box.names] for each in found]) * (box.high - box.low)
+    low = np.array([at_end[name] == "low" for name in box.names])
+    high = np.array([at_end[name] == "high" for name in box.names])
+    shares = multipliers(rows, low, high)
+    return tuple(
+        ActivePeak(peak.amplitude, peak.frequency_hz, float(share), gradient)
+        for peak, share, gradient in zip(peaks, shares, found, strict=True)
+    )

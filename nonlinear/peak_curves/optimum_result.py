@@ -1,0 +1,236 @@
+"""What a search for the optimum found: plain frozen data, without the solver's objects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.branches.worst_motion import Motion, WorstMotion
+from nonlinear.contact.parameters import Array
+
+Kind = Literal["smooth", "kink", "jump", "plateau", "sampled", "edge", "flat"]
+KINDS: dict[Kind, str] = {
+    "smooth": "smooth minimum at {}",
+    "kink": "two peaks exchange at {}",
+    "jump": "lowest beside a jump of the worst motion, at {}",
+    "plateau": "lowest and constant around {}",
+    "sampled": "lowest of single responses at {}",
+    "edge": "no minimum inside the range: lowest at its end, {}",
+    "flat": "the worst motion changes by less than 0.1 % over the range",
+}  # what is said of each, with the value
+Source = Literal["followed", "responses", "open", "unknown"]
+
+
+@dataclass(frozen=True)
+class PeakCurve:
+    """One followed peak over the parameter, between two folds of the curve of peaks; P points.
+
+    Attributes
+    ----------
+    value : (P,) float
+        The parameter, SI units, ascending.
+    amplitude_m : (P,) float
+        Amplitude of the peak, m.
+    frequency_hz : (P,) float
+        Its frequency, Hz.
+    stable : (P,) bool
+        Whether the motion persists, against perturbations of every nodal diameter that the options look at. Of peaks
+        far below the highest the stability is not computed: False, with `growth_rate` NaN.
+    growth_rate : (P,) float
+        Largest real part of the Floquet exponents, 1/s; NaN where not computed.
+    slope : (P,) float
+        Derivative of the amplitude with respect to the parameter, m per unit.
+    origin : str
+        Branch of the response that the peak was found on.
+    """
+
+    value: Array
+    amplitude_m: Array
+    frequency_hz: Array
+    stable: NDArray[np.bool_]
+    growth_rate: Array
+    slope: Array
+    origin: str
+
+
+@dataclass(frozen=True)
+class SolvedResponse:
+    """The worst motion of one response solved with all options.
+
+    Attributes
+    ----------
+    value : float
+        The parameter, SI units.
+    amplitude_m, frequency_hz : float
+        The worst motion, m and Hz; NaN where no motion is known to persist.
+    bound_m : float
+        The same; where the search for the worst motion left something open, the highest solution of any branch if
+        that is higher, stable or not: what the ring does instead of it is not known.
+    motion : {"periodic", "quasi-periodic"}
+        What it is.
+    origin : str
+        Branch of the motion: "main branch", or how the detached branch was found.
+    highest_peak_m : float
+        The highest solution on any branch, stable or not, m.
+    branches : int
+        Number of branches, the main one included.
+    truncation_error : float
+        Estimated relative error of the highest amplitude of that branch by neglected harmonics; NaN: no estimate.
+    harmonics : int
+        Number of harmonics.
+    reason : str
+        Why the response was solved at this value: "first", "between", "search", "refinement", "optimum".
+    unresolved : str
+        What the search for the worst motion left open; "" where nothing.
+    """
+
+    value: float
+    amplitude_m: float
+    frequency_hz: float
+    bound_m: float
+    motion: Motion
+    origin: str
+    highest_peak_m: float
+    branches: int
+    truncation_error: float
+    harmonics: int
+    reason: str
+    unresolved: str = ""
+
+
+@dataclass(frozen=True)
+class WorstEnvelope:
+    """The worst motion over the parameter at K values.
+
+    Attributes
+    ----------
+    value : (K,) float
+        The parameter, SI units, ascending. Two equal values bound a jump.
+    amplitude_m, frequency_hz : (K,) float
+        The worst motion, m and Hz; NaN where none is known.
+    source : (K,) str
+        "followed": a stable followed peak. "responses": interpolated between the worst motions of single responses.
+        "open": the same, where it was left open what the ring does instead of the highest solution; that solution
+        counts (`SolvedResponse.bound_m`). "unknown": no motion is known.
+    motion : (K,) str
+        "periodic" or "quasi-periodic".
+    origin : (K,) str
+        Branch of the motion.
+    error : float
+        Largest relative interpolation error seen where the envelope rests on single responses; 0 where it does so
+        nowhere.
+    """
+
+    value: Array
+    amplitude_m: Array
+    frequency_hz: Array
+    source: NDArray[np.str_]
+    motion: NDArray[np.str_]
+    origin: NDArray[np.str_]
+    error: float
+
+    def at(self, values: Array) -> Array:
+        """Amplitude of the worst motion at some values, m: linear between the K values, NaN beyond them.
+
+        Parameters
+        ----------
+        values : (k,) array
+            The parameter, SI units.
+        """
+        known = np.isfinite(self.amplitude_m)
+        if not known.any():
+            return np.full(np.shape(values), np.nan)
+        found = np.interp(values, self.value[known], self.amplitude_m[known], left=np.nan, right=np.nan)
+        return np.asarray(found, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """Where the worst motion over a parameter is lowest.
+
+    Attributes
+    ----------
+    name : str
+        The parameter, see `find_optimum`.
+    low, high : float
+        Range of the parameter, SI units.
+    value : float
+        The parameter at the optimum, SI units.
+    frequency_hz, amplitude_m : float
+        The worst motion there. Never below that of a response solved there, `SolvedResponse.bound_m`.
+    motion : {"periodic", "quasi-periodic"}
+        What it is.
+    kind : {"smooth", "kink", "jump", "plateau", "sampled", "edge", "flat"}
+        A minimum of one peak; an exchange of two; beside a value where the worst motion jumps, as a branch is born
+        or a motion loses its stability; a part of the range over which the lowest amplitude does not change (contacts
+        that stick), with `value` in its middle; the lowest of single responses, where no stable peak can be followed;
+        an end of the range; the parameter hardly does anything.
+    curvature : float
+        Second derivative of the amplitude by the parameter at a smooth minimum; NaN else.
+    slopes : (float, float)
+        Derivative of the worst amplitude just below and just above the optimum, m per unit; infinite on the side of a
+        jump; NaN beyond the range and where single responses do not tell.
+    within : (float, float)
+        Range of the parameter around it in which the worst motion is at most 10 % higher.
+    derivatives : mapping of str to float
+        Derivatives of the amplitude with respect to the parameters of contact, load and damping, m per unit. Empty
+        where the worst motion is no followed peak.
+    elasticities : mapping of str to float
+        The same, relative: p / A dA/dp, in % per %.
+    worst : WorstMotion or None
+        The worst motion at the optimum, from a response solved with all options.
+    envelope : WorstEnvelope
+        The worst motion over the parameter.
+    curves : tuple of PeakCurve
+        The peaks followed.
+    responses : tuple of SolvedResponse
+        The responses solved, by ascending value.
+    harmonics : int
+        Number of harmonics; the one chosen, where it was "auto".
+    truncation_error : float
+        Estimated relative error of the amplitude at the optimum by neglected harmonics; NaN without an estimate.
+    seconds : float
+        Time of the search, s.
+    message : str
+        One line that says what was found.
+    remarks : tuple of str
+        What was searched and what was left open, a sentence each.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import find_optimum
+    >>> optimum = find_optimum((modal, contact, excitation, options), "preload", 0.5, 4.0)
+    >>> print(optimum.message)
+    preload: smooth minimum at 3.06004, 1.014 m at 0.251939 Hz
+    >>> bool(optimum.within[0] < optimum.value < optimum.within[1]), abs(optimum.elasticities["preload"]) < 1e-6
+    (True, True)
+    """
+
+    name: str
+    low: float
+    high: float
+    value: float
+    frequency_hz: float
+    amplitude_m: float
+    motion: Motion
+    kind: Kind
+    curvature: float
+    slopes: tuple[float, float]
+    within: tuple[float, float]
+    derivatives: Mapping[str, float]
+    elasticities: Mapping[str, float]
+    worst: WorstMotion | None
+    envelope: WorstEnvelope
+    curves: tuple[PeakCurve, ...]
+    responses: tuple[SolvedResponse, ...]
+    harmonics: int
+    truncation_error: float
+    seconds: float
+    message: str
+    remarks: tuple[str, ...] = field(default=())

@@ -1,0 +1,199 @@
+"""Responses solved at single values of a parameter, and the peaks that are followed from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from nonlinear.contact.fourier import to_real
+from nonlinear.continuation.arclength_continuation import Continuation
+from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.peak_curves.optimum_result import SolvedResponse
+from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem
+from nonlinear.peak_curves.peak_branch import PeakPiece, follow_peak
+from nonlinear.peak_curves.peak_curve import PeakContinuation
+from nonlinear.response_curve import ResponseCurve
+from nonlinear.response_solver import forced_response
+
+SAME = 1e-3  # relative difference of the amplitudes of two peaks that count as one
+SAME_FREQUENCY = 3e-2
+LOW = 0.2  # of the highest solution of a response: lower peaks of it are not followed
+SAME_SHARE = 1e-9  # difference of two shares that count as one
+
+Solve = Callable[[Sequence[Problem]], Sequence[ResponseCurve]]
+
+
+def solve_in_turn(problems: Sequence[Problem]) -> list[ResponseCurve]:
+    """The responses of some problems, one after the other, in this process."""
+    return [forced_response(*problem) for problem in problems]
+
+
+class ResponseAt(NamedTuple):
+    """A response solved at a share of the range.
+
+    Attributes
+    ----------
+    share : float
+        Share of the range.
+    curve : ResponseCurve
+        The response, with detached branches and worst motion.
+    solved : SolvedResponse
+        Its summary.
+    """
+
+    share: float
+    curve: ResponseCurve
+    solved: SolvedResponse
+
+
+@dataclass
+class PeakSearch:
+    """Solved responses and followed peaks, as they are added.
+
+    Attributes
+    ----------
+    family : ParameterFamily
+        Problems and range.
+    progress : callable
+        Called with a line on what is done.
+    solver : callable
+        Solves the responses of some problems.
+    """
+
+    family: ParameterFamily
+    progress: Callable[[str], None]
+    solver: Solve = solve_in_turn
+    follower: PeakContinuation = field(init=False)
+    pieces: list[PeakPiece] = field(default_factory=list, init=False)
+    responses: list[ResponseAt] = field(default_factory=list, init=False)
+
+    def __post_init__(self) -> None:
+        self.follower = PeakContinuation(self.family)
+
+    @property
+    def shares(self) -> list[float]:
+        """Shares at which responses were solved, ascending."""
+        return [response.share for response in self.responses]
+
+    def solve(self, shares: Sequence[float], reason: str) -> list[ResponseAt]:
+        """Responses at some shares; their high peaks that are not known are followed.
+
+        Parameters
+        ----------
+        shares : sequence of float
+            Where; a share where a response is known is left out.
+        reason : str
+            Why, see `SolvedResponse`.
+        """
+        new = [s for s in shares if all(abs(s - known) > SAME_SHARE for known in self.shares)]
+        for share in new:
+            self.progress(f"response at {self.family.name} = {self.family.value(share):.6g} ({reason})")
+        curves = self.solver([self.family.at(share) for share in new])
+        found = [
+            ResponseAt(share, curve, solved_response(self.family.value(share), curve, reason))
+            for share, curve in zip(new, curves, strict=True)
+        ]
+        self.responses = sorted([*self.responses, *found], key=lambda each: each.share)
+        for response in found:
+            self._follow_all(response)
+        return found
+
+    def _follow_all(self, response: ResponseAt) -> None:
+        continuation = self.follower.continuation(response.share)
+        for number, branch in enumerate((response.curve, *response.curve.detached)):
+            origin = origin_of(response.curve, number)
+            for peak in branch.peaks:
+                high = peak.amplitude_m >= LOW * response.solved.highest_peak_m
+                if peak.located and high and not self._known(response.share, peak.amplitude_m, peak.frequency_hz):
+                    point = stored_point(continuation, branch, peak.index)
+                    start = self.follower.peak_near(response.share, point)
+                    if start is not None and start.is_maximum:
+                        self.progress(f"peak {start.amplitude:.4g} m followed over {self.family.name}")
+                        self.pieces += follow_peak(self.follower, start, origin)
+
+    def _known(self, share: float, amplitude: float, frequency_hz: float) -> bool:
+        for piece in self.pieces:
+            if piece.holds(share):
+                near = float(np.interp(share, piece.share, piece.frequency_hz))
+                same = abs(float(piece.amplitude_at(np.array([share]))[0]) / amplitude - 1.0) < SAME
+                if same and abs(near / frequency_hz - 1.0) < SAME_FREQUENCY:
+                    return True
+        return False
+
+
+def solved_response(value: float, curve: ResponseCurve, reason: str) -> SolvedResponse:
+    """Summary of a response.
+
+    Parameters
+    ----------
+    value : float
+        The parameter, SI units.
+    curve : ResponseCurve
+        The response.
+    reason : str
+        Why it was solved.
+    """
+    worst = curve.worst
+    nan = float("nan")
+    branches = (curve, *curve.detached)
+    highest = max((float(np.max(branch.amplitude_m, initial=0.0)) for branch in branches), default=nan)
+    if worst is None:
+        worst_of = nan, nan, "periodic", "", curve.termination.message
+    else:
+        origin = origin_of(curve, worst.branch)
+        worst_of = worst.amplitude_m, worst.frequency_hz, worst.motion, origin, worst.unresolved
+    amplitude, frequency_hz, motion, origin, unresolved = worst_of
+    bound = max(np.nan_to_num(amplitude), highest) if unresolved or not np.isfinite(amplitude) else amplitude
+    holder = branches[worst.branch] if worst is not None and worst.branch >= 0 else curve
+    return SolvedResponse(
+        value,
+        amplitude,
+        frequency_hz,
+        float(bound) if curve.points else nan,
+        "quasi-periodic" if motion == "quasi-periodic" else "periodic",
+        origin,
+        highest,
+        len(branches),
+        holder.truncation_error,
+        max(branch.harmonics for branch in branches),
+        reason,
+        unresolved,
+    )
+
+
+def origin_of(curve: ResponseCurve, branch: int) -> str:
+    """Name of a branch of a response: "main branch", how a detached one was found, or that it is none of them.
+
+    Parameters
+    ----------
+    curve : ResponseCurve
+        The response.
+    branch : int
+        0: main branch; k: detached branch k; -1: none.
+    """
+    if branch < 0:
+        return "time integration"
+    return "main branch" if branch == 0 else curve.detached[branch - 1].origin
+
+
+def stored_point(continuation: Continuation, branch: ResponseCurve, index: int) -> SolutionPoint:
+    """A stored solution of a branch with the harmonics of a continuation.
+
+    Parameters
+    ----------
+    continuation : Continuation
+        The continuation in the frequency of the same problem.
+    branch : ResponseCurve
+        The branch.
+    index : int
+        Index of the solution.
+    """
+    rows = np.zeros((2 * continuation.balance.n_harmonics + 1, continuation.balance.n_contacts, 3))
+    stored = to_real(branch.relative_displacement[index])
+    count = min(len(rows), len(stored))
+    rows[:count] = stored[:count].reshape(count, -1, 3)
+    unknown, omega = continuation.balance.unknown(rows), 2.0 * np.pi * float(branch.frequency_hz[index])
+    return continuation.solver.point(unknown, omega, (0.0 * unknown, 1.0), 0, 0.0, continuation.options.step)

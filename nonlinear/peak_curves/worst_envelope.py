@@ -1,0 +1,240 @@
+"""The worst motion over the range of a parameter, from followed peaks and from single responses.
+
+H(s) is the highest followed peak that persists, U(s) the highest of all. Where U = H, and the responses on both
+sides agree with H, the envelope is H. Elsewhere what the ring does is known from single responses only: there the
+envelope is the larger of H and the straight line between neighbouring nodes. Nodes are the solved responses and the
+ends of the parts where U > H.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from nonlinear.contact.parameters import Array
+from nonlinear.peak_curves.peak_branch import PeakPiece
+from nonlinear.peak_curves.peak_search import ResponseAt
+
+AGREES = 2e-3  # relative difference of the worst motion of a response and the highest persistent peak
+SAMPLES = 2001  # of the range, at which the two highest peaks are compared
+JUMP = 5e-3  # relative change at the end of a stable part of a peak that counts as a jump
+BESIDE = 2e-6  # of the share, on either side of such an end
+NARROW = 1e-3  # of the share: what is not known between two responses so near each other is a jump
+UNKNOWN = 1.0  # relative error of a part in which no response was solved
+
+
+class Node(NamedTuple):
+    """A share where the worst motion is known.
+
+    Attributes
+    ----------
+    share, height : float
+        Share and amplitude, m; infinite where no motion is known.
+    response : int
+        Index of the response; -1 at the end of a part where the highest peak does not persist.
+    error : float
+        Relative error of what was expected there before the response was solved; NaN where nothing was expected.
+    turn : int
+        Count of the responses for which something was expected, at this one.
+    """
+
+    share: float
+    height: float
+    response: int
+    error: float = float("nan")
+    turn: int = -1
+
+
+class Gap(NamedTuple):
+    """Two neighbouring nodes between which the envelope rests on single responses.
+
+    Attributes
+    ----------
+    before, after : Node
+        The nodes.
+    """
+
+    before: Node
+    after: Node
+
+    @property
+    def width(self) -> float:
+        """Difference of the shares."""
+        return self.after.share - self.before.share
+
+    @property
+    def error(self) -> float:
+        """Relative error expected: half of that seen at the end solved last; `UNKNOWN` where none was seen."""
+        last = max(self, key=lambda node: node.turn)
+        return 0.5 * last.error if last.turn >= 0 else UNKNOWN
+
+    @property
+    def change(self) -> float:
+        """Relative difference of the heights at both ends."""
+        low, high = sorted(node.height for node in self)
+        return high / low - 1.0 if np.isfinite(high) and low > 0.0 else np.inf
+
+
+@dataclass(frozen=True)
+class EnvelopeOfPeaks:
+    """The worst motion as a function of the share.
+
+    Attributes
+    ----------
+    pieces : sequence of PeakPiece
+        The followed peaks.
+    responses : sequence of ResponseAt
+        The responses solved, by ascending share.
+    errors : mapping of float to float
+        Relative errors of what was expected at the shares of responses, in the order in which these were solved.
+    """
+
+    pieces: Sequence[PeakPiece]
+    responses: Sequence[ResponseAt]
+    errors: dict[float, float]
+
+    def at(self, shares: Array) -> Array:
+        """The envelope at some shares, m; infinite where nothing is known.
+
+        Parameters
+        ----------
+        shares : (k,) array
+            Shares of the range.
+        """
+        highest = self.persistent(shares)
+        return np.where(np.isfinite(highest), np.maximum(highest, self.on_responses(shares)), self._lines(shares))
+
+    def persistent(self, shares: Array) -> Array:
+        """Highest persistent followed peak H, m; minus infinity where there is none."""
+        return _highest([piece.persistent_at(shares) for piece in self.pieces], shares)
+
+    def highest(self, shares: Array) -> Array:
+        """Highest followed peak U, m; minus infinity where there is none."""
+        return _highest([piece.amplitude_at(shares) for piece in self.pieces], shares)
+
+    def on_responses(self, shares: Array) -> Array:
+        """The lines between the nodes of the gaps, m; minus infinity outside the gaps."""
+        lines = np.full(np.shape(shares), -np.inf)
+        for gap in self.gaps:
+            inside = (shares >= gap.before.share) & (shares <= gap.after.share)
+            lines = np.where(inside, np.maximum(lines, _line(gap, shares)), lines)
+        return lines
+
+    def _lines(self, shares: Array) -> Array:
+        found = self.on_responses(shares)
+        return np.where(np.isfinite(found), found, np.inf)
+
+    @cached_property
+    def shares(self) -> Array:
+        """The shares that resolve it: an even grid, the ends of stable parts of the peaks, the nodes."""
+        marks = [mark for piece in self.pieces for mark in _ends(piece)]
+        near = [mark + side for mark in marks for side in (-BESIDE, BESIDE)]
+        every = np.concatenate([np.linspace(0.0, 1.0, SAMPLES), marks, near, [node.share for node in self.nodes]])
+        return np.unique(every[(every >= 0.0) & (every <= 1.0)])
+
+    @cached_property
+    def doubtful(self) -> list[tuple[float, float]]:
+        """Ranges of the share in which the highest followed peak does not persist, or there is none."""
+        marks = [mark for piece in self.pieces for mark in _ends(piece)]
+        near = [mark + side for mark in marks for side in (-BESIDE, BESIDE)]
+        shares = np.unique(np.clip(np.concatenate([np.linspace(0.0, 1.0, SAMPLES), near]), 0.0, 1.0))
+        persistent, highest = self.persistent(shares), self.highest(shares)
+        missing = ~np.isfinite(highest) | (persistent < highest * (1.0 - AGREES))
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], missing, [False]]).astype(int)))
+        return [
+            (float(shares[max(first - 1, 0)]), float(shares[min(last, shares.size - 1)]))
+            for first, last in zip(edges[::2], edges[1::2], strict=True)
+        ]
+
+    @cached_property
+    def nodes(self) -> list[Node]:
+        """Responses and ends of doubtful ranges, by ascending share."""
+        found = [self._node(index) for index in range(len(self.responses))]
+        known = {node.share for node in found}
+        ends = np.array([end for part in self.doubtful for end in part if end not in known])
+        heights = self.persistent(ends) if ends.size else ends
+        found += [
+            Node(float(share), float(height), -1)
+            for share, height in zip(ends, heights, strict=True)
+            if np.isfinite(height)
+        ]
+        return sorted(found)
+
+    @cached_property
+    def gaps(self) -> list[Gap]:
+        """Neighbouring nodes between which the envelope rests on responses."""
+        found = []
+        for before, after in pairwise(self.nodes):
+            middle = 0.5 * (before.share + after.share)
+            doubtful = any(low <= middle <= high for low, high in self.doubtful)
+            if doubtful or not (self.agrees(before) and self.agrees(after)):
+                found.append(Gap(before, after))
+        return found
+
+    @property
+    def jumps(self) -> list[float]:
+        """Shares where the worst motion jumps: ends of stable parts of the highest peak, and narrow gaps."""
+        found = []
+        for mark in {mark for piece in self.pieces for mark in _ends(piece) if 0.0 < mark < 1.0}:
+            below, above = self.at(np.array([mark - BESIDE, mark + BESIDE]))
+            if abs(above - below) > JUMP * min(above, below):
+                found.append(float(mark))
+        found += [
+            0.5 * (gap.before.share + gap.after.share)
+            for gap in self.gaps
+            if gap.width <= NARROW and gap.change > JUMP
+        ]
+        return sorted(found)
+
+    def agrees(self, node: Node) -> bool:
+        """Whether the worst motion at a node is a followed peak that persists, or lower."""
+        if node.response < 0:
+            return True
+        height = self.responses[node.response].solved.bound_m
+        return bool(height <= (1.0 + AGREES) * self.persistent(np.array([node.share]))[0])
+
+    @cached_property
+    def _turns(self) -> dict[float, int]:
+        return {share: turn for turn, share in enumerate(self.errors)}
+
+    def _node(self, index: int) -> Node:
+        response = self.responses[index]
+        height = response.solved.bound_m
+        persistent = float(self.persistent(np.array([response.share]))[0])
+        height = max(height if np.isfinite(height) else -np.inf, persistent)
+        return Node(
+            response.share,
+            height if np.isfinite(height) else np.inf,
+            index,
+            self.errors.get(response.share, np.nan),
+            self._turns.get(response.share, -1),
+        )
+
+
+def _line(gap: Gap, shares: Array) -> Array:
+    """The straight line of a gap; the known height where the other is not known."""
+    before, after = gap
+    if not (np.isfinite(before.height) and np.isfinite(after.height)):
+        return np.full(np.shape(shares), np.inf)
+    return np.interp(shares, [before.share, after.share], [before.height, after.height])
+
+
+def _highest(tables: list[Array], shares: Array) -> Array:
+    """The largest of some values at each share, without NaN; minus infinity where there is none."""
+    if not tables:
+        return np.full(np.shape(shares), -np.inf)
+    table = np.array(tables)
+    found: Array = np.where(np.isnan(table), -np.inf, table).max(axis=0)
+    return found
+
+
+def _ends(piece: PeakPiece) -> list[float]:
+    """Ends of the piece and of its stable parts."""
+    changes = np.flatnonzero(np.diff(piece.persists.astype(int)))
+    inner = 0.5 * (piece.share[changes] + piece.share[changes + 1])
+    return [float(piece.share[0]), *inner.tolist(), float(piece.share[-1])]

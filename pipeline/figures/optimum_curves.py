@@ -1,0 +1,60 @@
+"""What was followed and solved in the search for an optimum over one key, in the unit of the key."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from pipeline.scene.optimum_checks import SOLVER_KEYS
+
+if TYPE_CHECKING:
+    from nonlinear import PeakCurve, SolvedResponse, WorstEnvelope
+    from pipeline.studies.optimum.optimum_result import OptimumResult
+
+
+@dataclass(frozen=True)
+class OptimumCurves:
+    """The worst motion over one key; values in the unit of the key.
+
+    Attributes
+    ----------
+    key : str
+        Dotted key.
+    envelope : WorstEnvelope
+        The worst motion.
+    peaks : tuple of PeakCurve
+        The peaks followed.
+    responses : tuple of SolvedResponse
+        The responses solved.
+    elasticities : mapping of str to float
+        Relative derivatives of the worst motion at the optimum by dotted keys, in % per %; those of parameters that
+        are 0 are left out, and all where it is no followed peak.
+    """
+
+    key: str
+    envelope: WorstEnvelope
+    peaks: tuple[PeakCurve, ...]
+    responses: tuple[SolvedResponse, ...]
+    elasticities: Mapping[str, float]
+
+
+def optimum_curves(result: OptimumResult) -> OptimumCurves | None:
+    """What there is to show of an optimum; None where no peaks were followed.
+
+    Parameters
+    ----------
+    result : OptimumResult
+        The optimum.
+    """
+    found, factor = result.search, result.per_unit
+    if found is None:
+        return None
+    keys = {name: key for key, name in SOLVER_KEYS.items()}
+    return OptimumCurves(
+        key=keys[found.name],
+        envelope=replace(found.envelope, value=found.envelope.value * factor),
+        peaks=tuple(replace(each, value=each.value * factor, slope=each.slope / factor) for each in found.curves),
+        responses=tuple(replace(each, value=each.value * factor) for each in found.responses),
+        elasticities={keys[name]: size for name, size in found.elasticities.items() if size != 0.0},
+    )

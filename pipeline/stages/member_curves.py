@@ -1,0 +1,54 @@
+"""The reduced model and the curve of every member of a scene, in the order of the members."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from pipeline.stages.cache_keys import curve_key
+from pipeline.stages.matrix_models import models_of_matrices
+from pipeline.stages.request import Run, RunOutcome
+from pipeline.stages.respond import CurveJob, CurveResult
+from pipeline.stages.stage_names import Stage
+from pipeline.stages.sweep_curves import SweepCurves
+from pipeline.stages.sweep_models import Models, models_from_file, models_of_blade
+
+if TYPE_CHECKING:
+    from rom import ReducedModel
+
+
+def member_models(run: Run, outcome: RunOutcome, given: ReducedModel | None) -> Models:
+    """The reduced model of every member: given, of matrices, or of a blade.
+
+    Raises
+    ------
+    InputError
+        No member's model could be made, and the reason is a value of the scene.
+    """
+    if given is not None:
+        return models_from_file(run, given)
+    if run.request.scene.first.model is not None:
+        return models_of_matrices(run, outcome)
+    return models_of_blade(run, outcome)
+
+
+def member_curves(run: Run, models: Models) -> tuple[list[CurveResult], Sequence[str]]:
+    """The response of every member, and what else could not be computed, one line each."""
+    jobs = {}
+    for member in run.request.scene.members:
+        model = models[member.index]
+        if model is not None:
+            jobs[member.index] = CurveJob(member, curve_key(member.scene, model.key), model.rom)
+    curves = SweepCurves(run, list(jobs.values()))
+    with run.log.timed(Stage.RESPOND):
+        solved = curves.results()
+    for curve in solved.values():
+        run.log.note(Stage.RESPOND, curve.ran)
+    found = []
+    for member in run.request.scene.members:
+        if member.index in jobs:
+            found.append(replace(solved[jobs[member.index].key], member=member))
+        else:
+            found.append(CurveResult(member, None, None, None, "its reduced model could not be made"))
+    return found, curves.problems

@@ -1,0 +1,93 @@
+"""The stage `study`: the studies that a scene asks for, each in a JSON file of the output folder."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from pipeline.results.outputs import as_json
+from pipeline.results.publishing import copied
+from pipeline.scene.schema import STUDIES
+from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.request import Run, RunOutcome, StudyOutcome
+from pipeline.stages.stage_names import Stage
+from pipeline.stages.sweep_models import Models
+from pipeline.store.disk_errors import StorageError
+from pipeline.store.fingerprints import fingerprint
+from pipeline.studies.plain import plain, restored
+from pipeline.studies.registry import study_named
+from pipeline.studies.study import Study, StudyContext, said_of
+
+CURVE = "curve_key"  # in the file of a study: key of the curve with the base values of the scene
+
+
+def study_stage(run: Run, models: Models, outcome: RunOutcome) -> None:
+    """Find or compute the studies of the scene; results and problems go to the outcome.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    models : mapping of int to BuiltModel or None
+        Reduced model of each member.
+    outcome : RunOutcome
+        With the curves of the scene.
+    """
+    context = StudyContext(run, models, outcome)
+    for name in run.request.scene.first.studies:
+        try:
+            outcome.studies[name] = studied(context, study_named(name))
+        except StorageError:
+            raise
+        except Exception as error:  # the curves stand without it
+            outcome.problems.append(f"{name}: {said_of(error)}")
+
+
+def studied(context: StudyContext, study: Study) -> StudyOutcome:
+    """The result of a study, found in the store or computed, and published.
+
+    Raises
+    ------
+    StudyError
+        There is no result.
+    """
+    run, name = context.run, f"{study.name}.json"
+    section = getattr(context.scene, study.name)
+    key = fingerprint(
+        {
+            "study": study.name,
+            "section": None if section is None else section.model_dump(),
+            "curve": context.base_key,
+            "own": dict(study.key(context)),
+            "code": code_fingerprint(type(study).__module__, "pipeline.studies.plain"),
+        }
+    )
+
+    def build(folder: Path) -> None:
+        head = {"study": study.name, CURVE: context.base_key}
+        text = as_json(head | plain(study.compute(context)))
+        (folder / name).write_text(text + "\n", encoding="utf-8")
+
+    entry = run.store.get(Stage.STUDY, key, build)
+    run.log.note(Stage.STUDY, entry.ran, entry.seconds)
+    copied(run.store, entry.folder, run.request.out)
+    values = json.loads(entry.file(name).read_text(encoding="utf-8"))
+    del values["study"], values[CURVE]
+    result = restored(study.result, values)
+    return StudyOutcome(study.name, key, result, tuple(study.lines(result)), name, round(entry.seconds, 4))
+
+
+def remove_outdated_studies(context: StudyContext) -> None:
+    """Remove results of studies in the output folder that are about another curve than the first of the scene."""
+    for name in STUDIES:
+        file = context.run.request.out / f"{name}.json"
+        if file.is_file() and _curve_of(file) != context.base_key:
+            file.unlink(missing_ok=True)
+
+
+def _curve_of(file: Path) -> Any:
+    try:
+        return json.loads(file.read_text(encoding="utf-8"))[CURVE]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None

@@ -1,0 +1,123 @@
+"""Quantiles of a sampled quantity with their confidence, from independent scramblings of a quasi-random sequence.
+
+The error of a quantile is told by probabilities: the share F_r of the samples of scrambling r that lie below the
+quantile has, whatever the distribution, no bias, and the scatter of the F_r gives the standard error s of their mean.
+The interval
+
+    [Q(p - t s - 1/(2n)), Q(p + t s + 1/(2n))]
+
+is that of Woodruff, with the factor t of Student's distribution. Bounds from order statistics or a bootstrap would
+take the samples for independent ones and miss what the quasi-random sequence gains.
+
+References
+----------
+R. S. Woodruff, "Confidence intervals for medians and other position measures", Journal of the American Statistical
+Association 47 (1952) 635-646.
+Z. Kaplan, Y. Li, M. K. Nakayama, B. Tuffin, "Randomized quasi-Monte Carlo for quantile estimation", Proc. Winter
+Simulation Conference (2019) 428-439.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.studies.uncertainty.samples import REPLICATES
+
+Array = NDArray[np.float64]
+LEVELS = (0.05, 0.5, 0.95)
+TAILS = 0.01, 0.99
+ENOUGH_FOR_TAILS = 256  # samples
+PERCENTILES = tuple(percent / 100.0 for percent in range(1, 100))
+CONFIDENCE = 0.95
+CONVERGENCE = 8, 4, 2, 1  # parts of the samples whose quantiles are compared
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number estimated from samples with its confidence interval.
+
+    Attributes
+    ----------
+    value : float
+        The estimate.
+    low, high : float or None
+        Ends of the interval that holds the true value with a probability of 95 %; None: the samples do not tell.
+    at_most : float or None
+        The estimate if every sample whose amplitude is only a lower bound were infinite; None: no bound.
+    """
+
+    value: float
+    low: float | None
+    high: float | None
+    at_most: float | None
+
+
+def levels_of(count: int) -> tuple[float, ...]:
+    """Levels of the quantiles that so many samples can tell."""
+    return (TAILS[0], *LEVELS, TAILS[1]) if count >= ENOUGH_FOR_TAILS else LEVELS
+
+
+def quantile(values: Array, level: float, open_above: NDArray[np.bool_] | None = None) -> Estimate:
+    """A quantile of n samples with its confidence interval.
+
+    Parameters
+    ----------
+    values : (n,) float
+        The samples; NaN where there is none. Sample i belongs to scrambling i % `REPLICATES`.
+    level : float
+        Probability of a value below the quantile.
+    open_above : (n,) bool
+        Which samples are only lower bounds; none by default.
+    """
+    known = values[np.isfinite(values)]
+    value = _at(known, level)
+    shares = _shares_below(values, value)
+    half = _student() * float(np.std(shares, ddof=1)) / np.sqrt(len(shares)) + 0.5 / known.size
+    low, high = level - half, level + half
+    at_most: float | None = value
+    if open_above is not None and open_above.any():
+        raised = np.sort(np.where(open_above, np.inf, values)[np.isfinite(values)])
+        at_most = _at(raised, level)
+    return Estimate(
+        value,
+        _at(known, low) if low > 0.0 else None,
+        _at(known, high) if high < 1.0 else None,
+        at_most if at_most is not None and np.isfinite(at_most) else None,
+    )
+
+
+def exceedance(values: Array, limit: float, open_above: NDArray[np.bool_] | None = None) -> Estimate:
+    """The probability that a quantity exceeds a limit, with its confidence interval; as `quantile`."""
+    known = np.isfinite(values)
+    shares = 1.0 - _shares_below(values, limit)
+    value = float(np.mean(values[known] > limit))
+    half = _student() * float(np.std(shares, ddof=1)) / np.sqrt(len(shares)) + 0.5 / int(known.sum())
+    above = values > limit if open_above is None else (values > limit) | open_above
+    return Estimate(value, max(value - half, 0.0), min(value + half, 1.0), float(np.mean(above[known])))
+
+
+def _at(values: Array, level: float) -> float:
+    """Quantile of samples that stand for strata of equal probability: sample k of n at (k - 1/2) / n."""
+    ordered = np.sort(values)
+    place = min(max(level * ordered.size - 0.5, 0.0), ordered.size - 1.0)
+    below = int(place)
+    if place == below or ordered[below] == ordered[below + 1]:
+        return float(ordered[below])
+    return float(ordered[below] + (place - below) * (ordered[below + 1] - ordered[below]))
+
+
+def _shares_below(values: Array, bound: float) -> Array:
+    """Share of the samples of each scrambling below a bound, equal ones half; without those that have no samples."""
+    groups = [values[r::REPLICATES] for r in range(REPLICATES)]
+    known = [group[np.isfinite(group)] for group in groups]
+    return np.array([np.mean((g < bound) + 0.5 * (g == bound)) for g in known if g.size])
+
+
+def _student() -> float:
+    """Factor of the standard error in the half width of an interval with the confidence `CONFIDENCE`."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(REPLICATES - 1, 0.5 + 0.5 * CONFIDENCE))

@@ -1,0 +1,142 @@
+"""A point of a map: the worst motion of one curve, its contact state, and all peaks of the curve."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.stages.curve_file import BRANCHES
+from pipeline.stages.curve_summary import CurveSummary
+from pipeline.stages.respond import CurveResult
+
+FREE, STUCK, SLIPPING, SEPARATING, UNKNOWN = "free", "stuck", "slipping", "separating", "unknown"
+STATES = (FREE, SEPARATING, SLIPPING, STUCK, UNKNOWN)
+
+
+@dataclass(frozen=True)
+class MapPoint:
+    """One curve of a map.
+
+    Attributes
+    ----------
+    place : (float, float)
+        Column and row in the grid, whole numbers at the values of the grid, fractions between them.
+    values : (float, float)
+        Values of the two keys, in SI units.
+    amplitude_m, frequency_hz : float or None
+        Worst motion, or the peak of the main branch where that is not known; None without either.
+    state : str
+        Contact at the worst motion: "free" (no node ever in contact), "separating" (some node opens at some time),
+        "slipping" (some node slips, none opens), "stuck" (all nodes stick all the time) or "unknown". Where the
+        worst motion is quasi-periodic the state is that of the periodic solution that it departs from.
+    branch : int
+        Branch of the worst motion: 0 the main one, k detached branch k, -1 none of them.
+    motion : str
+        "periodic" or "quasi-periodic"; empty where the worst motion is not known.
+    may_be_higher : str
+        Why the worst motion may be higher, or why the curve has not come to its end; empty where no reason is known.
+    peaks : tuple of (float, float)
+        Frequency, Hz, and amplitude, m, of the local maxima of every branch.
+    """
+
+    place: tuple[float, float]
+    values: tuple[float, float]
+    amplitude_m: float | None
+    frequency_hz: float | None
+    state: str = UNKNOWN
+    branch: int = -1
+    motion: str = ""
+    may_be_higher: str = ""
+    peaks: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def is_known(self) -> bool:
+        """Whether there is an amplitude."""
+        return self.amplitude_m is not None and self.amplitude_m > 0.0
+
+    @property
+    def height(self) -> float:
+        """Amplitude, m; nan where it is not known."""
+        return math.nan if self.amplitude_m is None else self.amplitude_m
+
+    @property
+    def is_detached(self) -> bool:
+        """Whether the worst motion lies on a detached branch."""
+        return self.branch > 0
+
+
+def map_point(curve: CurveResult, place: tuple[float, float], values: tuple[float, float]) -> MapPoint:
+    """The point of a solved curve; its file is read.
+
+    Parameters
+    ----------
+    curve : CurveResult
+        The curve.
+    place : (float, float)
+        Column and row of the point.
+    values : (float, float)
+        Values of the two keys, in SI units.
+    """
+    facts = curve.facts
+    if curve.file is None or facts is None or not facts.points:
+        return MapPoint(place, values, None, None, may_be_higher=curve.reason or "no point was solved")
+    worst = math.isfinite(facts.worst_amplitude_m)
+    state, peaks = _read(curve.file, facts, worst)
+    return MapPoint(
+        place,
+        values,
+        amplitude_m=_finite(facts.worst_amplitude_m if worst else facts.peak_amplitude_m),
+        frequency_hz=_finite(facts.worst_frequency_hz if worst else facts.peak_frequency_hz),
+        state=state,
+        branch=facts.worst_branch if worst else 0,
+        motion=facts.worst_motion if worst else "",
+        may_be_higher=_left_open(facts, worst),
+        peaks=peaks,
+    )
+
+
+def _left_open(facts: CurveSummary, worst: bool) -> str:
+    if not facts.complete:
+        return facts.reason
+    return facts.worst_unresolved if worst else "the worst motion is not known"
+
+
+def _read(file: Path, facts: CurveSummary, worst: bool) -> tuple[str, tuple[tuple[float, float], ...]]:
+    """Contact state of the worst motion, and the peaks of all branches."""
+    import h5py
+
+    number, index = (facts.worst_branch, facts.worst_index) if worst else (0, facts.peak_index)
+    with h5py.File(file, "r") as source:
+        groups = [source, *(source[BRANCHES][name] for name in sorted(source.get(BRANCHES, ()), key=int))]
+        listed = [json.loads(group.attrs.get("peaks", "[]")) for group in groups]
+        known = 0 <= number < len(groups) and index >= 0
+        state = _state(groups[number], index) if known else UNKNOWN
+    return state, tuple(
+        (float(peak["frequency_hz"]), float(peak["amplitude_m"])) for found in listed for peak in found
+    )
+
+
+def _state(group: Any, index: int) -> str:
+    """Contact state of one point of a branch, from its nodes and its contact force."""
+    sticking, slipping, separating = (int(group[name][index]) for name in ("sticking", "slipping", "separating"))
+    if separating:
+        force = group["contact_force"][index]  # without contact exactly 0, but for the mean of a preload
+        return SEPARATING if force[1:].any() or force[0, :, :2].any() else FREE
+    if slipping:
+        return SLIPPING
+    return STUCK if sticking else UNKNOWN
+
+
+def known_heights(points: Sequence[MapPoint]) -> np.ndarray:
+    """Amplitudes, m, (n,); nan where not known."""
+    return np.array([point.height for point in points], dtype=float)
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
