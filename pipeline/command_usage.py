@@ -51,17 +51,6 @@ def output_parser(option: str) -> Callable[[str], Path]:
     return lambda text: output_path(text, option)
 
 
-def app_for(app: typer.Typer, arguments: list[str]) -> typer.Typer:
-    """The app with the one command that is called, if any: typer makes the options of all commands at each call."""
-    names = [info.name or getattr(info.callback, "__name__", "") for info in app.registered_commands]
-    called = [info for info, name in zip(app.registered_commands, names, strict=True) if arguments[:1] == [name]]
-    if not called:
-        return app
-    single = copy(app)
-    single.registered_commands = called
-    return single
-
-
 def print_version(asked: bool) -> None:
     """Print the version and end, where that is asked for."""
     from pipeline import __version__
