@@ -19,9 +19,11 @@ from nonlinear import (
     performance_curve,
 )
 from nonlinear.peak_curves.envelope_minimum import MARGIN, lowest_of
-from nonlinear.peak_curves.joint_peaks import multipliers
+from nonlinear.peak_curves.joint_peaks import Box, CarriedPeak, multipliers
+from nonlinear.peak_curves.parameter_family import ParameterFamily
 from nonlinear.peak_curves.peak_branch import PeakPiece
 from nonlinear.peak_curves.peak_curve import PeakPoint
+from nonlinear.peak_curves.peak_search import PeakSearch
 from nonlinear.peak_curves.worst_envelope import EnvelopeOfPeaks
 from rom import modal_model
 
@@ -166,6 +168,23 @@ def test_joint_optimum_in_closed_form() -> None:
     assert found.elasticities["tangential_stiffness"] == pytest.approx(-1.0, rel=1e-7)
     assert min(height for _, height in found.path) >= found.amplitude_m * (1.0 - 1e-9)
     assert [peak.multiplier for peak in found.peaks] == [1.0]
+
+
+def test_gradient_of_a_carried_peak_against_differences() -> None:
+    """Stiffness, preload and damping, away from the place where the peak was found."""
+    _, contact, excitation, options = slider()
+    problem = modal_model(oscillator(), damping_ratio=0.02), contact, excitation, options
+    names = "tangential_stiffness", "preload", "damping"
+    box = Box(problem, names, np.array([0.5, 1.0, 0.5]), np.array([2.0, 3.0, 3.0]))
+    found = PeakSearch(ParameterFamily(box.at(np.full(3, 0.3)), "force", 0.9, 1.1), lambda line: None)
+    found.solve([0.5], "first")
+    start = found.follower.moved(found.pieces[0].nearest(0.5), 0.5)
+    peak = CarriedPeak(box, "main branch", [(np.full(3, 0.3), start)])
+    place = np.array([0.5, 0.4, 0.7])
+    gradient, step = peak.gradient(place), 1e-4
+    for k, unit in enumerate(np.eye(3)):
+        above, below = (peak.amplitude(place + side * step * unit) for side in (1.0, -1.0))
+        assert gradient[k] == pytest.approx((above - below) / (2.0 * step), rel=1e-5), names[k]
 
 
 def test_multipliers_of_an_exchange() -> None:
