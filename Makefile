@@ -4,6 +4,7 @@
 # make test-lowest, make test-newest  tests of every library's use, with the lowest and the newest versions that pyproject.toml allows
 # make lock   requirements.lock, the exact versions of make setup, as the newest allowed ones
 # make bench  run time against error of every stage, and run times before and after, into out/bench; make bench-docs puts it into docs
+# make bench-times  every row of the table of run times, half an hour; ROWS="fresh auto" those of cases whose names begin so
 # make bench-peers  beside pyHarm (installed into an environment of its own) and CalculiX (where ccx is)
 # make docs   the documentation site, into out/docs/index.html; make tutorials runs the tutorials and renews their output and pictures
 # make pictures  the pictures of README and pages that are old, made again from the scenes; a test fails where one is old
@@ -26,7 +27,7 @@ BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) $(if $(JOBS),--jobs $(JOBS))
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond study stresses render figures report test test-lowest test-newest lock docs tutorials pictures stress bench bench-peers bench-docs clean
+.PHONY: setup run mesh assemble reduce respond study stresses render figures report test test-lowest test-newest lock docs tutorials pictures stress bench bench-times bench-peers bench-docs clean
 
 setup: $(VENV)/.installed
 
@@ -96,7 +97,7 @@ stress: setup
 	@$(BIN)/python benchmarks/stress.py $(if $(JOBS),--jobs $(JOBS)) $(STRESS)
 
 # Times of one thread each, as the pipeline itself asks for.
-bench bench-peers bench-docs: export OPENBLAS_NUM_THREADS = 1
+bench bench-times bench-peers bench-docs: export OPENBLAS_NUM_THREADS = 1
 bench: setup
 	@$(BIN)/python benchmarks/bench.py $(BENCH)
 ifeq ($(BENCH),)
@@ -106,6 +107,9 @@ ifeq ($(BENCH),)
 	@$(BIN)/python benchmarks/own_mesh.py --full
 	@$(BIN)/python benchmarks/parallel.py
 endif
+
+bench-times: setup
+	@$(BIN)/python benchmarks/run_times.py $(if $(ROWS),--only $(ROWS),--dear)
 
 bench-peers: setup
 	@$(BIN)/python benchmarks/peers.py

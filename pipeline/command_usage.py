@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from copy import copy
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,6 +33,17 @@ ALLOWED = {  # values of options by their names
 def examples(*lines: str) -> str:
     """The end of a help text: command lines, one on each line."""
     return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
+
+
+def app_for(app: typer.Typer, arguments: list[str]) -> typer.Typer:
+    """The app with the one command that is called, if any: typer makes the options of all commands at each call."""
+    names = [info.name or getattr(info.callback, "__name__", "") for info in app.registered_commands]
+    called = [info for info, name in zip(app.registered_commands, names, strict=True) if arguments[:1] == [name]]
+    if not called:
+        return app
+    single = copy(app)
+    single.registered_commands = called
+    return single
 
 
 def output_parser(option: str) -> Callable[[str], Path]:

@@ -31,16 +31,26 @@ def from_nothing(state: State, scene: str, limit: float) -> dict[str, Any]:
 
 
 def fresh_clone(state: State, scene: str, limit: float) -> dict[str, Any]:
-    """The same from a copy of the sources without kernels, after the command of `make setup` that compiles them."""
+    """The same from a copy of the sources without kernels, after the command of `make setup` that compiles them.
+
+    With how many kernels the run had to compile all the same.
+    """
     with tempfile.TemporaryDirectory(prefix="shroud-times-") as name:
         copy = Path(name) / "clone"
         for package in PACKAGES:
             shutil.copytree(state.root / package, copy / package, ignore=shutil.ignore_patterns("__pycache__"))
         shutil.copy(state.root / "pyproject.toml", copy)
         compiled = state.command(["warm-up"], limit, copy)  # an older state has no such command
+        before = _kernels(copy)
         file = str(copy / "scenes" / f"{scene}.toml")
         whole = _run(state, ["run", file, "--out", str(Path(name) / "out")], limit, copy)
-    return {"setup": compiled.figures() if compiled.status == 0 else None, "whole": whole}
+        found = {"whole": whole, "compiled": _kernels(copy) - before}
+    return {"setup": compiled.figures() if compiled.status == 0 else None, **found}
+
+
+def _kernels(copy: Path) -> int:
+    """Compiled kernels that a copy keeps: files of numba."""
+    return sum(1 for _ in copy.rglob("*.nbc"))
 
 
 def one_and_two_workers(state: State, limit: float, values: tuple[float, ...] = SWEEP) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from nonlinear.branches.bifurcations import BifurcationKind, locate_bifurcations
 from nonlinear.branches.peaks import locate_peak
 from nonlinear.branches.ring_growth import locate_pattern_change, with_patterns
 from nonlinear.branches.termination import TerminationReason
+from nonlinear.branches.wave_growth import with_wave_exponents
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
 
@@ -52,6 +53,7 @@ def with_special_points(
     continuation: Continuation, points: list[SolutionPoint], termination: TerminationReason
 ) -> Branch:
     """The branch of these points, with its peaks and bifurcations located and inserted."""
+    points = with_wave_exponents(continuation.recorder, points)
     branch = Branch(points[:1], [], [], termination)
     for before, after in pairwise(points):
         peak = locate_peak(continuation, before, after)
@@ -73,14 +75,15 @@ def with_stability(continuation: Continuation, branch: Branch) -> Branch:
     Folds, known without exponents, are located again, so that all bifurcations are in order.
     """
     folds, peaks = {item.place for item in branch.bifurcations}, set(branch.peak_indices)
+    folds -= {*peaks, 0, len(branch.points) - 1}
+    kept = [index for index in range(len(branch.points)) if index not in folds]
+    points = [branch.points[index] for index in kept]
+    exact = [place for place, index in enumerate(kept) if index in peaks]
+    points = with_wave_exponents(continuation.recorder, points, exact)
     result = Branch([], [], [], branch.termination)
-    for index, point in enumerate(branch.points):
-        if index in folds and index not in peaks and 0 < index < len(branch.points) - 1:
-            continue
-        current = continuation.with_balance(point.balance)
-        after = current.recorder.with_exponents(point)
+    for index, after in zip(kept, points, strict=True):
         if result.points:
-            before = result.points[-1]
+            before, current = result.points[-1], continuation.with_balance(after.balance)
             for kind, special in sorted(locate_bifurcations(current, before, after), key=lambda item: item[1].arc):
                 place = _insert(result.points, special, before, after)
                 result.bifurcations.append(BranchBifurcation(kind, place))

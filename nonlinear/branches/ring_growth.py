@@ -61,6 +61,10 @@ def _fill(
     if last - first < 2:
         return
     one, other, middle = found[first], found[last], (first + last) // 2
+    if one is not None and other is not None and all(point.unstable for point in points[first : last + 1]):
+        for index in range(first + 1, last):
+            found[index] = _between(points, (first, index, last), one, other)
+        return
     found[middle] = None
     if one is not None and other is not None and _alike(points[first], points[last], one, other):
         guess = _between(points, (first, middle, last), one, other)
@@ -158,7 +162,7 @@ def locate_pattern_change(
         assert leader is not None
 
         def with_leader(point: SolutionPoint, start: PatternExponent = leader) -> SolutionPoint:
-            recorded = continuation.recorder.record(point, exponents=False)
+            recorded = continuation.recorder.record(point)
             followed = stability.follow_pattern(recorded, start, climb=False)
             return replace(recorded, pattern=followed or stability.worst_pattern(recorded))
 

@@ -7,6 +7,7 @@ pp. 168-174. (Illinois variant)
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from nonlinear.continuation.arclength_continuation import Continuation
@@ -34,7 +35,7 @@ def locate_zero(
     left_value, right_value = test_function(before), test_function(after)
     if not left_value * right_value < 0.0:
         return None
-    common = _with_equal_harmonics(continuation, before, after)
+    common = _with_equal_harmonics(continuation, before, after, continuation.recorder.record)
     if common is None:
         return None
     before, continuation = common, continuation.with_balance(common.balance)
@@ -47,7 +48,7 @@ def locate_zero(
         point = continuation.solver.step(before, arc, refactorise=True)
         if point is None:
             break
-        point = continuation.recorder.record(point, exponents=False)
+        point = continuation.recorder.record(point)
         value = test_function(point)
         change, best = abs(point.omega - best.omega), point
         if value * left_value > 0.0:
@@ -86,7 +87,7 @@ def locate_change(
     It is interpolated, safeguarded by bisection. A point where it is zero but for its error will do.
     `record` adds the exponents to a point: by default those of the wave.
     """
-    record = record or continuation.recorder.record
+    record = record or partial(continuation.recorder.record, exponents=True)
     common = _with_equal_harmonics(continuation, before, after, record)
     if common is None:
         return None
@@ -163,10 +164,10 @@ def _with_equal_harmonics(
     continuation: Continuation,
     before: SolutionPoint,
     after: SolutionPoint,
-    record: Callable[[SolutionPoint], SolutionPoint] | None = None,
+    record: Callable[[SolutionPoint], SolutionPoint],
 ) -> SolutionPoint | None:
     """The first point with the harmonics of the second."""
     if before.balance is after.balance:
         return before
     refitted = continuation.with_balance(after.balance).solver.refit(before)
-    return None if refitted is None else (record or continuation.recorder.record)(refitted)
+    return None if refitted is None else record(refitted)

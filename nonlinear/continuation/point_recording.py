@@ -22,7 +22,7 @@ class PointRecorder:
     output: str
     stability: PointStability | None = None
 
-    def record(self, point: SolutionPoint, exponents: bool = True) -> SolutionPoint:
+    def record(self, point: SolutionPoint, exponents: bool = False) -> SolutionPoint:
         """The point with dA/ds and, if asked for, its exponents. Its contact Jacobian is dropped, to save memory."""
         dA_ds = point.dA_ds if point.linear is not None else amplitude_derivative(point, self.output)
         found = self.stability.exponents(point) if self.stability is not None and exponents else None

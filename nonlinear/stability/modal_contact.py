@@ -12,6 +12,7 @@ import numpy as np
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.stability.block_matrices import Matrix
 from nonlinear.stability.cone_slider_memory import ConeSliderMemory
+from nonlinear.stability.face_contact import face_contact
 from nonlinear.stability.point_contact import PointContact, columns_in_harmonics
 from nonlinear.stability.reduced_problem import ReducedProblem
 from nonlinear.stability.slider_memory import SliderMemory
@@ -20,7 +21,7 @@ SAME_SIGMA = 1e-4  # distance over which K(sigma) is linear to 1e-7
 
 
 def modal_contact(
-    reduced: ReducedProblem, contact: PointContact, relative: ComplexArray
+    reduced: ReducedProblem, contact: PointContact, kappa: float
 ) -> "LowRankMemoryContact | FullMemoryContact":
     """The contact Jacobian of a point.
 
@@ -30,12 +31,11 @@ def modal_contact(
         The modes.
     contact : PointContact
         The point.
-    relative : (S, 3 n_c, q)
-        B_h of the modes at one kappa.
+    kappa : float
+        Phase shift, rad.
     """
-    if isinstance(contact.memory, ConeSliderMemory):
-        return FullMemoryContact(reduced, contact, relative)
-    return LowRankMemoryContact(reduced, contact, relative)
+    kind = FullMemoryContact if isinstance(contact.memory, ConeSliderMemory) else LowRankMemoryContact
+    return kind(reduced, contact, kappa)
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,18 @@ class _ContactInModes:
         The modes.
     contact : PointContact
         The point.
-    relative : (S, 3 n_c, q)
-        B_h of the modes.
+    kappa : float
+        Phase shift, rad.
     """
 
     reduced: ReducedProblem
     contact: PointContact
-    relative: ComplexArray
+    kappa: float
+
+    @cached_property
+    def relative(self) -> ComplexArray:
+        """B_h of the modes, (S, 3 n_c, q)."""
+        return self.reduced.relative(self.reduced.modal, self.kappa)
 
 
 class LowRankMemoryContact(_ContactInModes):
@@ -111,7 +116,7 @@ class LowRankMemoryContact(_ContactInModes):
 
     @cached_property
     def _periodic(self) -> ComplexArray:
-        return self.reduced.projected(self._jacobian, self.relative)
+        return face_contact(self.reduced, self.contact).periodic(self.kappa)
 
     @property
     def _first(self) -> int:
@@ -176,7 +181,7 @@ class FullMemoryContact(_ContactInModes):
     def forces(self, sigma: complex, motion: ComplexArray, adjoint: bool = False) -> ComplexArray:
         """K(sigma) d, or K(sigma)^T d, for a motion (S, 3 n_c)."""
         frozen = PointContact(self._linearised(sigma).jacobian, self.contact.omega, None)
-        return LowRankMemoryContact(self.reduced, frozen, self.relative).forces(sigma, motion, adjoint)
+        return LowRankMemoryContact(self.reduced, frozen, self.kappa).forces(sigma, motion, adjoint)
 
     def _linearised(self, sigma: complex) -> "LinearisedMemory":
         """K near sigma: a new one where the last one is too far."""

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.stability.block_matrices import Matrix
 from nonlinear.stability.condensed_loop import CondensedLoop
+from nonlinear.stability.face_contact import face_contact
 from nonlinear.stability.kappa_interpolation import KappaInterpolation
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
@@ -138,59 +138,11 @@ def _slice(
     omega = contact.omega
     retained = reduced.near(parameters, omega, centre)
     condensed = reduced.condensed_around(centre, retained, omega)
-    jacobian, memory = contact.at(1j * centre if centre else 0.0)
-    faces = FaceJacobian.of(reduced, jacobian)
-    memory_faces = None if memory is None else FaceJacobian.of(reduced, memory)
+    faces = face_contact(reduced, contact)
     loops = [
-        CondensedLoop.closed(condensed, faces.at(kappa), None if memory_faces is None else memory_faces.at(kappa))
+        CondensedLoop.closed(condensed, *faces.linearised(1j * centre if centre else 0.0, kappa))
         for kappa in kappas.tolist()
     ]
     return SliceMatrices(
         retained, np.stack([loop.matrix for loop in loops]), np.stack([loop.descriptor for loop in loops])
     )
-
-
-@dataclass(frozen=True)
-class FaceJacobian:
-    """A contact Jacobian in modal coordinates of the relative motion, B^H K B, for all kappas.
-
-    Attributes
-    ----------
-    parts : (3, D, D)
-        What does not depend on kappa, what goes with e^(i kappa), and what with e^(-i kappa).
-    """
-
-    parts: ComplexArray
-
-    @classmethod
-    def of(cls, reduced: ReducedProblem, values: Matrix) -> "FaceJacobian":
-        """From the Jacobian (n_c, 3, 3, 2H+1, 2H+1) of real coefficients."""
-        modal = reduced.modal
-        assert modal.left is not None
-        faces, q = np.stack([modal.right, modal.left], axis=1), modal.damping.size
-        blocks = reduced.in_harmonics(values)  # (n_c, S, d, S, e)
-        nodes, size = blocks.shape[:2]
-        shapes = faces.reshape(nodes, 3, 2 * q)
-        # real and imaginary parts apart, (n_c, d, S, S, 2, e): all products are real
-        parts = blocks.view(float).reshape(nodes, size, 3, size, 3, 2).transpose(0, 2, 1, 3, 5, 4)
-        right = parts.reshape(nodes, 6 * size**2, 3) @ shapes
-        product = shapes.reshape(3 * nodes, 2 * q).T @ right.reshape(3 * nodes, -1)
-        product = product.reshape(2, q, size, size, 2, 2, q).transpose(4, 0, 5, 2, 1, 3, 6)
-        result = np.empty((4, size, q, size, q), dtype=complex)  # right right, right left, left right, left left
-        result.real, result.imag = product.reshape(2, 4, size, q, size, q)
-        ahead = np.exp(1j * reduced.harmonics * reduced.problem.phase)[:, None]
-        back = ahead.conj()[:, :, None, None]
-        result[3] *= ahead
-        result[3] *= back
-        result[0] += result[3]
-        result[1] *= -ahead
-        result[2] *= -back
-        return cls(result[:3].reshape(3, size * q, size * q))
-
-    def at(self, kappa: float) -> ComplexArray:
-        """B^H K B at one kappa, (D, D)."""
-        ahead = complex(np.exp(1j * kappa))
-        result = self.parts[1] * ahead
-        result += self.parts[0]
-        result += self.parts[2] * ahead.conjugate()
-        return np.asarray(result)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -57,6 +58,11 @@ class PointContact:
 
     @cached_property
     def _in_harmonics(self) -> dict[bool, ComplexArray]:
+        return {}
+
+    @cached_property
+    def in_few_modes(self) -> dict[int, Any]:
+        """What `face_contact` has formed of this point, by the identity of the reduced problem."""
         return {}
 
     def _of_cone(self, memory: ConeSliderMemory, values: Matrix) -> Matrix:

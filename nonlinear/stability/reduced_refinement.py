@@ -197,7 +197,7 @@ class ReducedRefinement:
         """
         reduced, pairs = self._at(contact.omega), abs(np.sin(kappa)) < 1e-12
         poles = reduced.condensed(reduced.modal, contact.omega)
-        modal = modal_contact(reduced, contact, reduced.relative(reduced.modal, kappa))
+        modal = modal_contact(reduced, contact, kappa)
         x: ComplexArray | None = None
         for _ in range(MAX_ITERATIONS):
             before = complex(value.real) if pairs and abs(value.imag) < CONVERGED else value

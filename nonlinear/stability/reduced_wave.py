@@ -47,4 +47,4 @@ class ReducedWave:
 
     @cached_property
     def _modal(self) -> ModalContact:
-        return modal_contact(self.reduced, self.contact, self.reduced.relative(self.reduced.modal, 0.0))
+        return modal_contact(self.reduced, self.contact, 0.0)

@@ -15,7 +15,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.floquet import NEUTRAL, OVERLAP, FloquetAnalysis, converged
 from nonlinear.stability.full_scan import FullScan
-from nonlinear.stability.hill import HillProblem, Memory
+from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.pattern_scan import PatternScan
 from nonlinear.stability.point_contact import PointContact
 from rom import ModalModel
@@ -119,9 +119,8 @@ class RingStability:
         contact : LinearisedContact
             The point.
         """
-        memory = self.wave.sampler.memory(contact.displacement)
-        best: PatternExponent | None = None
-        left, errors = self.approximate(contact, memory), ScanErrors()
+        best, point = None, self._point(contact)
+        left, errors = self._approximate(point), ScanErrors()
         values, diameters = (np.array([item[part] for item in left]) for part in (0, 1))
         for _ in range(min(MAX_REFINED, len(left))):
             rates = errors.corrected(values, diameters)
@@ -133,12 +132,12 @@ class RingStability:
                     break
             sigma, k = complex(values[index]), int(diameters[index])
             values, diameters = np.delete(values, index), np.delete(diameters, index)
-            found = self._refined(contact, memory, sigma, k)
+            found = self._refined(point, sigma, k)
             if found is not None:
                 errors.add(sigma, k, found.exponent / contact.omega)
                 if best is None or found.exponent.real > best.exponent.real:
                     best = found
-        return best if best is None else self._climbed(contact, memory, best)
+        return best if best is None else self._climbed(point, best)
 
     def followed(
         self, contact: LinearisedContact, start: PatternExponent, climb: bool = True
@@ -154,35 +153,39 @@ class RingStability:
         climb : bool
             Whether, from one that grows, the neighbouring nodal diameters are followed to the one that grows most.
         """
-        memory = self.wave.sampler.memory(contact.displacement)
-        best = self._refined(contact, memory, start.exponent / contact.omega, start.nodal_diameter)
-        return best if best is None or not climb else self._climbed(contact, memory, best)
+        point = self._point(contact)
+        best = self._refined(point, start.exponent / contact.omega, start.nodal_diameter)
+        return best if best is None or not climb else self._climbed(point, best)
 
-    def _climbed(self, contact: LinearisedContact, memory: Memory | None, best: PatternExponent) -> PatternExponent:
+    def _climbed(self, contact: PointContact, best: PatternExponent) -> PatternExponent:
         """From an exponent that grows, that of the neighbouring nodal diameters that grows most."""
         if not best.grows(contact.omega):
             return best
         for direction in (-1, 1):
             k = best.nodal_diameter + direction
             while 1 <= k <= self.n_blades // 2:
-                found = self._refined(contact, memory, best.exponent / contact.omega, k)
+                found = self._refined(contact, best.exponent / contact.omega, k)
                 if found is None or found.exponent.real <= best.exponent.real:
                     break
                 best, k = found, k + direction
         return best
 
-    def approximate(self, contact: LinearisedContact, memory: Memory | None) -> list[tuple[complex, int]]:
+    def approximate(self, contact: LinearisedContact) -> list[tuple[complex, int]]:
         """Eigenvalues sigma = lambda / omega in the strip and their k, those of all k, the least stable first.
 
         Parameters
         ----------
         contact : LinearisedContact
             The point.
-        memory
-            Its slider memory; None: none.
         """
-        point = PointContact(contact.jacobian, contact.omega, memory)
-        found = self._scan.eigenvalues(point) if self._scan.applies(contact.omega) else []
+        return self._approximate(self._point(contact))
+
+    def _point(self, contact: LinearisedContact) -> PointContact:
+        memory = self.wave.sampler.memory(contact.displacement)
+        return PointContact(contact.jacobian, contact.omega, memory)
+
+    def _approximate(self, point: PointContact) -> list[tuple[complex, int]]:
+        found = self._scan.eigenvalues(point) if self._scan.applies(point.omega) else []
         return found or self._full_scan.eigenvalues(point)
 
     @cached_property
@@ -193,30 +196,25 @@ class RingStability:
     def _full_scan(self) -> FullScan:
         return FullScan(self.wave.problem, self.n_blades)
 
-    def _refined(
-        self, contact: LinearisedContact, memory: Memory | None, sigma: complex, k: int
-    ) -> PatternExponent | None:
+    def _refined(self, contact: PointContact, sigma: complex, k: int) -> PatternExponent | None:
         """The exponent of k that successive linear problems lead to from `sigma`; None if they lead to none."""
-        value, exact = self._by_reduced_problem(contact, memory, sigma, k)
+        value, exact = self._by_reduced_problem(contact, sigma, k)
         if value is not None and not exact:
             if k not in self._problems:
                 self._problems[k] = replace(self.wave.problem, kappa=2.0 * np.pi * k / self.n_blades)
-            eigenproblem = self._problems[k].eigenproblem(contact.jacobian, contact.omega, memory)
+            eigenproblem = self._problems[k].eigenproblem(contact.jacobian, contact.omega, contact.memory)
             value = converged(eigenproblem, value) or converged(eigenproblem, value + OFF_AXIS)
         if value is None or abs(value.imag) > 0.5 + OVERLAP:
             return None
         return PatternExponent(contact.omega * value, k)
 
-    def _by_reduced_problem(
-        self, contact: LinearisedContact, memory: Memory | None, sigma: complex, k: int
-    ) -> tuple[complex | None, bool]:
+    def _by_reduced_problem(self, contact: PointContact, sigma: complex, k: int) -> tuple[complex | None, bool]:
         """The eigenvalue in few modes, and whether it is exact; `sigma` itself where they are of no use."""
         if not self.wave.refinement.applies(contact.omega):
             return sigma, False
-        point = PointContact(contact.jacobian, contact.omega, memory)
         kappa = 2.0 * np.pi * k / self.n_blades
-        found = self.wave.refinement.converged(point, kappa, sigma)
-        return found or self.wave.refinement.converged(point, kappa, sigma + OFF_AXIS) or (None, True)
+        found = self.wave.refinement.converged(contact, kappa, sigma)
+        return found or self.wave.refinement.converged(contact, kappa, sigma + OFF_AXIS) or (None, True)
 
 
 def largest_nodal_diameter(modal: ModalModel) -> int:

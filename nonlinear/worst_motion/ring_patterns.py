@@ -85,8 +85,7 @@ class RingPatterns:
         """
         found = [PatternExponent(complex(self.growth_rate(0)), 0)]
         if largest_nodal_diameter(self.ring.modal):
-            memory = self._stability.wave.sampler.memory(self.displacement)
-            approximate = self._stability.approximate(self._contact, memory)
+            approximate = self._stability.approximate(self._contact)
             small = [item for item in approximate if self.ring.blades(item[1]) <= most_blades]
             near = [item for item in small if item[0].real >= NEARLY * small[0][0].real]
             near = sorted(near, key=lambda item: self.ring.blades(item[1]))

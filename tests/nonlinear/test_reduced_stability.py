@@ -9,6 +9,7 @@ from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
 from nonlinear.stability import reduced_refinement
+from nonlinear.stability.face_contact import FaceJacobian
 from nonlinear.stability.floquet import (
     SLICE_WIDTH,
     WIDE_SLICE,
@@ -18,7 +19,7 @@ from nonlinear.stability.floquet import (
     grows,
 )
 from nonlinear.stability.full_scan import FullScan
-from nonlinear.stability.pattern_scan import WIDTH, FaceJacobian, PatternScan, _slice
+from nonlinear.stability.pattern_scan import WIDTH, PatternScan, _slice
 from nonlinear.stability.point_contact import PointContact, in_harmonics
 from nonlinear.stability.reduced_modes import LEAST, reduced_modes
 from nonlinear.stability.reduced_refinement import ReducedRefinement

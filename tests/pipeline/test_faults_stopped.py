@@ -14,7 +14,7 @@ from pipeline_support import shroud, small_scene, summary_of, write_scene
 
 import pipeline.stages.model_chain
 
-FRICTIONS = [0.1 + 0.01 * i for i in range(30)]
+FRICTIONS = [0.1 + 0.001 * i for i in range(300)]  # more than are solved before it is seen that some are
 
 
 def numbers(out: Path) -> list[dict[str, object]]:

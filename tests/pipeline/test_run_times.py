@@ -44,6 +44,7 @@ def curves(factor: float, peak: float, detached: int = 0) -> dict[str, Any]:
     ]
     auto = {"auto": 3.0, "harmonics": 5, "error": 1e-4}
     return {
+        "fresh": {"whole": used, "setup": None, "compiled": 3 if factor > 1 else 0},
         "default": {"whole": used, "unchanged": used, "validate": used, "stages": {"mesh": factor}},
         "extras dummy": {"seconds": dict(zip(names, (1.0, 1.2, 1.5, 3.5, 4.0), strict=True)), "found": found},
         "auto dummy": {
@@ -62,6 +63,8 @@ def test_rows_read_the_answers_and_compare_both_states(run_times: Any) -> None:
     default = rows["default scene from nothing"]
     assert (default["before"], default["after"], default["times better"]) == ("4 (8)", "0.5 (1)", "8 (8)")
     assert default["reached"] == "yes"
+    compiled = rows["kernels that the run on the fresh clone compiled"]
+    assert (compiled["before"], compiled["after"], compiled["reached"]) == ("3", "0", "yes")
     assert rows["all extras over curves alone, dummy"]["after"] == "4"
     assert rows["all extras over curves alone, dummy"]["reached"] == "no"
     assert rows['"auto" over the cheapest fixed H, largest']["after"] == "1.5"  # of the curve that has a fixed H

@@ -1,0 +1,101 @@
+"""Floquet exponents of the wave along a branch: computed at some points, interpolated where all of them decay.
+
+A real exponent that passes zero changes the sign of det dR/dx, which is known at every point. The exponents are
+computed in some points and halfway between them; where the rate halfway is not as interpolated, in more points.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from nonlinear.continuation.point_recording import PointRecorder
+from nonlinear.continuation.solution_point import SolutionPoint
+
+STRIDE = 8  # points from one whose exponents are computed to the next
+DECAY_ERROR = 0.2  # relative error of a rate of decay, halfway between two others, that may be interpolated
+SIMILAR_FREQUENCY = 0.05  # difference of Im lambda, in units of omega, of two exponents of one family
+
+
+def with_wave_exponents(
+    recorder: PointRecorder, points: list[SolutionPoint], exact: Sequence[int] = ()
+) -> list[SolutionPoint]:
+    """The points of a branch with the exponents of perturbations that have the symmetry of the wave.
+
+    Where all of them decay, that of the least stable one is interpolated; `exponents` has no others there.
+
+    Parameters
+    ----------
+    recorder : PointRecorder
+        Computes them. Without stability the points stay as they are.
+    points : list of SolutionPoint
+        In the order of the branch.
+    exact : sequence of int
+        Indices of points whose exponents are not interpolated.
+    """
+    if recorder.stability is None:
+        return points
+    result, run = list(points), list[int]()
+    for index, point in enumerate(points):
+        if recorder.stability.linear_state(point) is None:
+            run.append(index)
+        else:
+            result[index] = recorder.with_exponents(point)
+        if run and (run[-1] != index or index == len(points) - 1):
+            chosen = sorted({*run[::STRIDE], run[-1], *(set(run) & {*exact})})
+            for place in chosen:
+                result[place] = recorder.with_exponents(points[place])
+            for first, last in pairwise(chosen):
+                _fill(recorder, result, first, last)
+            run = []
+    return result
+
+
+def _fill(recorder: PointRecorder, points: list[SolutionPoint], first: int, last: int) -> None:
+    """Find the exponents between two points that have theirs."""
+    if last - first < 2:
+        return
+    middle = (first + last) // 2
+    points[middle] = recorder.with_exponents(points[middle])
+    if _decays_between(points, first, middle, last):
+        for ends in ((first, middle), (middle, last)):
+            for index in range(ends[0] + 1, ends[1]):
+                value = np.array([_between(points, ends[0], index, ends[1])])
+                points[index] = replace(points[index], exponents=value)
+        return
+    _fill(recorder, points, first, middle)
+    _fill(recorder, points, middle, last)
+
+
+def _decays_between(points: list[SolutionPoint], first: int, middle: int, last: int) -> bool:
+    """Whether all perturbations decay from one point to another, so that the rate in the middle is as interpolated.
+
+    Its error is small against the distance from the imaginary axis of all three.
+    """
+    if any(point.jacobian_sign < 0 for point in points[first : last + 1]):
+        return False
+    rates = []
+    for index in (first, middle, last):
+        exponents = points[index].exponents
+        if exponents is None or exponents.size == 0 or points[index].unstable:
+            return False
+        rates.append(float(exponents[0].real))
+    error = abs(_between(points, first, middle, last).real - rates[1])
+    return error <= DECAY_ERROR * min(abs(rate) for rate in rates)
+
+
+def _between(points: list[SolutionPoint], first: int, index: int, last: int) -> complex:
+    """The least stable exponent of a point, linear in the arc length between two others.
+
+    Where these are of two families the frequency is that of the nearer.
+    """
+    before, point, after = points[first], points[index], points[last]
+    assert before.exponents is not None
+    assert after.exponents is not None
+    one, other = complex(before.exponents[0]), complex(after.exponents[0])
+    share = (point.arc - before.arc) / (after.arc - before.arc) if after.arc > before.arc else 0.5
+    value = (1.0 - share) * one + share * other
+    if abs(one.imag - other.imag) > SIMILAR_FREQUENCY * point.omega:
+        value = complex(value.real, (one if share < 0.5 else other).imag)
+    return value
