@@ -90,7 +90,7 @@ def pictures() -> dict[str, Picture]:
         ),
         Picture(
             "uncertainty",
-            (DUMMY, UNCERTAIN, STYLE, "pipeline/figures/uncertainty_figure.py", "pipeline/studies/uncertainty"),
+            (DUMMY, UNCERTAIN, STYLE, "pipeline/figures/uncertainty_figure.py"),
             _uncertainty,
         ),
         Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/story.py"), _report),
