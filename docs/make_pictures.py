@@ -17,6 +17,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import tomllib
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,7 @@ QUIET_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-backg
 STYLE, LINE = "pipeline/figures/style.py", "pipeline/figures/curve_line.py"
 CURVES = (STYLE, LINE, "pipeline/figures/response.py", "pipeline/figures/curve_marks.py")
 DUMMY = "scenes/dummy.toml"
+UNCERTAIN = "docs/uncertainty.toml"  # its section [uncertainty]
 
 
 def pictures() -> dict[str, Picture]:
@@ -75,6 +77,11 @@ def pictures() -> dict[str, Picture]:
             "check_of_a_motion",
             (DUMMY, STYLE, "pipeline/check/envelope_figure.py", "pipeline/check/answer.py"),
             _check,
+        ),
+        Picture(
+            "uncertainty",
+            (DUMMY, UNCERTAIN, STYLE, "pipeline/figures/uncertainty_figure.py"),
+            _uncertainty,
         ),
         Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/story.py"), _report),
         Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
@@ -132,6 +139,18 @@ def _check(path: Path) -> bool:
     _shroud("check", DUMMY, "--out", OUT / "dummy", "--curve", "3", "--frequency", "452.5", "--quiet")
     newest = max((OUT / "dummy" / "check").glob("*.png"), key=lambda file: file.stat().st_mtime)
     shutil.copyfile(newest, path)
+    return True
+
+
+def _uncertainty(path: Path) -> bool:
+    """The default blade with one interference and uncertain parameters."""
+    from pipeline import run_scene
+
+    tables, others = (tomllib.loads((ROOT / name).read_text(encoding="utf-8")) for name in (DUMMY, UNCERTAIN))
+    contact = {**tables["contact"], "interference": 20e-6}
+    scene = {name: table for name, table in tables.items() if name not in ("sweep", "render")}
+    run_scene({**scene, "contact": contact, **others}, OUT / "uncertainty", until="figures", quiet=True)
+    shutil.copyfile(OUT / "uncertainty" / "figures" / "uncertainty.png", path)
     return True
 
 

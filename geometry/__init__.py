@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from geometry.own_mesh.own_sector import OwnSector, sector_from_mesh
     from geometry.own_mesh.ring import SectorRing, fitting_ring
     from geometry.own_mesh.sector_choice import SectorChoice
-    from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
+    from geometry.parameters import BladeParameters, DiskParameters, MeshParameters, ShroudParameters
     from geometry.quality import hexahedron_scaled_jacobian, scaled_jacobian
     from geometry.sector import ContactFace, SectorMesh
     from geometry.sector_check import check_sector
@@ -37,6 +37,7 @@ __all__ = [
     "UNIT_SYSTEMS",
     "BladeParameters",
     "ContactFace",
+    "DiskParameters",
     "ElementBlock",
     "ElementKind",
     "ElementSides",
@@ -76,6 +77,7 @@ __all__ = [
 ]
 
 _PLACES = {
+    "DiskParameters": "geometry.parameters",
     "ELEMENT_KINDS": "geometry.elements",
     "MESHIO_CELLS": "geometry.exchange",
     "NAMED_AXES": "geometry.engine_axes",

@@ -7,23 +7,24 @@ import numpy as np
 from geometry.blade_surfaces import airfoil_surfaces
 from geometry.checks import check_parameters
 from geometry.contact import contact_faces
+from geometry.disk import add_disk, check_disk
 from geometry.divisions import contact_fractions, grid_fractions
 from geometry.edge_angle import fitted_planform
 from geometry.elements import ElementBlock
 from geometry.errors import GeometryError
 from geometry.fillet import fillet_layers
 from geometry.layout import MeshingError
-from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
+from geometry.parameters import BladeParameters, DiskParameters, MeshParameters, ShroudParameters
 from geometry.planform import Planform, is_mirrored
 from geometry.planform_mesh import PlanformMesh, mesh_planform
 from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import FloatArray, IntArray, SectorMesh
-from geometry.solid import sweep
-
-MIRRORED_CORNERS = [0, 3, 2, 1, 4, 7, 6, 5]  # a mirror image turns hexahedra inside out; this node order undoes it
+from geometry.solid import MIRRORED_CORNERS, sweep
 
 
-def build_sector(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> SectorMesh:
+def build_sector(
+    blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters, disk: DiskParameters | None = None
+) -> SectorMesh:
     """Mesh one blade with its shroud: gmsh quadrilaterals of the planform, extruded, bent, tapered and twisted.
 
     The same parameters give the same mesh bit for bit. The mesh is symmetric under a half turn about the stacking
@@ -39,11 +40,15 @@ def build_sector(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPar
         The shroud.
     mesh : MeshParameters
         The mesh density.
+    disk : DiskParameters, optional
+        The disk under the blade; None: the root of the blade is clamped.
 
     Returns
     -------
     SectorMesh
-        The mesh with its node sets and contact faces.
+        The mesh with its node sets and contact faces. With a disk it has the sets `cyclic_right` and `cyclic_left` of
+        the cuts between the sectors of the disk, `bore` and `rim`, and elements of the material "disk"; `root` is
+        the clamped bore, empty where it is free.
 
     Raises
     ------
@@ -67,6 +72,15 @@ def build_sector(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPar
     True
     """
     check_parameters(blade, shroud, mesh)
+    if disk is not None:
+        check_disk(disk, blade, mesh)
+    return _built(blade, shroud, mesh, disk)
+
+
+def _built(
+    blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters, disk: DiskParameters | None
+) -> SectorMesh:
+    """As `build_sector`, of parameters that are checked."""
     mirrored = is_mirrored(shroud)
     upright = replace(blade, root_stagger=-blade.root_stagger, twist=-blade.twist) if mirrored else blade
     plan = _planform_as_meshed(blade, shroud, mesh)
@@ -85,7 +99,10 @@ def build_sector(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshPar
         raise GeometryError("mesh", "size", mesh.size, reason)
     sector = _with_faces(points, hexahedra, flat, blade, shroud, mesh)
     levels = np.arange(int(sector.node_sets["root"][0]), len(points), len(sector.node_sets["root"]))
-    return replace(sector, surfaces=airfoil_surfaces(plan, flat, sector.blocks, levels, mirrored))
+    sector = replace(sector, surfaces=airfoil_surfaces(plan, flat, sector.blocks, levels, mirrored))
+    return (
+        sector if disk is None else add_disk(sector, (plan, flat), upright, (shroud, mesh, disk), mirrored=mirrored)
+    )
 
 
 def _planform_as_meshed(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> Planform:

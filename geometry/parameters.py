@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 LARGEST_STAGGER = 80.0  # degrees, at root and shroud
 LARGEST_CAMBER = 90.0  # degrees
 
@@ -109,6 +111,55 @@ class ShroudParameters:
     gap: float = 0.0
     edge_angle: float | Literal["auto"] = "auto"
     fillet_radius: float = 0.0
+
+
+@dataclass(frozen=True)
+class DiskParameters:
+    """The disk that carries the blades, of revolution about the engine axis; its rim is the hub.
+
+    Attributes
+    ----------
+    bore_radius : float
+        Inner radius, m.
+    rim_width : float
+        Axial width at the hub radius, m; the root of the airfoil stands on it.
+    bore_width : float or None
+        Axial width at the bore, m; None: that of the rim. It varies linearly with the radius.
+    profile : tuple of (float, float)
+        Further radii (m), ascending, between bore and rim, with the axial widths (m) there.
+    bore : {"clamped", "free"}
+        Whether the bore is held.
+    size : float or None
+        Target length of the elements along the radius at the bore, m; it grows to this from that of the blade. None:
+        three times that of the blade.
+
+    Examples
+    --------
+    >>> from geometry import DiskParameters
+    >>> DiskParameters(bore_radius=0.1, rim_width=0.05, profile=((0.2, 0.02),)).width(0.25, hub_radius=0.3)
+    0.035
+    """
+
+    bore_radius: float
+    rim_width: float
+    bore_width: float | None = None
+    profile: tuple[tuple[float, float], ...] = ()
+    bore: Literal["clamped", "free"] = "clamped"
+    size: float | None = None
+
+    def width(self, radius: float, hub_radius: float) -> float:
+        """Axial width at a radius, m.
+
+        Parameters
+        ----------
+        radius : float
+            The radius, m.
+        hub_radius : float
+            Radius of the rim, m.
+        """
+        bore = self.rim_width if self.bore_width is None else self.bore_width
+        table = np.array([(self.bore_radius, bore), *self.profile, (hub_radius, self.rim_width)])
+        return float(np.interp(radius, table[:, 0], table[:, 1]))
 
 
 @dataclass(frozen=True)

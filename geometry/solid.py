@@ -13,6 +13,7 @@ from geometry.planform_mesh import PlanformMesh
 from geometry.sector import FloatArray, IntArray
 from geometry.straight_edges import resized
 
+MIRRORED_CORNERS = [0, 3, 2, 1, 4, 7, 6, 5]  # a mirror image turns hexahedra inside out; this node order undoes it
 TWIST_STEP = 15.0  # degrees: largest twist of one layer of elements
 
 

@@ -6,6 +6,7 @@ import errno
 import signal
 import sys
 import warnings
+from copy import copy
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -414,7 +415,7 @@ def command(arguments: list[str]) -> int:
         warnings.simplefilter("ignore")
     try:
         refuse_twice(arguments)
-        status = app(args=arguments or ["--help"], prog_name="shroud", standalone_mode=False)
+        status = _app_for(arguments)(args=arguments or ["--help"], prog_name="shroud", standalone_mode=False)
         status = int(status) if isinstance(status, int) else COMPUTED
     except Exit as stop:
         status = stop.exit_code
@@ -442,3 +443,14 @@ def command(arguments: list[str]) -> int:
         said = Stopped(status - BY_SIGNAL).said
         print_error(f"shroud: {said}; what is done is kept, the same command goes on from there")
     return status
+
+
+def _app_for(arguments: list[str]) -> typer.Typer:
+    """The app with the one command that is called, if any: typer makes the options of all commands at each call."""
+    names = [info.name or getattr(info.callback, "__name__", "") for info in app.registered_commands]
+    called = [info for info, name in zip(app.registered_commands, names, strict=True) if arguments[:1] == [name]]
+    if not called:
+        return app
+    single = copy(app)
+    single.registered_commands = called
+    return single

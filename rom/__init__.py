@@ -18,13 +18,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness
-    from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion
+    from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion, wave_coordinates
     from rom.cyclic.expansion import expand_to_mesh
     from rom.cyclic.modal_model import ModalModel, modal_model
     from rom.cyclic.mode_names import mode_names
     from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
     from rom.cyclic.receptance import RelativeReceptance, coupled_frequencies, linear_response
     from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic_sector.cyclic_faces import CyclicFaces, cyclic_faces
+    from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes
+    from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
     from rom.errors import (
         FactorisationError,
         FullModelFileError,
@@ -82,6 +85,8 @@ if TYPE_CHECKING:
 __all__ = [
     "UNREADABLE",
     "BoundaryChoice",
+    "CyclicFaces",
+    "CyclicModes",
     "DofLabels",
     "Factor",
     "FactorisationError",
@@ -89,6 +94,7 @@ __all__ = [
     "FullModel",
     "FullModelFileError",
     "FullReference",
+    "InterfaceOptions",
     "LabelledMatrix",
     "LinearError",
     "LinearOperation",
@@ -119,6 +125,8 @@ __all__ = [
     "contact_springs",
     "coriolis_error",
     "coupled_frequencies",
+    "cyclic_faces",
+    "cyclic_modes",
     "element_warnings",
     "expand_to_mesh",
     "factorise",
@@ -126,6 +134,7 @@ __all__ = [
     "gyroscopic_frequencies",
     "hot_spots",
     "inter_blade_phase",
+    "interface_motion",
     "linear_errors",
     "linear_response",
     "linear_responses",
@@ -167,6 +176,7 @@ __all__ = [
     "thermal_force",
     "traction_force",
     "von_mises",
+    "wave_coordinates",
     "why_unreadable",
     "with_modal_forces",
     "write_matrices",
@@ -174,6 +184,13 @@ __all__ = [
 ]
 
 _PLACES = {
+    "wave_coordinates": "rom.cyclic.cyclic_symmetry",
+    "interface_motion": "rom.cyclic_sector.interface_motion",
+    "cyclic_modes": "rom.cyclic_sector.cyclic_modes",
+    "cyclic_faces": "rom.cyclic_sector.cyclic_faces",
+    "InterfaceOptions": "rom.cyclic_sector.interface_motion",
+    "CyclicModes": "rom.cyclic_sector.cyclic_modes",
+    "CyclicFaces": "rom.cyclic_sector.cyclic_faces",
     "BoundaryChoice": "rom.reduction.boundary_dofs",
     "DofLabels": "rom.matrix_files.labelled_matrix",
     "Factor": "rom.linear_algebra.factorisation",

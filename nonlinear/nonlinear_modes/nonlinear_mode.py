@@ -35,8 +35,8 @@ class ModeResonance:
     stable : bool
         Whether the resonant force grows with the amplitude; where it falls the resonance is unstable.
     force_exponent : float
-        d ln F / d ln a of the resonant force F over the modal amplitude a, 1 in a linear mode: where it is small, a
-        small error of the force is a large one of the amplitude.
+        d ln F / d ln A of the resonant force F over the amplitude A of the output's vibration, 1 in a linear mode:
+        where it is small, a small error of the force is a large one of the amplitude.
     coordinates : (H+1, m) complex array
         Modal coordinates of the m modes of the structure.
 
@@ -174,16 +174,19 @@ class ModeMotions:
         def excess(state: MotionState, coordinates: ComplexArray) -> float:
             return float(np.log(resonant_force(state, coordinates, self.modal) / force))
 
+        def size(_: MotionState, coordinates: ComplexArray) -> float:
+            return float(np.log(vibration_of(coordinates, self.modal.outputs[self.output])))
+
         ends = self.states[place], self.states[place + 1]
         point = self.continuation.between(*ends, lambda at: excess(at.state, at.linearised.coordinates))
         if point is None:  # a kink between the two that Newton's method does not pass: the nearer of them
             known = [(state, self.continuation.motion.evaluate(state).coordinates) for state in ends]
             values = [excess(*each) for each in known]
             state, coordinates = known[int(np.argmin(np.abs(values)))]
-            exponent = (values[1] - values[0]) / ((ends[1].level - ends[0].level) or 1e-300)
+            exponent = (values[1] - values[0]) / ((size(*known[1]) - size(*known[0])) or 1e-300)
         else:
             state, coordinates = point.state, point.linearised.coordinates
-            exponent = self.continuation.rate(point, excess)
+            exponent = self.continuation.rate(point, excess) / (self.continuation.rate(point, size) or 1e-300)
         return ModeResonance(
             frequency_hz=state.omega / (2.0 * np.pi),
             amplitude_m=float(largest_amplitude(coordinates @ self.modal.outputs[self.output]).value),
@@ -285,7 +288,12 @@ def _check(modal: ModalModel, amplitudes_m: tuple[float, float], options: Solver
 
 def vibration(point: MotionPoint, modal: ModalModel, output: str) -> float:
     """Largest displacement of an output over a period without its mean, m."""
-    values = point.linearised.coordinates @ modal.outputs[output]
+    return vibration_of(point.linearised.coordinates, modal.outputs[output])
+
+
+def vibration_of(coordinates: ComplexArray, output: Array) -> float:
+    """Largest displacement over a period without its mean, m, of modal coordinates (H+1, m)."""
+    values = coordinates @ output
     values[0] = 0.0
     return largest_amplitude(values).value
 

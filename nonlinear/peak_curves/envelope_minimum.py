@@ -10,10 +10,12 @@ from nonlinear.contact.parameters import Array
 from nonlinear.peak_curves.optimum_result import Kind
 from nonlinear.peak_curves.peak_branch import PeakPiece
 from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
-from nonlinear.peak_curves.worst_envelope import AGREES, EnvelopeOfPeaks
+from nonlinear.peak_curves.worst_envelope import AGREES, NARROW, EnvelopeOfPeaks
 
 MARGIN = 1e-4  # of the share, kept from a jump
+LEVEL, LEVEL_PART = 1e-6, 0.02  # relative variation and smallest part of the range of a plateau
 FLAT = 1e-3  # relative variation of the envelope that counts as none
+EXACT = 1e-12  # relative difference of the envelope and the peak that it is
 AT_END = 1e-6  # of the share
 SIDE = 1e-8  # of the share, for one-sided derivatives
 APART = 2e-5  # of the share, on either side of an exchange, where one peak is the highest
@@ -39,6 +41,8 @@ class Minimum:
         Second derivative by the share at a smooth minimum, m; NaN else.
     rates : (float, float)
         One-sided derivatives by the share, m, see `Optimum.slopes`.
+    plateau : (float, float)
+        Shares between which the envelope is as low.
     """
 
     share: float
@@ -47,6 +51,7 @@ class Minimum:
     peak: PeakPoint | None
     second: float
     rates: tuple[float, float]
+    plateau: tuple[float, float]
 
 
 def lowest_of(envelope: EnvelopeOfPeaks, follower: PeakContinuation) -> Minimum:
@@ -73,14 +78,20 @@ def lowest_of(envelope: EnvelopeOfPeaks, follower: PeakContinuation) -> Minimum:
     heights = envelope.at(shares)
     if not np.isfinite(heights).any():
         raise ArithmeticError("no motion that persists is known at any value")
+    plateau = _plateau(shares, heights)
     k = int(np.argmin(heights))
-    share = _local(envelope, shares, k)
-    at_jump = bool(jumps.size) and float(np.abs(jumps - share).min()) < 2.0 * MARGIN
+    share = (
+        0.5 * (plateau[0] + plateau[1])
+        if plateau[1] - plateau[0] > LEVEL_PART
+        else _local(envelope, shares, k, jumps)
+    )
+    at_jump = bool(jumps.size) and float(np.abs(jumps - share).min()) < NARROW
     piece = _holder(envelope, share)
     rates = one_sided(envelope, share)
-    kind = _kind(heights, share, rates, at_jump, piece)
+    kind = _kind(envelope, heights, plateau, share, rates, at_jump, piece)
     if piece is None:
-        return Minimum(share, float(heights[k]), kind, None, float("nan"), _with_jumps(rates, jumps, share))
+        second, height = float("nan"), float(envelope.at(np.array([share]))[0])
+        return Minimum(share, height, kind, None, second, _with_jumps(rates, jumps, share), plateau)
     exact = follower.moved(piece.nearest(share), share) or piece.nearest(share)
     second = float("nan")
     if kind == "smooth":
@@ -89,7 +100,7 @@ def lowest_of(envelope: EnvelopeOfPeaks, follower: PeakContinuation) -> Minimum:
     elif kind == "kink":
         exact = _exchange(envelope, follower, exact) or exact
         rates = one_sided(envelope, exact.share)
-    return Minimum(exact.share, exact.amplitude, kind, exact, second, _with_jumps(rates, jumps, exact.share))
+    return Minimum(exact.share, exact.amplitude, kind, exact, second, _with_jumps(rates, jumps, exact.share), plateau)
 
 
 def one_sided(envelope: EnvelopeOfPeaks, share: float) -> tuple[float, float]:
@@ -100,16 +111,19 @@ def one_sided(envelope: EnvelopeOfPeaks, share: float) -> tuple[float, float]:
         if not 0.0 <= near[0] <= 1.0:
             rates.append(float("nan"))
             continue
-        piece = _holder(envelope, float(near[0]))
+        piece = _holder(envelope, float(near[0]), EXACT)
+        heights = envelope.at(near[0] + np.array([0.0, side]))
         if piece is not None:
             rates.append(float(piece.rate_at(near)[0]))
+        elif np.isfinite(heights).all():
+            rates.append(float((heights[1] - heights[0]) / side))
         else:
-            rates.append(float((envelope.at(near + side) - envelope.at(near))[0] / side))
+            rates.append(float("nan"))
     return rates[0], rates[1]
 
 
-def _local(envelope: EnvelopeOfPeaks, shares: Array, k: int) -> float:
-    """The minimum near a share of the grid."""
+def _local(envelope: EnvelopeOfPeaks, shares: Array, k: int, jumps: Array) -> float:
+    """The minimum near a share of the grid, no nearer to a jump than the margin."""
     from scipy.optimize import minimize_scalar
 
     if k in (0, shares.size - 1):
@@ -118,32 +132,57 @@ def _local(envelope: EnvelopeOfPeaks, shares: Array, k: int) -> float:
     def at(share: float) -> float:
         return float(envelope.at(np.array([share]))[0])
 
-    bounds = float(shares[k - 1]), float(shares[k + 1])
-    found = minimize_scalar(at, bounds=bounds, method="bounded", options={"xatol": 1e-10})
+    low, high = float(shares[k - 1]), float(shares[k + 1])
+    low = max([low, *(jumps[jumps < shares[k]] + MARGIN).tolist()])
+    high = min([high, *(jumps[jumps > shares[k]] - MARGIN).tolist()])
+    if not low < high:
+        return float(shares[k])
+    found = minimize_scalar(at, bounds=(low, high), method="bounded", options={"xatol": 1e-10})
     return float(found.x) if found.fun < at(float(shares[k])) else float(shares[k])
 
 
-def _holder(envelope: EnvelopeOfPeaks, share: float) -> PeakPiece | None:
-    """The piece whose persistent peak is the envelope at a share; None where a response is higher."""
+def _holder(envelope: EnvelopeOfPeaks, share: float, tolerance: float = AGREES) -> PeakPiece | None:
+    """The piece whose persistent peak is the envelope at a share, within a tolerance; None where a response is."""
     place = np.array([share])
     height = float(envelope.at(place)[0])
     heights = [float(piece.persistent_at(place)[0]) for piece in envelope.pieces]
     known = [(value, k) for k, value in enumerate(heights) if np.isfinite(value)]
-    if not known or max(known)[0] < height * (1.0 - AGREES):
+    if not known or max(known)[0] < height * (1.0 - tolerance):
         return None
     return envelope.pieces[max(known)[1]]
 
 
-def _kind(heights: Array, share: float, rates: tuple[float, float], at_jump: bool, piece: PeakPiece | None) -> Kind:
+def _plateau(shares: Array, heights: Array) -> tuple[float, float]:
+    """The shares around the lowest one between which the envelope is as low."""
+    high = ~(heights <= (1.0 + LEVEL) * heights.min())
+    k = int(np.argmin(heights))
+    first = int(np.flatnonzero(high[:k])[-1]) + 1 if high[:k].any() else 0
+    last = k + int(np.flatnonzero(high[k:])[0]) - 1 if high[k:].any() else shares.size - 1
+    return float(shares[first]), float(shares[last])
+
+
+def _kind(
+    envelope: EnvelopeOfPeaks,
+    heights: Array,
+    plateau: tuple[float, float],
+    share: float,
+    rates: tuple[float, float],
+    at_jump: bool,
+    piece: PeakPiece | None,
+) -> Kind:
     lowest = float(heights.min())
     if heights.max() <= (1.0 + FLAT) * lowest:
         return "flat"
+    if plateau[1] - plateau[0] > LEVEL_PART:
+        return "plateau"
     if share <= AT_END or share >= 1.0 - AT_END:
         return "edge"
     if at_jump:
         return "jump"
     if piece is None:
         return "sampled"
+    if _holder(envelope, share - SIDE, EXACT) is None or _holder(envelope, share + SIDE, EXACT) is None:
+        return "sampled"  # on one side the envelope rests on responses
     below, above = rates
     least = FLAT * lowest  # over the whole range
     turns = below < -least and above > least and above - below > TURN * max(abs(below), abs(above))
@@ -153,9 +192,9 @@ def _kind(heights: Array, share: float, rates: tuple[float, float], at_jump: boo
 def _with_jumps(rates: tuple[float, float], jumps: Array, share: float) -> tuple[float, float]:
     """One-sided derivatives, infinite towards a jump."""
     below, above = rates
-    if np.any((jumps < share) & (jumps > share - 2.0 * MARGIN)):
+    if np.any((jumps < share) & (jumps > share - NARROW)):
         below = -np.inf
-    if np.any((jumps > share) & (jumps < share + 2.0 * MARGIN)):
+    if np.any((jumps > share) & (jumps < share + NARROW)):
         above = np.inf
     return below, above
 

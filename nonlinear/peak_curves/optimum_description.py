@@ -7,8 +7,9 @@ from collections import Counter
 import numpy as np
 
 from nonlinear.branches.worst_motion import Motion
-from nonlinear.peak_curves.envelope_minimum import FLAT, Minimum
-from nonlinear.peak_curves.optimum_result import Optimum, PeakCurve, SolvedResponse, WorstEnvelope
+from nonlinear.contact.parameters import Array
+from nonlinear.peak_curves.envelope_minimum import Minimum
+from nonlinear.peak_curves.optimum_result import KINDS, Optimum, PeakCurve, SolvedResponse, WorstEnvelope
 from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem, parameter_value
 from nonlinear.peak_curves.peak_branch import PeakPiece
 from nonlinear.peak_curves.peak_derivatives import peak_derivatives
@@ -139,9 +140,12 @@ def _sampled(envelope: EnvelopeOfPeaks, family: ParameterFamily, placement: Plac
     jumps = np.array(envelope.jumps)
     marks = [*nodes, *(jumps - 2e-6), *(jumps + 2e-6)]
     shares = np.unique(np.concatenate([np.linspace(0.0, 1.0, PLOTTED), np.clip(marks, 0.0, 1.0)]))
-    heights, persistent = envelope.at(shares), envelope.persistent(shares)
+    heights = envelope.at(shares)
+    persistent = np.array([piece.persistent_at(shares) for piece in envelope.pieces]).reshape(-1, shares.size)
+    persistent = np.where(np.isnan(persistent), -np.inf, persistent)
     rows = [
-        _row(envelope, share, height, other) for share, height, other in zip(shares, heights, persistent, strict=True)
+        _row(envelope, share, height, peaks)
+        for share, height, peaks in zip(shares, heights, persistent.T, strict=True)
     ]
     errors = [gap.error for gap in envelope.gaps if gap.width > NARROW]
     return WorstEnvelope(
@@ -155,14 +159,12 @@ def _sampled(envelope: EnvelopeOfPeaks, family: ParameterFamily, placement: Plac
     )
 
 
-def _row(envelope: EnvelopeOfPeaks, share: float, height: float, persistent: float) -> tuple[float, str, str, str]:
-    """Frequency, source, motion and branch of the envelope at a share."""
+def _row(envelope: EnvelopeOfPeaks, share: float, height: float, peaks: Array) -> tuple[float, str, str, str]:
+    """Frequency, source, motion and branch of the envelope at a share; `peaks`: the persistent ones of all pieces."""
     if not np.isfinite(height):
         return float("nan"), "unknown", "periodic", ""
-    if persistent >= height * (1.0 - 1e-9):
-        place = np.array([share])
-        heights = [float(np.nan_to_num(piece.persistent_at(place)[0], nan=-np.inf)) for piece in envelope.pieces]
-        piece = envelope.pieces[int(np.argmax(heights))]
+    if peaks.max(initial=-np.inf) >= height * (1.0 - 1e-9):
+        piece = envelope.pieces[int(np.argmax(peaks))]
         return float(np.interp(share, piece.share, piece.frequency_hz)), "followed", "periodic", piece.origin
     nearest = min(envelope.responses, key=lambda each: abs(each.share - share)).solved
     return (
@@ -174,14 +176,7 @@ def _row(envelope: EnvelopeOfPeaks, share: float, height: float, persistent: flo
 
 
 def _message(family: ParameterFamily, lowest: Minimum, value: float, amplitude: float, frequency: float) -> str:
-    said = {
-        "smooth": f"smooth minimum at {value:.6g}",
-        "kink": f"two peaks exchange at {value:.6g}",
-        "jump": f"lowest beside a jump of the worst motion, at {value:.6g}",
-        "sampled": f"lowest of single responses at {value:.6g}",
-        "edge": f"no minimum inside the range: lowest at its end, {value:.6g}",
-        "flat": f"the worst motion changes by less than {100 * FLAT:g} % over the range",
-    }[lowest.kind]
+    said = KINDS[lowest.kind].format(f"{value:.6g}")
     return f"{family.name}: {said}, {amplitude:.4g} m at {frequency:.6g} Hz"
 
 
@@ -206,11 +201,18 @@ def _remarks(placement: Placement, envelope: EnvelopeOfPeaks, lowest: Minimum, h
         spent = any(is_open(gap, floor) for gap in gaps)
         reason = f"the limit of {placement.most} responses was reached" if spent else "far above the optimum"
         said.append(f"error of the interpolation in {len(rough)} parts of it {error}: {reason}")
+    if lowest.kind == "plateau":
+        first, last = (family.value(share) for share in lowest.plateau)
+        said.append(f"the lowest amplitude holds from {first:.6g} to {last:.6g}")
     if lowest.kind == "jump":
         jumps = ", ".join(
             f"{family.value(share):.6g}" for share in envelope.jumps if abs(share - lowest.share) < 2 * NARROW
         )
         said.append(f"the worst motion jumps at {jumps}: keep a distance")
+    low, high = family.problem[3].frequency_hz
+    if lowest.peak is None and here is not None and here.solved.frequency_hz in (low, high):
+        where = f"{here.solved.frequency_hz:g} Hz, an end of the frequency range"
+        said.append(f"the worst motion at the optimum is at {where}")
     if here is not None and here.solved.unresolved:
         said.append(f"at the optimum: {here.solved.unresolved}")
     return said

@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 from nonlinear.branches.worst_motion import Motion, WorstMotion
 from nonlinear.contact.parameters import Array
 
-Kind = Literal["smooth", "kink", "jump", "sampled", "edge", "flat"]
+Kind = Literal["smooth", "kink", "jump", "plateau", "sampled", "edge", "flat"]
+KINDS: dict[Kind, str] = {
+    "smooth": "smooth minimum at {}",
+    "kink": "two peaks exchange at {}",
+    "jump": "lowest beside a jump of the worst motion, at {}",
+    "plateau": "lowest and constant around {}",
+    "sampled": "lowest of single responses at {}",
+    "edge": "no minimum inside the range: lowest at its end, {}",
+    "flat": "the worst motion changes by less than 0.1 % over the range",
+}  # what is said of each, with the value
 Source = Literal["followed", "responses", "open", "unknown"]
 
 
@@ -155,10 +164,11 @@ class Optimum:
         The worst motion there. Never below that of a response solved there, `SolvedResponse.bound_m`.
     motion : {"periodic", "quasi-periodic"}
         What it is.
-    kind : {"smooth", "kink", "jump", "sampled", "edge", "flat"}
+    kind : {"smooth", "kink", "jump", "plateau", "sampled", "edge", "flat"}
         A minimum of one peak; an exchange of two; beside a value where the worst motion jumps, as a branch is born
-        or a motion loses its stability; the lowest of single responses, where no stable peak can be followed; an end
-        of the range; the parameter hardly does anything.
+        or a motion loses its stability; a part of the range over which the lowest amplitude does not change (contacts
+        that stick), with `value` in its middle; the lowest of single responses, where no stable peak can be followed;
+        an end of the range; the parameter hardly does anything.
     curvature : float
         Second derivative of the amplitude by the parameter at a smooth minimum; NaN else.
     slopes : (float, float)

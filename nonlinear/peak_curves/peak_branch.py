@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +15,11 @@ from nonlinear.contact.parameters import Array
 from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
 from nonlinear.peak_curves.peak_stability import PeakStability
 
-INTERPOLATION = 1e-4  # largest relative error of the cubic between two followed peaks
-FINEST = 1e-4  # of the share, distance of two peaks below which none is added between
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicHermiteSpline
+
+INTERPOLATION = 2e-4  # largest relative error of the cubic between two followed peaks
+FINEST = 5e-4  # of the share, distance of two peaks below which none is added between
 BEYOND = 0.1  # relative difference from the range of its neighbours beyond which it is another peak
 
 
@@ -33,27 +38,27 @@ class PeakPiece:
     points: tuple[PeakPoint, ...]
     origin: str
 
-    @property
+    @cached_property
     def share(self) -> Array:
         """Shares of the range, ascending, (P,)."""
         return np.array([point.share for point in self.points])
 
-    @property
+    @cached_property
     def amplitude(self) -> Array:
         """Amplitudes, m, (P,)."""
         return np.array([point.amplitude for point in self.points])
 
-    @property
+    @cached_property
     def rate(self) -> Array:
         """Derivatives of the amplitude with respect to the share, m, (P,)."""
         return np.array([point.rate for point in self.points])
 
-    @property
+    @cached_property
     def frequency_hz(self) -> Array:
         """Frequencies, Hz, (P,)."""
         return np.array([point.frequency_hz for point in self.points])
 
-    @property
+    @cached_property
     def persists(self) -> NDArray[np.bool_]:
         """Whether the motions persist, (P,)."""
         return np.array([point.persists for point in self.points], dtype=bool)
@@ -62,18 +67,23 @@ class PeakPiece:
         """Whether a share lies on it."""
         return bool(self.points[0].share <= share <= self.points[-1].share)
 
-    def amplitude_at(self, shares: Array) -> Array:
-        """Amplitude at some shares, NaN beyond the ends: the cubic with the values and derivatives of the peaks."""
+    @cached_property
+    def _cubic(self) -> CubicHermiteSpline:
         from scipy.interpolate import CubicHermiteSpline
 
-        return np.asarray(CubicHermiteSpline(self.share, self.amplitude, self.rate, extrapolate=False)(shares))
+        return CubicHermiteSpline(self.share, self.amplitude, self.rate, extrapolate=False)
+
+    @cached_property
+    def _slope(self) -> CubicHermiteSpline:
+        return self._cubic.derivative()
+
+    def amplitude_at(self, shares: Array) -> Array:
+        """Amplitude at some shares, NaN beyond the ends: the cubic with the values and derivatives of the peaks."""
+        return np.asarray(self._cubic(shares))
 
     def rate_at(self, shares: Array) -> Array:
         """Derivative of that amplitude with respect to the share, m."""
-        from scipy.interpolate import CubicHermiteSpline
-
-        cubic = CubicHermiteSpline(self.share, self.amplitude, self.rate, extrapolate=False)
-        return np.asarray(cubic.derivative()(shares))
+        return np.asarray(self._slope(shares))
 
     def persistent_at(self, shares: Array) -> Array:
         """As `amplitude_at`, NaN where the motion does not persist: between two peaks of which one does not."""

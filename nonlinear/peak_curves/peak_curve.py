@@ -26,10 +26,11 @@ from typing import NamedTuple
 import numpy as np
 
 from nonlinear.branches.parameter_continuation import rate_of_change
-from nonlinear.contact.parameters import Array
+from nonlinear.contact.parameters import Array, ContactError
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import amplitude_derivative, output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.options import OptionsError
 from nonlinear.peak_curves.parameter_family import Family
 
 DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
@@ -37,8 +38,9 @@ TOLERANCE = 1e-10  # of g: the relative change of amplitude over unit arc length
 ITERATIONS = 12
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.02, 0.15, 1e-4  # in (alpha, beta)
 MOST_POINTS = 300
+NEAR_END = 1e-3  # of the share
 _FEW, _MANY = 6, 10
-AT_FOLD, FOLD_ITERATIONS = 1e-4, 15  # part of the unit tangent along the parameter that counts as none
+AT_FOLD, FOLD_ITERATIONS = 3e-3, 12  # part of the unit tangent along the parameter that counts as none
 
 
 @dataclass(frozen=True)
@@ -156,6 +158,7 @@ class PeakContinuation:
                 if found is None:
                     step /= 2.0
                     if step < SMALLEST_STEP:
+                        yield from self._end(peak)
                         return
             if found.tangent[1] * peak.tangent[1] < 0.0:
                 fold = self._fold(peak, found, step)
@@ -192,6 +195,14 @@ class PeakContinuation:
                 return None, iteration
         return None, ITERATIONS
 
+    def _end(self, peak: PeakPoint) -> Iterator[PeakPoint]:
+        """The peak at an end of the range that is near, where the parameter cannot go beyond it."""
+        end = round(peak.share)
+        if 0.0 < abs(peak.share - end) < NEAR_END:
+            found = self.moved(peak, float(end))
+            if found is not None and found.is_maximum:
+                yield found
+
     def _fold(self, before: PeakPoint, after: PeakPoint, step: float) -> PeakPoint | None:
         """The peak between two, a distance of `step` apart, at which the parameter turns back; None: not found.
 
@@ -221,13 +232,21 @@ class PeakContinuation:
         amplitude = output_amplitude(_with_forces(point), self.family.problem[3].output)
         bare = PeakPoint(share, point, amplitude, 0.0, (0.0, 0.0), towards)
         base = _Base(self, share, point, self._rate(bare))
-        places = ((DIFFERENCE, 0.0), (-DIFFERENCE, 0.0), (0.0, DIFFERENCE), (0.0, -DIFFERENCE))
-        around = [found for found in (base.at(*place) for place in places) if found is not None]
-        if len(around) < len(places):
+        ahead, behind, above = (
+            base.at(*place) for place in ((DIFFERENCE, 0.0), (-DIFFERENCE, 0.0), (0.0, DIFFERENCE))
+        )
+        below, here, weights = base.at(0.0, -DIFFERENCE), base.at(0.0, 0.0), (0.0, 0.5, -0.5)
+        if below is None:  # the lowest value that the parameter can have: one-sided, of second order
+            below, weights = base.at(0.0, 2.0 * DIFFERENCE), (-1.5, 2.0, -0.5)
+        if ahead is None or behind is None or above is None or below is None or here is None:
             return None
-        ahead, behind, above, below = around
-        slopes = (ahead.value - behind.value) / (2.0 * DIFFERENCE), (above.value - below.value) / (2.0 * DIFFERENCE)
-        rate = (above.amplitude - below.amplitude) / (2.0 * DIFFERENCE)  # A is stationary along the response curve
+
+        def over_share(*values: float) -> float:
+            return float(np.dot(weights, values)) / DIFFERENCE
+
+        slopes = (ahead.value - behind.value) / (2.0 * DIFFERENCE), over_share(here.value, above.value, below.value)
+        # the amplitude is stationary along the response curve
+        rate = over_share(here.amplitude, above.amplitude, below.amplitude)
         size = float(np.hypot(*slopes))
         if size == 0.0:
             return None
@@ -252,7 +271,10 @@ class _Base:
         x, omega = point.unknown + alpha * point.tangent[0], point.omega + alpha * point.tangent[1]
         if self.rate is not None:
             x, omega = x + beta * self.rate[0], omega + beta * self.rate[1]
-        continuation = self.follower.continuation(self.share + beta)
+        try:
+            continuation = self.follower.continuation(self.share + beta)
+        except (ContactError, OptionsError):  # beyond what is allowed: friction or preload below 0
+            return None
         guess = replace(point, balance=continuation.balance, unknown=x, omega=omega)
         found = continuation.solver.refit(guess)
         if found is None:

@@ -20,6 +20,7 @@ from nonlinear.response_solver import forced_response
 
 SAME = 1e-3  # relative difference of the amplitudes of two peaks that count as one
 SAME_FREQUENCY = 3e-2
+LOW = 0.2  # of the highest solution of a response: lower peaks of it are not followed
 SAME_SHARE = 1e-9  # difference of two shares that count as one
 
 Solve = Callable[[Sequence[Problem]], Sequence[ResponseCurve]]
@@ -78,7 +79,7 @@ class PeakSearch:
         return [response.share for response in self.responses]
 
     def solve(self, shares: Sequence[float], reason: str) -> list[ResponseAt]:
-        """Responses at some shares; those of their peaks that are not known are followed.
+        """Responses at some shares; their high peaks that are not known are followed.
 
         Parameters
         ----------
@@ -105,7 +106,8 @@ class PeakSearch:
         for number, branch in enumerate((response.curve, *response.curve.detached)):
             origin = origin_of(response.curve, number)
             for peak in branch.peaks:
-                if peak.located and not self._known(response.share, peak.amplitude_m, peak.frequency_hz):
+                high = peak.amplitude_m >= LOW * response.solved.highest_peak_m
+                if peak.located and high and not self._known(response.share, peak.amplitude_m, peak.frequency_hz):
                     point = stored_point(continuation, branch, peak.index)
                     start = self.follower.peak_near(response.share, point)
                     if start is not None and start.is_maximum:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.parameters import Array
 from nonlinear.options import OptionsError
 from nonlinear.peak_curves.optimum import MOST_RESPONSES, find_optimum
-from nonlinear.peak_curves.optimum_result import Kind, Optimum, PeakCurve
+from nonlinear.peak_curves.optimum_result import KINDS, Kind, Optimum, PeakCurve
 from nonlinear.peak_curves.parameter_family import Problem
 from nonlinear.peak_curves.peak_search import Solve, solve_in_turn
 
@@ -205,14 +205,7 @@ def per_force(found: Optimum, force: float) -> PerformanceCurve:
     curves = (
         replace(each, value=each.value / force, amplitude_m=each.amplitude_m / force) for each in found.curves
     )  # dA/dp is that of the quotients too
-    said = {
-        "smooth": f"smooth minimum at {best:.6g}",
-        "kink": f"two peaks exchange at {best:.6g}",
-        "jump": f"lowest beside a jump of the worst motion, at {best:.6g}",
-        "sampled": f"lowest of single responses at {best:.6g}",
-        "edge": f"no minimum inside the range: lowest at its end, {best:.6g}",
-        "flat": "no effect over the range",
-    }[found.kind]
+    said = KINDS[found.kind].format(f"{best:.6g}")
     return PerformanceCurve(
         name=found.name,
         ratio=found.envelope.value / force,

@@ -38,13 +38,16 @@ class Node(NamedTuple):
     response : int
         Index of the response; -1 at the end of a part where the highest peak does not persist.
     error : float
-        Relative error of what was expected there before the response was solved.
+        Relative error of what was expected there before the response was solved; NaN where nothing was expected.
+    turn : int
+        Count of the responses for which something was expected, at this one.
     """
 
     share: float
     height: float
     response: int
-    error: float
+    error: float = float("nan")
+    turn: int = -1
 
 
 class Gap(NamedTuple):
@@ -66,9 +69,9 @@ class Gap(NamedTuple):
 
     @property
     def error(self) -> float:
-        """Relative error expected: half of that seen at the ends; `UNKNOWN` where no response was solved in it."""
-        seen = [node.error for node in self if node.response >= 0 and np.isfinite(node.error)]
-        return 0.5 * max(seen) if seen else UNKNOWN
+        """Relative error expected: half of that seen at the end solved last; `UNKNOWN` where none was seen."""
+        last = max(self, key=lambda node: node.turn)
+        return 0.5 * last.error if last.turn >= 0 else UNKNOWN
 
     @property
     def change(self) -> float:
@@ -88,7 +91,7 @@ class EnvelopeOfPeaks:
     responses : sequence of ResponseAt
         The responses solved, by ascending share.
     errors : mapping of float to float
-        Relative errors of what was expected at the shares of responses; shares that are missing are not in doubt.
+        Relative errors of what was expected at the shares of responses, in the order in which these were solved.
     """
 
     pieces: Sequence[PeakPiece]
@@ -156,7 +159,7 @@ class EnvelopeOfPeaks:
         ends = np.array([end for part in self.doubtful for end in part if end not in known])
         heights = self.persistent(ends) if ends.size else ends
         found += [
-            Node(float(share), float(height), -1, np.nan)
+            Node(float(share), float(height), -1)
             for share, height in zip(ends, heights, strict=True)
             if np.isfinite(height)
         ]
@@ -195,6 +198,10 @@ class EnvelopeOfPeaks:
         height = self.responses[node.response].solved.bound_m
         return bool(height <= (1.0 + AGREES) * self.persistent(np.array([node.share]))[0])
 
+    @cached_property
+    def _turns(self) -> dict[float, int]:
+        return {share: turn for turn, share in enumerate(self.errors)}
+
     def _node(self, index: int) -> Node:
         response = self.responses[index]
         height = response.solved.bound_m
@@ -205,6 +212,7 @@ class EnvelopeOfPeaks:
             height if np.isfinite(height) else np.inf,
             index,
             self.errors.get(response.share, np.nan),
+            self._turns.get(response.share, -1),
         )
 
 

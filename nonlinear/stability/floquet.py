@@ -31,6 +31,7 @@ IN_DOUBT = 2e-3  # decay up to which an eigenvalue of few modes is refined: thre
 OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
 CONVERGED = 1e-6  # change of an eigenvalue at which the iteration ends
 SAME = 1e-5  # distance up to which two converged eigenvalues are one
+FASTEST = 100.0  # decay beyond which exp(-2 pi sigma) in the slider memory overflows: no such exponent leads
 MAX_ITERATIONS = 8
 NEUTRAL = 1e-6  # real part up to which an exponent is not called growing: the error of a neutral one
 HALF_ORDER = 0.01  # distance of abs(Im sigma) from 1/2 that still counts as period doubling
@@ -230,6 +231,8 @@ def converged(problem: HillEigenproblem, value: complex) -> complex | None:
     state = None
     for _ in range(MAX_ITERATIONS):
         before = _on_axis(problem, value)
+        if not abs(before.real) < FASTEST:  # nor with a NaN
+            return None
         value, state = problem.nearest(before, state)
         if abs(value - before) < CONVERGED:
             return _on_axis(problem, value)

@@ -53,7 +53,9 @@ def curve_colours(curves: Sequence[CurveBackbones]) -> dict[int, Any]:
 
 def contact_changes(mode: ModeBackbone) -> Iterator[tuple[str, int]]:
     """Last points before the first slip and before the first lift-off, where the mode starts in another state."""
-    moving = (mode.slipping > 0) | (mode.separating > 0)
-    for kind, mask in (("first slip", moving), ("first lift-off", mode.separating > 0)):
+    found = {}
+    for kind, mask in (("first slip", mode.slipping > 0), ("first lift-off", mode.separating > 0)):
         if len(mask) and not mask[0] and mask.any():
-            yield kind, int(np.argmax(mask)) - 1
+            found[int(np.argmax(mask)) - 1] = kind  # where both begin together: the lift-off
+    for at, kind in found.items():
+        yield kind, at

@@ -7,6 +7,7 @@ mu (kn v0 - abs(N1)) >= abs(T1), with the amplitudes T1 and N1 of the contact fo
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -22,8 +23,10 @@ if TYPE_CHECKING:
     from nonlinear import ResponseCurve
     from pipeline.stages.respond import CurveResult
 
-APART, TOGETHER = -1.0, 1.0  # interference of contacts that never touch and that always stick, m
+APART = -1e3  # interference of contacts that never touch, m
+PRESSED = 1e7  # preload of contacts that always stick, by the force of the excitation
 LEAST_PRELOAD = 0.01  # of that at which all nodes stick
+OVER = "--over"  # how messages name it
 _QUICK: dict[str, Any] = {  # what the linear responses do without
     "response.detached": False,
     "response.truncation": False,
@@ -52,7 +55,8 @@ def static_ranges(context: StudyContext) -> dict[str, Range]:
 
     scene = context.scene
     contact = contact_on_model(scene, read_reduced_model(context.model.rom, with_basis=False))
-    apart, stuck = (_linear(context, value) for value in (APART, TOGETHER))
+    apart = _linear(context, {"contact.preload": 0.0, "contact.interference": APART})
+    stuck = _linear(context, {"contact.preload": PRESSED * scene.excitation.force})
     rates = np.abs(stuck.contact_force[:, 1:]).sum(axis=1)  # (P, n_c, 3), amplitudes of the forces
     friction = np.maximum(contact.friction, np.finfo(float).tiny)
     sliders = np.hypot(rates[..., 0], rates[..., 1]) / friction
@@ -65,16 +69,13 @@ def static_ranges(context: StudyContext) -> dict[str, Range]:
     return {key: limits for key, limits in found.items() if limits[1] > limits[0]}
 
 
-def _linear(context: StudyContext, interference: float) -> ResponseCurve:
-    """The response with this interference, and as few harmonics as the excitation has."""
-    values = {
-        **_QUICK,
-        "response.harmonics": context.scene.excitation.highest_harmonic,
-        "contact.interference": as_in_scene(context.scene, "contact.interference", interference),
-    }
-    member = context.member(values, "--over")
-    shown = replace(member, parameters={"contact.interference": values["contact.interference"]})
-    found: CurveResult = context.curves([shown])[0]
+def _linear(context: StudyContext, closure: Mapping[str, float]) -> ResponseCurve:
+    """The response with this interference and preload, and as few harmonics as the excitation has."""
+    given = {key: as_in_scene(context.scene, key, value) for key, value in closure.items()}
+    member = context.member(
+        {**_QUICK, "response.harmonics": context.scene.excitation.highest_harmonic, **given}, OVER
+    )
+    found: CurveResult = context.curves([replace(member, parameters=given)])[0]
     if found.file is None:
         raise StudyError(found.reason)
     return read_curve(found.file)

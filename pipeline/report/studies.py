@@ -49,6 +49,10 @@ class ShownStudy:
 
 def section_of(study: str) -> Callable[[Any], StudySection] | None:
     """The function that makes the section of a study from its result; None where a study has none."""
+    if study == "backbone":
+        from pipeline.report.backbone import backbone_section
+
+        return backbone_section
     if study == "optimum":
         from pipeline.report.optimum import optimum_section
 

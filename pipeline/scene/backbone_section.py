@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
-from pipeline.scene.fields import Number, Section, Truth, Whole, key
+from pipeline.scene.fields import Number, Section, Whole, key
 
 MODES = "a list of 1 to 20 different whole numbers, 1 to 1000"
 DIAMETERS = "a list of 1 to 20 different whole numbers, 0 to 100000"
 AMPLITUDES = "a list of two numbers, 1e-12 to 1000, the second above the first"
 Amplitude = Annotated[Number, Field(ge=1e-12, le=1e3)]
+Curves = Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=100)]
 
 
 class Backbone(Section):
@@ -29,10 +30,10 @@ class Backbone(Section):
         AMPLITUDES,
         None,
     )
-    curves: Truth | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1, max_length=100)] = key(
-        "true for all curves (of more than 24 those with the highest and the lowest worst motion), or their numbers",
-        "true or a list of 1 to 100 numbers of curves, the first is 0",
-        True,
+    curves: Literal["all"] | Curves = key(
+        '"all" (of more than 24 those with the highest and the lowest worst motion), or the numbers of curves from 0',
+        '"all" or a list of 1 to 100 numbers of curves, the first is 0',
+        "all",
     )
     tolerance: Number = key(
         "relative deviation of a resonance from the traced peak above which reasons are given: of the amplitude, or "
@@ -42,24 +43,3 @@ class Backbone(Section):
         ge=1e-6,
         le=1.0,
     )
-
-    @field_validator("modes", "nodal_diameters")
-    @classmethod
-    def _different(cls, value: tuple[int, ...] | None) -> tuple[int, ...] | None:
-        if value is not None and len(set(value)) < len(value):
-            raise ValueError("different numbers")
-        return value
-
-    @field_validator("amplitudes")
-    @classmethod
-    def _ascending(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
-        if value is not None and not value[0] < value[1]:
-            raise ValueError("the second above the first")
-        return value
-
-    @field_validator("curves")
-    @classmethod
-    def _not_false(cls, value: bool | tuple[int, ...]) -> bool | tuple[int, ...]:
-        if value is False:
-            raise ValueError("true or a list")
-        return value

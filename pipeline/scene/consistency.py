@@ -8,6 +8,7 @@ from typing import Any
 
 from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
+from pipeline.scene.backbone_checks import unfit_backbone_keys
 from pipeline.scene.centrifugal_strain import check_speed
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.loads_section import files_of
@@ -58,6 +59,8 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
     if not broken.get(0):
         yield from _raised(_check_pictured_curves, file)
         yield from unfit_stress_keys(file)
+        if not any(broken.values()):
+            yield from unfit_backbone_keys(file)
         yield from unfit_optimum_keys(file)
         yield from unfit_map_keys(file)
         yield from unfit_uncertainty_keys(file)
@@ -158,6 +161,7 @@ def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> N
         *unfit_optimum_keys(file, given_model=True),
         *unfit_map_keys(file, given_model=True),
         *unfit_uncertainty_keys(file),
+        *unfit_backbone_keys(file),
     )
     for error in of_studies:
         raise error

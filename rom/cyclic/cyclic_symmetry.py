@@ -68,3 +68,37 @@ def relative_contact_motion(
     if left is None:
         return np.ones_like(ahead) * right
     return right - left * ahead
+
+
+def wave_coordinates(
+    right: NDArray[np.float64] | None, left: NDArray[np.float64] | None, phase: float
+) -> NDArray[np.complex128] | None:
+    """Coordinates of a sector that is joined to its neighbours, in a travelling wave: right q = exp(i phase) left q.
+
+    Parameters
+    ----------
+    right, left : (r, n) arrays or None
+        Motions of the two cut faces for unit coordinates, as `ReducedModel.cyclic_right` and `cyclic_left`.
+    phase : float
+        Phase from one sector to the next, rad.
+
+    Returns
+    -------
+    (n, k) complex array or None
+        Orthonormal vectors T, q = T z; None where the sector has no cut faces.
+
+    Examples
+    --------
+    Two coordinates, one a face: the right one follows from the left one.
+
+    >>> from rom import wave_coordinates
+    >>> wave = wave_coordinates(np.array([[1.0, 0.0]]), np.array([[0.0, 1.0]]), np.pi)
+    >>> wave.shape, bool(np.allclose(wave[0], -wave[1]))
+    ((2, 1), True)
+    """
+    from scipy.linalg import null_space
+
+    if right is None or left is None:
+        return None
+    found: NDArray[np.complex128] = null_space(right - np.exp(1j * phase) * left, rcond=1e-9).astype(complex)
+    return found

@@ -125,6 +125,11 @@ def modal_model(
     >>> print(modal_model(model, damping_ratio=0.01).damping.round(6))  # 2 zeta w, w = 1000 rad/s
     [20.]
     """
+    if model.cyclic_right is not None:
+        raise ReducedModelError(
+            "cyclic/right: not allowed for a forced response; a sector joined to its neighbours at cut faces has "
+            "natural frequencies here, but other modes at each nodal diameter"
+        )
     squared, shapes = _modes(model)
     frequency = np.sqrt(squared)
     return ModalModel(

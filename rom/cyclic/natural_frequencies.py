@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom.cyclic.contact_springs import contact_springs, spring_stiffness
-from rom.cyclic.cyclic_symmetry import relative_contact_motion
+from rom.cyclic.cyclic_symmetry import relative_contact_motion, wave_coordinates
 from rom.cyclic.expansion import expand_to_mesh
 from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import ReducedModelError
@@ -182,8 +184,14 @@ def _cyclic_modes(
 
     motion = relative_contact_motion(model.contact_right, model.contact_left, phase)
     stiffness = model.stiffness + spring_stiffness(motion, springs)
-    last = min(count, model.size) - 1
+    wave = wave_coordinates(model.cyclic_right, model.cyclic_left, phase)
+    mass: NDArray[Any] = model.mass
+    if wave is not None:
+        adjoint = wave.conj().T
+        stiffness, mass = adjoint @ stiffness @ wave, adjoint @ mass @ wave
+    last = min(count, len(mass)) - 1
     try:
-        return eigh(stiffness, model.mass, subset_by_index=(0, last))
+        squared, shapes = eigh(stiffness, mass, subset_by_index=(0, last))
     except LinAlgError:
         raise ReducedModelError("mass: not positive definite, allowed: positive definite") from None
+    return squared, shapes if wave is None else wave @ shapes

@@ -46,6 +46,9 @@ class ReducedModel:
         their own, real or complex; the others have `force_excitation`.
     coriolis : (n, n) array or None
         Skew-symmetric matrix at 1 rad/s that times the speed multiplies the velocity, kg; None: not known.
+    cyclic_right, cyclic_left : (r, n) array or None
+        Motions of the two cut faces at which the sector is joined to its neighbours, those of the left one turned by
+        one pitch; in a travelling wave cyclic_right @ q = exp(i psi) cyclic_left @ q. None: joined by contacts alone.
     basis : (N, n) array or None
         Displacements of the mesh nodes for unit coordinates.
     n_blades : int or None
@@ -90,6 +93,8 @@ class ReducedModel:
     speed_rpm: float | None = None
     producer: str = field(default="shroud")
     force_harmonics: Mapping[int, Array | ComplexArray] = field(default_factory=dict)
+    cyclic_right: Array | None = None
+    cyclic_left: Array | None = None
 
     def __post_init__(self) -> None:
         """Check shapes, finiteness and symmetry."""
@@ -97,6 +102,9 @@ class ReducedModel:
         if n < 1:
             raise ReducedModelError(f"mass: shape {self.mass.shape}, allowed: one coordinate or more")
         n_contacts = self.contact_position.shape[0]
+        joined = 0 if self.cyclic_right is None else len(self.cyclic_right)
+        if (self.cyclic_right is None) != (self.cyclic_left is None):
+            raise ReducedModelError("cyclic/right: allowed only together with cyclic/left")
         shapes: dict[str, tuple[object, tuple[int, ...]]] = {
             "mass": (self.mass, (n, n)),
             "stiffness": (self.stiffness, (n, n)),
@@ -108,6 +116,8 @@ class ReducedModel:
             "force/centrifugal": (self.force_centrifugal, (n,)),
             "force/static": (self.force_static, (n,)),
             "coriolis": (self.coriolis, (n, n)),
+            "cyclic/right": (self.cyclic_right, (joined, n)),
+            "cyclic/left": (self.cyclic_left, (joined, n)),
             **{f"output/{name}": (vector, (n,)) for name, vector in self.outputs.items()},
             **{f"force/excitation_{h}": (vector, (n,)) for h, vector in self.force_harmonics.items()},
         }

@@ -23,9 +23,12 @@ _OPTIONAL = {
     "force_centrifugal": "force/centrifugal",
     "force_static": "force/static",
     "coriolis": "coriolis",
+    "cyclic_right": "cyclic/right",
+    "cyclic_left": "cyclic/left",
     "basis": "basis",
 }
-_MATRICES = ("mass", "stiffness", "contact/position", "contact/right", "contact/left", "coriolis", "basis")
+_CONTACT = ("contact/position", "contact/right", "contact/left")
+_MATRICES = ("mass", "stiffness", *_CONTACT, "coriolis", "cyclic/right", "cyclic/left", "basis")
 _REQUIRED = {
     "mass": "mass",
     "stiffness": "stiffness",

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 COLUMNS = 16  # right-hand sides at once: more are no faster and take memory
 _SLAB = 200_000  # entries of a matrix
 _VERSION = 3  # version of CHOLMOD whose structures are described here
-_LONG, _REAL, _DOUBLE, _UPPER, _NATURAL, _ALWAYS = 2, 1, 0, 1, 0, 2
+_LONG, _REAL, _COMPLEX, _DOUBLE, _UPPER, _NATURAL, _ALWAYS = 2, 1, 2, 0, 1, 0, 2
 _SOLVE_A, _SOLVE_L, _SOLVE_LT = 0, 4, 5  # A x = b; L x = b and L^T x = b in the order of elimination
 _FUNCTIONS = ("start", "finish", "analyze_p", "ptranspose", "factorize", "solve2")
 _RELEASES = ("free_sparse", "free_factor", "free_dense")
@@ -97,7 +97,7 @@ _FACTOR_OF_TWO = {"n": 2, "minor": 2, "nsuper": 1, "xsize": 4, "is_ll": 1, "is_s
 
 
 class CholmodFactor:
-    """Supernodal Cholesky factor of a symmetric positive definite matrix (n, n) with both triangles stored.
+    """Supernodal Cholesky factor of a symmetric or Hermitian positive definite matrix (n, n), both triangles stored.
 
     The constructor analyses the matrix and copies a triangle of it; `factorise` computes the factor. CHOLMOD tries
     the elimination `order` (n,) and minimum degree, and takes the better one.
@@ -114,7 +114,7 @@ class CholmodFactor:
             raise ValueError("this cvxopt has no CHOLMOD that is known here")
         self._library, self._common, self._part = found, _started(found), part
         triangle, _arrays = _upper_triangle(matrix, part)
-        self._entries = triangle.nzmax
+        self._entries, self._type = triangle.nzmax, matrix.dtype
         self._common.nmethods = int(part is not None)  # the first of the methods is the given order
         common = ctypes.byref(self._common)
         given = None if order is None else np.ascontiguousarray(order, dtype=np.int64)
@@ -179,10 +179,10 @@ class CholmodFactor:
             block[np.ix_(row[dropped:] - first, np.arange(columns[k] + dropped, columns[k + 1]) - first)] = found
         return np.tril(block)
 
-    def solve(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Solutions (k, n) of A x = b for k right-hand sides, stored as rows."""
-        rows = np.ascontiguousarray(rows, dtype=float)
-        solution = np.empty(rows.shape)
+    def solve(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """Solutions (k, n) of A x = b for k right-hand sides, stored as rows; complex ones of a Hermitian matrix."""
+        rows = np.ascontiguousarray(rows, dtype=self._type)
+        solution = np.empty_like(rows)
         self._solve(rows, solution, _SOLVE_A)
         return solution
 
@@ -194,14 +194,14 @@ class CholmodFactor:
         """Replace contiguous rows b (k, n) by the solutions of L^T x = b, unknowns in the order of elimination."""
         self._solve(rows, rows, _SOLVE_LT)
 
-    def _solve(self, rows: NDArray[np.float64], solution: NDArray[np.float64], system: int) -> None:
+    def _solve(self, rows: NDArray[Any], solution: NDArray[Any], system: int) -> None:
         for first in range(0, len(rows), COLUMNS):
             part = slice(first, first + COLUMNS)
             self._solve_at_once(rows[part], solution[part], system)
 
-    def _solve_at_once(self, rows: NDArray[np.float64], solution: NDArray[np.float64], system: int) -> None:
+    def _solve_at_once(self, rows: NDArray[Any], solution: NDArray[Any], system: int) -> None:
         k, n = rows.shape
-        block = _Dense(n, k, rows.size, n, rows.ctypes.data, None, _REAL, _DOUBLE)
+        block = _Dense(n, k, rows.size, n, rows.ctypes.data, None, _kind(rows), _DOUBLE)
         x, y, e = (ctypes.byref(room) for room in self._room)
         done = self._library.cholmod_l_solve2(
             system, self._address, ctypes.byref(block), None, x, None, y, e, ctypes.byref(self._common)
@@ -209,7 +209,13 @@ class CholmodFactor:
         if not done:
             raise MemoryError(f"CHOLMOD has no memory for {k} solutions of {n} unknowns")
         found = ctypes.cast(self._room[0], ctypes.POINTER(_Dense)).contents
-        solution[:] = _view(found.x, k * n, ctypes.c_double).reshape(k, n)
+        parts = rows.itemsize // 8  # of a number: 2 for real and imaginary part
+        solution[:] = _view(found.x, k * n * parts, ctypes.c_double).view(rows.dtype).reshape(k, n)
+
+
+def _kind(values: NDArray[Any]) -> int:
+    """CHOLMOD's name for real or complex numbers."""
+    return _COMPLEX if np.iscomplexobj(values) else _REAL
 
 
 def _view(address: int, count: int, kind: Any) -> NDArray[Any]:
@@ -300,7 +306,7 @@ def _started(found: Any) -> _Common:
 def _upper_triangle(
     matrix: csr_matrix, part: NDArray[np.int64] | None = None
 ) -> tuple[_Sparse, tuple[NDArray[Any], ...]]:
-    """The upper triangle by columns (equal to the lower one by rows) of a part, and the arrays that hold it."""
+    """The upper triangle by columns (the conjugate of the lower one by rows) of a part, and its arrays."""
     if not matrix.has_canonical_format:
         matrix = matrix.copy()
         matrix.sum_duplicates()
@@ -310,7 +316,8 @@ def _upper_triangle(
     if number is not None:
         number[part] = np.arange(n)
     # memory that is never written takes no room: half of the arrays
-    starts, indices, values, count = np.zeros(n + 1, np.int64), np.empty(ends[-1], np.int64), np.empty(ends[-1]), 0
+    starts, indices, count = np.zeros(n + 1, np.int64), np.empty(ends[-1], np.int64), 0
+    values = np.empty(ends[-1], matrix.dtype)
     for rows in _slabs(ends):  # in slabs: large temporary arrays cost more than the work
         row = np.repeat(rows, lengths[rows])
         if part is None or number is None:
@@ -322,17 +329,17 @@ def _upper_triangle(
         if number is not None:
             lower &= columns >= 0
         place = slice(count, count + int(np.count_nonzero(lower)))
-        indices[place], values[place] = columns[lower], entries[lower]
+        indices[place], values[place] = columns[lower], entries[lower].conj()
         starts[rows + 1] = np.bincount(row[lower] - rows[0], minlength=len(rows))
         count = place.stop
     arrays = np.cumsum(starts), indices, values
     return _sparse(n, *arrays), arrays
 
 
-def _sparse(n: int, starts: NDArray[np.int64], indices: NDArray[np.int64], values: NDArray[np.float64]) -> _Sparse:
+def _sparse(n: int, starts: NDArray[np.int64], indices: NDArray[np.int64], values: NDArray[Any]) -> _Sparse:
     """CHOLMOD's view of an upper triangle by columns; the arrays must outlive it."""
     p, i, x = (array.ctypes.data for array in (starts, indices, values))
-    return _Sparse(n, n, starts[-1], p, i, None, x, None, _UPPER, _LONG, _REAL, _DOUBLE, 1, 1)
+    return _Sparse(n, n, starts[-1], p, i, None, x, None, _UPPER, _LONG, _kind(values), _DOUBLE, 1, 1)
 
 
 def _slabs(starts: NDArray[np.integer[Any]]) -> Iterator[NDArray[np.int64]]:

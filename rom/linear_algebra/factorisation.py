@@ -1,4 +1,4 @@
-"""Sparse factorisation of symmetric positive definite matrices.
+"""Sparse factorisation of symmetric or Hermitian positive definite matrices.
 
 CHOLMOD where it is installed, inside the cvxopt wheel (docs/dependencies.md says why); SuperLU otherwise. Both give
 the same solutions to round-off.
@@ -13,7 +13,7 @@ X. S. Li, An overview of SuperLU: algorithms, implementation, and user interface
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,7 @@ _NOT_DEFINITE = (
 
 
 class Factor(Protocol):
-    """A factorised symmetric positive definite matrix A.
+    """A factorised symmetric, or Hermitian, positive definite matrix A.
 
     Examples
     --------
@@ -54,7 +54,7 @@ class Factor(Protocol):
     def block(self) -> int:
         """Number of right-hand sides for which a solution is most efficient, for methods that may choose it."""
 
-    def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
+    def solve(self, rhs: NDArray[Any]) -> NDArray[Any]:
         """Solve A x = rhs.
 
         Parameters
@@ -80,7 +80,7 @@ class Analysis(Protocol):
 
 
 def factorise(matrix: csr_matrix, backend: str = "auto") -> Factor:
-    """Factorise a symmetric positive definite sparse matrix.
+    """Factorise a symmetric, or complex Hermitian, positive definite sparse matrix.
 
     Parameters
     ----------
@@ -141,7 +141,8 @@ class _CholmodAnalysis:
 
 def _cut_in_two(matrix: csr_matrix) -> TwoHalves | None:
     """The matrix analysed in two halves; None where that does not pay or is not possible."""
-    cut = bisection(matrix) if matrix.shape[0] >= BISECT_FROM and bears_threads() else None
+    worth = matrix.shape[0] >= BISECT_FROM and np.isrealobj(matrix.data) and bears_threads()
+    cut = bisection(matrix) if worth else None
     if cut is None:
         return None
     try:
@@ -159,9 +160,9 @@ class _Cholmod:
     def __init__(self, factor: CholmodFactor | TwoHalves) -> None:
         self._factor = factor
 
-    def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
+    def solve(self, rhs: NDArray[Any]) -> NDArray[Any]:
         """See Factor."""
-        columns = np.asarray(rhs, dtype=float).T
+        columns = np.asarray(rhs).T
         return self._factor.solve(np.atleast_2d(columns)).reshape(columns.shape).T
 
 
@@ -189,6 +190,7 @@ class _Superlu:
     def __init__(self, matrix: csc_matrix) -> None:
         from scipy.sparse.linalg import splu
 
+        self._type = matrix.dtype
         try:
             self._factor = splu(
                 matrix,
@@ -199,9 +201,9 @@ class _Superlu:
         except RuntimeError:
             raise FactorisationError(_NOT_DEFINITE) from None
 
-    def solve(self, rhs: NDArray[np.float64]) -> NDArray[np.float64]:
+    def solve(self, rhs: NDArray[Any]) -> NDArray[Any]:
         """See Factor."""
-        rhs = np.asarray(rhs, dtype=float)
+        rhs = np.asarray(rhs, dtype=self._type)
         if rhs.ndim == 1:
             return self._factor.solve(rhs)
         # One at a time: SuperLU slows down several-fold with many columns at once.

@@ -13,6 +13,7 @@ from rom.errors import RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.reduction.averaged_variables import averaged_variables
 from rom.reduction.contact_dofs import CONTACT_DOFS, ContactDofs, averaged_dofs, nodal_dofs
+from rom.reduction.interface_motion import InterfaceMotion
 from rom.reduction.load_vectors import LoadVectors
 
 if TYPE_CHECKING:
@@ -39,6 +40,8 @@ class BoundaryChoice:
         Gauss points of the mortar along t1 and along the radius, by default as many as the mesh has contact nodes.
     loads : callable, optional
         Further loads and outputs, as a function of the full model.
+    interface : InterfaceMotion, optional
+        Cut faces that join the sector to its neighbours, see `interface_motion`.
 
     Raises
     ------
@@ -57,6 +60,7 @@ class BoundaryChoice:
     contact_dofs: str = "mortar"
     mortar_grid: tuple[int, int] | None = None
     loads: Callable[[FullModel], LoadVectors] | None = None
+    interface: InterfaceMotion | None = None
 
     def __post_init__(self) -> None:
         direction, at = np.asarray(self.excitation_direction, dtype=float), self.excitation_at
@@ -87,15 +91,15 @@ AT_TIP = BoundaryChoice()
 
 @dataclass(frozen=True)
 class BoundaryDofs:
-    """Boundary nodes in the order of the reduced coordinates: right contact, left contact, tip, loaded node.
+    """Boundary nodes in the order of the reduced coordinates: right and left contact, tip, loaded node, interface.
 
     Attributes
     ----------
     nodes : (k,) array
         The boundary nodes. With averaged contact dofs the first ones stand for the averages.
-    frames : (k, 3, 3) array
-        Rows: the directions of the coordinates of each node, t1, t2, n for contact nodes and x, y, z for the others;
-        q = frame @ u.
+    frames : (f, 3, 3) array
+        Rows: the directions of the coordinates of each of the first f nodes, t1, t2, n for contact nodes and x, y, z
+        for the others; q = frame @ u. The nodes behind them are those of the interface, without it f = k.
     contact : ContactDofs
         The contact dofs.
     tip, loaded : int
@@ -105,6 +109,8 @@ class BoundaryDofs:
     variables : (n, n) matrix or None
         T of the mesh displacements u = T z of n nodes, the same for x, y and z; z holds the averaged contact dofs in
         the places of as many nodes, the first boundary nodes. None: z = u, the contact dofs are nodal.
+    interface : InterfaceMotion or None
+        Motions of the last boundary nodes, which have fewer coordinates than dofs.
     """
 
     nodes: NDArray[np.int64]
@@ -114,6 +120,7 @@ class BoundaryDofs:
     loaded: int
     direction: NDArray[np.float64]
     variables: csr_matrix | None = None
+    interface: InterfaceMotion | None = None
 
     @property
     def n_contacts(self) -> int:
@@ -122,8 +129,8 @@ class BoundaryDofs:
 
     @property
     def size(self) -> int:
-        """Number of boundary dofs."""
-        return 3 * len(self.nodes)
+        """Number of boundary dofs b."""
+        return 3 * len(self.frames) + (0 if self.interface is None else self.interface.size)
 
     @property
     def dofs(self) -> NDArray[np.int64]:
@@ -132,23 +139,26 @@ class BoundaryDofs:
 
     @property
     def rotation(self) -> NDArray[np.float64]:
-        """Block-diagonal matrix (3k, 3k) with q = rotation @ u."""
-        rotation = np.zeros((self.size, self.size))
+        """Block-diagonal matrix (b, 3k) of orthonormal rows with q = rotation @ u."""
+        rotation = np.zeros((self.size, 3 * len(self.nodes)))
         for k, frame in enumerate(self.frames):
             rotation[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = frame
+        if self.interface is not None:
+            first = 3 * len(self.frames)
+            rotation[first:, first:] = self.interface.rows
         return rotation
 
     def node_displacement(self, k: int) -> NDArray[np.float64]:
-        """Displacement x, y, z of boundary node k from the boundary dofs q, (3, 3k)."""
+        """Displacement x, y, z of boundary node k, not of the interface, from the boundary dofs q, (3, b)."""
         rows = np.zeros((3, self.size))
         rows[:, 3 * k : 3 * k + 3] = self.frames[k].T
         return rows
 
     def motion(self, n_nodes: int) -> csr_matrix:
-        """Boundary dofs q (3k, 3n) of mesh displacements."""
+        """Boundary dofs q without the interface, (3f, 3n), of mesh displacements."""
         from scipy.sparse import csr_matrix, vstack
 
-        held = node_dofs(self.nodes[2 * self.n_contacts :]).ravel()
+        held = node_dofs(self.nodes[2 * self.n_contacts : len(self.frames)]).ravel()
         others = csr_matrix((np.ones(len(held)), (np.arange(len(held)), held)), shape=(len(held), 3 * n_nodes))
         return vstack([self.contact.motion, others], format="csr")
 
@@ -173,7 +183,8 @@ def choose_boundary_dofs(full: FullModel, sector: SectorMesh, choice: BoundaryCh
     """
     tip = int(full.vertex_node[sector.node_sets["tip"][0]])
     loaded = tip if isinstance(choice.excitation_at, str) else _nearest_vertex(full, choice.excitation_at)
-    contact, held, variables = _contact_nodes(full, sector, np.array([tip, loaded]), choice)
+    joined = np.zeros(0, dtype=np.int64) if choice.interface is None else choice.interface.nodes
+    contact, held, variables = _contact_nodes(full, sector, np.array([tip, loaded, *joined]), choice)
     nodes = [int(node) for node in held]
     frames = [*contact.frames]
     for node in (tip, loaded):
@@ -185,14 +196,19 @@ def choose_boundary_dofs(full: FullModel, sector: SectorMesh, choice: BoundaryCh
     if clamped.any():
         where = full.positions[boundary[clamped][0]].tolist()
         raise RomParameterError("excitation", "at", where, "this node lies on the clamped root; load a node off it")
+    if np.isin(boundary, joined).any():
+        where = full.positions[boundary[np.isin(boundary, joined)][0]].tolist()
+        allowed = "must not be a node of contact, of load or the tip: it lies on a cut face joined to the neighbour"
+        raise RomParameterError("mesh", "cyclic_right", where, allowed)
     return BoundaryDofs(
-        nodes=boundary,
+        nodes=np.concatenate([boundary, joined]),
         frames=np.array(frames),
         contact=contact,
         tip=nodes.index(tip),
         loaded=nodes.index(loaded),
         direction=choice.unit_direction,
         variables=variables,
+        interface=choice.interface,
     )
 
 

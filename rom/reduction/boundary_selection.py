@@ -26,7 +26,11 @@ def boundary_selection(boundary: BoundaryDofs, motion: NDArray[np.float64]) -> d
     load = boundary.direction @ boundary.node_displacement(boundary.loaded) @ motion
     tip = boundary.node_displacement(boundary.tip) @ motion
     right, left = motion[: 6 * boundary.n_contacts].reshape(2, 3 * boundary.n_contacts, -1)
+    interface = boundary.interface
+    inner = motion[boundary.size - interface.size :] if interface is not None else motion[:0]
     return {
+        "cyclic_right": None if interface is None else interface.right @ inner,
+        "cyclic_left": None if interface is None else interface.left @ inner,
         "contact_right": right,
         "contact_left": left,
         "force_excitation": load,

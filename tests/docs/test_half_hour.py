@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba.core import caching
 
 from docs.execute import HALF_HOUR, check, run_page
 
@@ -22,6 +23,18 @@ QUICK = {
     r"^\[render\].*\nmodes = .*\n": "",
     r"^tolerance = 0\.01 ": 'tolerance = 0.01\nstability = "folds"\ntruncation = false ',
 }
+
+
+def take_kernels_over(copy: Path) -> None:
+    """Let the copy find the kernels that are compiled: numba keeps them by the folder of their source.
+
+    Where they are kept elsewhere, or differently, the copy compiles its own, which takes 20 s.
+    """
+    locator = caching._CacheLocator.get_suitable_cache_subpath  # type: ignore[attr-defined]
+    for source in {path.parent for path in (ROOT / "nonlinear").rglob("*.py")}:
+        file = source.relative_to(ROOT) / "__init__.py"
+        for folder in copy.glob(f"nonlinear/__pycache__/compiled-*/{locator(str(ROOT / file))}"):
+            folder.rename(folder.with_name(locator(str(copy / file))))
 
 
 @pytest.fixture
@@ -38,6 +51,7 @@ def copied_repository(tmp_path: Path) -> Path:
             text, count = re.subn(old, new, text, count=1, flags=re.MULTILINE)
             assert count == 1, old
         scene.write_text(text)
+    take_kernels_over(copy)
     templates = copy / "pipeline" / "scene" / "templates.py"
     text = templates.read_text()
     assert 'PRESET = "standard"' in text

@@ -63,14 +63,14 @@ def preload(folder: Path) -> dict[str, Any]:
 
 
 def test_the_optimum_is_below_all_curves_of_a_sweep(folder: Path, preload: dict[str, Any]) -> None:
-    values = np.linspace(0.2, 3.0, 29).tolist()
+    values = np.linspace(0.2, 3.0, 15).tolist()
     sweep = {"sweep": {"contact.preload": values}}
     run = run_scene(folder / "rub.toml", folder / "sweep", rom=folder / "rub.h5", until="respond", **sweep)
     heights = [curve["worst_amplitude_m"] for curve in run.summary["curves"]]
     best = preload["values"]["contact.preload"]
     assert preload["kind"] == "smooth"
     assert preload["amplitude_m"] <= min(heights) * (1.0 + 1e-6)
-    assert abs(best - values[int(np.argmin(heights))]) < 0.1
+    assert abs(best - values[int(np.argmin(heights))]) < 0.2
     assert preload["amplitude_m"] == pytest.approx(worst(folder, contact__preload=best), rel=1e-4)
     assert preload["base"]["amplitude_m"] == pytest.approx(worst(folder), rel=1e-12)
     for end in preload["within"]["contact.preload"]:
@@ -83,7 +83,9 @@ def test_derivatives_and_curvature_are_those_of_the_keys_of_the_scene(folder: Pa
         step = 1e-3 * value
         name = key.replace(".", "__")
         sides = [worst(folder, contact__preload=best, **{name: value + sign * step}) for sign in (1.0, -1.0)]
-        assert preload["derivatives"][key] == pytest.approx((sides[0] - sides[1]) / (2.0 * step), rel=2e-2), key
+        assert preload["derivatives"][key] == pytest.approx(
+            (sides[0] - sides[1]) / (2.0 * step), rel=2e-2, abs=1e-3
+        ), key
     step = 0.03 * best
     sides = [worst(folder, contact__preload=best + shift) for shift in (-step, 0.0, step)]
     assert preload["curvature"] == pytest.approx((sides[0] - 2.0 * sides[1] + sides[2]) / step**2, rel=0.05)
@@ -151,7 +153,7 @@ def test_a_key_that_remeshes_the_blade(tmp_path: Path) -> None:
         (["contact.friction=-1:1"], "--over contact.friction: -1.0, allowed: a number, 0 to 1e15"),
         (["contact.friction", "contact.friction=0:1"], "--over contact.friction: given twice"),
         (["blade.thickness=1e-3:2e-3"], "--over blade.thickness: has no effect on a given reduced model"),
-        (["contact.interference"], "--over contact.interference: no range, and the scene's value tells none"),
+        (["load.speed_rpm"], "--over load.speed_rpm: no range, and the scene's value tells none"),
         ([], "optimum: missing, allowed: a table [optimum] in the scene, or --over KEY=LOW:HIGH"),
     ],
 )

@@ -189,7 +189,7 @@ def test_lists_and_several_keys_in_the_csv(tmp_path: Path) -> None:
     v0 = [[0.0, 0.1, 0.2], [0.3, 0.3, 0.3]]
     scene = ground_scene(preload=0.0) | {"sweep": {"contact.interference": v0, "response.harmonics": [1, 3]}}
     path = write_scene(tmp_path / "s.toml", scene)
-    assert shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")[0] == 0
+    assert shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet", "--jobs", 1)[0] == 0
     rows = rows_of(tmp_path / "out")
     assert list(rows[0])[:4] == ["curve", "contact.interference_m", "response.harmonics", "frequency_hz"]
     assert "harmonic_3_m" in rows[0]
@@ -215,7 +215,7 @@ def test_harmonics_chosen_curve_by_curve(finished: Path, tmp_path: Path) -> None
     exact = {"contact__integration": "exact"}  # 64 samples a period are too few for the harmonics of this tolerance
     scene = small_scene(response__harmonics="auto", response__tolerance=1e-3, sweep=sweep, **exact)
     path = write_scene(tmp_path / "s.toml", scene)
-    status, _, error = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")
+    status, _, error = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet", "--jobs", 1)
     assert (status, error) == (0, "")
     free, slipping = summary_of(tmp_path / "out")["curves"]
     assert free["harmonics"] == 1  # linear: nothing is left out

@@ -158,6 +158,6 @@ def test_verify_says_what_the_linear_equilibrium_costs(
         for found, exact, inside in zip(one["full_hz"], other["full_hz"], other["within"], strict=True)
         if inside
     ]
-    assert linear["equilibrium"] == pytest.approx(max(changes), rel=1e-6)
+    assert linear["equilibrium"] == pytest.approx(max(changes), rel=1e-5)  # of two frequencies, each to 1e-9
     said = shroud("verify", folder / "scene.toml", *options[:-1])[1]
     assert said.count('load.equilibrium = "linear" instead of "nonlinear" changes a frequency by') == 1

@@ -57,6 +57,7 @@ WHOLE: dict[str, dict[str, Any]] = {  # sections that the small scene lacks
     "model": {"stiffness": "K.mtx", "mass": "M.mtx", "nodes": "nodes.csv", "n_blades": 12},
     "stress": {},
     "fatigue": {"endurance_limit": 3e8, "tensile_strength": 9e8, "factor": 1.5},
+    "backbone": {"modes": [1], "nodal_diameters": [3], "amplitudes": [1e-6, 1e-3], "curves": [0]},
     "optimum": {"over": {"contact.interference": [-1e-5, 1e-5]}},
     "map": {"over": {"contact.interference": [-1e-5, 1e-5], "contact.friction": [0.2, 0.4]}, "values": 3},
     "uncertainty": {"parameter": [{"key": "contact.friction", "distribution": "normal", "deviation": 0.05}]},

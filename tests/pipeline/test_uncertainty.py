@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from statistics import NormalDist
 from typing import Any
@@ -11,11 +12,15 @@ import pytest
 from pipeline_support import RAW_TEXT, shroud, small_scene, write_scene
 from scipy import stats
 
+from pipeline import run_scene
+from pipeline.figures.style import styled
+from pipeline.figures.uncertainty_figure import uncertainty_figure
 from pipeline.report.uncertainty import uncertainty_section
 from pipeline.scene.marginal import Marginal
 from pipeline.studies.plain import plain, restored
 from pipeline.studies.uncertainty.polynomial_chaos import polynomial_chaos
 from pipeline.studies.uncertainty.quantiles import exceedance, quantile
+from pipeline.studies.uncertainty.remarks import headline, remarks_on
 from pipeline.studies.uncertainty.samples import mixed_values, sampled_values
 from pipeline.studies.uncertainty.sobol_indices import sobol_indices
 from pipeline.studies.uncertainty.uncertainty_result import UncertaintyResult
@@ -146,17 +151,15 @@ def oscillator_scene(**uncertainty: Any) -> dict[str, Any]:
     }
 
 
-def run_study(folder: Path, scene: dict[str, Any], name: str, *options: object) -> dict[str, Any]:
+def run_study(folder: Path, scene: dict[str, Any], name: str, jobs: int = 1, until: str = "study") -> dict[str, Any]:
     """Run a scene on the oscillator; the published result."""
     one = np.ones(1)
-    write_reduced_model(
-        folder / "rom.h5", ReducedModel(np.eye(1), np.eye(1), np.eye(3, 1), np.zeros((1, 3)), one, {"tip": one})
-    )
-    path, out = write_scene(folder / "scene.toml", scene), folder / name
-    status, said, error = shroud("respond", path, "--rom", folder / "rom.h5", "--out", out, *options)
-    assert status == 0, error
-    found: dict[str, Any] = json.loads((out / "uncertainty.json").read_text())
-    return found | {"said": said, "progress": error}
+    model = ReducedModel(np.eye(1), np.eye(1), np.eye(3, 1), np.zeros((1, 3)), one, {"tip": one})
+    write_reduced_model(folder / "rom.h5", model)
+    results = run_scene(scene, folder / name, rom=folder / "rom.h5", jobs=jobs, until=until, quiet=True)
+    assert results.complete
+    found: dict[str, Any] = json.loads((folder / name / "uncertainty.json").read_text())
+    return found
 
 
 def closed_form(force: np.ndarray, stiffness: np.ndarray, ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -167,7 +170,7 @@ def closed_form(force: np.ndarray, stiffness: np.ndarray, ratio: np.ndarray) -> 
 
 
 def test_a_stuck_oscillator_in_closed_form(tmp_path: Path) -> None:
-    found = run_study(tmp_path, oscillator_scene(), "out", "--jobs", 1)
+    found = run_study(tmp_path, oscillator_scene(), "out")
     force, stiffness, ratio = (
         np.array(found["values"][p["key"]]) for p in oscillator_scene()["uncertainty"]["parameter"]
     )
@@ -184,19 +187,21 @@ def test_a_stuck_oscillator_in_closed_form(tmp_path: Path) -> None:
         assert rates[key]["amplitude_rate"] == pytest.approx(exact[0], rel=1e-5)
         assert rates[key]["frequency_rate"] == pytest.approx(exact[1], rel=1e-3, abs=1e-6)
     assert found["exceedance"]["value"] == np.mean(amplitude > 4.0)
-    assert "32 samples" in found["said"]
+    assert "32 samples" in found["message"]
 
 
 def test_amplitude_under_a_lognormal_force_is_lognormal(tmp_path: Path) -> None:
     """And first order is exact; half the samples come from the smaller run, and no branch is carried between them."""
     one = oscillator_scene(samples=16)
     one["uncertainty"]["parameter"] = one["uncertainty"]["parameter"][:1]
-    before = run_study(tmp_path, one, "out", "--jobs", 1)
+    before = run_study(tmp_path, one, "out")
     one["uncertainty"]["samples"] = 64
-    found = run_study(tmp_path, one, "out", "--jobs", 1)
-    assert f"curves 1/{64 - 16}: sample " in found["progress"]
+    store = tmp_path / "out" / "store"
+    curves = len(list((store / "curve").iterdir()))
+    found = run_study(tmp_path, one, "out")
+    assert len(list((store / "curve").iterdir())) == curves + 64 - 16
     assert found["amplitude_m"][:16] == before["amplitude_m"]
-    assert not list((tmp_path / "out" / "store").glob("extension*"))
+    assert not (store / "extension").exists()
     median = closed_form(np.array(0.5), np.array(3.0), np.array(0.035))[0]
     for level, sampled, linear in zip(
         found["levels"], found["amplitude"]["quantiles"], found["first_order"]["amplitude"]["quantiles"], strict=True
@@ -216,14 +221,18 @@ def test_amplitude_under_a_lognormal_force_is_lognormal(tmp_path: Path) -> None:
 def test_two_workers_give_the_same_bytes_figure_and_section(tmp_path: Path) -> None:
     scene = oscillator_scene(samples=16, sensitivities=True)
     scene["uncertainty"]["parameter"] = scene["uncertainty"]["parameter"][::2]
-    found = run_study(tmp_path, scene, "one", "--jobs", 1)
-    run_study(tmp_path, scene, "two", "--jobs", 2)
+    scene["response"]["residual_tractions"] = "bounds"  # solved for once, not for every sample
+    found = run_study(tmp_path, scene, "one", until="figures")
+    run_study(tmp_path, scene, "two", jobs=2, until="figures")
     for name in ("uncertainty.json", "figures/uncertainty.png"):
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
     values = {key: value for key, value in found.items() if key in UncertaintyResult.__dataclass_fields__}
     result = restored(UncertaintyResult, values)
     assert plain(result) == values
     assert found["curves"] == 1 + 4 * 16
+    curves = [json.loads(file.read_text()) for file in (tmp_path / "one" / "store" / "curve").glob("*/curve.json")]
+    assert [np.isfinite(each["residual_lowest_m"]) for each in curves].count(True) == 1
+    assert found["residual"] is not None
     for index, fitted in zip(result.sobol, result.polynomial.indices, strict=True):
         assert index.total_interval[0] <= fitted.total <= index.total_interval[1]
     section = uncertainty_section(result)
@@ -232,6 +241,43 @@ def test_two_workers_give_the_same_bytes_figure_and_section(tmp_path: Path) -> N
     assert rows["worst amplitude, 50 % [m]"][0] == f"{median.value:.5g} ({median.low:.4g} to {median.high:.4g})"
     assert "variance of the amplitude by force, alone and with all others [%]" in rows
     assert "above 4 m" in section.conclusion[0]
+    check_what_is_said_of_open_samples(result)
+
+
+def check_what_is_said_of_open_samples(result: UncertaintyResult) -> None:
+    """Bounds, other branches and quasi-periodic motions are counted, said and drawn."""
+    first = np.arange(16) < 2
+    top = replace(result.amplitude.quantiles[-1], at_most=None)
+    linear = replace(result.first_order.amplitude, quantiles=(0.1, 0.2, 0.3))
+    changed = replace(
+        result,
+        missing=1,
+        incomplete=2,
+        unresolved=1,
+        lower_bound=first,
+        branch=np.where(first, 3, 0),
+        periodic=np.arange(16) != 5,
+        amplitude=replace(result.amplitude, quantiles=(*result.amplitude.quantiles[:-1], top)),
+        polynomial=replace(result.polynomial, leave_one_out=0.3),
+        first_order=replace(result.first_order, amplitude=linear),
+    )
+    said = "\n".join(remarks_on(changed, "", True))
+    for part in (
+        "1 of 16 samples have no curve and are left out",
+        "2 incomplete curves and 1 whose worst motion may be higher of 16 samples: quantiles of the amplitude are",
+        "that at 95 % is without an upper bound",
+        "2 of 16 worst motions lie on a detached branch",
+        "1 of 16 worst motions are quasi-periodic",
+        "first order and samples disagree on the quantiles of the amplitude (",
+        "misses 30 % of the variance",
+        "16 samples do not bound the 95 % quantile of the amplitude: take more",
+    ):
+        assert part in said
+    assert "95 % >= " in headline(changed)
+    assert "no first-order answer: the reason" in remarks_on(replace(changed, first_order=None), "the reason", False)
+    with styled():
+        labels = uncertainty_figure(changed, "some").axes[5].get_legend_handles_labels()[1]
+    assert {"main branch", "detached branch", "quasi-periodic", "may be higher"} <= set(labels)
 
 
 @pytest.mark.parametrize(

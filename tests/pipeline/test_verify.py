@@ -44,9 +44,14 @@ def verified(folder: Path, *options: object, **changes: Any) -> dict[str, Any]:
     return values
 
 
-def no_other_mesh(*_: Any) -> Any:
-    """In the place of `other_sector`: there is no other mesh."""
-    raise RuntimeError("made to fail")
+@pytest.fixture
+def no_other_mesh(monkeypatch: pytest.MonkeyPatch) -> None:
+    """There is no other mesh, whose errors cost most of the time: for tests that are not about them."""
+
+    def fail(*_: Any) -> Any:
+        raise RuntimeError("made to fail")
+
+    monkeypatch.setattr(pipeline.verify.compare, "other_sector", fail)
 
 
 def directly(folder: Path, normal: float, tangential: float, count: int) -> Any:
@@ -67,6 +72,7 @@ def directly(folder: Path, normal: float, tangential: float, count: int) -> Any:
     return np.sqrt(np.sort(squared)) / (2 * np.pi)
 
 
+@pytest.mark.usefixtures("no_other_mesh")
 def test_frequencies_are_those_of_the_full_model_without_reduction(tmp_path: Path) -> None:
     case = verified(tmp_path, rom__contact_dofs="nodal", **COARSE, rom__modes=2)["cases"][0]
     joints = {"free": (0.0, 0.0), "sliding": (2e5, 0.0), "stuck": (2e5, 1.5e5)}
@@ -82,6 +88,7 @@ def test_frequencies_are_those_of_the_full_model_without_reduction(tmp_path: Pat
     assert case["static"] < 1e-8
 
 
+@pytest.mark.usefixtures("no_other_mesh")
 def test_averages_over_patches_are_measured_against_a_reference_of_their_own(tmp_path: Path) -> None:
     fine = {**TWISTED, "rom__modes": 20}
     found = verified(tmp_path, sweep={"rom.contact_dofs": ["nodal", "patch"]}, **fine)
@@ -131,11 +138,9 @@ def test_following_the_advice_brings_the_promised_error(tmp_path: Path) -> None:
             assert wrong[0] > 0.006
 
 
-def test_the_error_of_contact_dofs_is_that_against_many_more_of_them(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("no_other_mesh")
+def test_the_error_of_contact_dofs_is_that_against_many_more_of_them(tmp_path: Path) -> None:
     """Nodes and the mortar on 3 x 3 against a reduced model with a mortar of 6 x 6."""
-    monkeypatch.setattr(pipeline.verify.compare, "other_sector", no_other_mesh)
     stiff = {**COARSE, **STIFF, "rom__tolerance": 0.5, "response__frequency": [150.0, 2000.0]}
     kinds = ["nodal", "mortar"]
     found = verified(tmp_path, sweep={"rom.contact_dofs": kinds}, mesh__contact_grid=[3, 3], **stiff)
@@ -231,6 +236,7 @@ def test_a_sweep_is_one_table_with_the_advice_of_the_worst(tmp_path: Path) -> No
     assert advice["needed_modes"] == max(one["advice"][0]["needed_modes"] for one in each)
 
 
+@pytest.mark.usefixtures("no_other_mesh")
 def test_a_choice_of_modes_in_a_sweep_gets_advice_for_each(tmp_path: Path) -> None:
     found = verified(tmp_path, sweep={"rom.modes": [2, 40]}, mesh__element="hex20", rom__tolerance=5e-3)
     few, many = found["advice"]
@@ -264,6 +270,7 @@ def test_what_cannot_be_verified_is_one_line(tmp_path: Path, monkeypatch: pytest
     assert not (tmp_path / "out" / "summary.json").exists()
 
 
+@pytest.mark.usefixtures("no_other_mesh")
 def test_a_case_that_fails_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     real = pipeline.verify.cases.model_errors
 
@@ -281,8 +288,8 @@ def test_a_case_that_fails_does_not_stop_the_others(tmp_path: Path, monkeypatch:
     assert verify(tmp_path, "--quiet", sweep={"excitation.engine_order": [3, 36]}) == (1, "", problem)
 
 
-def test_a_mesh_without_another_still_has_its_modes_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipeline.verify.compare, "other_sector", no_other_mesh)
+@pytest.mark.usefixtures("no_other_mesh")
+def test_a_mesh_without_another_still_has_its_modes_measured(tmp_path: Path) -> None:
     status, said, _ = verify(tmp_path, rom__tolerance=0.1)
     assert status == 0
     assert "no other mesh (made to fail)" in said
@@ -294,6 +301,7 @@ def test_a_mesh_without_another_still_has_its_modes_measured(tmp_path: Path, mon
     assert not found["advice"][0]["within"]
 
 
+@pytest.mark.usefixtures("no_other_mesh")
 def test_automatic_modes_stay_within_the_tolerance(tmp_path: Path) -> None:
     kept = {}
     for tolerance in (1e-2, 3e-3):
@@ -309,6 +317,7 @@ def test_automatic_modes_stay_within_the_tolerance(tmp_path: Path) -> None:
     assert "lower rom.tolerance from 0.01 to 0.0001" in strict["advice"][0]["text"]
 
 
+@pytest.mark.usefixtures("no_other_mesh")
 def test_a_frequency_limit_gets_advice_in_modes(tmp_path: Path) -> None:
     (advice,) = verified(
         tmp_path, rom__modes=None, rom__frequency_limit=3000.0, mesh__element="hex20", rom__tolerance=5e-3
@@ -316,6 +325,7 @@ def test_a_frequency_limit_gets_advice_in_modes(tmp_path: Path) -> None:
     assert f"set rom.modes = {advice['needed_modes']} in place of rom.frequency_limit" in advice["text"]
 
 
+@pytest.mark.usefixtures("no_other_mesh")
 def test_a_run_estimates_what_verifying_measures(tmp_path: Path) -> None:
     changes: dict[str, Any] = {**TWISTED, "rom__modes": 6}
     case = verified(tmp_path, **changes)["cases"][0]

@@ -43,7 +43,7 @@ class PredictedResonance:
     stable : bool
         Whether the resonant force grows with the amplitude.
     force_exponent : float
-        d ln F / d ln a of the resonant force over the modal amplitude.
+        d ln F / d ln A of the resonant force over the amplitude of the output.
     peak : TracedPeak or None
         The extreme of the curve that belongs to it.
     amplitude_deviation, frequency_deviation : float
@@ -181,3 +181,16 @@ class BackboneResult:
 
     tolerance: float
     curves: tuple[CurveBackbones, ...]
+
+
+def agreement(result: BackboneResult) -> tuple[int, int, float]:
+    """Number of resonances at maxima, of those within the tolerance, and the largest amplitude deviation of these."""
+    pairs = [
+        each
+        for curve in result.curves
+        for mode in curve.modes
+        for each in mode.resonances
+        if each.peak is not None and each.stable
+    ]
+    good = [each for each in pairs if not each.reasons]
+    return len(pairs), len(good), max((abs(each.amplitude_deviation) for each in good), default=0.0)

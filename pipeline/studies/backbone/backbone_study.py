@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.scene.labels import prefixed
 from pipeline.stages.respond import CurveResult
-from pipeline.studies.backbone.backbone_result import BackboneResult, CurveBackbones, PredictedResonance
+from pipeline.studies.backbone.backbone_result import BackboneResult, CurveBackbones, PredictedResonance, agreement
 from pipeline.studies.backbone.curve_backbones import curve_backbones
 from pipeline.studies.study import StudyError
 
@@ -52,36 +52,19 @@ class BackboneStudy:
         return [f"backbone: {line}" for line in said]
 
 
-def agreement(result: BackboneResult) -> tuple[int, int, float]:
-    """Number of resonances at maxima, of those within the tolerance, and the largest amplitude deviation of these."""
-    pairs = [
-        each
-        for curve in result.curves
-        for mode in curve.modes
-        for each in mode.resonances
-        if each.peak is not None and each.stable
-    ]
-    good = [each for each in pairs if not each.reasons]
-    return len(pairs), len(good), max((abs(each.amplitude_deviation) for each in good), default=0.0)
-
-
 def _curves(context: StudyContext) -> Iterator[tuple[int, CurveResult, Path, Path]]:
     """Number, result, file and model file of the curves asked for that have points."""
     section, curves = context.scene.backbone, context.outcome.curves
     assert section is not None
     known = [n for n, curve in enumerate(curves) if curve.file and curve.rom and curve.facts and curve.facts.points]
-    chosen = known if section.curves is True else [n for n in known if n in _numbers(section.curves)]
-    if section.curves is True and len(known) > MOST_CURVES:
+    chosen = known if section.curves == "all" else [n for n in known if n in section.curves]
+    if section.curves == "all" and len(known) > MOST_CURVES:
         order = sorted(known, key=lambda n: _height(curves[n]))
         chosen = sorted({order[0], order[-1]})
     for number in chosen:
         file, rom = curves[number].file, curves[number].rom
         if file is not None and rom is not None:
             yield number, curves[number], file, rom
-
-
-def _numbers(curves: bool | tuple[int, ...]) -> tuple[int, ...]:
-    return () if isinstance(curves, bool) else curves
 
 
 def _height(curve: CurveResult) -> float:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from nonlinear import NonlinearMode, PeakAgreement, PeakMotion
 
 FREQUENCY_WEIGHT = 4.0  # a frequency may deviate by a quarter of the tolerance
-FLAT, STEEP = 0.5, 20.0  # d ln F / d ln a
+FLAT, STEEP = 0.5, 20.0  # d ln F / d ln A
 NOTABLE, LARGE = 0.02, 0.1  # share of a higher harmonic, near a mode of its nodal diameter and elsewhere
 SUPERHARMONIC = 0.5
 BROAD = 0.05  # damping ratio

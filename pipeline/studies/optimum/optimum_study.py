@@ -213,9 +213,11 @@ class _Search:
             **said,
         }
         found = OptimumResult(**values)
+        swept = [key for key in self.context.file.swept if key in self.ranges]
+        notes = [f"{key} is swept: the scene's own value is its first" for key in swept]
         if self.outer:
-            accuracy = f"keys compared by single curves are known to {100 * TOLERANCE:g} % of their ranges"
-            found = replace(found, remarks=(*found.remarks, accuracy))
+            notes.append(f"keys compared by single curves are known to {100 * TOLERANCE:g} % of their ranges")
+        found = replace(found, remarks=(*found.remarks, *notes))
         return replace(found, message=message_of(found))
 
     def _kind(self, best: Point, inside: str) -> str:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 DAMPING = "response.damping_ratio"  # in the solver a factor, 1 at the centre
+RESIDUAL = "response.residual_tractions"
 PLACE = "uncertainty.parameter"
 SAMPLE = "sample"  # the parameter by which samples differ: a word, so that no branch is carried from one to another
 
@@ -157,6 +158,8 @@ class _Computation:
         """The scene with some values of the parameters; it differs from all others by a word alone."""
         scene = self.context.scene
         given = {key: as_in_scene(scene, key, value) for key, value in zip(self.keys, values.tolist(), strict=True)}
+        if scene.response.residual_tractions == "bounds":  # 5 to 20 times the time of a curve: at the centre alone
+            given[RESIDUAL] = "projected"
         return replace(self.context.member({**given, **others}, PLACE), parameters={SAMPLE: name})
 
     def _centre(self, curve: CurveResult) -> Centre | None:
@@ -220,8 +223,8 @@ class _Computation:
         if curve.facts is None or curve.facts.free_nodes < 1 or not _takes_bounds(curve.member.scene):
             return None
         values = np.array([marginal.centre for marginal in self.marginals])
-        others = {"response.residual_tractions": "bounds"}
-        (bounded,) = self.context.curves([self._member("residual tractions", values, **others)])
+        bounds = {RESIDUAL: "bounds"}
+        (bounded,) = self.context.curves([self._member("residual tractions", values, **bounds)])
         facts = bounded.facts
         if facts is None or not math.isfinite(facts.residual_lowest_m + facts.residual_highest_m):
             return None

@@ -1,0 +1,193 @@
+"""Few motions of the cut faces of a sector in which all its travelling waves move.
+
+The motions of the left face in the lowest modes of a few nodal diameters, and in the static responses to forces at
+the boundary dofs of the blade, hardly differ from each other: their singular value decomposition leaves some dozens.
+With the same motions on both faces the reduced sector is real and serves every nodal diameter; what it leaves out
+shows at nodal diameters between those that it was made of.
+
+References
+----------
+M. P. Castanier, Y.-C. Tan, C. Pierre, Characteristic constraint modes for component mode synthesis, AIAA Journal 39
+(2001) 1182-1187.
+M. I. Hussein, Reduced Bloch mode expansion for periodic media band structure calculations, Proceedings of the Royal
+Society A 465 (2009) 2825-2848.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry import SectorMesh
+from rom.cyclic_sector.cyclic_faces import CyclicFaces
+from rom.cyclic_sector.cyclic_modes import WaveProblem
+from rom.finite_elements.full_model import FullModel, node_dofs
+from rom.linear_algebra.threads import one_blas_thread
+from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, choose_boundary_dofs
+from rom.reduction.interface_motion import InterfaceMotion
+
+HELD = 1e-12  # relative length of a motion that counts as none
+
+
+@dataclass(frozen=True)
+class InterfaceOptions:
+    """Of which waves the motions of the cut faces are taken, and how many.
+
+    Attributes
+    ----------
+    nodal_diameters : tuple of int or None
+        Nodal diameters of the waves; None: 0, 2, a quarter and half of the number of sectors.
+    modes : int
+        Modes of each nodal diameter.
+    tolerance : float
+        Singular values, relative to the largest one, below which motions are left out.
+
+    Examples
+    --------
+    >>> from rom import InterfaceOptions
+    >>> InterfaceOptions().sampled(72)
+    (0, 2, 18, 36)
+    """
+
+    nodal_diameters: tuple[int, ...] | None = None
+    modes: int = 20
+    tolerance: float = 1e-5
+
+    def sampled(self, n_sectors: int) -> tuple[int, ...]:
+        """The nodal diameters for a number of sectors.
+
+        Parameters
+        ----------
+        n_sectors : int
+            Number of sectors of the ring.
+        """
+        if self.nodal_diameters is not None:
+            return self.nodal_diameters
+        half = n_sectors // 2
+        return tuple(sorted({0, min(2, half), n_sectors // 4, half}))
+
+
+@one_blas_thread()
+def interface_motion(
+    full: FullModel,
+    sector: SectorMesh,
+    faces: CyclicFaces,
+    boundary: BoundaryChoice = AT_TIP,
+    options: InterfaceOptions | None = None,
+    *,
+    backend: str = "auto",
+) -> BoundaryChoice:
+    """Boundary dofs of a sector with those of its cut faces, for `reduce_sector`.
+
+    Parameters
+    ----------
+    full : FullModel
+        The full model.
+    sector : SectorMesh
+        Its mesh.
+    faces : CyclicFaces
+        The cut faces.
+    boundary : BoundaryChoice
+        The other boundary dofs.
+    options : InterfaceOptions, optional
+        Which motions of the faces are kept.
+    backend : str
+        Backend of the factorisation, see `factorise`.
+
+    Returns
+    -------
+    BoundaryChoice
+        `boundary` with the motions of the faces.
+
+    Raises
+    ------
+    RomParameterError
+        There is no such nodal diameter, or a node of contact, load or the tip is one of a cut face.
+    FactorisationError
+        The structure is not stable.
+
+    Examples
+    --------
+    The shrouds joined but for one contact node, the middle one of the face:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import BoundaryChoice, CyclicFaces, Material, assemble, cyclic_faces, interface_motion
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> faces = cyclic_faces(full, sector, "face_right", "face_left")
+    >>> joined = ~np.isin(faces.right, full.vertex_node[sector.right.nodes])
+    >>> faces = CyclicFaces(faces.right[joined], faces.left[joined], faces.axis, 40)
+    >>> choice = interface_motion(full, sector, faces, BoundaryChoice(contact_dofs="nodal"))
+    >>> choice.interface.nodes.size == 2 * faces.left.size
+    True
+    """
+    options = options or InterfaceOptions()
+    dofs = choose_boundary_dofs(full, sector, replace(boundary, interface=_untouched(faces)))
+    motion = dofs.motion(len(full.positions)).toarray().T
+    free = faces.left[~faces.held(full).reshape(-1, 3)[faces.left].any(axis=1)]
+    right = faces.right[np.isin(faces.left, free)]
+    columns = []
+    for diameter in options.sampled(faces.n_sectors):
+        wave = WaveProblem(full, faces, diameter, backend)
+        for shapes in _of_unit_energy(wave, options.modes, motion):
+            at_left = shapes[node_dofs(free).ravel()]
+            columns += [at_left.real, at_left.imag]
+    patterns = _principal(np.hstack(columns), options.tolerance)
+    return replace(boundary, interface=_joined(faces, free, right, patterns, full))
+
+
+def _untouched(faces: CyclicFaces) -> InterfaceMotion:
+    """The nodes of the faces, before their motions are known."""
+    nothing = np.zeros((0, 0))
+    return InterfaceMotion(faces.nodes, np.zeros((0, 3 * len(faces.nodes))), nothing, nothing)
+
+
+def _of_unit_energy(wave: WaveProblem, count: int, forces: NDArray[np.float64]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Modes, and static responses to forces (N, k) without their rigid motion, of the same elastic energy.
+
+    Rigid motions have none: they are as large as if their frequency was the lowest one of the others.
+    """
+    modes = wave.modes(count)
+    squared = modes.omega**2
+    rigid = squared < 10.0 * wave.shift
+    lowest = squared[~rigid].min(initial=np.inf)
+    shapes = modes.shapes / np.sqrt(np.where(rigid, lowest, squared))
+    moved = modes.shapes[:, rigid]
+    static = wave.static_response(forces) - (moved / (squared[rigid] + wave.shift)) @ (moved.conj().T @ forces)
+    work = np.abs(np.sum(forces * static, axis=0))
+    return shapes, static / np.sqrt(np.where(work > 0.0, work, 1.0))
+
+
+def _principal(columns: NDArray[np.float64], tolerance: float) -> NDArray[np.float64]:
+    """Orthonormal motions (3k, r) that hold the columns but for a part below the tolerance."""
+    lengths = np.linalg.norm(columns, axis=0)
+    columns = columns[:, lengths > HELD * lengths.max(initial=0.0)]
+    if not columns.size:
+        return np.zeros((len(columns), 0))
+    vectors, values, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(vectors[:, values > tolerance * values[0]])
+
+
+def _joined(
+    faces: CyclicFaces,
+    left: NDArray[np.int64],
+    right: NDArray[np.int64],
+    patterns: NDArray[np.float64],
+    full: FullModel,
+) -> InterfaceMotion:
+    """The motions on both faces; nodes on the axis keep all of theirs."""
+    held = faces.held(full).reshape(-1, 3)
+    axis = faces.axis[~held[faces.axis].any(axis=1)]
+    r, a, k = patterns.shape[1], len(axis), len(left)
+    turned = np.einsum("ij,kjr->kir", faces.turn, patterns.reshape(k, 3, r)).reshape(3 * k, r)
+    rows = np.zeros((2 * r + 3 * a, 3 * (2 * k + a)))
+    rows[:r, : 3 * k], rows[r : 2 * r, 3 * k : 6 * k] = patterns.T, turned.T
+    rows[2 * r :, 6 * k :] = np.eye(3 * a)
+    at_right, at_left = np.zeros((2, r + 3 * a, 2 * r + 3 * a))
+    at_left[:r, :r] = at_right[:r, r : 2 * r] = np.eye(r)
+    at_right[r:, 2 * r :], at_left[r:, 2 * r :] = np.eye(3 * a), np.kron(np.eye(a), faces.turn)
+    return InterfaceMotion(np.concatenate([left, right, axis]), rows, at_right, at_left)

@@ -1,0 +1,111 @@
+"""The study `backbone` in a run: resonances beside the peaks, files, figures, what is said, what is refused."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pipeline_support import ground_scene, shroud, to_toml, write_ground_model
+
+from pipeline import run_scene
+from pipeline.report.backbone import backbone_section
+from pipeline.results.results import Results
+from pipeline.studies.backbone.backbone_result import BackboneResult
+from pipeline.studies.plain import plain, restored
+
+
+def scene_of(**section: Any) -> dict[str, Any]:
+    """A mass on springs that rubs, at three preloads."""
+    scene = ground_scene()
+    scene["response"] |= {"harmonics": 1, "stability": "folds", "truncation": False, "detached": False}
+    scene["sweep"] = {"contact.preload": [0.5, 1.0, 2.0]}
+    return scene | {"backbone": section}
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Results]:
+    """A run with two modes of each curve, and its folder."""
+    folder = tmp_path_factory.mktemp("backbone")
+    write_ground_model(folder / "ground.h5")
+    return folder, run_scene(scene_of(modes=[1, 2]), folder / "out", rom=folder / "ground.h5")
+
+
+@pytest.fixture(scope="module")
+def result(done: tuple[Path, Results]) -> BackboneResult:
+    """Its result, read from the file."""
+    values = json.loads((done[0] / "out" / "backbone.json").read_text())
+    return restored(BackboneResult, {name: values[name] for name in ("tolerance", "curves")})
+
+
+def test_resonances_agree_with_the_peaks_of_the_curves(done: tuple[Path, Results], result: BackboneResult) -> None:
+    run = done[1]
+    assert run.complete
+    assert [curve.curve for curve in result.curves] == [0, 1, 2]
+    for curve, traced in zip(result.curves, run.curves, strict=True):
+        first = curve.modes[0]
+        assert curve.parameters == dict(traced.parameters)
+        paired = [each for each in first.resonances if each.peak is not None]
+        assert len(paired) == 1
+        assert paired[0].peak.amplitude_m in curve.traced_m.tolist()
+        assert abs(paired[0].amplitude_deviation) < 0.02 or paired[0].reasons
+        assert first.complete
+        assert 0.0 < first.free_hz <= first.frequency_hz.min() * (1.0 + 1e-5)
+        assert first.frequency_hz.max() <= first.stuck_hz * (1.0 + 1e-5)
+
+
+def test_twice_the_preload_is_twice_the_amplitude_and_force(result: BackboneResult) -> None:
+    """The laws are positively homogeneous: the frequency over amplitude/preload is the same on all curves."""
+    one, two = result.curves[0].modes[0], result.curves[1].modes[0]
+    inside = (two.amplitude_m > 2.0 * one.amplitude_m.min()) & (two.amplitude_m < 2.0 * one.amplitude_m.max())
+    assert inside.sum() > 5
+    frequency = np.interp(two.amplitude_m[inside], 2.0 * one.amplitude_m, one.frequency_hz)
+    np.testing.assert_allclose(two.frequency_hz[inside], frequency, rtol=2e-3)
+
+
+def test_a_second_run_computes_nothing_and_draws_the_same(done: tuple[Path, Results]) -> None:
+    folder, run = done
+    out = folder / "out"
+    assert {"figures/backbone.png", "figures/response.png"} <= set(run.summary["pictures"])
+    picture = (out / "figures" / "response.png").read_bytes()
+    again = run_scene(scene_of(modes=[1, 2]), out, rom=folder / "ground.h5")
+    assert {again.summary["stages"][name]["status"] for name in ("respond", "study", "figures")} == {"reused"}
+    bare = scene_of()
+    del bare["backbone"]
+    run_scene(bare, out, rom=folder / "ground.h5")
+    assert (out / "figures" / "response.png").read_bytes() != picture  # the modes are drawn into it
+
+
+def test_the_report_tells_every_resonance(result: BackboneResult) -> None:
+    section = backbone_section(result)
+    assert {len(row) for row in section.rows} == {len(section.headings)}
+    told = " ".join(cell for row in section.rows for cell in row)
+    for curve in result.curves:
+        assert curve.label in told
+        for each in curve.modes[0].resonances:
+            assert f"{each.frequency_hz:.5g}" in told
+    assert plain(restored(BackboneResult, plain(result))) == plain(result)
+
+
+@pytest.mark.parametrize(
+    ("section", "response", "said"),
+    [
+        ({"modes": [1, 1]}, {}, "backbone.modes: [1, 1], allowed: a list of 1 to 20 different whole numbers"),
+        ({"nodal_diameters": [2, 2]}, {}, "backbone.nodal_diameters: [2, 2], allowed:"),
+        ({"amplitudes": [1.0, 0.5]}, {}, "backbone.amplitudes: [1.0, 0.5], allowed: a list of two numbers"),
+        ({"curves": [3]}, {}, 'backbone.curves: [3], allowed: "all" or a list of numbers of curves, 0 to 2'),
+        ({"tolerance": 0.0}, {}, "backbone.tolerance: 0.0, allowed: a number, 1e-6 to 1"),
+        ({}, {"method": "static-first"}, 'response.method: "static-first", allowed: "coupled", with [backbone]'),
+    ],
+)
+def test_what_does_not_fit_is_refused(
+    tmp_path: Path, section: dict[str, Any], response: dict[str, Any], said: str
+) -> None:
+    scene = scene_of(**section)
+    scene["response"] |= response
+    (tmp_path / "scene.toml").write_text(to_toml(scene))
+    rom = write_ground_model(tmp_path / "ground.h5")
+    status, _, error = shroud("respond", tmp_path / "scene.toml", "--rom", rom, "--out", tmp_path / "out")
+    assert status == 2
+    assert said in error
+    assert len(error.splitlines()) == 1

@@ -1,0 +1,109 @@
+"""Sectors of bladed disks of 20-node bricks, and the whole wheel assembled of their turned copies."""
+
+import numpy as np
+from element_meshes import with_mid_sides
+from rom_meshes import box, mesh_of_blocks
+from scipy.sparse import coo_matrix, kron
+
+from geometry import ContactFace, SectorMesh
+
+BORE, RIM, TIP, TOP = 0.1, 0.25, 0.38, 0.39  # m
+
+
+def bladed_sector(n_sectors, held=True, slant=0.2):
+    """A disk from bore to rim, a blade over its middle third, and a shroud that fills the pitch; sets as in a file.
+
+    The disk is the material "disk". The blade is slanted: waves towards +y and -y differ.
+    """
+    radii = np.concatenate([np.linspace(BORE, RIM, 5), np.linspace(RIM, TIP, 6)[1:], np.linspace(TIP, TOP, 2)[1:]])
+    share = np.linspace(0.0, 1.0, len(radii))
+    points, bricks = box((2, len(radii) - 1, 6), (1.0, 1.0, 1.0))
+    centre = points[bricks].mean(axis=1)
+    layer, column = np.floor(centre[:, 1] * (len(radii) - 1)).astype(int), np.floor(6.0 * centre[:, 2]).astype(int)
+    disk, shroud = layer < 4, layer >= 9
+    kept = disk | shroud | ((column >= 2) & (column < 4))
+    used = np.unique(bricks[kept])
+    place = np.full(len(points), -1)
+    place[used] = np.arange(len(used))
+    tables = [("hex20", place[bricks[kept & part]], name) for part, name in ((disk, "disk"), (~disk, ""))]
+    flat, blocks = with_mid_sides(points[used], tables)
+    radius, angle = np.interp(flat[:, 1], share, radii), 2.0 * np.pi / n_sectors * (flat[:, 2] - 0.5)
+    axial = 0.03 * (0.5 - flat[:, 0])
+    lean = slant * axial * np.clip((radius - RIM) / (TIP - RIM), 0.0, 1.0)
+    positions = np.column_stack([axial, radius * np.sin(angle) + lean, radius * np.cos(angle)])
+    ends = {}
+    for name, end in (("right", 1.0), ("left", 0.0)):
+        cut = np.flatnonzero(np.abs(flat[:, 2] - end) < 1e-9)
+        cut = cut[np.lexsort(np.round(flat[cut, :2], 9).T)]
+        ends[f"cyclic_{name}"], ends[f"contact_{name}"] = cut[radius[cut] < RIM + 1e-9], cut[radius[cut] > TIP - 1e-9]
+    tip = int(np.argmin(np.abs(flat - [0.5, 1.0, 0.5]).sum(axis=1)))
+    root = np.flatnonzero(radius < BORE + 1e-9) if held else np.zeros(0, dtype=int)
+    return _sector(positions, blocks, ends | {"root": root, "tip": np.array([tip])}, n_sectors)
+
+
+def solid_disk(n_sectors):
+    """A free disk without a bore, with straight edges: wedges around the engine axis, bricks around them."""
+    radii = np.array([0.0, 0.05, 0.12])
+    points, bricks = box((1, 2, 2), (1.0, 1.0, 1.0))
+    inner = points[bricks].mean(axis=1)[:, 1] < 0.5
+    radius, angle = np.interp(points[:, 1], [0.0, 0.5, 1.0], radii), 2.0 * np.pi / n_sectors * (points[:, 2] - 0.5)
+    corners = np.column_stack([0.04 * (0.5 - points[:, 0]), radius * np.sin(angle), radius * np.cos(angle)])
+    _, first, place = np.unique(np.round(corners, 9) + 0.0, axis=0, return_index=True, return_inverse=True)
+    # corners of a brick: (x0 r0 a0, x1 r0 a0, x1 r1 a0, x0 r1 a0, the same at a1); its inner edges fall together
+    wedges = bricks[inner][:, [0, 3, 7, 1, 2, 6]]
+    tables = [("wedge15", place[wedges], ""), ("hex20", place[bricks[~inner]], "")]
+    positions, blocks = with_mid_sides(corners[first], tables)
+    axis = np.flatnonzero(np.hypot(*positions[:, 1:].T) < 1e-9)
+    angle = np.arctan2(positions[:, 1], positions[:, 2]) * n_sectors / np.pi
+    ends = {
+        f"cyclic_{name}": np.union1d(np.flatnonzero(np.abs(angle - end) < 1e-9), axis)
+        for name, end in (("right", 1.0), ("left", -1.0))
+    }
+    return _sector(positions, blocks, ends | {"root": np.zeros(0, dtype=int), "tip": np.array([0])}, n_sectors)
+
+
+def _sector(positions, blocks, sets, n_sectors):
+    mesh = mesh_of_blocks(positions, *blocks)
+    faces = []
+    for name in ("contact_right", "contact_left"):
+        nodes = sets.setdefault(name, np.zeros(0, dtype=int))
+        side = 1.0 if name.endswith("right") else -1.0
+        c, s = np.cos(side * np.pi / n_sectors), np.sin(side * np.pi / n_sectors)
+        frame = np.array([[1.0, 0.0, 0.0], [0.0, s, c], [0.0, c, -s]])
+        faces.append(
+            ContactFace(nodes, positions[nodes], np.tile(frame, (len(nodes), 1, 1)), np.full(len(nodes), 1e-6))
+        )
+    return SectorMesh(mesh.points, mesh.blocks, sets, *faces, n_sectors)
+
+
+def whole_wheel(full, faces):
+    """Stiffness and mass of the wheel without symmetry, its clamped dofs, and the expansion of waves.
+
+    The expansion takes the displacements (N,) of a sector and a phase, and gives those of the wheel.
+    """
+    n, count = len(full.positions), faces.n_sectors
+    shared = np.full(n, -1)  # the node of the next sector that a node of this one is
+    shared[faces.right] = faces.left
+    number = np.full((count, n), -1)
+    own = np.setdiff1d(np.arange(n), np.concatenate([faces.right, faces.axis]))
+    for j in range(count):
+        number[j, own] = j * len(own) + np.arange(len(own))
+        number[j, faces.axis] = count * len(own) + np.arange(len(faces.axis))
+    for j in range(count):
+        number[j, faces.right] = number[(j + 1) % count, shared[faces.right]]
+    size = number.max() + 1
+    stiffness = mass = 0
+    turns = [np.linalg.matrix_power(faces.turn, j) for j in range(count)]
+    for rows, turn in zip(number, turns, strict=True):
+        place = coo_matrix((np.ones(n), (np.arange(n), rows)), (n, size))
+        here = kron(place, turn.T).tocsr()  # displacements of the sector in its own axes
+        stiffness, mass = stiffness + here.T @ full.stiffness @ here, mass + here.T @ full.mass @ here
+
+    def expanded(shape, phase):
+        found = np.zeros((size, 3), complex)
+        for j, (rows, turn) in enumerate(zip(number, turns, strict=True)):
+            found[rows] = np.exp(1j * j * phase) * shape.reshape(-1, 3) @ turn.T
+        return found.ravel()
+
+    held = (3 * number[:, full.fixed[::3] // 3][..., None] + np.arange(3)).ravel()
+    return stiffness.tocsc(), mass.tocsc(), np.unique(held), expanded
