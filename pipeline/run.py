@@ -18,7 +18,7 @@ from pipeline.report.published_page import PAGE, results_fingerprint, retire_pag
 from pipeline.results.outputs import LISTED, curve_summary, write_results, write_summary
 from pipeline.results.point_reader import TABLE_HASH
 from pipeline.results.provenance import provenance
-from pipeline.results.publishing import PicturesMissing
+from pipeline.results.publishing import PicturesMissing, remove_outdated
 from pipeline.results.statistics import statistics
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.plausibility import plausibility_warnings
@@ -217,12 +217,14 @@ def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:
 
 
 def _retire_studies(run: Run, models: Models, outcome: RunOutcome) -> None:
-    """Remove results of studies about other curves; nothing is imported where there are none."""
+    """Remove results and figures of studies about other curves; nothing is imported where there are none."""
     if any((run.request.out / f"{name}.json").is_file() for name in STUDIES):
+        from pipeline.figures.study_figures import figure_file
         from pipeline.studies.study import StudyContext
         from pipeline.studies.study_stage import remove_outdated_studies
 
-        remove_outdated_studies(StudyContext(run, models, outcome))
+        patterns = [f"{figure_file(name)}.*" for name in remove_outdated_studies(StudyContext(run, models, outcome))]
+        remove_outdated(run.request.out / "figures", patterns, [])
 
 
 def _study(run: Run, models: Models, outcome: RunOutcome) -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.results.publishing import Attempts, PicturesMissing, published, remove_outdated
-from pipeline.scene.schema import STUDIES
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.stage_names import Stage
 from pipeline.store.fingerprints import fingerprint
@@ -65,7 +64,7 @@ def study_figures(run: Run, studies: Mapping[str, StudyOutcome], title: str, for
         draw = figure_of(name)
         if draw is not None:
             files += attempts.result(figure_file(name), partial(_published, run, study, draw, title, formats)) or []
-    remove_outdated(folder, [f"{figure_file(name)}.*" for name in STUDIES], files)
+    remove_outdated(folder, [f"{figure_file(name)}.*" for name in studies], files)
     if attempts.problems:
         raise PicturesMissing(files, attempts.problems)
     return files

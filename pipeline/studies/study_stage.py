@@ -78,12 +78,21 @@ def studied(context: StudyContext, study: Study) -> StudyOutcome:
     return StudyOutcome(study.name, key, result, tuple(study.lines(result)), name, round(entry.seconds, 4))
 
 
-def remove_outdated_studies(context: StudyContext) -> None:
-    """Remove results of studies in the output folder that are about another curve than the first of the scene."""
+def remove_outdated_studies(context: StudyContext) -> list[str]:
+    """Remove results of studies in the output folder that are about another curve than the first of the scene.
+
+    Returns
+    -------
+    list of str
+        Names of the studies.
+    """
+    removed = []
     for name in STUDIES:
         file = context.run.request.out / f"{name}.json"
         if file.is_file() and _curve_of(file) != context.base_key:
             file.unlink(missing_ok=True)
+            removed.append(name)
+    return removed
 
 
 def _curve_of(file: Path) -> Any:
