@@ -74,6 +74,16 @@ def pictures() -> dict[str, Picture]:
             _of_run("dummy", "figures/nodal_diameters.png"),
         ),
         Picture(
+            "backbone",
+            (DUMMY, STYLE, "pipeline/figures/backbone_figure.py", "pipeline/figures/backbone_lines.py"),
+            _of_straight_shrouds("backbone"),
+        ),
+        Picture(
+            "backbone_response",
+            (DUMMY, *CURVES, "pipeline/figures/backbone_lines.py"),
+            _of_straight_shrouds("response"),
+        ),
+        Picture(
             "check_of_a_motion",
             (DUMMY, STYLE, "pipeline/check/envelope_figure.py", "pipeline/check/answer.py"),
             _check,
@@ -130,6 +140,26 @@ def _of_run(scene: str, name: str) -> Maker:
     def make(path: Path) -> bool:
         _shroud("run", f"scenes/{scene}.toml", "--out", OUT / scene, "--quiet")
         shutil.copyfile(OUT / scene / name, path)
+        return True
+
+    return make
+
+
+def _of_straight_shrouds(figure: str) -> Maker:
+    """A figure of the default blade with straight shroud sides, with its nonlinear modes."""
+
+    def make(path: Path) -> bool:
+        from pipeline import run_scene
+
+        scene = tomllib.loads((ROOT / DUMMY).read_text(encoding="utf-8"))
+        scene["title"] = "Dummy blade, shroud angle 180°"
+        scene["shroud"]["angle"] = 180.0
+        scene["response"] |= {"harmonics": 5, "truncation": False, "time_integration": False}
+        scene["sweep"] = {"contact.interference": [-50e-6, 0.0, 5e-6]}
+        scene["backbone"] = {}
+        del scene["render"]
+        run_scene(scene, OUT / "backbone")
+        shutil.copyfile(OUT / "backbone" / "figures" / f"{figure}.png", path)
         return True
 
     return make
