@@ -39,17 +39,19 @@ def backbone_figure(result: BackboneResult, title: str) -> Figure:
     force of the curve. The three columns share the amplitude: one motion lies at one height.
     """
     numbers = mode_numbers(result)
+    if not numbers:
+        return _empty(title)
     size = (10.6, 0.9 + 3.4 * len(numbers))
     figure, places = subplots(len(numbers), 3, size=size, sharey="row", squeeze=False)
     colours = curve_colours(result.curves)
     shown = [mode for curve in result.curves for mode in curve.modes if len(mode.amplitude_m)]
-    factor, unit = scale(np.concatenate([mode.amplitude_m for mode in shown] or [np.ones(1)]), "m")
+    factor, unit = scale(np.concatenate([mode.amplitude_m for mode in shown]), "m")
     for row, (number, diameter) in zip(places, numbers, strict=True):
         of_row = [
             (curve, mode)
             for curve in result.curves
             for mode in curve.modes
-            if own_number(curve, mode) == (number, diameter)
+            if own_number(curve, mode) == (number, diameter) and len(mode.amplitude_m)
         ]
         for axes, (label, name) in zip(row, COLUMNS, strict=True):
             _draw_column(axes, of_row, name, colours, factor)
@@ -59,6 +61,15 @@ def backbone_figure(result: BackboneResult, title: str) -> Figure:
         _scale_axes(row, of_row, factor)
         row[0].set_ylabel(f"{mode_name(number, diameter)}: amplitude [{unit}]")
     _legend(figure, places[0], result.curves)
+    write_heading(figure, title)
+    return figure
+
+
+def _empty(title: str) -> Figure:
+    """A figure that says that there is no mode."""
+    figure, axes = subplots(size=(6.0, 2.0))
+    axes.axis("off")
+    axes.text(0.5, 0.5, "no nonlinear mode could be computed", ha="center", va="center")
     write_heading(figure, title)
     return figure
 
@@ -102,11 +113,11 @@ def _draw_peaks(row: Sequence[Axes], modes: Row, colours: dict[int, Any], factor
 
 def _scale_axes(row: Sequence[Axes], modes: Row, factor: float) -> None:
     """Amplitude and force on logarithmic axes, and the damping ratio where it varies by more than ten."""
-    values = np.concatenate([mode.damping_ratio for _, mode in modes] or [np.empty(0)])
+    values = np.concatenate([mode.damping_ratio for _, mode in modes])
     values = values[values > 0.0]
     row[0].set_yscale("log")
     plain_log_labels(row[0].yaxis)
-    _log_axis(row[2], np.concatenate([mode.force_n for _, mode in modes] or [np.ones(1)]))
+    _log_axis(row[2], np.concatenate([mode.force_n for _, mode in modes]))
     if values.size and values.max() > 10.0 * values.min():
         _log_axis(row[1], values)
 

@@ -31,8 +31,8 @@ def broken(mode: ModeBackbone, values: np.ndarray) -> np.ndarray:
 
 
 def mode_numbers(result: BackboneResult) -> list[tuple[int, int]]:
-    """Number and nodal diameter of every mode, in their order; the diameter is -1 where it is the engine order."""
-    found = [own_number(curve, mode) for curve in result.curves for mode in curve.modes]
+    """Number and nodal diameter of every mode with points, in their order; -1 stands for the engine order."""
+    found = [own_number(curve, mode) for curve in result.curves for mode in curve.modes if len(mode.amplitude_m)]
     return list(dict.fromkeys(found))
 
 

@@ -176,7 +176,8 @@ def _draw_backbones(axes: Axes, backbones: BackboneResult, members: set[int], fa
     mark: str | None = "its resonance"
     for curve in backbones.curves:
         for mode in curve.modes if curve.curve in members else ():
-            if mode.nodal_diameter != curve.engine_order or not len(mode.amplitude_m):
+            other = mode.nodal_diameter != curve.engine_order and not mode.resonances
+            if other or not len(mode.amplitude_m):
                 continue
             heights = broken(mode, mode.amplitude_m) * factor
             axes.plot(broken(mode, mode.frequency_hz), heights, linewidth=0.9, label=line, **look)

@@ -1,6 +1,7 @@
 """The study `backbone` in a run: resonances beside the peaks, files, figures, what is said, what is refused."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 from pipeline_support import ground_scene, shroud, to_toml, write_ground_model
 
 from pipeline import run_scene
+from pipeline.figures.backbone_figure import backbone_figure
 from pipeline.report.backbone import backbone_section
 from pipeline.results.results import Results
 from pipeline.studies.backbone.backbone_result import BackboneResult
@@ -74,6 +76,19 @@ def test_a_second_run_computes_nothing_and_draws_the_same(done: tuple[Path, Resu
     del bare["backbone"]
     run_scene(bare, out, rom=folder / "ground.h5")
     assert (out / "figures" / "response.png").read_bytes() != picture  # the modes are drawn into it
+
+
+def test_a_figure_without_any_mode(result: BackboneResult) -> None:
+    none = np.empty(0)
+    empty = dict.fromkeys(("frequency_hz", "damping_ratio", "amplitude_m", "force_n", "piece"), none)
+    curve = result.curves[0]
+    missing = replace(curve.modes[0], **empty, resonances=(), complete=False, message="no motion of mode 1")
+    one = replace(result, curves=(replace(curve, modes=(missing, curve.modes[1])),))
+    none_at_all = replace(result, curves=(replace(curve, modes=(missing,)),))
+    assert len(backbone_figure(result, "title").axes) == 6
+    assert len(backbone_figure(one, "title").axes) == 3
+    assert "no nonlinear mode" in backbone_figure(none_at_all, "title").axes[0].texts[0].get_text()
+    assert any("no motion of mode 1" in line for line in backbone_section(one).conclusion)
 
 
 def test_the_report_tells_every_resonance(result: BackboneResult) -> None:

@@ -84,7 +84,8 @@ def curve_backbones(number: int, result: CurveResult, file: Path, rom: Path, sec
         problem = _Problem(curve, modal, contact, excitation, replace(options, harmonics=curve.harmonics))
         limits = section.amplitudes or _amplitudes(curve)
         asked = section.nodal_diameters or (excitation.engine_order,)
-        computed = [_mode(problem, k, nd, limits) for nd in asked for k in section.modes]
+        own_wave = [nd for nd in asked if problem.same_wave(nd)][:1]  # further ones are the same on the ring
+        computed = [_mode(problem, k, nd, limits, nd in own_wave) for nd in asked for k in section.modes]
         excited = [(place, found.mode) for place, found in enumerate(computed) if found.mode and found.excited]
         own = [(computed[place].backbone.number, mode) for place, mode in excited]
         pairs, missed = compare_with_peaks([mode for _, mode in excited], curve, modal, excitation)
@@ -129,7 +130,9 @@ def _amplitudes(curve: ResponseCurve) -> tuple[float, float]:
     return BELOW * min(tops), ABOVE * max(tops)
 
 
-def _mode(problem: _Problem, number: int, nodal_diameter: int, limits: tuple[float, float]) -> _Computed:
+def _mode(
+    problem: _Problem, number: int, nodal_diameter: int, limits: tuple[float, float], excited: bool
+) -> _Computed:
     """One mode; where it cannot be computed its message says why."""
     from nonlinear import OptionsError, harmonic_shares, nonlinear_mode
 
@@ -156,7 +159,6 @@ def _mode(problem: _Problem, number: int, nodal_diameter: int, limits: tuple[flo
         resonances=(),
         seconds=0.0,
     )
-    excited = problem.same_wave(nodal_diameter)
     try:
         mode = nonlinear_mode(problem.modal, problem.contact, nodal_diameter, limits, problem.options, number=number)
     except (ArithmeticError, OptionsError) as error:
