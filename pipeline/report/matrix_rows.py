@@ -34,7 +34,7 @@ def model_rows(model: BuiltModel) -> list[tuple[str, str]]:
     modes = "of the superelement" if facts["modes"] is None else str(facts["modes"])
     return [
         ("degrees of freedom", str(facts["dofs"])),
-        *(("found in the files", line) for line in facts["notes"]),
+        *(("found in the files", line) for line in facts.get("notes", ())),
         ("reduced degrees of freedom", str(facts["reduced_dofs"])),
         ("fixed-interface modes", modes),
     ]

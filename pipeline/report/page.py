@@ -233,8 +233,9 @@ def _facts(source: ReportSource, model: BuiltModel | None) -> list[tuple[str, li
     outputs = [("Largest values of the outputs", recorded)] if recorded else []
     if model.mesh is None:
         reduced = read_reduced_model(model.rom, with_basis=False)
+        matrices = [] if source.first.model is None else [("Matrices", over_sweep(source, matrix_rows))]
         return [
-            ("Matrices", over_sweep(source, matrix_rows)),
+            *matrices,
             ("Reduced model", model_rows(model)),
             ("Contact and load", over_sweep(source, lambda scene: nodal_contact_rows(reduced, scene))),
             *outputs,

@@ -72,6 +72,15 @@ def test_contact_against_ground_with_values_node_by_node(tmp_path: Path) -> None
     np.testing.assert_allclose(model["stuck_hz"]["0"], stuck, rtol=1e-10)
 
 
+def test_a_given_model_has_a_report(tmp_path: Path) -> None:
+    scene, rom = write_scene(tmp_path / "s.toml", ground_scene()), write_ground_model(tmp_path / "g.h5")
+    run = run_scene(scene, tmp_path / "out", rom=rom, until="report", quiet=True)
+    assert run.summary["problems"] == []
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Reduced model" in page
+    assert "pairs of nodes" in page
+
+
 def test_the_model_travels_with_the_results(tmp_path: Path) -> None:
     rom = write_ground_model(tmp_path / "ground.h5")
     assert respond(tmp_path, ground_scene(), rom) == (0, "")
