@@ -13,6 +13,7 @@ from nonlinear import (
     Excitation,
     OptionsError,
     SolverOptions,
+    TerminationReason,
     find_joint_optimum,
     find_optimum,
     forced_response,
@@ -118,6 +119,21 @@ def test_bad_ranges_are_refused_in_one_line() -> None:
         performance_curve((loaded, contact, excitation, options), "preload", 1.0, 2.0)
     with pytest.raises(OptionsError, match=r"preload: 1\.2, allowed for a performance curve over interference: 0"):
         performance_curve(problem, "interference", 1.0, 2.0)
+
+
+def test_responses_without_a_start_are_told_in_one_line() -> None:
+    """The solver finds no start anywhere."""
+
+    def empty(problems):
+        none = np.zeros(0)
+        reason = TerminationReason("start failed", 0.1, "no start at 0.1 Hz: singular")
+        gone = {"frequency_hz": none, "amplitude_m": none, "peaks": (), "worst": None, "termination": reason}
+        return [replace(forced_response(*problem), **gone) for problem in problems]
+
+    with pytest.raises(ArithmeticError, match=r"no peak to follow over preload from 1 to 3: no start at 0\.1 Hz"):
+        find_optimum(slider(), "preload", 1.0, 3.0, solver=empty)
+    with pytest.raises(ArithmeticError, match=r"no motion that persists is known over preload, friction: no start"):
+        find_joint_optimum(slider(), {"preload": (1.0, 3.0), "friction": (0.5, 1.0)}, solver=empty)
 
 
 def test_one_performance_curve_serves_every_force() -> None:
