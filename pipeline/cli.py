@@ -224,7 +224,7 @@ def check(
     epilog=examples(
         "shroud optimise my.toml --over contact.interference",
         "shroud optimise my.toml --over contact.interference=-2e-5:2e-5",
-        "shroud optimise my.toml --over shroud.angle=60:90 --over contact.friction",
+        "shroud optimise my.toml --over shroud.angle=60:90 --over contact.preload",
     )
 )
 def optimise(
