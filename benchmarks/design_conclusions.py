@@ -61,10 +61,10 @@ class Blade:
 
 
 _DUMMY, _FIGURE5 = (ROOT / "scenes" / f"{name}.toml" for name in ("dummy", "figure5"))
-_SWEPT = tuple(value * UM for value in (-20.0, -10.0, -5.0, 0.0, 5.0, 10.0, 20.0, 60.0))
+_SWEPT = tuple(value * UM for value in (-5.0, -2.0, 0.0, 2.0, 5.0, 10.0, 20.0, 60.0))
 BLADES = {
-    "default": Blade("default blade, 70°, EO 36", _DUMMY, {}, _SWEPT),
-    "straight": Blade("default blade, 180°, EO 36", _DUMMY, {"shroud.angle": 180.0}, _SWEPT),
+    "default": Blade("default blade, 70°, EO 36", _DUMMY, {"response.harmonics": 3}, _SWEPT),
+    "straight": Blade("default blade, 180°, EO 36", _DUMMY, {"response.harmonics": 3, "shroud.angle": 180.0}, _SWEPT),
     "figure5": Blade(
         "blade of figure 5, 70°, EO 60",
         _FIGURE5,

@@ -243,9 +243,9 @@ def report(row: dict[str, Any], found: Optimum, swept: list[SweptValue], scene: 
         "responses."
     )
     harmonics = sorted({each.harmonics for each in swept})
-    said = f"{harmonics[0]} to {harmonics[-1]}" if len(harmonics) > 1 else f"{harmonics[0]}"
+    said = " to ".join(f"{number}" for number in dict.fromkeys((harmonics[0], harmonics[-1])))
     head = f"{machine_line()}, one process, one thread. {scene}, {found.name} from {found.low:g} to {found.high:g}; "
-    head += f"{said} harmonics in the sweep, {found.harmonics} in the optimum."
+    head += f"number of harmonics: {said} in the sweep, {found.harmonics} in the optimum."
     table = markdown_table(("what", "optimum", "sweep"), lines)
     return (
         f"# Optimum\n\n{head}\n\n{table}\n\n{deviation}\n\nWhere it deviates most:\n\n{worst_places(found, swept)}\n"

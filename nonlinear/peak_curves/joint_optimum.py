@@ -53,6 +53,15 @@ class ActivePeak:
         gradient vanishes, but for parameters at an end of their range.
     gradient : mapping of str to float
         Derivatives of the amplitude with respect to the parameters, m per unit.
+
+    Examples
+    --------
+    Two peaks that exchange: one falls with the friction coefficient, the other one rises three times as fast.
+
+    >>> from nonlinear import ActivePeak
+    >>> peaks = ActivePeak(1e-5, 240.0, 0.75, {"friction": -1e-5}), ActivePeak(1e-5, 410.0, 0.25, {"friction": 3e-5})
+    >>> bool(abs(sum(peak.multiplier * peak.gradient["friction"] for peak in peaks)) < 1e-18)
+    True
     """
 
     amplitude_m: float
@@ -95,6 +104,16 @@ class JointOptimum:
         One line that says what was found.
     remarks : tuple of str
         What was searched and what was left open.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`: a limit mu N0 of the slider that friction and preload share.
+
+    >>> from nonlinear import find_joint_optimum
+    >>> ranges = {"friction": (0.2, 0.6), "preload": (1.0, 4.0)}
+    >>> optimum = find_joint_optimum((modal, contact, excitation, options), ranges)
+    >>> round(optimum.values["friction"] * optimum.values["preload"], 3), round(optimum.amplitude_m, 3)
+    (1.53, 1.014)
     """
 
     values: Mapping[str, float]

@@ -38,14 +38,22 @@ class PeakCurve:
     frequency_hz : (P,) float
         Its frequency, Hz.
     stable : (P,) bool
-        Whether the motion persists, against perturbations of every nodal diameter that the options look at. Of peaks
-        far below the highest the stability is not computed: False, with `growth_rate` NaN.
+        Whether the motion persists, against perturbations of every nodal diameter that the options look at.
     growth_rate : (P,) float
-        Largest real part of the Floquet exponents, 1/s; NaN where not computed.
+        Largest real part of the Floquet exponents, 1/s; NaN without exponents.
     slope : (P,) float
         Derivative of the amplitude with respect to the parameter, m per unit.
     origin : str
         Branch of the response that the peak was found on.
+
+    Examples
+    --------
+    >>> from nonlinear import PeakCurve
+    >>> value, amplitude = np.array([1.0, 2.0]), np.array([0.8, 0.7])
+    >>> stable, rate = np.array([True, True]), np.array([-0.1, -0.1])
+    >>> curve = PeakCurve(value, amplitude, amplitude + 40.0, stable, rate, rate, "main branch")
+    >>> float(curve.amplitude_m[curve.stable].min())
+    0.7
     """
 
     value: Array
@@ -86,6 +94,15 @@ class SolvedResponse:
         Why the response was solved at this value: "first", "between", "search", "refinement", "optimum".
     unresolved : str
         What the search for the worst motion left open; "" where nothing.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from nonlinear import find_optimum
+    >>> optimum = find_optimum((modal, contact, excitation, options), "preload", 2.0, 4.0)
+    >>> [response.motion for response in optimum.responses if response.reason == "first"]
+    ['periodic', 'periodic', 'periodic']
     """
 
     value: float
@@ -123,6 +140,14 @@ class WorstEnvelope:
     error : float
         Largest relative interpolation error seen where the envelope rests on single responses; 0 where it does so
         nowhere.
+
+    Examples
+    --------
+    >>> from nonlinear import WorstEnvelope
+    >>> said = [np.array([word] * 3) for word in ("followed", "periodic", "main branch")]
+    >>> envelope = WorstEnvelope(np.arange(3.0), np.array([2.0, 1.0, 1.5]), np.full(3, 40.0), *said, error=0.0)
+    >>> envelope.at(np.array([0.5, 3.0])).tolist()
+    [1.5, nan]
     """
 
     value: Array

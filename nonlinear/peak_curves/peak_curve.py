@@ -36,7 +36,7 @@ DIFFERENCE = 1e-5  # of alpha and of s, for the slopes of g
 TOLERANCE = 1e-10  # of g: the relative change of amplitude over unit arc length
 ITERATIONS = 12
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.02, 0.15, 1e-4  # in (alpha, beta)
-MOST_POINTS = 300
+MOST_POINTS, MOST_FOLDS = 300, 12
 NEAR_END = 1e-3  # of the share
 _FEW, _MANY = 6, 10
 AT_FOLD, FOLD_ITERATIONS = 3e-3, 12  # part of the unit tangent along the parameter that counts as none
@@ -144,11 +144,12 @@ class PeakContinuation:
     def points(self, start: PeakPoint, direction: float) -> Iterator[PeakPoint]:
         """Peaks after `start`, at first with growing (`direction` +1) or falling (-1) parameter.
 
-        It ends beyond the range of the parameter or of the frequency, and where no next peak is found.
+        It ends beyond the range of the parameter or of the frequency, where no next peak is found, and after
+        `MOST_FOLDS` folds.
         """
         if start.tangent[1] * direction < 0.0:
             start = replace(start, tangent=(-start.tangent[0], -start.tangent[1]))
-        peak, step = start, FIRST_STEP
+        peak, step, folds = start, FIRST_STEP, 0
         low, high = self.family.problem[3].omega_range
         for _ in range(MOST_POINTS):
             found = None
@@ -161,10 +162,11 @@ class PeakContinuation:
                         return
             if found.tangent[1] * peak.tangent[1] < 0.0:
                 fold = self._fold(peak, found, step)
+                folds += 1
                 if fold is not None:
                     yield fold
             yield found
-            if not (0.0 <= found.share <= 1.0 and low <= found.point.omega <= high):
+            if folds > MOST_FOLDS or not (0.0 <= found.share <= 1.0 and low <= found.point.omega <= high):
                 return
             step = min(1.5 * step, LARGEST_STEP) if iterations <= _FEW else step
             step = 0.5 * step if iterations >= _MANY else step

@@ -20,7 +20,7 @@ from nonlinear.response_solver import forced_response
 
 SAME = 1e-3  # relative difference of the amplitudes of two peaks that count as one
 SAME_FREQUENCY = 3e-2
-LOW = 0.2  # of the highest solution of a response: lower peaks of it are not followed
+LOW = 0.3  # of the highest solution of a response: lower peaks of it are not followed
 SAME_SHARE = 1e-9  # difference of two shares that count as one
 
 Solve = Callable[[Sequence[Problem]], Sequence[ResponseCurve]]

@@ -60,8 +60,8 @@ class PerformanceCurve:
 
     >>> from nonlinear import performance_curve
     >>> curve = performance_curve((modal, contact, excitation, options), "preload", 0.5, 4.0)
-    >>> round(curve.best_value(force=2.0), 3), round(curve.amplitude_m(force=2.0, value=6.12), 3)
-    (6.12, 2.029)
+    >>> print(f"{curve.best_value(force=2.0):.3f} N, {curve.amplitude_m(force=2.0, value=6.12):.3f} m")
+    6.120 N, 2.027 m
     """
 
     name: str

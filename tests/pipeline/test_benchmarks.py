@@ -53,6 +53,12 @@ SMOKE = {  # script, its table, arguments, rows, columns that hold finite number
         6,
         ("size_mm", "dofs", "n_contacts", "local_normal", "whole_normal", "local_tangential", *HERTZ),
     ),
+    "optimum": (
+        "optimum",
+        "--values 3 --low 0.00001 --high 0.00003",
+        1,
+        ("optimum", "amplitude_m", "solved_there_m", "sure_largest", "seconds", "sweep_seconds", "ratio"),
+    ),
     "peers_linear": ("linear", "--sizes 12", None, ("mm", "dofs", "seconds", "times slower", "off")),
     "truncation": (
         "truncation",
@@ -86,6 +92,11 @@ def test_the_smallest_case(benchmark: Any, tmp_path: Path, name: str) -> None:
         assert all(math.isfinite(float(row[column])) for column in columns)
     if name == "peers_linear":  # the programs agree
         assert all(float(row["off"]) < 1e-6 for row in rows)
+    if name == "optimum":  # the envelope is the worst motion of the sweep, and its lowest value no higher
+        (row,) = rows
+        assert float(row["sure_largest"]) < 0.01
+        assert float(row["amplitude_m"]) == pytest.approx(float(row["solved_there_m"]), rel=1e-3)
+        assert float(row["amplitude_m"]) <= 1.001 * float(row["lowest_amplitude_m"])
     if name == "mesh_error compliance":
         for row in rows:
             assert 0.0 < float(row["local_normal"]) < float(row["whole_normal"])
@@ -195,6 +206,23 @@ def test_a_power_law_is_fitted_over_the_larger_half_and_says_where_a_limit_is_re
     by_harmonics = [{"contact nodes": 9, "harmonics": h, "ms a point": 6.0 * h} for h in (1, 10)]
     reached = [line[5] for line in scaling.limits(by_nodes, by_harmonics, tmp_path)]
     assert reached == ["600 contact nodes", "240 contact nodes", "100 contact nodes", "100 harmonics"]
+
+
+def test_conclusions_of_a_designer(benchmark: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The optimum is no worse than the best of the values swept, and both persist as high as the full search says."""
+    conclusions = benchmark("design_conclusions")
+    scene = write_scene(tmp_path / "small.toml", small_scene())
+    blade = conclusions.Blade("small", scene, {}, (1e-5, 2e-5, 3e-5))
+    monkeypatch.setattr(conclusions, "BLADES", {"small": blade})
+    monkeypatch.setattr(conclusions, "PAGE", tmp_path / "page.md")
+    conclusions.PAGE.write_text("# Page\n\n<!-- bench: design_conclusions -->\n<!-- end -->\n")
+    out = tmp_path / "bench" / "conclusions"
+    assert not conclusions.main(["--docs", "--out", str(out)])
+    sweep, optimum = conclusions.read_rows(out / "design_conclusions.csv")
+    assert sweep["interference_m"] in blade.swept
+    assert optimum["persists_m"] == pytest.approx(optimum["promised_m"], rel=1e-3)
+    assert optimum["persists_m"] <= 1.001 * sweep["persists_m"]
+    assert conclusions.table([sweep, optimum]) in conclusions.PAGE.read_text()
 
 
 def test_a_block_of_the_document_is_replaced_and_the_rest_stays(benchmark: Any) -> None:
