@@ -114,7 +114,7 @@ def _judged(follower: PeakContinuation, stability: PeakStability, piece: PeakPie
     for before, after in pairwise(piece.points):
         points += [*_between(follower, before, after, piece.origin), after]
     judged = [stability.judged(point) for point in points]
-    return PeakPiece(tuple(stability.with_changes(judged)), piece.origin)
+    return PeakPiece(tuple(_ascending(stability.with_changes(judged))), piece.origin)
 
 
 def _between(follower: PeakContinuation, before: PeakPoint, after: PeakPoint, origin: str) -> list[PeakPoint]:
@@ -167,5 +167,14 @@ def pieces(points: Sequence[PeakPoint], origin: str) -> list[PeakPiece]:
 def _piece(points: list[PeakPoint], origin: str) -> list[PeakPiece]:
     if len(points) < 2:
         return []
-    ordered = points if points[-1].share > points[0].share else points[::-1]
-    return [PeakPiece(tuple(ordered), origin)]
+    ordered = _ascending(points if points[-1].share > points[0].share else points[::-1])
+    return [PeakPiece(tuple(ordered), origin)] if len(ordered) > 1 else []
+
+
+def _ascending(points: Sequence[PeakPoint]) -> list[PeakPoint]:
+    """The points without those whose parameter does not exceed that of the one before, which no cubic can take."""
+    found = list(points[:1])
+    for point in points[1:]:
+        if point.share > found[-1].share:
+            found.append(point)
+    return found
