@@ -85,7 +85,7 @@ def _passing(continuation: ModeContinuation, state: MotionState, force: ComplexA
         lost = omega * (damping @ np.abs(q) ** 2)
         if not structure_only:
             lost = 2.0 * point.state.damping * omega**2 * np.exp(2.0 * point.state.level)
-        return float(np.log(max(lost, 1e-300) / abs(np.vdot(q, force))))
+        return float(np.log(max(lost, 1e-300)) - np.log(max(abs(np.vdot(q, force)), 1e-300)))
 
     points = [start]
     for count, point in enumerate(continuation.points(start)):
