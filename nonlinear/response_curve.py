@@ -49,7 +49,9 @@ class ResponseCurve:
         of real exponents is positive, between two folds.
     growth_rate : (P,) float
         Largest real part of the Floquet exponents over all perturbations looked at, 1/s; on linear segments that of
-        the poles of the ring with its contact springs. NaN without exponents.
+        the poles of the ring with its contact springs. NaN without exponents. Between points where they are computed
+        rates of decay are interpolated, and where the wave itself is unstable those of other nodal diameters, to
+        some 20 %.
     growth_nodal_diameter : (P,) int
         k of that perturbation: its phase shift from blade to blade is 2 pi k / N_b beside that of the wave,
         0 <= k <= N_b / 2 (-k has the complex conjugate exponents); -1 where not known.

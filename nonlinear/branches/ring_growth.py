@@ -1,7 +1,8 @@
 """The least stable nodal diameter at the points of a branch, and where perturbations of one begin to grow.
 
 All nodal diameters are looked at in some points of a branch. Between two of them the leading exponent is followed to
-the middle; where the exponents are not alike, more points are looked at, else the exponent is interpolated.
+the middle; where the exponents are not alike, more points are looked at, else the exponent is interpolated. Where the
+wave itself is unstable, exponents of other nodal diameters change no flag: there the points looked at suffice.
 """
 
 from dataclasses import replace
@@ -20,6 +21,7 @@ AMPLIFIED = 0.98  # share of the least decay without contact; what decays slower
 SIMILAR_DECAY = 0.2  # relative difference of two rates of decay between which one is interpolated
 SIMILAR_GROWTH = 0.05  # the same of an interpolated rate of growth
 SIMILAR_FREQUENCY = 0.05  # difference of Im lambda, in units of omega, of two exponents of one family
+UNSTABLE_WAVE = 1e-3  # growth of the wave, in units of omega, beside which other nodal diameters change no flag
 MAX_LOCATIONS = 4  # nodal diameters that may take over from each other where the motion becomes unstable
 
 
@@ -61,7 +63,7 @@ def _fill(
     if last - first < 2:
         return
     one, other, middle = found[first], found[last], (first + last) // 2
-    if one is not None and other is not None and all(point.unstable for point in points[first : last + 1]):
+    if one is not None and other is not None and _changes_no_flag(points[first : last + 1], one, other):
         for index in range(first + 1, last):
             found[index] = _between(points, (first, index, last), one, other)
         return
@@ -102,6 +104,23 @@ def _fill_alike(
         if growing and (followed is None or not followed.grows(point.omega)):
             followed = stability.worst_pattern(point)
         found[index] = followed
+
+
+def _changes_no_flag(points: list[SolutionPoint], one: PatternExponent, other: PatternExponent) -> bool:
+    """Whether the wave itself is unstable at all of these points, and an interpolated exponent suffices.
+
+    It does where the rates of the first and the last point are nearly the same, or no larger than those of the wave.
+    """
+    if any(not point.unstable for point in points):
+        return False
+    own = []
+    for point in points:
+        assert point.exponents is not None
+        own.append(float(point.exponents[0].real))
+    if any(rate < UNSTABLE_WAVE * point.omega for rate, point in zip(own, points, strict=True)):
+        return False
+    follows_wave = one.exponent.real <= own[0] and other.exponent.real <= own[-1]
+    return follows_wave or _same_rate(one.exponent.real, other.exponent.real, SIMILAR_DECAY)
 
 
 def _alike(before: SolutionPoint, after: SolutionPoint, one: PatternExponent, other: PatternExponent) -> bool:

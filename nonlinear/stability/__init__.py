@@ -14,6 +14,7 @@ All formulas stand on one page, docs/stability_algebra.md, in the notation of th
     pattern_scan          approximate exponents of all nodal diameters, in few modes
     reduced_modes         the lowest modes and residual modes
     reduced_problem       the eigenvalue problem in few modes
+    face_contact          the contact in modal coordinates of both faces, for all phase shifts at once
     modal_contact         the contact Jacobian in modal coordinates, its memory as a matrix of low rank
     reduced_refinement    one exponent in few modes, corrected for the others
     reduced_wave          the exponents of the wave in few modes

@@ -9,7 +9,7 @@ from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
 from nonlinear.stability import reduced_refinement
-from nonlinear.stability.face_contact import FaceJacobian
+from nonlinear.stability.face_contact import FaceJacobian, face_contact
 from nonlinear.stability.floquet import (
     SLICE_WIDTH,
     WIDE_SLICE,
@@ -83,6 +83,21 @@ def test_contact_of_both_faces_gives_that_of_every_kappa(law):
     for kappa in (0.4, -2.0):
         direct = reduced.projected(reduced.in_harmonics(values), reduced.relative(reduced.modal, kappa))
         assert faces.at(kappa) == pytest.approx(direct, abs=1e-12 * np.abs(direct).max())
+
+
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
+@pytest.mark.parametrize("sigma", [0.0, 0.02 + 0.3j])
+def test_contact_in_modes_with_its_memory(law, sigma):
+    """K(sigma) and dK/dsigma of both faces, low rank where it is, against the whole Jacobian of one kappa."""
+    analysis, point, _ = case(law)
+    reduced, kappa = analysis.few_modes.at(OMEGA), 1.1
+    relative = reduced.relative(reduced.modal, kappa)
+    value, derivative = (reduced.projected(reduced.in_harmonics(part), relative) for part in point.at(complex(sigma)))
+    matrix, memory = face_contact(reduced, point).linearised(complex(sigma), kappa)
+    assert matrix == pytest.approx(value, abs=1e-12 * np.abs(value).max())
+    product = memory[0] @ memory[1] if isinstance(memory, tuple) else memory
+    assert np.abs(derivative).max() > 1e-3 * np.abs(value).max()
+    assert product == pytest.approx(derivative, abs=1e-12 * np.abs(derivative).max())
 
 
 def test_open_contacts_leave_the_poles_of_the_blade():

@@ -8,8 +8,9 @@ from lumped import lumped_blade, oscillator
 from ring_map import RingMap
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
-from nonlinear.branches import ring_growth
+from nonlinear.branches import ring_growth, wave_growth
 from nonlinear.contact.fourier import to_real
+from nonlinear.continuation.point_stability import PointStability
 from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.stability.linear_poles import least_damped_of_ring, least_damped_pole
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
@@ -116,11 +117,21 @@ def test_a_ring_in_time_leaves_what_only_the_wave_keeps():
 
 @pytest.mark.parametrize(("order", "interference", "harmonics"), [(5, 0.3, 1), (5, -0.5, 1)])
 def test_what_is_not_looked_at_is_known_all_the_same(order, interference, harmonics, monkeypatch):
-    """A ring of 24: the points between those at which all nodal diameters are looked at, against looking at all."""
-    case = problem(24, order, interference, harmonics)
+    """A ring of 24: points whose exponents are interpolated, of the wave and of the others, against all computed."""
+    case, computed = problem(24, order, interference, harmonics), []
+    exponents = PointStability.exponents
+
+    def counted(stability, point):
+        computed.append(point)
+        return exponents(stability, point)
+
+    monkeypatch.setattr(PointStability, "exponents", counted)
     curve = forced_response(*case)
+    sampled = len(computed)
     monkeypatch.setattr(ring_growth, "STRIDE", 1)
+    monkeypatch.setattr(wave_growth, "STRIDE", 1)
     full = forced_response(*case)
+    assert sampled < 0.8 * (len(computed) - sampled)
     assert (curve.growth_nodal_diameter[~curve.stable] > 0).any()
     same = [int(np.argmin(np.abs(full.arc - arc))) for arc in curve.arc]
     both = np.abs(full.arc[same] - curve.arc) < 1e-9
@@ -128,6 +139,8 @@ def test_what_is_not_looked_at_is_known_all_the_same(order, interference, harmon
     assert (curve.stable == full.stable[same])[both].all()
     grows = both & (curve.growth_rate > 0.0)
     assert curve.growth_rate[grows] == pytest.approx(full.growth_rate[same][grows], rel=0.1, abs=1e-4)
+    decays = both & (curve.growth_rate < 0.0)
+    assert curve.growth_rate[decays] == pytest.approx(full.growth_rate[same][decays], rel=0.25)
 
 
 def test_bifurcations_name_the_nodal_diameter():
