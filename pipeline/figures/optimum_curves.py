@@ -50,11 +50,23 @@ def optimum_curves(result: OptimumResult) -> OptimumCurves | None:
     found, factor = result.search, result.per_unit
     if found is None:
         return None
-    keys = {name: key for key, name in SOLVER_KEYS.items()}
     return OptimumCurves(
-        key=keys[found.name],
+        key=next(key for key, name in SOLVER_KEYS.items() if name == found.name),
         envelope=replace(found.envelope, value=found.envelope.value * factor),
         peaks=tuple(replace(each, value=each.value * factor, slope=each.slope / factor) for each in found.curves),
         responses=tuple(replace(each, value=each.value * factor) for each in found.responses),
-        elasticities={keys[name]: size for name, size in found.elasticities.items() if size != 0.0},
+        elasticities=elasticities_of(result),
     )
+
+
+def elasticities_of(result: OptimumResult) -> dict[str, float]:
+    """Relative derivatives of the worst motion by dotted keys, in % per %, without parameters that are 0.
+
+    Parameters
+    ----------
+    result : OptimumResult
+        The optimum, over one key or several; empty where no peaks were followed.
+    """
+    found = result.search if result.search is not None else result.joint
+    keys = {name: key for key, name in SOLVER_KEYS.items()}
+    return {} if found is None else {keys[name]: size for name, size in found.elasticities.items() if size != 0.0}

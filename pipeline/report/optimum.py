@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from pipeline.figures.optimum_curves import optimum_curves
+from pipeline.figures.optimum_curves import elasticities_of
 from pipeline.report.studies import StudySection
 from pipeline.results.worst import with_unit
 from pipeline.scene.labels import quantity, value_label
@@ -86,8 +86,7 @@ def _range(key: str, edges: tuple[float, float]) -> str:
 
 def _rows(result: OptimumResult) -> list[tuple[str, ...]]:
     """The keys that were varied, then the other parameters by the size of their influence."""
-    curves = optimum_curves(result)
-    influence = {} if curves is None else dict(curves.elasticities)
+    influence = elasticities_of(result)
     rows: list[tuple[str, ...]] = []
     for key, value in result.values.items():
         own = quantity(key).value(_rounded(result.base.values[key])) if key in result.base.values else "-"

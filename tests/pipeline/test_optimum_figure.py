@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -78,6 +79,7 @@ def result(found: Optimum, factor: float = 1.0, own: float = 1.2) -> OptimumResu
         seconds=1.0,
         message="",
         search=found,
+        joint=None,
         per_unit=factor,
     )
 
@@ -149,6 +151,12 @@ def test_values_tried_are_drawn_over_every_key() -> None:
         places = [trial.values[key] for trial in tried[:4]]
         np.testing.assert_allclose(lines(panel)["values tried"].get_xydata(), np.c_[places, [1.0, 2.0, 3.0, 4.0]])
     assert optimum_figure(replace(several, trials=()), "blade") is None
+
+
+def test_derivatives_of_several_keys_are_in_the_table() -> None:
+    joint: Any = SimpleNamespace(elasticities={"preload": 0.0, "friction": 0.25})
+    rows = optimum_section(replace(result(optimum(1.0, 3.0)), search=None, joint=joint)).rows
+    assert [(row[0], row[-1]) for row in rows] == [("contact.preload", "-"), ("contact.friction", "+0.250")]
 
 
 def test_every_force_lies_on_one_performance_curve() -> None:
