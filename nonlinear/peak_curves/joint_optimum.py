@@ -368,8 +368,8 @@ def _active(box: Box, place: Array, peaks: list[PeakPoint], at_end: Mapping[str,
     """The active peaks with their multipliers and gradients."""
     if not peaks:
         return ()
-    found = [peak_derivatives(box.at(place), peak.point, box.names) for peak in peaks]
-    rows = np.array([[each.get(name, 0.0) for name in box.names] for each in found]) * (box.high - box.low)
+    found = [box.derivatives(place, peak) for peak in peaks]
+    rows = np.array([[each[name] for name in box.names] for each in found]) * (box.high - box.low)
     low = np.array([at_end[name] == "low" for name in box.names])
     high = np.array([at_end[name] == "high" for name in box.names])
     shares = multipliers(rows, low, high)

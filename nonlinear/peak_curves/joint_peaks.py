@@ -43,6 +43,14 @@ class Box:
         """The problem at a place."""
         return with_parameters(self.problem, self.names, self.values(place).tolist())
 
+    def derivatives(self, place: Array, peak: PeakPoint) -> dict[str, float]:
+        """Derivatives of a peak at a place with respect to the parameters, m per unit."""
+        found = peak_derivatives(self.at(place), peak.point, self.names)
+        factors = dict(zip(self.names, self.values(place).tolist(), strict=True))
+        # the derivative with respect to the damping is that by a factor on the damping at the place
+        units = {name: factors[name] if name == "damping" else 1.0 for name in self.names}
+        return {name: found.get(name, 0.0) / units[name] for name in self.names}
+
     def line(self, first: Array, last: Array) -> LineFamily:
         """The problems between two places."""
         ends = (tuple(float(value) for value in self.values(place)) for place in (first, last))
@@ -92,9 +100,8 @@ class CarriedPeak:
         peak = self.at(place)
         if peak is None:
             return np.zeros(place.size)
-        found = peak_derivatives(self.box.at(place), peak.point, self.box.names)
-        slopes = np.array([found.get(name, 0.0) for name in self.box.names])
-        return np.asarray(slopes * (self.box.high - self.box.low))
+        found = self.box.derivatives(place, peak)
+        return np.array([found[name] for name in self.box.names]) * (self.box.high - self.box.low)
 
     def amplitude(self, place: Array) -> float:
         """Amplitude at a place, m; 0 where the peak was lost."""

@@ -202,8 +202,9 @@ class Optimum:
     within : (float, float)
         Range of the parameter around it in which the worst motion is at most 10 % higher.
     derivatives : mapping of str to float
-        Derivatives of the amplitude with respect to the parameters of contact, load and damping, m per unit. Empty
-        where the worst motion is no followed peak.
+        Derivatives of the amplitude with respect to the parameters of contact, load and damping, m per unit; of
+        "damping" with respect to a factor on the damping at the optimum. Empty where the worst motion is no followed
+        peak.
     elasticities : mapping of str to float
         The same, relative: p / A dA/dp, in % per %.
     worst : WorstMotion or None

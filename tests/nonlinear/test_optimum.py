@@ -13,15 +13,18 @@ from nonlinear import (
     Excitation,
     OptionsError,
     SolverOptions,
+    TerminationReason,
     find_joint_optimum,
     find_optimum,
     forced_response,
     performance_curve,
 )
 from nonlinear.peak_curves.envelope_minimum import MARGIN, lowest_of
-from nonlinear.peak_curves.joint_peaks import multipliers
+from nonlinear.peak_curves.joint_peaks import Box, CarriedPeak, multipliers
+from nonlinear.peak_curves.parameter_family import ParameterFamily
 from nonlinear.peak_curves.peak_branch import PeakPiece
 from nonlinear.peak_curves.peak_curve import PeakPoint
+from nonlinear.peak_curves.peak_search import PeakSearch
 from nonlinear.peak_curves.worst_envelope import EnvelopeOfPeaks
 from rom import modal_model
 
@@ -118,6 +121,21 @@ def test_bad_ranges_are_refused_in_one_line() -> None:
         performance_curve(problem, "interference", 1.0, 2.0)
 
 
+def test_responses_without_a_start_are_told_in_one_line() -> None:
+    """The solver finds no start anywhere."""
+
+    def empty(problems):
+        none = np.zeros(0)
+        reason = TerminationReason("start failed", 0.1, "no start at 0.1 Hz: singular")
+        gone = {"frequency_hz": none, "amplitude_m": none, "peaks": (), "worst": None, "termination": reason}
+        return [replace(forced_response(*problem), **gone) for problem in problems]
+
+    with pytest.raises(ArithmeticError, match=r"no peak to follow over preload from 1 to 3: no start at 0\.1 Hz"):
+        find_optimum(slider(), "preload", 1.0, 3.0, solver=empty)
+    with pytest.raises(ArithmeticError, match=r"no motion that persists is known over preload, friction: no start"):
+        find_joint_optimum(slider(), {"preload": (1.0, 3.0), "friction": (0.5, 1.0)}, solver=empty)
+
+
 def test_one_performance_curve_serves_every_force() -> None:
     """X / P = r^2 / (r - pi/4) over r = N0 / P, from two forces; and responses at a third one."""
     modal, contact, excitation, options = slider()
@@ -166,6 +184,23 @@ def test_joint_optimum_in_closed_form() -> None:
     assert found.elasticities["tangential_stiffness"] == pytest.approx(-1.0, rel=1e-7)
     assert min(height for _, height in found.path) >= found.amplitude_m * (1.0 - 1e-9)
     assert [peak.multiplier for peak in found.peaks] == [1.0]
+
+
+def test_gradient_of_a_carried_peak_against_differences() -> None:
+    """Stiffness, preload and damping, away from the place where the peak was found."""
+    _, contact, excitation, options = slider()
+    problem = modal_model(oscillator(), damping_ratio=0.02), contact, excitation, options
+    names = "tangential_stiffness", "preload", "damping"
+    box = Box(problem, names, np.array([0.5, 1.0, 0.5]), np.array([2.0, 3.0, 3.0]))
+    found = PeakSearch(ParameterFamily(box.at(np.full(3, 0.3)), "force", 0.9, 1.1), lambda line: None)
+    found.solve([0.5], "first")
+    start = found.follower.moved(found.pieces[0].nearest(0.5), 0.5)
+    peak = CarriedPeak(box, "main branch", [(np.full(3, 0.3), start)])
+    place = np.array([0.5, 0.4, 0.7])
+    gradient, step = peak.gradient(place), 1e-4
+    for k, unit in enumerate(np.eye(3)):
+        above, below = (peak.amplitude(place + side * step * unit) for side in (1.0, -1.0))
+        assert gradient[k] == pytest.approx((above - below) / (2.0 * step), rel=1e-5), names[k]
 
 
 def test_multipliers_of_an_exchange() -> None:
