@@ -174,7 +174,7 @@ def compare_with_peaks(
     >>> mode = nonlinear_mode(modal, contact, 3, (0.1, 3.0), options)
     >>> pairs, missed = compare_with_peaks([mode], curve, modal, excitation)
     >>> [round(pair.frequency_deviation, 3) for pair in pairs]
-    [0.0]
+    [0.002]
     """
     force = excitation.force * abs(dict(excitation.factors).get(1, 1.0))
     peaks = peak_motions(curve, modal, excitation)

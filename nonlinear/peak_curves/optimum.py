@@ -19,7 +19,7 @@ from nonlinear.peak_curves.envelope_minimum import MARGIN, Minimum, lowest_of
 from nonlinear.peak_curves.optimum_description import described
 from nonlinear.peak_curves.optimum_result import Optimum
 from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem, check_range
-from nonlinear.peak_curves.peak_search import PeakSearch, Solve, solve_in_turn
+from nonlinear.peak_curves.peak_search import PeakSearch, Solve, solve_in_turn, solved_response
 from nonlinear.peak_curves.response_placement import FIRST_SHARES, Placement
 from nonlinear.peak_curves.worst_envelope import AGREES, EnvelopeOfPeaks
 from nonlinear.response_curve import ResponseCurve
@@ -30,6 +30,7 @@ FEWEST_RESPONSES = 12
 RESERVE = 8  # responses kept for the confirmation of the optimum
 ROUNDS = 4
 BESIDE = 5e-3  # of the share, of the responses beside the optimum
+TOLD = 0.01  # relative change by more harmonics, somewhere in the range, that is told of
 
 
 def find_optimum(
@@ -47,7 +48,8 @@ def find_optimum(
     ----------
     problem : tuple
         Modes, contact, excitation and options, as the arguments of `forced_response`. With harmonics "auto" the
-        largest number that is chosen at both ends, in the middle and at the optimum holds for the whole range.
+        largest number that is chosen at the optimum and at the ends of the range within 10 % of it holds for the
+        whole range; a remark says what more harmonics would change elsewhere.
     name : str
         The parameter: "interference", "friction", "normal_stiffness", "tangential_stiffness", "preload", "force" or
         "damping"; see `with_parameter`.
@@ -99,19 +101,49 @@ def find_optimum(
 def _with_chosen_harmonics(
     family: ParameterFamily, progress: Callable[[str], None], solver: Solve, most: int
 ) -> Optimum:
-    """The optimum with as many harmonics as "auto" chooses at both ends, in the middle and at the optimum."""
+    """The optimum with as many harmonics as "auto" chooses there and at the ends of the range within 10 %.
+
+    The search begins with the fewest that "auto" chooses at both ends of the whole range and in the middle. Where
+    one of the responses with its own number of harmonics is lower than the optimum, more are taken too.
+    """
     progress(f"number of harmonics at both ends and in the middle of {family.name}")
-    number = max(_harmonics(curve) for curve in solver([family.at(share) for share in FIRST_SHARES]))
+    known = dict(zip(FIRST_SHARES, solver([family.at(share) for share in FIRST_SHARES]), strict=True))
+    number = min(map(_harmonics, known.values()))
     while True:
         fixed = replace(family, problem=_with_harmonics(family.problem, number))
         found = _optimum(fixed, progress, solver, most)
-        share = (found.value - family.low) / (family.high - family.low)
-        asked = _harmonics(solver([family.at(share)])[0])
+        span = family.high - family.low
+        shares = [float((value - family.low) / span) for value in (found.value, *found.within)]
+        progress(f"number of harmonics at the optimum of {family.name} and where the worst motion is 10 % higher")
+        there = solver([family.at(share) for share in shares])
+        known |= zip(shares, there, strict=True)
+        lower = [curve for curve in known.values() if _height(curve) < (1.0 - AGREES) * found.amplitude_m]
+        asked = max(map(_harmonics, (*there, *lower)))
         if asked <= number:
-            said = f"{number} harmonics, as many as the tolerance asks for at both ends, in the middle and there"
-            return replace(found, remarks=(said, *found.remarks))
-        progress(f"{asked} harmonics are needed at the optimum")
+            return replace(found, remarks=(_harmonics_said(family, number, known, found), *found.remarks))
+        progress(f"{asked} harmonics are needed")
         number = asked
+
+
+def _height(curve: ResponseCurve) -> float:
+    """Amplitude of the worst motion of a response, m; infinite where it is not known."""
+    solved = solved_response(0.0, curve, "")
+    return float(solved.bound_m) if np.isfinite(solved.bound_m) else np.inf
+
+
+def _harmonics_said(family: ParameterFamily, number: int, known: dict[float, ResponseCurve], found: Optimum) -> str:
+    """How many harmonics the optimum has, and what their number changes where the envelope is least accurate."""
+    said = f"{number} harmonics, as many as the tolerance asks for at the optimum and where it is 10 % higher"
+    values = np.array([family.value(share) for share in known])
+    heights = np.array([_height(curve) for curve in known.values()])
+    with np.errstate(all="ignore"):
+        change = np.abs(found.envelope.at(values) / heights - 1.0)
+    change = np.where(np.isfinite(change), change, 0.0)
+    worst = int(np.argmax(change))
+    if change[worst] <= TOLD:
+        return said
+    where = f"{family.name} = {values[worst]:.6g}"
+    return f"{said}; at {where} more of them change the worst motion by {100.0 * change[worst]:.2g} %"
 
 
 def _harmonics(curve: ResponseCurve) -> int:

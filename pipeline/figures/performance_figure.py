@@ -202,6 +202,24 @@ def linear_peaks(
     -------
     dict of str to (float, float)
         "free": without contact; "stuck": with all contact springs. For `performance_figure`, see there.
+
+    Examples
+    --------
+    A mass on a spring, 1 kg and 1 N/m, with a slider of 3 N/m: the stuck frequency is twice the free one.
+
+    >>> import numpy as np
+    >>> from nonlinear import ContactParameters, Excitation, SolverOptions
+    >>> from pipeline import linear_peaks
+    >>> from rom import ReducedModel, modal_model
+    >>> one = np.ones(1)
+    >>> parts = np.eye(1), np.eye(1), np.eye(3, 1), np.zeros((1, 3)), one, {"tip": one}
+    >>> blade = ReducedModel(*parts, n_blades=12)
+    >>> modal, wave = modal_model(blade, damping_ratio=0.01), Excitation(engine_order=3, force=1.0)
+    >>> values = {"normal_stiffness": 0.0, "tangential_stiffness": 3.0, "friction": 0.5, "preload": 2.0}
+    >>> problem = modal, ContactParameters.shared(1, **values), wave, SolverOptions((0.1, 0.4))
+    >>> limits = linear_peaks(blade, problem)
+    >>> [f"{limits[kind][0]:.3f} Hz" for kind in ("free", "stuck")]
+    ['0.159 Hz', '0.318 Hz']
     """
     modal, contact, wave, options = problem
     found = {}

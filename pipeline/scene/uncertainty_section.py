@@ -108,7 +108,7 @@ class Uncertainty(Section):
     samples: Literal[16, 32, 64, 128, 256, 512, 1024, 2048, 4096] = _key("curves that are sampled", SAMPLES, 128)
     seed: Whole = _key(
         "seed of the quasi-random numbers: the same seed gives the same samples",
-        "a whole number, 0 to 2^63 - 1",
+        "a whole number, 0 to 9223372036854775807",
         0,
         ge=0,
         le=2**63 - 1,

@@ -57,7 +57,7 @@ class CyclicModes:
     --------
     >>> from rom import CyclicModes
     >>> modes = CyclicModes(3, np.array([2e3 * np.pi]), np.zeros((6, 1), complex))
-    >>> modes.frequency_hz.tolist()
+    >>> modes.frequency_hz.round(6).tolist()
     [1000.0]
     """
 

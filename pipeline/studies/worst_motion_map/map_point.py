@@ -7,13 +7,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pipeline.stages.curve_file import BRANCHES
 from pipeline.stages.curve_summary import CurveSummary
-from pipeline.stages.respond import CurveResult
+
+if TYPE_CHECKING:
+    from pipeline.stages.respond import CurveResult
 
 FREE, STUCK, SLIPPING, SEPARATING, UNKNOWN = "free", "stuck", "slipping", "separating", "unknown"
 STATES = (FREE, SEPARATING, SLIPPING, STUCK, UNKNOWN)
