@@ -1,8 +1,8 @@
 """A sector condensed onto its cut faces: one real factor that serves every nodal diameter.
 
-With the dofs i inside the sector eliminated first and those of both cut faces last, the real Schur complement S of the
-faces is the same for all waves. In a wave the faces move as u_b = T_n z, so that only T_n^H S T_n changes from one
-nodal diameter to the next: a dense Hermitian matrix of the size of one face.
+With the dofs i inside the sector eliminated first and those of both cut faces last, the real Schur complement S of
+the faces is the same for all waves. In a wave the faces move as u_b = T_n z, so that only T_n^H S T_n changes from
+one nodal diameter to the next: a dense Hermitian matrix of the size of one face.
 """
 
 from __future__ import annotations
@@ -104,7 +104,6 @@ class CondensedSector:
             raise FactorisationError(NOT_DEFINITE)
         return factor, schur
 
-
     def condense(self, forces: NDArray[np.float64]) -> CondensedForces | None:
         """Forces (N, k) condensed onto the cut faces; None where the sector is not."""
         if self.condensed is None:
@@ -139,7 +138,9 @@ class WaveFactor:
     backend = "cholmod"
     block = COLUMNS // 2
 
-    def __init__(self, factor: SchurComplement, schur: NDArray[np.float64], at_faces: csr_matrix, inside: Any) -> None:
+    def __init__(
+        self, factor: SchurComplement, schur: NDArray[np.float64], at_faces: csr_matrix, inside: Any
+    ) -> None:
         from scipy.linalg import LinAlgError, cho_factor
 
         self._factor, self._motion = factor, at_faces
