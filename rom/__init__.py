@@ -18,16 +18,22 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness
+    from rom.cyclic.coupled_frequencies import coupled_frequencies
     from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion, wave_coordinates
     from rom.cyclic.expansion import expand_to_mesh
-    from rom.cyclic.modal_model import ModalModel, modal_model
+    from rom.cyclic.linear_response import linear_response
+    from rom.cyclic.modal_model import ModalModel
     from rom.cyclic.mode_names import mode_names
     from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
-    from rom.cyclic.receptance import RelativeReceptance, coupled_frequencies, linear_response
+    from rom.cyclic.receptance import RelativeReceptance
     from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic.ring_modes import RingModes, modal_model
+    from rom.cyclic.sector_modes import SectorModes
+    from rom.cyclic.wave_modes import WaveModes
     from rom.cyclic_sector.cyclic_faces import CyclicFaces, cyclic_faces
     from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes, modes_by_nodal_diameter
     from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
+    from rom.cyclic_sector.static_motion import static_motion
     from rom.cyclic_sector.wave_errors import WaveErrors, wave_errors
     from rom.errors import (
         FactorisationError,
@@ -114,12 +120,15 @@ __all__ = [
     "Reduction",
     "ReductionOptions",
     "RelativeReceptance",
+    "RingModes",
     "RomParameterError",
+    "SectorModes",
     "SolvedPoint",
     "SpringSupportedMotion",
     "StressCycle",
     "Surroundings",
     "WaveErrors",
+    "WaveModes",
     "angular_speed",
     "assemble",
     "centrifugal_displacement",
@@ -172,6 +181,7 @@ __all__ = [
     "singular_vertices",
     "spring_stiffness",
     "static_error",
+    "static_motion",
     "stiffen_by_rotation",
     "stored_array",
     "strain_row",
@@ -189,6 +199,7 @@ __all__ = [
 
 _PLACES = {
     "wave_coordinates": "rom.cyclic.cyclic_symmetry",
+    "static_motion": "rom.cyclic_sector.static_motion",
     "wave_errors": "rom.cyclic_sector.wave_errors",
     "WaveErrors": "rom.cyclic_sector.wave_errors",
     "interface_motion": "rom.cyclic_sector.interface_motion",
@@ -227,6 +238,9 @@ _PLACES = {
     "Reduction": "rom.reduction.craig_bampton",
     "ReductionOptions": "rom.reduction.craig_bampton",
     "RelativeReceptance": "rom.cyclic.receptance",
+    "RingModes": "rom.cyclic.ring_modes",
+    "SectorModes": "rom.cyclic.sector_modes",
+    "WaveModes": "rom.cyclic.wave_modes",
     "RomParameterError": "rom.errors",
     "SolvedPoint": "rom.stress.mesh_motion",
     "SpringSupportedMotion": "rom.cyclic.contact_springs",
@@ -239,7 +253,7 @@ _PLACES = {
     "contact_areas": "rom.reduction.contact_dofs",
     "contact_springs": "rom.cyclic.contact_springs",
     "coriolis_error": "rom.reduction.coriolis_error",
-    "coupled_frequencies": "rom.cyclic.receptance",
+    "coupled_frequencies": "rom.cyclic.coupled_frequencies",
     "element_warnings": "rom.finite_elements.element_warnings",
     "expand_to_mesh": "rom.cyclic.expansion",
     "factorise": "rom.linear_algebra.factorisation",
@@ -248,11 +262,11 @@ _PLACES = {
     "hot_spots": "rom.stress.hot_spots",
     "inter_blade_phase": "rom.cyclic.cyclic_symmetry",
     "linear_errors": "rom.reduction.model_comparison",
-    "linear_response": "rom.cyclic.receptance",
+    "linear_response": "rom.cyclic.linear_response",
     "linear_responses": "rom.reduction.model_comparison",
     "load_full_model": "rom.files.full_model_file",
     "load_sector": "rom.files.sector_file",
-    "modal_model": "rom.cyclic.modal_model",
+    "modal_model": "rom.cyclic.ring_modes",
     "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",
     "model_from_matrices": "rom.matrix_files.matrix_model",
