@@ -4,11 +4,11 @@ from functools import cache
 
 import numpy as np
 import pytest
+from rom_meshes import NODAL
 from scipy.sparse.linalg import eigsh
 from wheels import annular_sector, bladed_sector, wheel_mesh
 
 from rom import (
-    BoundaryChoice,
     InterfaceOptions,
     Material,
     ReductionOptions,
@@ -59,8 +59,7 @@ def test_all_nodal_diameters_at_speed_are_the_wheel_at_speed(equilibrium):
 def test_the_displacement_of_the_reduced_sector_in_rotation_is_that_of_the_wheel():
     """A steady load acts in nodal diameter 0; the reduced model has its displacement at tip and contacts."""
     sector, _, turning, faces = spinning()
-    few = InterfaceOptions(modes=2)
-    choice = interface_motion(turning, sector, faces, BoundaryChoice(contact_dofs="nodal"), few)
+    choice = interface_motion(turning, sector, faces, NODAL)
     model = reduce_sector(turning, sector, ReductionOptions(modes=10), choice).model
     wave = wave_coordinates(model.cyclic_right, model.cyclic_left, 0.0).real
     moved = wave @ np.linalg.solve(wave.T @ model.stiffness @ wave, wave.T @ model.force_centrifugal)
@@ -73,6 +72,26 @@ def test_the_displacement_of_the_reduced_sector_in_rotation_is_that_of_the_wheel
     nearest = np.argmin(np.linalg.norm(wheel.positions[:, None] - sector.right.position, axis=2), axis=0)
     at_contact = np.einsum("kij,kj->ki", sector.right.frame, exact[nearest]).ravel()
     np.testing.assert_allclose(model.contact_right @ moved, at_contact, atol=1e-6 * np.abs(at_contact).max())
+
+
+@pytest.mark.parametrize("bore", ["free", "clamped"])
+def test_a_reduced_disk_grows_as_the_whole_one(bore):
+    """In its few lowest modes a disk bends; its growth in rotation is a motion of the cut faces by itself."""
+    sector = annular_sector(8, (0.1, 0.25), 0.02, (2, 8, 2), bore)
+    full = assemble(sector, STEEL, None)
+    faces = cyclic_faces(full, sector)
+    choice = interface_motion(full, sector, faces, NODAL, InterfaceOptions(modes=4, tolerance=1e-9))
+    model = reduce_sector(full, sector, ReductionOptions(modes=4), choice).model
+    wave = wave_coordinates(model.cyclic_right, model.cyclic_left, 0.0).real
+    stiffness, force = wave.T @ model.stiffness @ wave, wave.T @ model.force_centrifugal
+    moved = wave @ np.linalg.lstsq(stiffness, force, rcond=1e-12)[0]
+    exact = centrifugal_displacement(full, motion=static_motion(full, faces)).reshape(-1, 3)
+    across = full.positions[faces.left] * [0.0, 1.0, 1.0]
+    grown, wanted = (
+        np.sum(field[faces.left] * across, axis=1) / np.linalg.norm(across, axis=1)
+        for field in ((model.basis @ moved).reshape(-1, 3), exact)
+    )
+    np.testing.assert_allclose(grown, wanted, atol=2e-6 * wanted.max())
 
 
 def timoshenko(radius, bore, rim, nu):
@@ -102,7 +121,7 @@ def test_a_free_thin_disk_grows_as_in_the_closed_form(rpm):
 def test_coriolis_forces_of_a_reduced_sector_are_those_of_its_motions():
     """The acceleration of a pattern of the cut faces is in general none of the patterns."""
     sector, _, turning, faces = spinning()
-    choice = interface_motion(turning, sector, faces, BoundaryChoice(contact_dofs="nodal"))
+    choice = interface_motion(turning, sector, faces, NODAL)
     model = reduce_sector(turning, sector, ReductionOptions(modes=60), choice).model
     product = model.basis.T @ (turning.mass @ coriolis_acceleration(model.basis))
     np.testing.assert_allclose(model.coriolis, product, atol=1e-9 * np.abs(product).max())

@@ -123,8 +123,9 @@ def annular_sector(n_sectors, radii, thickness, divisions, bore="free"):
     for name, end in (("right", 1.0), ("left", 0.0)):
         ends[f"cyclic_{name}"] = np.flatnonzero(np.abs(flat[:, 2] - end) < 1e-9)
     ends["root"] = np.flatnonzero(flat[:, 1] < 1e-9) if bore == "clamped" else np.zeros(0, dtype=int)
-    outside = np.abs(flat - [0.5, 1.0, 0.5]).sum(axis=1)
-    return _sector(positions, blocks, ends | {"tip": np.array([int(np.argmin(outside))])}, n_sectors)
+    for name, around in (("tip", 0.5), ("contact_right", 0.75), ("contact_left", 0.25)):  # on the rim, not in contact
+        ends[name] = np.argmin(np.abs(flat - [0.0, 1.0, around]).sum(axis=1), keepdims=True)
+    return _sector(positions, blocks, ends, n_sectors)
 
 
 def wheel_mesh(sector):
