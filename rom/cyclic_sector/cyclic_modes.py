@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 TOLERANCE = 1e-9  # of the shapes
-REFINEMENTS = 4  # of a static solution; each reduces the error by the shift over the lowest squared frequency
 _SEED = 20261123
 
 
@@ -244,19 +243,13 @@ class WaveProblem:
         """
         if condensed is not None and isinstance(self.factor, WaveFactor):
             return self.factor.at_faces(condensed)
-        t = self.constraint
-        moved = np.asarray(t @ self.factor.solve(np.ascontiguousarray(t.conj().T @ forces)))
+        moved = self.static_response(forces)
         return moved[self.sector.at_faces], np.sum(forces * moved, axis=0).real
 
-    def steady_response(self, forces: NDArray[np.float64]) -> NDArray[Any]:
-        """Displacements (N, k) under forces (N, k) that do not drive rigid motions: of K alone, whatever the shift."""
-        t, shift = self.constraint, self.sector.shift
-        mass = WaveMass(self.sector.mass, t)
-        driving = np.ascontiguousarray(t.conj().T @ forces)
-        moved = self.factor.solve(driving)
-        for _ in range(REFINEMENTS if shift else 0):
-            moved = self.factor.solve(driving + shift * (mass @ moved))
-        return np.asarray(t @ moved)
+    def static_response(self, forces: NDArray[np.float64]) -> NDArray[Any]:
+        """Displacements (N, k) under forces (N, k) in this wave; of K + s M where nothing holds the disk."""
+        t = self.constraint
+        return np.asarray(t @ self.factor.solve(np.ascontiguousarray(t.conj().T @ forces)))
 
     def modes(self, count: int, tolerance: float = TOLERANCE) -> CyclicModes:
         """The lowest modes, their shapes to a relative tolerance."""

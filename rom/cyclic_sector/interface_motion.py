@@ -208,10 +208,10 @@ def _of_unit_energy(
     return np.hstack([shapes, static / np.sqrt(np.where(work > 0.0, work, np.inf))])
 
 
-def _steady(wave: WaveProblem) -> NDArray[np.float64]:
+def _steady(wave: WaveProblem) -> NDArray[Any]:
     """Motion (b, 1) of the faces under the centrifugal force, of unit elastic energy."""
     force = wave.sector.full.centrifugal[:, None]
-    moved = wave.steady_response(force)
+    moved = wave.static_response(force)
     work = float(np.sum(force * moved))
     return moved[wave.sector.at_faces] / np.sqrt(work if work > 0.0 else np.inf)
 
