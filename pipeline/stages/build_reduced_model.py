@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.stages.joined_sectors import is_joined, with_interface
 from pipeline.stages.scene_loads import scene_loads, with_modal_excitation, with_static_loads
 from pipeline.stages.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import linear_operation
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 REDUCED_MODEL = "rom.h5"
 AUGMENTED_MODEL = "augmented.h5"
 FACTS = "facts.json"
+DISK_SPEED = "0 with a disk: the static equilibrium at speed is that of a blade clamped at its root"
 
 
 def make_reduced_model(
@@ -65,12 +68,16 @@ def make_reduced_model(
 
     modes, limit = scene.rom.fixed_interface_modes, scene.rom.frequency_limit
     boundary = boundary_choice(scene, sector, materials)
+    source: FullModel | Callable[[], FullModel] = full
+    if is_joined(sector):
+        source = full()
+        boundary = with_interface(source, sector, scene, boundary)
     if modes == "auto":
         operations = [linear_operation(scene, sector)]
-        made = reduce_to_tolerance(full, sector, scene.rom.tolerance, operations, boundary, store_basis=store_basis)
+        made = reduce_to_tolerance(source, sector, scene.rom.tolerance, operations, boundary, store_basis=store_basis)
     else:
         options = ReductionOptions(modes, limit, store_basis)
-        made = reduce_sector(full, sector, options, boundary, augment=True)
+        made = reduce_sector(source, sector, options, boundary, augment=True)
     model = with_modal_excitation(scene, made.model)
     write_reduced_model(folder / REDUCED_MODEL, model)
     if made.augmented is not None:
@@ -92,10 +99,13 @@ def at_speed(
     full: FullModel, sector: SectorMesh, scene: Scene, materials: Material | dict[str, Material]
 ) -> FullModel:
     """The full model at the scene's speed of rotation, about its static equilibrium under gas loads too."""
+    from geometry import ParameterError
     from rom import stiffen_by_rotation
 
     load = scene.load
     if load.speed_rpm == 0.0:
         return full
+    if is_joined(sector):
+        raise ParameterError("load", "speed_rpm", load.speed_rpm, DISK_SPEED)
     loaded = with_static_loads(scene, sector, materials, full)
     return stiffen_by_rotation(loaded, sector, materials, load.speed_rpm, load.equilibrium)
