@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion, wave_coordinates
     from rom.cyclic.expansion import expand_to_mesh
     from rom.cyclic.modal_model import ModalModel, modal_model
+    from rom.cyclic.mode_families import ModeFamilies, mode_families
     from rom.cyclic.mode_names import mode_names
     from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
     from rom.cyclic.receptance import RelativeReceptance, coupled_frequencies, linear_response
@@ -105,6 +106,7 @@ __all__ = [
     "MatrixFileError",
     "MatrixModel",
     "ModalModel",
+    "ModeFamilies",
     "NodalStress",
     "NodeTable",
     "OperatingStress",
@@ -141,6 +143,7 @@ __all__ = [
     "load_full_model",
     "load_sector",
     "modal_model",
+    "mode_families",
     "mode_names",
     "mode_shapes",
     "model_from_matrices",
@@ -213,6 +216,7 @@ _PLACES = {
     "MatrixFileError": "rom.errors",
     "MatrixModel": "rom.matrix_files.matrix_model",
     "ModalModel": "rom.cyclic.modal_model",
+    "ModeFamilies": "rom.cyclic.mode_families",
     "NodalStress": "rom.stress.stress_recovery",
     "NodeTable": "rom.matrix_files.node_table",
     "OperatingStress": "rom.stress.operating_stress",
@@ -247,6 +251,7 @@ _PLACES = {
     "load_full_model": "rom.files.full_model_file",
     "load_sector": "rom.files.sector_file",
     "modal_model": "rom.cyclic.modal_model",
+    "mode_families": "rom.cyclic.mode_families",
     "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",
     "model_from_matrices": "rom.matrix_files.matrix_model",

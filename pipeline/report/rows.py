@@ -150,8 +150,11 @@ def frequency_tables(source: ReportSource) -> list[FrequencyTable]:
     """One table for every entry of `models` in summary.json."""
     tables = []
     for number, row in enumerate(source.model_rows, start=1):
-        states = {"free": row["free_hz"]}
+        of_order = row.get("free_at_order_hz", {})  # with a disk
+        states = {} if of_order else {"free": row["free_hz"]}
         for order in row["stuck_hz"]:
+            if order in of_order:
+                states[f"free, engine order {order}"] = of_order[order]
             states[f"sliding, engine order {order}"] = row["sliding_hz"][order]
             states[f"stuck, engine order {order}"] = row["stuck_hz"][order]
         rows = tuple(

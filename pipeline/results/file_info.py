@@ -72,9 +72,20 @@ def described(found: dict[str, Any]) -> list[str]:
         f"contact: {found['contact_nodes']} nodes {'against ground' if found['against'] == 'ground' else 'a face'}",
         f"outputs: {', '.join(found['outputs'])}",
         f"optional: {', '.join(found['optional']) or 'none'}",
-        f"free natural frequencies [Hz]: {', '.join(f'{hz:.6g}' for hz in found['free_hz'])}",
+        *_joined_lines(found),
+        f"free natural frequencies [Hz]{_at(found)}: {', '.join(f'{hz:.6g}' for hz in found['free_hz'])}",
     ]
     return [one_line(line) for line in lines]
+
+
+def _joined_lines(found: dict[str, Any]) -> list[str]:
+    """A line about the cut faces, where there are any."""
+    motions = found["cut_face_motions"]
+    return [f"joined to its neighbours at cut faces: {motions} motions of each"] if motions else []
+
+
+def _at(found: dict[str, Any]) -> str:
+    return " at nodal diameter 0" if found["cut_face_motions"] else ""
 
 
 def _run(folder: Path) -> dict[str, Any]:
@@ -172,6 +183,7 @@ def _reduced_model(path: Path, model: ReducedModel) -> dict[str, Any]:
         "against": "ground" if model.contact_left is None else "neighbour",
         "outputs": list(model.outputs),
         "optional": _optional(model),
+        "cut_face_motions": 0 if model.cyclic_right is None else len(model.cyclic_right),
         "free_hz": [float(hz) for hz in free],
     }
 

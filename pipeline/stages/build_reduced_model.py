@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.stages.joined_sectors import is_joined, with_interface
+from pipeline.stages.mode_families_file import write_families
 from pipeline.stages.scene_loads import scene_loads, with_modal_excitation, with_static_loads
 from pipeline.stages.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import linear_operation
@@ -37,7 +38,8 @@ def make_reduced_model(
     Parameters
     ----------
     folder : Path
-        Where the files go; with few enough contact nodes also `augmented.h5`, the residual-mode augmented model.
+        Where the files go; with few enough contact nodes also `augmented.h5`, the residual-mode augmented model. Of
+        a sector of a disk also `families.h5`, the rows that name its modes.
     sector_file, full_file : Path
         Mesh and full model.
     scene : Scene
@@ -68,22 +70,26 @@ def make_reduced_model(
 
     modes, limit = scene.rom.fixed_interface_modes, scene.rom.frequency_limit
     boundary = boundary_choice(scene, sector, materials)
-    source: FullModel | Callable[[], FullModel] = full
-    if is_joined(sector):
-        source = full()
-        boundary = with_interface(source, sector, scene, boundary)
+    joined = full() if is_joined(sector) else None
+    if joined is not None:
+        boundary = with_interface(joined, sector, scene, boundary)
+    source, basis = full if joined is None else joined, store_basis or joined is not None
     if modes == "auto":
         operations = [linear_operation(scene, sector)]
-        made = reduce_to_tolerance(source, sector, scene.rom.tolerance, operations, boundary, store_basis=store_basis)
+        made = reduce_to_tolerance(source, sector, scene.rom.tolerance, operations, boundary, store_basis=basis)
     else:
-        options = ReductionOptions(modes, limit, store_basis)
-        made = reduce_sector(source, sector, options, boundary, augment=True)
+        made = reduce_sector(source, sector, ReductionOptions(modes, limit, basis), boundary, augment=True)
     model = with_modal_excitation(scene, made.model)
+    if joined is not None:
+        write_families(folder, joined, sector, materials, model)
+        model = model if store_basis else replace(model, basis=None)
     write_reduced_model(folder / REDUCED_MODEL, model)
     if made.augmented is not None:
         write_reduced_model(folder / AUGMENTED_MODEL, with_modal_excitation(scene, made.augmented))
     facts: dict[str, Any] = {"dofs": made.dofs, "reduced_dofs": model.size}
     facts |= {"n_contacts": model.n_contacts, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
+    if model.cyclic_right is not None:
+        facts["cut_face_motions"] = len(model.cyclic_right)
     (folder / FACTS).write_text(json.dumps(facts))
 
 
