@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry import SectorMesh
+from rom.cyclic_sector.condensed_sector import CondensedForces, CondensedSector
 from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.cyclic_sector.cyclic_modes import WaveProblem
 from rom.finite_elements.full_model import FullModel, node_dofs
@@ -29,6 +30,8 @@ from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, choose_boundary_dofs
 from rom.reduction.interface_motion import InterfaceMotion
 
+RIGID = 1e-3  # of the shift: squared frequency of a rigid motion, round-off
+ROUGHLY = 1e-5  # of the shapes of modes of which patterns are taken
 HELD = 1e-12  # relative length of a motion that counts as none
 
 
@@ -127,15 +130,15 @@ def interface_motion(
     """
     options = options or InterfaceOptions()
     dofs = choose_boundary_dofs(full, sector, replace(boundary, interface=_untouched(faces)))
-    motion = dofs.motion(len(full.positions)).toarray().T
-    free = faces.left[~faces.held(full).reshape(-1, 3)[faces.left].any(axis=1)]
+    forces = dofs.motion(len(full.positions)).toarray().T
+    condensed = CondensedSector(full, faces, backend)
+    free = faces.left[~condensed.held.reshape(-1, 3)[faces.left].any(axis=1)]
     right = faces.right[np.isin(faces.left, free)]
-    columns = []
+    at_left = np.searchsorted(condensed.at_faces, node_dofs(free).ravel())
+    loads, columns = condensed.condense(forces), []
     for diameter in options.sampled(faces.n_sectors):
-        wave = WaveProblem(full, faces, diameter, backend)
-        for shapes in _of_unit_energy(wave, options.modes, motion):
-            at_left = shapes[node_dofs(free).ravel()]
-            columns += [at_left.real, at_left.imag]
+        found = _of_unit_energy(WaveProblem(condensed, diameter), options.modes, forces, loads)[at_left]
+        columns += [found.real, found.imag]
     patterns = _principal(np.hstack(columns), options.tolerance)
     return replace(boundary, interface=_joined(faces, free, right, patterns, full))
 
@@ -146,20 +149,25 @@ def _untouched(faces: CyclicFaces) -> InterfaceMotion:
     return InterfaceMotion(faces.nodes, np.zeros((0, 3 * len(faces.nodes))), nothing, nothing)
 
 
-def _of_unit_energy(wave: WaveProblem, count: int, forces: NDArray[np.float64]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Modes, and static responses to forces (N, k) without their rigid motion, of the same elastic energy.
+def _of_unit_energy(
+    wave: WaveProblem, count: int, forces: NDArray[np.float64], condensed: CondensedForces | None
+) -> NDArray[Any]:
+    """Motions (b, k) of the faces in modes, and in static responses to forces (N, k) without their rigid motion.
 
-    Rigid motions have none: they are as large as if their frequency was the lowest one of the others.
+    All have the same elastic energy. Rigid motions have none: they are as large as if their frequency was the lowest
+    one of the others.
     """
-    modes = wave.modes(count)
+    modes, shift, at_faces = wave.modes(count, ROUGHLY), wave.sector.shift, wave.sector.at_faces
     squared = modes.omega**2
-    rigid = squared < 10.0 * wave.shift
+    rigid = squared <= RIGID * shift
     lowest = squared[~rigid].min(initial=np.inf)
-    shapes = modes.shapes / np.sqrt(np.where(rigid, lowest, squared))
-    moved = modes.shapes[:, rigid]
-    static = wave.static_response(forces) - (moved / (squared[rigid] + wave.shift)) @ (moved.conj().T @ forces)
-    work = np.abs(np.sum(forces * static, axis=0))
-    return shapes, static / np.sqrt(np.where(work > 0.0, work, 1.0))
+    shapes = modes.shapes[at_faces] / np.sqrt(np.where(rigid, lowest, squared))
+    static, work = wave.static_at_faces(forces, condensed)
+    moved, driven = modes.shapes[at_faces][:, rigid], modes.shapes[:, rigid].conj().T @ forces
+    stored = squared[rigid] + shift
+    static = static - (moved / stored) @ driven
+    work = work - np.sum(np.abs(driven) ** 2 / stored[:, None], axis=0)
+    return np.hstack([shapes, static / np.sqrt(np.where(work > 0.0, work, np.inf))])
 
 
 def _principal(columns: NDArray[np.float64], tolerance: float) -> NDArray[np.float64]:
