@@ -104,7 +104,6 @@ class CondensedSector:
             raise FactorisationError(NOT_DEFINITE)
         return factor, schur
 
-
     def condense(self, forces: NDArray[np.float64]) -> CondensedForces | None:
         """Forces (N, k) condensed onto the cut faces; None where the sector is not."""
         if self.condensed is None:
@@ -139,7 +138,9 @@ class WaveFactor:
     backend = "cholmod"
     block = COLUMNS // 2
 
-    def __init__(self, factor: SchurComplement, schur: NDArray[np.float64], at_faces: csr_matrix, inside: Any) -> None:
+    def __init__(
+        self, factor: SchurComplement, schur: NDArray[np.float64], at_faces: csr_matrix, inside: Any
+    ) -> None:
         from scipy.linalg import LinAlgError, cho_factor
 
         self._factor, self._motion = factor, at_faces
