@@ -20,12 +20,15 @@ if TYPE_CHECKING:
     from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness
     from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion, wave_coordinates
     from rom.cyclic.expansion import expand_to_mesh
-    from rom.cyclic.modal_model import ModalModel, modal_model
+    from rom.cyclic.modal_model import ModalModel
     from rom.cyclic.mode_families import ModeFamilies, mode_families
     from rom.cyclic.mode_names import mode_names
     from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
     from rom.cyclic.receptance import RelativeReceptance, coupled_frequencies, linear_response
     from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic.ring_modes import RingModes, modal_model
+    from rom.cyclic.sector_modes import SectorModes
+    from rom.cyclic.wave_modes import WaveModes
     from rom.cyclic_sector.cyclic_faces import CyclicFaces, cyclic_faces
     from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes
     from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
@@ -115,11 +118,14 @@ __all__ = [
     "Reduction",
     "ReductionOptions",
     "RelativeReceptance",
+    "RingModes",
     "RomParameterError",
+    "SectorModes",
     "SolvedPoint",
     "SpringSupportedMotion",
     "StressCycle",
     "Surroundings",
+    "WaveModes",
     "angular_speed",
     "assemble",
     "centrifugal_displacement",
@@ -225,6 +231,9 @@ _PLACES = {
     "Reduction": "rom.reduction.craig_bampton",
     "ReductionOptions": "rom.reduction.craig_bampton",
     "RelativeReceptance": "rom.cyclic.receptance",
+    "RingModes": "rom.cyclic.ring_modes",
+    "SectorModes": "rom.cyclic.sector_modes",
+    "WaveModes": "rom.cyclic.wave_modes",
     "RomParameterError": "rom.errors",
     "SolvedPoint": "rom.stress.mesh_motion",
     "SpringSupportedMotion": "rom.cyclic.contact_springs",
@@ -250,7 +259,7 @@ _PLACES = {
     "linear_responses": "rom.reduction.model_comparison",
     "load_full_model": "rom.files.full_model_file",
     "load_sector": "rom.files.sector_file",
-    "modal_model": "rom.cyclic.modal_model",
+    "modal_model": "rom.cyclic.ring_modes",
     "mode_families": "rom.cyclic.mode_families",
     "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",
