@@ -27,6 +27,8 @@ SHORT_NAMES = {
     "contact_left": "CLEFT",
     "contact_position": "CPOS",
     "contact_area": "CAREA",
+    "cyclic_right": "CYCRIGHT",
+    "cyclic_left": "CYCLEFT",
     "force_excitation": "FEXC",
     "force_centrifugal": "FCENT",
     "force_static": "FSTATIC",

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pipeline.render import ring
 from pipeline.render.drawing_process import drawing_main
 from pipeline.render.job import RenderJob
-from pipeline.render.wheel import aim, wheel
+from pipeline.render.wheel import ENLARGED, aim, wheel
 from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.mode_families_file import read_families
 
@@ -25,7 +25,6 @@ Array = NDArray[np.float64]
 WINDOW = (1900, 1050)
 SPLITS = {1: (0.62, 0.38), 2: (0.38, 0.38, 0.24)}  # shares of the width, by the number of states of the shrouds
 BESIDE_WHEEL = {1: (0.4, 0.6), 2: (0.28, 0.28, 0.44)}
-ENLARGED = 3.0  # motion of the wheel, which is drawn smaller
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 VIEW = (0.62, -0.28, 0.52)  # from the middle of the wheel to the camera
 MARGIN = 1.06
+ENLARGED = 3.0  # motion of the wheel, which is drawn smaller than a blade
 
 
 def wheel(sector: SectorMesh, motion: Callable[[int], Array], deformation: float) -> Any:

@@ -10,6 +10,7 @@ from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.backbone_checks import unfit_backbone_keys
 from pipeline.scene.centrifugal_strain import check_speed
+from pipeline.scene.disk_checks import unfit_beside_disk, unfit_disk_keys
 from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.loads_section import files_of
 from pipeline.scene.map_checks import unfit_map_keys
@@ -59,6 +60,7 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
     if not broken.get(0):
         yield from _raised(_check_pictured_curves, file)
         yield from unfit_stress_keys(file)
+        yield from unfit_beside_disk(file)
         if not any(broken.values()):
             yield from unfit_backbone_keys(file)
         yield from unfit_optimum_keys(file)
@@ -131,6 +133,8 @@ def _unfit_sizes(path: Path, member: Member, wrong: Set[str]) -> Unfit:
         yield from _raised(check_size, path, member)
     if not wrong & {"blade", "material", "load"}:
         yield from _raised(check_speed, path, member)
+    if not wrong & {"blade", "disk", "load", "mesh", "rom"}:
+        yield from unfit_disk_keys(path, member)
     if "mesh" in wrong:
         return
     assert member.scene.mesh is not None  # checked above; for the type checker

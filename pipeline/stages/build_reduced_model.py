@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.scene.disk_checks import DISK_SPEED
 from pipeline.stages.joined_sectors import is_joined, with_interface
 from pipeline.stages.mode_families_file import write_families
 from pipeline.stages.scene_loads import scene_loads, with_modal_excitation, with_static_loads
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 REDUCED_MODEL = "rom.h5"
 AUGMENTED_MODEL = "augmented.h5"
 FACTS = "facts.json"
-DISK_SPEED = "0 with a disk: the static equilibrium at speed is that of a blade clamped at its root"
 
 
 def make_reduced_model(

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import reason_of
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_reduced_model import at_speed, boundary_choice
+from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import (
     linear_operation,
@@ -226,9 +227,14 @@ def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -
 
 def _loaded(scene: Scene, files: BladeFiles) -> tuple[SectorMesh, FullModel]:
     """Mesh and full model at the scene's speed."""
+    from geometry import ParameterError
     from rom import load_full_model, load_sector
 
     sector = load_sector(files.sector)
+    if is_joined(sector):
+        table, name = ("disk", "bore_radius") if scene.disk is not None else ("mesh", "file")
+        value = scene.disk.bore_radius if scene.disk is not None else scene.mesh_file
+        raise ParameterError(table, name, value, "a blade clamped at its root: a disk has no reference model")
     return sector, at_speed(load_full_model(files.full), sector, scene, scene_materials(scene, files.sector))
 
 
