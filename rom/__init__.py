@@ -30,8 +30,9 @@ if TYPE_CHECKING:
     from rom.cyclic.sector_modes import SectorModes
     from rom.cyclic.wave_modes import WaveModes
     from rom.cyclic_sector.cyclic_faces import CyclicFaces, cyclic_faces
-    from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes
+    from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes, modes_by_nodal_diameter
     from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
+    from rom.cyclic_sector.wave_errors import WaveErrors, wave_errors
     from rom.errors import (
         FactorisationError,
         FullModelFileError,
@@ -125,6 +126,7 @@ __all__ = [
     "SpringSupportedMotion",
     "StressCycle",
     "Surroundings",
+    "WaveErrors",
     "WaveModes",
     "angular_speed",
     "assemble",
@@ -154,6 +156,7 @@ __all__ = [
     "mode_shapes",
     "model_from_matrices",
     "model_from_superelement",
+    "modes_by_nodal_diameter",
     "natural_frequencies",
     "nearest_vertices",
     "new_hdf5",
@@ -186,6 +189,7 @@ __all__ = [
     "traction_force",
     "von_mises",
     "wave_coordinates",
+    "wave_errors",
     "why_unreadable",
     "with_modal_forces",
     "write_matrices",
@@ -194,6 +198,8 @@ __all__ = [
 
 _PLACES = {
     "wave_coordinates": "rom.cyclic.cyclic_symmetry",
+    "wave_errors": "rom.cyclic_sector.wave_errors",
+    "WaveErrors": "rom.cyclic_sector.wave_errors",
     "interface_motion": "rom.cyclic_sector.interface_motion",
     "cyclic_modes": "rom.cyclic_sector.cyclic_modes",
     "cyclic_faces": "rom.cyclic_sector.cyclic_faces",
@@ -265,6 +271,7 @@ _PLACES = {
     "mode_shapes": "rom.cyclic.natural_frequencies",
     "model_from_matrices": "rom.matrix_files.matrix_model",
     "model_from_superelement": "rom.matrix_files.superelement",
+    "modes_by_nodal_diameter": "rom.cyclic_sector.cyclic_modes",
     "natural_frequencies": "rom.cyclic.natural_frequencies",
     "new_hdf5": "rom.files.hdf5_writing",
     "nodal_stress": "rom.stress.operating_stress",

@@ -1,8 +1,8 @@
 """A sector condensed onto its cut faces: one real factor that serves every nodal diameter.
 
-With the dofs i inside the sector eliminated first and those of both cut faces last, the real Schur complement S of the
-faces is the same for all waves. In a wave the faces move as u_b = T_n z, so that only T_n^H S T_n changes from one
-nodal diameter to the next: a dense Hermitian matrix of the size of one face.
+With the dofs i inside the sector eliminated first and those of both cut faces last, the real Schur complement S of
+the faces is the same for all waves. In a wave the faces move as u_b = T_n z, so that only T_n^H S T_n changes from
+one nodal diameter to the next: a dense Hermitian matrix of the size of one face.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@ n phi = 2 pi n / N. With the rotation Q by one pitch the right cut face follows 
 
     u_R = exp(i n phi) Q u_L,    so u = T_n z,
 
-and K_n = T_n^H K T_n, M_n = T_n^H M T_n are Hermitian; for n = 0 and N / 2 they are real. One real factor of the inside
-of the sector serves them all (`CondensedSector`).
+and K_n = T_n^H K T_n, M_n = T_n^H M T_n are Hermitian; for n = 0 and N / 2 they are real. One real factor of the
+inside of the sector serves them all (`CondensedSector`).
 
 References
 ----------
@@ -200,7 +200,7 @@ class WaveProblem:
 
     @cached_property
     def constraint(self) -> csr_matrix:
-        """T_n (N, k): displacements of all nodes for those inside, of the left face and on the axis, in this order."""
+        """T_n (N, k): displacements of all nodes for those inside, of the left face and on the axis, in order."""
         from scipy.sparse import coo_matrix, csr_matrix, hstack, kron
 
         sector, faces = self.sector, self.sector.faces

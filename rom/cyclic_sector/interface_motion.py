@@ -24,13 +24,14 @@ from numpy.typing import NDArray
 from geometry import SectorMesh
 from rom.cyclic_sector.condensed_sector import CondensedForces, CondensedSector
 from rom.cyclic_sector.cyclic_faces import CyclicFaces
-from rom.cyclic_sector.cyclic_modes import WaveProblem
+from rom.cyclic_sector.cyclic_modes import CyclicModes, WaveProblem
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, choose_boundary_dofs
-from rom.reduction.interface_motion import InterfaceMotion
+from rom.reduction.interface_motion import InterfaceMotion, WaveReference
 
 RIGID = 1e-3  # of the shift: squared frequency of a rigid motion, round-off
+BELOW_HALF = 1.4  # a nodal diameter this close to half the number of sectors is not sampled beside it
 ROUGHLY = 1e-5  # of the shapes of modes of which patterns are taken
 HELD = 1e-12  # relative length of a motion that counts as none
 
@@ -42,22 +43,26 @@ class InterfaceOptions:
     Attributes
     ----------
     nodal_diameters : tuple of int or None
-        Nodal diameters of the waves; None: 0, 2, a quarter and half of the number of sectors.
+        Nodal diameters of the waves; None: 0, 2, 8, 32 ... and half of the number of
+        sectors.
     modes : int
         Modes of each nodal diameter.
     tolerance : float
         Singular values, relative to the largest one, below which motions are left out.
+    checked : bool
+        Whether the frequencies of one more nodal diameter are computed, for `wave_errors`.
 
     Examples
     --------
     >>> from rom import InterfaceOptions
     >>> InterfaceOptions().sampled(72)
-    (0, 2, 18, 36)
+    (0, 2, 8, 36)
     """
 
     nodal_diameters: tuple[int, ...] | None = None
     modes: int = 20
     tolerance: float = 1e-5
+    checked: bool = True
 
     def sampled(self, n_sectors: int) -> tuple[int, ...]:
         """The nodal diameters for a number of sectors.
@@ -70,7 +75,22 @@ class InterfaceOptions:
         if self.nodal_diameters is not None:
             return self.nodal_diameters
         half = n_sectors // 2
-        return tuple(sorted({0, min(2, half), n_sectors // 4, half}))
+        return tuple(sorted({0, half, *(2 * 4**k for k in range(20) if BELOW_HALF * 2 * 4**k < half)}))
+
+    def unsampled(self, n_sectors: int) -> int | None:
+        """The nodal diameter n farthest from the sampled ones on a scale of log(n + 1); None where all are sampled.
+
+        Parameters
+        ----------
+        n_sectors : int
+            Number of sectors of the ring.
+        """
+        sampled = self.sampled(n_sectors)
+        others = np.setdiff1d(np.arange(n_sectors // 2 + 1), sampled)
+        if not len(others):
+            return None
+        apart = np.abs(np.log((others[:, None] + 1) / (np.array(sampled) + 1))).min(axis=1)
+        return int(others[np.argmax(apart)])
 
 
 @one_blas_thread()
@@ -132,15 +152,30 @@ def interface_motion(
     dofs = choose_boundary_dofs(full, sector, replace(boundary, interface=_untouched(faces)))
     forces = dofs.motion(len(full.positions)).toarray().T
     condensed = CondensedSector(full, faces, backend)
+    motions, references = _sampled(condensed, forces, options)
     free = faces.left[~condensed.held.reshape(-1, 3)[faces.left].any(axis=1)]
-    right = faces.right[np.isin(faces.left, free)]
     at_left = np.searchsorted(condensed.at_faces, node_dofs(free).ravel())
-    loads, columns = condensed.condense(forces), []
-    for diameter in options.sampled(faces.n_sectors):
-        found = _of_unit_energy(WaveProblem(condensed, diameter), options.modes, forces, loads)[at_left]
-        columns += [found.real, found.imag]
-    patterns = _principal(np.hstack(columns), options.tolerance)
-    return replace(boundary, interface=_joined(faces, free, right, patterns, full))
+    joined = _joined(condensed, free, _principal(motions[at_left], options.tolerance))
+    return replace(boundary, interface=replace(joined, references=references))
+
+
+def _sampled(
+    sector: CondensedSector, forces: NDArray[np.float64], options: InterfaceOptions
+) -> tuple[NDArray[np.float64], tuple[WaveReference, ...]]:
+    """Motions (b, k) of the faces, real and imaginary parts, in waves and static responses to forces; frequencies."""
+    n_sectors, loads = sector.faces.n_sectors, sector.condense(forces)
+    motions, references = [], []
+    for diameter in options.sampled(n_sectors):
+        wave = WaveProblem(sector, diameter)
+        modes = wave.modes(options.modes, ROUGHLY)
+        found = _of_unit_energy(wave, modes, forces, loads)
+        motions += [found.real, found.imag]
+        references.append(WaveReference(diameter, modes.frequency_hz, sampled=True))
+    other = options.unsampled(n_sectors) if options.checked else None
+    if other is not None:
+        modes = WaveProblem(sector, other).modes(options.modes, ROUGHLY)
+        references.append(WaveReference(other, modes.frequency_hz, sampled=False))
+    return np.hstack(motions), tuple(references)
 
 
 def _untouched(faces: CyclicFaces) -> InterfaceMotion:
@@ -150,14 +185,14 @@ def _untouched(faces: CyclicFaces) -> InterfaceMotion:
 
 
 def _of_unit_energy(
-    wave: WaveProblem, count: int, forces: NDArray[np.float64], condensed: CondensedForces | None
+    wave: WaveProblem, modes: CyclicModes, forces: NDArray[np.float64], condensed: CondensedForces | None
 ) -> NDArray[Any]:
     """Motions (b, k) of the faces in modes, and in static responses to forces (N, k) without their rigid motion.
 
     All have the same elastic energy. Rigid motions have none: they are as large as if their frequency was the lowest
     one of the others.
     """
-    modes, shift, at_faces = wave.modes(count, ROUGHLY), wave.sector.shift, wave.sector.at_faces
+    shift, at_faces = wave.sector.shift, wave.sector.at_faces
     squared = modes.omega**2
     rigid = squared <= RIGID * shift
     lowest = squared[~rigid].min(initial=np.inf)
@@ -180,16 +215,11 @@ def _principal(columns: NDArray[np.float64], tolerance: float) -> NDArray[np.flo
     return np.asarray(vectors[:, values > tolerance * values[0]])
 
 
-def _joined(
-    faces: CyclicFaces,
-    left: NDArray[np.int64],
-    right: NDArray[np.int64],
-    patterns: NDArray[np.float64],
-    full: FullModel,
-) -> InterfaceMotion:
+def _joined(sector: CondensedSector, left: NDArray[np.int64], patterns: NDArray[np.float64]) -> InterfaceMotion:
     """The motions on both faces; nodes on the axis keep all of theirs."""
-    held = faces.held(full).reshape(-1, 3)
-    axis = faces.axis[~held[faces.axis].any(axis=1)]
+    faces = sector.faces
+    right = faces.right[np.isin(faces.left, left)]
+    axis = faces.axis[~sector.held.reshape(-1, 3)[faces.axis].any(axis=1)]
     r, a, k = patterns.shape[1], len(axis), len(left)
     turned = np.einsum("ij,kjr->kir", faces.turn, patterns.reshape(k, 3, r)).reshape(3 * k, r)
     rows = np.zeros((2 * r + 3 * a, 3 * (2 * k + a)))

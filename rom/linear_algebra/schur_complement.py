@@ -5,8 +5,8 @@ The unknowns i and s of a symmetric positive definite matrix, factorised with s 
     [[A_ii, A_is], [A_si, A_ss]] = L L^T,
 
 leave in the last block of L the Schur complement, L_ss L_ss^T = S = A_ss - A_si A_ii^-1 A_is. A right-hand side goes
-down L; then L_ss y_s is minus what the unknowns i take from the right-hand side of s. What else is added to S - another
-half of the matrix, a constraint on s - does not change the factor.
+down L; then L_ss y_s is minus what the unknowns i take from the right-hand side of s. What else is done with S -
+another half of the matrix is added, s is constrained - does not change the factor.
 
 References
 ----------
@@ -33,8 +33,8 @@ _BLOCK = 512  # columns of a product at once
 class SchurComplement:
     """Factor of the unknowns `own` (a,) and `last` (s,) of a matrix, eliminated in this order.
 
-    `own` holds them afterwards in the order of elimination. Raises ValueError where CHOLMOD would not eliminate `last`
-    last: where the others hardly depend on them.
+    `own` holds them afterwards in the order of elimination. Raises ValueError where CHOLMOD would not eliminate
+    `last` last: where the others hardly depend on them.
     """
 
     def __init__(self, matrix: csr_matrix, own: NDArray[np.int64], last: NDArray[np.int64]) -> None:
