@@ -63,11 +63,7 @@ def _modes(
 
     springs: dict[str, Any] = {"normal": np.asarray(normal), "tangential": np.asarray(tangential)}
     frequency, shapes = mode_shapes(model, job.phase, count=min(max(job.modes), model.size), **springs)
-    families = read_families(Path(job.rom))
-    if families is None:
-        names = names_of(sector, shapes)
-    else:
-        names = families.modes(model, job.phase, count=len(shapes), **springs)[1]
+    names = mode_names_of(Path(job.rom), (model, sector, job.phase), shapes, springs)
     return [
         Mode(
             at_largest(shape[: len(sector.points)]),
@@ -75,6 +71,17 @@ def _modes(
         )
         for number, (name, value, shape) in enumerate(zip(names, frequency, shapes, strict=True), start=1)
     ]
+
+
+def mode_names_of(
+    rom: Path, of: tuple[ReducedModel, SectorMesh, float], shapes: NDArray[np.complex128], springs: dict[str, Any]
+) -> list[str]:
+    """Names of the lowest modes of a model, its mesh and a phase with springs; with a disk 1D, 2D, ... among them."""
+    model, sector, phase = of
+    families = read_families(rom)
+    if families is None:
+        return names_of(sector, shapes)
+    return families.modes(model, phase, count=len(shapes), **springs)[1]
 
 
 def names_of(sector: SectorMesh, shapes: NDArray[np.complex128]) -> list[str]:

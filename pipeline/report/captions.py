@@ -26,7 +26,7 @@ _OTHERS = {
     ),
     "nodal_diameters": (
         "Natural frequencies against nodal diameter; excitation and frequency range are marked. With a disk: modes "
-        "by their names (F flap, E edge, T torsion, R radial, D disk), colours: the disk's share of the strain energy."
+        "by their names (F flap, E edge, T torsion, R radial, D disk), in colours the disk's share of strain energy."
     ),
     "campbell": "Campbell diagram: natural frequencies against speed, with the lines of the engine orders.",
     "outputs": "Largest values of the further outputs over a period against frequency, their means included.",

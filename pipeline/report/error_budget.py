@@ -174,8 +174,8 @@ def _waves(source: ReportSource) -> list[ErrorRow]:
     waves = ", ".join(str(number) for number in sorted(worst["wave_error_at"]))
     meaning = (
         "Largest error of six natural frequencies of a wave, against the whole mesh of the sector, from the motions "
-        "kept of the disk's cut faces and the neglected fixed-interface modes. Where it is large, raise rom.modes, or name the "
-        "excited nodal diameters in rom.nodal_diameters."
+        "kept of the disk's cut faces and the neglected fixed-interface modes. Where it is large, raise rom.modes or "
+        "name the excited nodal diameters in rom.nodal_diameters."
     )
     error = float(worst["wave_error"])
     found = f"{share(error)} of a frequency, at nodal diameters {waves}"
