@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -89,7 +89,7 @@ def _draw_families(axes: Axes, model: ReducedModel, families: ModeFamilies, diam
     for side, (hz, names, _) in ((0, modes[0]), (last, modes[-1])):
         offset, align = (-4, "right") if side == 0 else (5, "left")
         for height, name in _apart(hz, names, CLOSE * top):
-            look = {"xytext": (offset, 0), "ha": align, "va": "center", "fontsize": 8}
+            look: dict[str, Any] = {"xytext": (offset, 0), "ha": align, "va": "center", "fontsize": 8}
             axes.annotate(name, (side, height), textcoords="offset points", **look)
 
 

@@ -43,6 +43,7 @@ Frequencies = tuple[float, ...]  # natural, Hz
 # one below: the projection gains where it can follow the next odd deformation of the face.
 _GRIDS = ((2, 2), (3, 3), (4, 3), (4, 4), (6, 4), (6, 6))
 _MARGIN = 0.8  # the other grid comes with another mesh
+NO_REFERENCE = "shroud verify has no reference model of a bladed disk"
 
 
 @dataclass(frozen=True)
@@ -232,9 +233,7 @@ def _loaded(scene: Scene, files: BladeFiles) -> tuple[SectorMesh, FullModel]:
 
     sector = load_sector(files.sector)
     if is_joined(sector):
-        table, name = ("disk", "bore_radius") if scene.disk is not None else ("mesh", "file")
-        value = scene.disk.bore_radius if scene.disk is not None else scene.mesh_file
-        raise ParameterError(table, name, value, "a blade clamped at its root: a disk has no reference model")
+        raise ParameterError("mesh", "file", scene.mesh_file, f"a mesh without cut faces: {NO_REFERENCE}")
     return sector, at_speed(load_full_model(files.full), sector, scene, scene_materials(scene, files.sector))
 
 
