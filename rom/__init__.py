@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from rom.cyclic_sector.cyclic_faces import CyclicFaces, cyclic_faces
     from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes, modes_by_nodal_diameter
     from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
+    from rom.cyclic_sector.static_motion import static_motion
     from rom.cyclic_sector.wave_errors import WaveErrors, wave_errors
     from rom.errors import (
         FactorisationError,
@@ -183,6 +184,7 @@ __all__ = [
     "singular_vertices",
     "spring_stiffness",
     "static_error",
+    "static_motion",
     "stiffen_by_rotation",
     "stored_array",
     "strain_row",
@@ -200,6 +202,7 @@ __all__ = [
 
 _PLACES = {
     "wave_coordinates": "rom.cyclic.cyclic_symmetry",
+    "static_motion": "rom.cyclic_sector.static_motion",
     "wave_errors": "rom.cyclic_sector.wave_errors",
     "WaveErrors": "rom.cyclic_sector.wave_errors",
     "interface_motion": "rom.cyclic_sector.interface_motion",
