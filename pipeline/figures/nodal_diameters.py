@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.figures.data import Array, PlottedCurve
-from pipeline.figures.spectra import LOOKS, MODES, aliased, spectrum
+from pipeline.figures.spectra import LOOKS, MODES, aliased, apart, spectrum
 from pipeline.figures.style import subplots, write_heading
 from pipeline.stages.mode_families_file import read_families
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 SHARES = "plasma"  # colours of the disk's share of the strain energy
 NAMES = 0.1  # of the width of the diagram, at each end
-CLOSE = 0.025  # of the height of the diagram: names nearer than this would overlap
 
 
 def nodal_diameter_figure(curve: PlottedCurve, title: str, orders: Collection[int] = ()) -> Figure | None:
@@ -88,20 +87,9 @@ def _draw_families(axes: Axes, model: ReducedModel, families: ModeFamilies, diam
     bar.set_label("share of the disk in the strain energy, shrouds free [%]")
     for side, (hz, names, _) in ((0, modes[0]), (last, modes[-1])):
         offset, align = (-4, "right") if side == 0 else (5, "left")
-        for height, name in _apart(hz, names, CLOSE * top):
+        for height, name in apart(hz, names, top):
             look: dict[str, Any] = {"xytext": (offset, 0), "ha": align, "va": "center", "fontsize": 8}
             axes.annotate(name, (side, height), textcoords="offset points", **look)
-
-
-def _apart(heights: Array, names: Sequence[str], least: float) -> list[tuple[float, str]]:
-    """Names with their heights; those too near to the last one join it."""
-    found: list[tuple[float, str]] = []
-    for height, name in zip(heights, names, strict=True):
-        if found and height - found[-1][0] < least:
-            found[-1] = (0.5 * (found[-1][0] + float(height)), f"{found[-1][1]}, {name}")
-        else:
-            found.append((float(height), name))
-    return found
 
 
 def _draw_engine_orders(axes: Axes, n_blades: int, speed_rpm: float, excited: Sequence[int], top: float) -> None:

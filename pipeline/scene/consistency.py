@@ -133,7 +133,7 @@ def _unfit_sizes(path: Path, member: Member, wrong: Set[str]) -> Unfit:
         yield from _raised(check_size, path, member)
     if not wrong & {"blade", "material", "load"}:
         yield from _raised(check_speed, path, member)
-    if not wrong & {"blade", "disk", "load", "mesh", "rom"}:
+    if not wrong & {"blade", "disk", "mesh", "rom"}:
         yield from unfit_disk_keys(path, member)
     if "mesh" in wrong:
         return

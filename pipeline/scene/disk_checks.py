@@ -8,8 +8,6 @@ from pathlib import Path
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 
-DISK_SPEED = "0 with a disk: the static equilibrium at speed is that of a blade clamped at its root"
-
 
 def unfit_beside_disk(file: SceneFile) -> Iterator[InputError]:
     """Sections that do not go with [disk].
@@ -33,9 +31,7 @@ def unfit_disk_keys(path: Path, member: Member) -> Iterator[InputError]:
         As soon as it is found.
     """
     scene = member.scene
-    speed, waves = scene.load.speed_rpm, scene.rom.nodal_diameters
-    if scene.disk is not None and speed != 0.0:
-        yield input_error(path, key_in_file(member, "load.speed_rpm"), shown(speed), DISK_SPEED)
+    waves = scene.rom.nodal_diameters
     if waves is None:
         return
     place = key_in_file(member, "rom.nodal_diameters")

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.scene.disk_checks import DISK_SPEED
 from pipeline.stages.joined_sectors import is_joined, with_interface
 from pipeline.stages.mode_families_file import write_families
 from pipeline.stages.scene_loads import scene_loads, with_modal_excitation, with_static_loads
@@ -111,13 +110,11 @@ def at_speed(
     full: FullModel, sector: SectorMesh, scene: Scene, materials: Material | dict[str, Material]
 ) -> FullModel:
     """The full model at the scene's speed of rotation, about its static equilibrium under gas loads too."""
-    from geometry import ParameterError
-    from rom import stiffen_by_rotation
+    from rom import cyclic_faces, static_motion, stiffen_by_rotation
 
     load = scene.load
     if load.speed_rpm == 0.0:
         return full
-    if is_joined(sector):
-        raise ParameterError("load", "speed_rpm", load.speed_rpm, DISK_SPEED)
     loaded = with_static_loads(scene, sector, materials, full)
-    return stiffen_by_rotation(loaded, sector, materials, load.speed_rpm, load.equilibrium)
+    motion = static_motion(full, cyclic_faces(full, sector)) if is_joined(sector) else None
+    return stiffen_by_rotation(loaded, sector, materials, load.speed_rpm, load.equilibrium, motion)

@@ -153,7 +153,6 @@ def test_the_same_sector_from_a_mesh_file(reduced: Path, tmp_path: Path) -> None
         ({"rom__nodal_diameters": [0, 37]}, "rom.nodal_diameters: [0, 37], allowed: whole numbers, 0 to 36 with 72"),
         ({"disk": None, "materials": None, "rom__nodal_diameters": [0]}, "[0], allowed: nothing without a disk"),
         ({"stress": {}}, "stress: given beside [disk], allowed: blades clamped at their roots"),
-        ({"load__speed_rpm": 100.0}, "load.speed_rpm: 100.0, allowed: 0 with a disk"),
         ({"materials__rim": STEEL}, "materials.rim: given without mesh.file, allowed: tables [material] and"),
         ({"disk": None}, "materials: given without mesh.file, allowed: a table [material]"),
         ({"sweep": {"disk.rim_width": [0.05, 0.01]}}, 'sweep."disk.rim_width": 0.01, allowed: must be at least'),
