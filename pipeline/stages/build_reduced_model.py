@@ -16,7 +16,7 @@ from pipeline.stages.scene_to_solver import linear_operation
 if TYPE_CHECKING:
     from geometry import SectorMesh
     from pipeline.scene.schema import Scene
-    from rom import BoundaryChoice, FullModel, Material
+    from rom import BoundaryChoice, FullModel, Material, Reduction
 
 REDUCED_MODEL = "rom.h5"
 AUGMENTED_MODEL = "augmented.h5"
@@ -62,7 +62,6 @@ def make_reduced_model(
         load_sector,
         reduce_sector,
         reduce_to_tolerance,
-        wave_errors,
         write_reduced_model,
     )
 
@@ -89,13 +88,21 @@ def make_reduced_model(
     write_reduced_model(folder / REDUCED_MODEL, model)
     if made.augmented is not None:
         write_reduced_model(folder / AUGMENTED_MODEL, with_modal_excitation(scene, made.augmented))
+    (folder / FACTS).write_text(json.dumps(_facts(made, boundary)))
+
+
+def _facts(made: Reduction, boundary: BoundaryChoice) -> dict[str, Any]:
+    """Sizes of a reduced model; of the sector of a disk also the error of its waves."""
+    from rom import wave_errors
+
+    model = made.model
     facts: dict[str, Any] = {"dofs": made.dofs, "reduced_dofs": model.size}
     facts |= {"n_contacts": model.n_contacts, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
     if model.cyclic_right is not None:
         waves = wave_errors(model, boundary.interface, FREQUENCIES)
         facts |= {"cut_face_motions": len(model.cyclic_right), "wave_error": waves.largest}
         facts["wave_error_at"] = list(waves.nodal_diameters)
-    (folder / FACTS).write_text(json.dumps(facts))
+    return facts
 
 
 def boundary_choice(scene: Scene, sector: SectorMesh, materials: Material | dict[str, Material]) -> BoundaryChoice:
