@@ -243,9 +243,13 @@ class WaveProblem:
         """
         if condensed is not None and isinstance(self.factor, WaveFactor):
             return self.factor.at_faces(condensed)
-        t = self.constraint
-        moved = np.asarray(t @ self.factor.solve(np.ascontiguousarray(t.conj().T @ forces)))
+        moved = self.static_response(forces)
         return moved[self.sector.at_faces], np.sum(forces * moved, axis=0).real
+
+    def static_response(self, forces: NDArray[np.float64]) -> NDArray[Any]:
+        """Displacements (N, k) under forces (N, k) in this wave; of K + s M where nothing holds the disk."""
+        t = self.constraint
+        return np.asarray(t @ self.factor.solve(np.ascontiguousarray(t.conj().T @ forces)))
 
     def modes(self, count: int, tolerance: float = TOLERANCE) -> CyclicModes:
         """The lowest modes, their shapes to a relative tolerance."""

@@ -1,9 +1,9 @@
 """Few motions of the cut faces of a sector in which all its travelling waves move.
 
 The motions of the left face in the lowest modes of a few nodal diameters, and in the static responses to forces at
-the boundary dofs of the blade, hardly differ from each other: their singular value decomposition leaves some dozens.
-With the same motions on both faces the reduced sector is real and serves every nodal diameter; what it leaves out
-shows at nodal diameters between those that it was made of.
+the boundary dofs of the blade, to other loads and to rotation, hardly differ from each other: their singular value
+decomposition leaves some dozens. With the same motions on both faces the reduced sector is real and serves every
+nodal diameter; what it leaves out shows at nodal diameters between those that it was made of.
 
 References
 ----------
@@ -150,9 +150,10 @@ def interface_motion(
     """
     options = options or InterfaceOptions()
     dofs = choose_boundary_dofs(full, sector, replace(boundary, interface=_untouched(faces)))
-    forces = dofs.motion(len(full.positions)).toarray().T
+    forces = [dofs.motion(len(full.positions)).toarray().T]
+    forces += [] if boundary.loads is None else [boundary.loads(full).columns()]
     condensed = CondensedSector(full, faces, backend)
-    motions, references = _sampled(condensed, forces, options)
+    motions, references = _sampled(condensed, np.hstack(forces), options)
     free = faces.left[~condensed.held.reshape(-1, 3)[faces.left].any(axis=1)]
     at_left = np.searchsorted(condensed.at_faces, node_dofs(free).ravel())
     joined = _joined(condensed, free, _principal(motions[at_left], options.tolerance))
@@ -170,6 +171,8 @@ def _sampled(
         modes = wave.modes(options.modes, ROUGHLY)
         found = _of_unit_energy(wave, modes, forces, loads)
         motions += [found.real, found.imag]
+        if diameter == 0:  # so that the static displacement of the reduced model is that of the whole mesh
+            motions.append(_steady(wave))
         references.append(WaveReference(diameter, modes.frequency_hz, sampled=True))
     other = options.unsampled(n_sectors) if options.checked else None
     if other is not None:
@@ -203,6 +206,14 @@ def _of_unit_energy(
     static = static - (moved / stored) @ driven
     work = work - np.sum(np.abs(driven) ** 2 / stored[:, None], axis=0)
     return np.hstack([shapes, static / np.sqrt(np.where(work > 0.0, work, np.inf))])
+
+
+def _steady(wave: WaveProblem) -> NDArray[Any]:
+    """Motion (b, 1) of the faces under the centrifugal force, of unit elastic energy."""
+    force = wave.sector.full.centrifugal[:, None]
+    moved = wave.static_response(force)
+    work = float(np.sum(force * moved))
+    return moved[wave.sector.at_faces] / np.sqrt(work if work > 0.0 else np.inf)
 
 
 def _principal(columns: NDArray[np.float64], tolerance: float) -> NDArray[np.float64]:
