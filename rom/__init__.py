@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from rom.cyclic.ring_modes import RingModes, modal_model
     from rom.cyclic.sector_modes import SectorModes
     from rom.cyclic.wave_modes import WaveModes
+    from rom.cyclic.wave_superelement import WaveSuperelement, model_of_waves
     from rom.cyclic_sector.cyclic_faces import CyclicFaces, cyclic_faces
     from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes
     from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
@@ -126,6 +127,7 @@ __all__ = [
     "StressCycle",
     "Surroundings",
     "WaveModes",
+    "WaveSuperelement",
     "angular_speed",
     "assemble",
     "centrifugal_displacement",
@@ -153,6 +155,7 @@ __all__ = [
     "mode_shapes",
     "model_from_matrices",
     "model_from_superelement",
+    "model_of_waves",
     "natural_frequencies",
     "nearest_vertices",
     "new_hdf5",
@@ -232,6 +235,7 @@ _PLACES = {
     "RingModes": "rom.cyclic.ring_modes",
     "SectorModes": "rom.cyclic.sector_modes",
     "WaveModes": "rom.cyclic.wave_modes",
+    "WaveSuperelement": "rom.cyclic.wave_superelement",
     "RomParameterError": "rom.errors",
     "SolvedPoint": "rom.stress.mesh_motion",
     "SpringSupportedMotion": "rom.cyclic.contact_springs",
@@ -261,6 +265,7 @@ _PLACES = {
     "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",
     "model_from_matrices": "rom.matrix_files.matrix_model",
+    "model_of_waves": "rom.cyclic.wave_superelement",
     "model_from_superelement": "rom.matrix_files.superelement",
     "natural_frequencies": "rom.cyclic.natural_frequencies",
     "new_hdf5": "rom.files.hdf5_writing",
