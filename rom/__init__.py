@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from rom.cyclic.ring_modes import RingModes, modal_model
     from rom.cyclic.sector_modes import SectorModes
     from rom.cyclic.wave_modes import WaveModes
+    from rom.cyclic.wave_superelement import WaveSuperelement, model_of_waves
     from rom.cyclic_sector.cyclic_faces import CyclicFaces, cyclic_faces
     from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes, modes_by_nodal_diameter
     from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
@@ -131,6 +132,7 @@ __all__ = [
     "Surroundings",
     "WaveErrors",
     "WaveModes",
+    "WaveSuperelement",
     "angular_speed",
     "assemble",
     "centrifugal_displacement",
@@ -159,6 +161,7 @@ __all__ = [
     "mode_shapes",
     "model_from_matrices",
     "model_from_superelement",
+    "model_of_waves",
     "modes_by_nodal_diameter",
     "natural_frequencies",
     "nearest_vertices",
@@ -245,6 +248,7 @@ _PLACES = {
     "RingModes": "rom.cyclic.ring_modes",
     "SectorModes": "rom.cyclic.sector_modes",
     "WaveModes": "rom.cyclic.wave_modes",
+    "WaveSuperelement": "rom.cyclic.wave_superelement",
     "RomParameterError": "rom.errors",
     "SolvedPoint": "rom.stress.mesh_motion",
     "SpringSupportedMotion": "rom.cyclic.contact_springs",
@@ -275,6 +279,7 @@ _PLACES = {
     "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",
     "model_from_matrices": "rom.matrix_files.matrix_model",
+    "model_of_waves": "rom.cyclic.wave_superelement",
     "model_from_superelement": "rom.matrix_files.superelement",
     "modes_by_nodal_diameter": "rom.cyclic_sector.cyclic_modes",
     "natural_frequencies": "rom.cyclic.natural_frequencies",
