@@ -63,5 +63,5 @@ def write_shapes(source: Path, sector_file: Path | None, target: Path, count: in
     cells = [(MESHIO_CELLS[block.kind], block.nodes) for block in sector.blocks]
     mesh = cell_library(sector).Mesh(sector.points, cells, point_data=motion)
     mesh.write(target, file_format="vtu")
-    wave = " of nodal diameter 0" if model.cyclic_right is not None else ""
+    wave = " of nodal diameter 0" if model.has_disk else ""
     return f"{count} mode shapes{wave}, {', '.join(f'{hz:.5g}' for hz in frequency)} Hz"

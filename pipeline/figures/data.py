@@ -124,7 +124,7 @@ class PlottedCurve:
     outputs : mapping of str to (P,) array
         Largest values of the further outputs over a period.
     joined : bool
-        Whether the sector is joined to its neighbours at cut faces: its modes depend on the wave.
+        Whether the sector is that of a bladed disk: each wave has modes of its own.
     """
 
     index: int
@@ -239,12 +239,12 @@ def _residual_band(source: Any, facts: CurveSummary) -> ResidualBand | None:
 
 
 def _of_model(rom: Path) -> tuple[Array | None, bool]:
-    """Areas of the contact nodes of a reduced model, and whether it has cut faces."""
+    """Areas of the contact nodes of a reduced model, and whether each wave has modes of its own."""
     import h5py
 
     with h5py.File(rom, "r") as model:
         area = model["contact/area"][()] if "contact/area" in model else None
-        return area, "cyclic/right" in model
+        return area, "cyclic/right" in model or "nodal_diameter" in model
 
 
 def _branches(source: Any, facts: CurveSummary) -> tuple[PlottedBranch, ...]:

@@ -6,8 +6,9 @@ from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pipeline.figures.data import Array, PlottedCurve
+from pipeline.figures.data import PlottedCurve
 from pipeline.figures.spectra import LOOKS, MODES, aliased, apart, spectrum
 from pipeline.figures.style import subplots, write_heading
 from pipeline.stages.mode_families_file import read_families
@@ -35,7 +36,8 @@ def nodal_diameter_figure(curve: PlottedCurve, title: str, orders: Collection[in
     model = read_reduced_model(curve.rom, with_basis=False)
     if model.n_blades is None:
         return None
-    diameters, families = np.arange(model.n_blades // 2 + 1), read_families(curve.rom)
+    known, families = sorted(model.wave_blocks), read_families(curve.rom)
+    diameters = np.array(known or range(model.n_blades // 2 + 1))
     figure, axes = subplots(size=(7.2, 4.8))
     top = _draw_states(axes, model, curve, diameters)
     if families is not None:
@@ -60,11 +62,12 @@ def nodal_diameter_figure(curve: PlottedCurve, title: str, orders: Collection[in
     return figure
 
 
-def _draw_states(axes: Axes, model: ReducedModel, curve: PlottedCurve, diameters: Array) -> float:
+def _draw_states(axes: Axes, model: ReducedModel, curve: PlottedCurve, diameters: NDArray[np.int64]) -> float:
     """Lines of free, sliding and stuck shrouds; returns the highest frequency, Hz."""
-    joined = model.cyclic_right is not None
-    free = {} if joined else spectrum(model, curve, 0, ("free",))  # that of one blade, whatever the nodal diameter
-    states = tuple(LOOKS) if joined else ("sliding", "stuck")
+    free = (
+        {} if model.has_disk else spectrum(model, curve, 0, ("free",))
+    )  # that of one blade, whatever the nodal diameter
+    states = tuple(LOOKS) if model.has_disk else ("sliding", "stuck")
     found = [free | spectrum(model, curve, int(diameter), states) for diameter in diameters]
     for name, look in LOOKS.items():
         lines = np.array([item[name] for item in found])
@@ -73,7 +76,9 @@ def _draw_states(axes: Axes, model: ReducedModel, curve: PlottedCurve, diameters
     return max(float(item["stuck"].max()) for item in found)
 
 
-def _draw_families(axes: Axes, model: ReducedModel, families: ModeFamilies, diameters: Array, top: float) -> None:
+def _draw_families(
+    axes: Axes, model: ReducedModel, families: ModeFamilies, diameters: NDArray[np.int64], top: float
+) -> None:
     """Modes of free shrouds by the disk's share of their strain energy, and their names at both ends."""
     assert model.n_blades is not None
     pitch, last = 2.0 * np.pi / model.n_blades, int(diameters[-1])

@@ -154,8 +154,8 @@ def frequency_tables(source: ReportSource) -> list[FrequencyTable]:
         states = {} if of_order else {"free": row["free_hz"]}
         for order in row["stuck_hz"]:
             if order in of_order:
-                names = ", ".join(row["free_names"][order][:SHOWN_FREQUENCIES])
-                states[f"free, engine order {order}: {names}"] = of_order[order]
+                names = ", ".join(row.get("free_names", {}).get(order, ())[:SHOWN_FREQUENCIES])
+                states[f"free, engine order {order}{': ' * bool(names)}{names}"] = of_order[order]
             states[f"sliding, engine order {order}"] = row["sliding_hz"][order]
             states[f"stuck, engine order {order}"] = row["stuck_hz"][order]
         rows = tuple(

@@ -23,7 +23,7 @@ FILE = "frequencies.json"
 def stored_frequencies(store: Store, model: BuiltModel, scene: Scene) -> dict[str, Any]:
     """First ten natural frequencies, Hz: `free_hz`, `sliding_hz` (normal springs), `stuck_hz` (all springs).
 
-    Of a sector of a disk also `free_names`, the names of the modes of `free_hz`.
+    `each_wave`: whether `free_hz` depends on the engine order too, with a disk; of one made here also `free_names`.
     """
     order = scene.excitation.engine_order
     key = fingerprint(
@@ -58,6 +58,7 @@ def _write(path: Path, rom: Path, scene: Scene) -> None:
         name: natural_frequencies(model, phase, count=count, **springs).tolist() for name, springs in states.items()
     }
     families = read_families(rom)
+    values["each_wave"] = model.has_disk
     if families is not None:
         values["free_names"] = families.modes(model, phase, count=count)[1]
     values |= {"normal_stiffness": float(normal.sum()), "tangential_stiffness": float(tangential.sum())}

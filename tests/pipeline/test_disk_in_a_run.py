@@ -2,18 +2,31 @@
 
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, summary_of, write_scene
+from test_bladed_disk import SECTORS, superelements
+from test_bladed_disk import sector as lumped
 
 from geometry import write_mesh
 from pipeline.figures.nodal_diameters import nodal_diameter_figure
 from pipeline.scene.reading import read_scene
 from pipeline.stages.build_mesh import SECTOR
+from pipeline.stages.mode_families_file import read_families
 from pipeline.stages.scene_to_solver import contact_parameters
-from rom import Material, assemble, cyclic_faces, cyclic_modes, load_sector
+from rom import (
+    Material,
+    assemble,
+    cyclic_faces,
+    cyclic_modes,
+    load_sector,
+    model_of_waves,
+    read_reduced_model,
+    write_reduced_model,
+)
 
 DISK: dict[str, Any] = {"bore_radius": 0.2, "rim_width": 0.05, "bore_width": 0.03, "profile": [[0.26, 0.012]]}
 STEEL = {"young_modulus": 210e9, "poisson_ratio": 0.3, "density": 7850.0}
@@ -56,9 +69,6 @@ def test_natural_frequencies_are_those_of_the_whole_mesh_in_each_wave(reduced: P
 
 def test_the_share_of_the_disk_is_that_of_its_strain_energy(reduced: Path) -> None:
     """Against the modes of the whole mesh and the matrices of a sector of which only the disk is stiff."""
-    from pipeline.stages.mode_families_file import read_families
-    from rom import read_reduced_model
-
     model = summary_of(reduced)["models"][0]
     sector = load_sector((reduced / model["mesh"]).parent / SECTOR)
     full = assemble(sector, {"": Material(**STEEL), "disk": Material(**SOFT)}, "hex8")
@@ -77,8 +87,6 @@ def test_the_share_of_the_disk_is_that_of_its_strain_energy(reduced: Path) -> No
 
 def test_engine_orders_are_folded_at_half_the_number_of_blades(reduced: Path) -> None:
     """At speed the diagram marks each engine order at its nodal diameter and at its frequency."""
-    from types import SimpleNamespace
-
     model = summary_of(reduced)["models"][0]
     scene = read_scene(reduced.parent / "scene.toml").first
     at_speed = scene.model_copy(update={"load": scene.load.model_copy(update={"speed_rpm": 1200.0})})
@@ -170,3 +178,25 @@ def test_verify_has_no_reference_for_a_disk(reduced: Path) -> None:
     status, _, error = shroud("verify", reduced.parent / "scene.toml", "--out", reduced)
     assert status == 2
     assert "disk: given, allowed: a scene without it: shroud verify has no reference model of a bladed disk" in error
+
+
+def test_models_from_elsewhere_with_cut_faces_or_a_superelement_for_each_wave(tmp_path: Path) -> None:
+    """Both give the same curve; what a file holds is said, and what cannot be exported."""
+    scene = {
+        "name": "lumped",
+        "contact": {"normal_stiffness": 1e5, "tangential_stiffness": 5e4, "friction": 0.4, "interference": 1e-4},
+        "excitation": {"engine_order": 2, "force": 40.0},
+        "response": {"frequency": [20.0, 200.0], "damping_ratio": 0.01, "truncation": False, "detached": False},
+    }
+    file, peaks = write_scene(tmp_path / "scene.toml", scene), []
+    waves = model_of_waves(superelements(lumped()), SECTORS, np.zeros((2, 3)))
+    said = {"cuts": "cut faces: 3 motions of each", "waves": "nodal diameters, a superelement for each: 0, 1, 2, 3"}
+    for name, model in {"cuts": lumped(), "waves": waves}.items():
+        rom = tmp_path / f"{name}.h5"
+        write_reduced_model(rom, model)
+        assert said[name] in shroud("info", rom)[1]
+        assert shroud("respond", file, "--rom", rom, "--out", tmp_path / name)[0] == 0
+        peaks.append(summary_of(tmp_path / name)["curves"][0]["peak_amplitude_m"])
+        assert list(summary_of(tmp_path / name)["models"][0]["free_at_order_hz"]) == ["2"]
+        assert shroud("export", rom, "--to", tmp_path / f"{name}.op4")[0] == (0 if name == "cuts" else 2)
+    assert peaks[1] == pytest.approx(peaks[0], rel=1e-9)
