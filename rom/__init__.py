@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rom.cyclic.expansion import expand_to_mesh
     from rom.cyclic.linear_response import linear_response
     from rom.cyclic.modal_model import ModalModel
-    from rom.cyclic.mode_families import ModeFamilies, mode_families
+    from rom.cyclic.mode_families import ModeFamilies
     from rom.cyclic.mode_names import mode_names
     from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
     from rom.cyclic.receptance import RelativeReceptance
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from rom.cyclic.wave_superelement import WaveSuperelement, model_of_waves
     from rom.cyclic_sector.cyclic_faces import CyclicFaces, cyclic_faces
     from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes, modes_by_nodal_diameter
+    from rom.cyclic_sector.family_rows import mode_families
     from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
     from rom.cyclic_sector.static_motion import static_motion
     from rom.cyclic_sector.wave_errors import WaveErrors, wave_errors
@@ -275,7 +276,7 @@ _PLACES = {
     "load_full_model": "rom.files.full_model_file",
     "load_sector": "rom.files.sector_file",
     "modal_model": "rom.cyclic.ring_modes",
-    "mode_families": "rom.cyclic.mode_families",
+    "mode_families": "rom.cyclic_sector.family_rows",
     "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",
     "model_from_matrices": "rom.matrix_files.matrix_model",

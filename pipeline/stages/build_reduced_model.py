@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.stages.joined_sectors import is_joined, with_interface
-from pipeline.stages.mode_families_file import write_families
+from pipeline.stages.disk_reduction import with_interface, write_families
+from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.scene_loads import scene_loads, with_modal_excitation, with_static_loads
 from pipeline.stages.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import linear_operation
