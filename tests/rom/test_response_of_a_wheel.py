@@ -24,7 +24,7 @@ PITCH = 2.0 * np.pi / SECTORS
 
 
 def on_faces(sector, full, values):
-    """Forces (n, 3) on the nodes of a sector by contact forces (n_c, 3) on its right face, and back on its left one."""
+    """Forces (n, 3) on the nodes of a sector: contact forces (n_c, 3) on its right face, their reaction on its left."""
     found = np.zeros((len(full.positions), 3), complex)
     for face, factor in ((sector.right, 1.0), (sector.left, -np.exp(-1j * ENGINE_ORDER * PITCH))):
         np.add.at(found, full.vertex_node[face.nodes], factor * np.einsum("kij,ki->kj", face.frame, values))
