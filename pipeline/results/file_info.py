@@ -84,7 +84,9 @@ def _joined_lines(found: dict[str, Any]) -> list[str]:
     if waves := found["nodal_diameters"]:
         return [f"nodal diameters, a superelement for each: {', '.join(map(str, waves))}"]
     motions = found["cut_face_motions"]
-    return [f"joined to its neighbours at cut faces: {motions} motions of each"] if motions else []
+    return (
+        [f"joined to its neighbours at cut faces: {motions} motion{'s' * (motions > 1)} of each"] if motions else []
+    )
 
 
 def _at(found: dict[str, Any]) -> str:

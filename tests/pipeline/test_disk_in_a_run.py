@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, summary_of, write_scene
-from test_bladed_disk import SECTORS, superelements
-from test_bladed_disk import sector as lumped
 
 from geometry import write_mesh
 from pipeline.figures.nodal_diameters import nodal_diameter_figure
@@ -19,6 +17,8 @@ from pipeline.stages.mode_families_file import read_families
 from pipeline.stages.scene_to_solver import contact_parameters
 from rom import (
     Material,
+    ReducedModel,
+    WaveSuperelement,
     assemble,
     cyclic_faces,
     cyclic_modes,
@@ -183,17 +183,48 @@ def test_verify_has_no_reference_for_a_disk(reduced: Path) -> None:
     assert "disk: given, allowed: a scene without it: shroud verify has no reference model of a bladed disk" in error
 
 
+def lumped() -> ReducedModel:
+    """A blade with one contact node, on rims left and right of it that springs join and hold; twelve sectors."""
+    rim = 1e6 * np.array([[2.0, -1.0, -1.0], [-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]]) + 1e5 * np.eye(3)
+    blade, left, right = np.eye(3)
+    along_t, along_n = np.outer([0.3, 0.0, 1.0], blade), np.outer([0.0, 0.0, 0.8], blade)
+    cuts = {"cyclic_right": right[None], "cyclic_left": left[None]}
+    return ReducedModel(
+        np.eye(3), rim, along_t, np.zeros((1, 3)), blade, {"tip": blade}, along_n, n_blades=12, producer="x", **cuts
+    )
+
+
+def superelements(model: ReducedModel) -> dict[int, WaveSuperelement]:
+    """The same for each nodal diameter, as another program reduces it."""
+    found = {}
+    for n in range(7):
+        wave = model.wave(np.pi * n / 6)
+        assert wave is not None
+        assert model.contact_left is not None
+        own = wave.real if n in (0, 6) else wave * np.exp(0.3j)
+        adjoint = own.conj().T
+        found[n] = WaveSuperelement(
+            adjoint @ model.mass @ own,
+            adjoint @ model.stiffness @ own,
+            model.contact_right @ own,
+            model.contact_left @ own,
+            adjoint @ model.force_excitation,
+            {"tip": model.outputs["tip"] @ own},
+        )
+    return found
+
+
 def test_models_from_elsewhere_with_cut_faces_or_a_superelement_for_each_wave(tmp_path: Path) -> None:
     """Both give the same curve; what a file holds is said, and what cannot be exported."""
     scene = {
         "name": "lumped",
         "contact": {"normal_stiffness": 1e5, "tangential_stiffness": 5e4, "friction": 0.4, "interference": 1e-4},
-        "excitation": {"engine_order": 2, "force": 40.0},
-        "response": {"frequency": [20.0, 200.0], "damping_ratio": 0.01, "truncation": False, "detached": False},
+        "excitation": {"engine_order": 2, "force": 10.0},
+        "response": {"frequency": [50.0, 300.0], "damping_ratio": 0.01, "truncation": False, "detached": False},
     }
     file, peaks = write_scene(tmp_path / "scene.toml", scene), []
-    waves = model_of_waves(superelements(lumped()), SECTORS, np.zeros((2, 3)))
-    said = {"cuts": "cut faces: 3 motions of each", "waves": "nodal diameters, a superelement for each: 0, 1, 2, 3"}
+    waves = model_of_waves(superelements(lumped()), 12, np.zeros((1, 3)))
+    said = {"cuts": "cut faces: 1 motion of each", "waves": "a superelement for each: 0, 1, 2, 3, 4, 5, 6"}
     for name, model in {"cuts": lumped(), "waves": waves}.items():
         rom = tmp_path / f"{name}.h5"
         write_reduced_model(rom, model)
