@@ -10,16 +10,16 @@ from pipeline.scene.reading import Member, SceneFile, key_in_file
 
 
 def unfit_beside_disk(file: SceneFile) -> Iterator[InputError]:
-    """Sections that do not go with [disk].
+    """A disk that nothing holds has no static response, which stresses need.
 
     Yields
     ------
     InputError
         As soon as it is found.
     """
-    for section in ("stress", "fatigue"):
-        if file.first.disk is not None and getattr(file.first, section) is not None:
-            yield input_error(file.path, section, "given beside [disk]", "blades clamped at their roots: no [disk]")
+    disk = file.first.disk
+    if disk is not None and disk.bore == "free" and file.first.stress is not None:
+        yield input_error(file.path, "stress", 'given with disk.bore = "free"', 'disk.bore = "clamped"')
 
 
 def unfit_disk_keys(path: Path, member: Member) -> Iterator[InputError]:

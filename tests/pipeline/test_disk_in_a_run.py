@@ -160,7 +160,10 @@ def test_the_same_sector_from_a_mesh_file(reduced: Path, tmp_path: Path) -> None
         ({"disk__size": 1e-6}, "mesh.size: 0.009, allowed: larger elements"),
         ({"rom__nodal_diameters": [0, 37]}, "rom.nodal_diameters: [0, 37], allowed: whole numbers, 0 to 36 with 72"),
         ({"disk": None, "materials": None, "rom__nodal_diameters": [0]}, "[0], allowed: nothing without a disk"),
-        ({"stress": {}}, "stress: given beside [disk], allowed: blades clamped at their roots"),
+        (
+            {"stress": {}, "disk__bore": "free"},
+            'stress: given with disk.bore = "free", allowed: disk.bore = "clamped"',
+        ),
         ({"materials__rim": STEEL}, "materials.rim: given without mesh.file, allowed: tables [material] and"),
         ({"disk": None}, "materials: given without mesh.file, allowed: a table [material]"),
         ({"sweep": {"disk.rim_width": [0.05, 0.01]}}, 'sweep."disk.rim_width": 0.01, allowed: must be at least'),
