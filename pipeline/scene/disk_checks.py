@@ -17,9 +17,10 @@ def unfit_beside_disk(file: SceneFile) -> Iterator[InputError]:
     InputError
         As soon as it is found.
     """
-    disk = file.first.disk
-    if disk is not None and disk.bore == "free" and file.first.stress is not None:
-        yield input_error(file.path, "stress", 'given with disk.bore = "free"', 'disk.bore = "clamped"')
+    scene = file.first
+    if scene.disk is not None and scene.disk.bore == "free" and scene.with_stress:
+        section = "fatigue" if scene.stress is None else "stress"
+        yield input_error(file.path, section, 'given with disk.bore = "free"', 'disk.bore = "clamped"')
 
 
 def unfit_disk_keys(path: Path, member: Member) -> Iterator[InputError]:
