@@ -103,31 +103,34 @@ def apply_forces(system: RingSystem, work: RingWork) -> None:
 
 @inner
 def write_output(theta: float, system: RingSystem, work: RingWork, output: Array) -> None:
-    """Write the output of all blades (q,)."""
+    """Write the outputs of all structures, one after the other, (q o,)."""
     cosine, sine = math.cos(theta), math.sin(theta)
     n_blades, rows = work.force.shape
+    outputs = len(system.output_modes)
     for j in range(n_blades):
         real = cosine * system.waves[j, 0] - sine * system.waves[j, 1]
         imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
-        total = system.free_output[0] + real * system.free_output[1] + imaginary * system.free_output[2]
-        higher_real, higher_imaginary = real, imaginary
-        for h in range(2, len(system.free_output) // 2 + 1):
-            higher_real, higher_imaginary = (
-                higher_real * real - higher_imaginary * imaginary,
-                higher_real * imaginary + higher_imaginary * real,
-            )
-            total += higher_real * system.free_output[2 * h - 1] + higher_imaginary * system.free_output[2 * h]
-        for m in range(work.coordinates.shape[1]):
-            total += system.output_modes[m] * work.coordinates[j, m]
-        for row in range(rows):
-            total += system.output_forces[0, row] * work.force[j, row]
-            total += system.output_forces[1, row] * work.force[(j - 1) % n_blades, row]
-        output[j] = total
+        for i in range(outputs):
+            free = system.free_output[:, i]
+            total = free[0] + real * free[1] + imaginary * free[2]
+            higher_real, higher_imaginary = real, imaginary
+            for h in range(2, len(free) // 2 + 1):
+                higher_real, higher_imaginary = (
+                    higher_real * real - higher_imaginary * imaginary,
+                    higher_real * imaginary + higher_imaginary * real,
+                )
+                total += higher_real * free[2 * h - 1] + higher_imaginary * free[2 * h]
+            for m in range(work.coordinates.shape[1]):
+                total += system.output_modes[i, m] * work.coordinates[j, m]
+            for row in range(rows):
+                total += system.output_forces[0, i, row] * work.force[j, row]
+                total += system.output_forces[1, i, row] * work.force[(j - 1) % n_blades, row]
+            output[j * outputs + i] = total
 
 
 @lean
 def march_steps(system: RingSystem, work: RingWork, first: int, last: int, scale: float, output: Array) -> float:
-    """March the steps from `first` to `last` of a period and write the output at their ends, (steps, q).
+    """March the steps from `first` to `last` of a period and write the outputs at their ends, (steps, q o).
 
     `scale` is the largest contact force so far; returned with what comes, or -1 where the contact forces of a step do
     not settle.
