@@ -1,15 +1,15 @@
 """A ring of sectors joined at a disk: its modes belong to waves, and a force on one sector moves all.
 
-Waves of q sectors have the phases 2 pi l / q, l = 0 .. q - 1. In the wave l sector j moves as
-q^(-1/2) exp(2 pi i j l / q) phi_l z_l, phi_l its modes. In real motions z of q - l is the complex conjugate of z of l.
+Waves of q sectors have the phases 2 pi l / q, l = 0 .. q - 1. In the wave l, with the modes phi_l, sector j moves as
+q^(-1/2) exp(2 pi i j l / q) phi_l z_l. In a real motion z_(q-l) is the complex conjugate of z_l.
 
 The coordinates of the ring are the sums of the waves, mode number by mode number,
 
     x_j = q^(-1/2) sum_l exp(2 pi i j l / q) z_l,
 
-real, (q, m). A travelling wave on fewer sectors, repeated, is the same wave on more, as for blades alone: with the same
-modes in every wave x_j are the modal coordinates of blade j. The kernels have the cosine and sine waves, the real
-discrete Fourier transform of x_j, in which the ring is one structure with real modes in contact with itself.
+real, (q, m). A travelling wave on fewer sectors, repeated, is the same wave on more. If the modes were the same in all
+waves, x_j would be the modal coordinates of blade j. The kernels have the cosine and sine waves, the real discrete
+Fourier transform of x_j. In these the ring is one structure with real modes, in contact with itself.
 """
 
 from dataclasses import dataclass
@@ -176,7 +176,7 @@ class JoinedSectors:
         return self.retained[self._wave]
 
     def _rows(self, values: NDArray[Any]) -> Array:
-        """Values (J, m, a) of the modes of the waves as (M, q, a): retained modes of the real waves, sectors, values."""
+        """Values (M, q, a) of the retained modes of the real waves on the sectors, from those of the waves (J, m, a)."""
         row, mode = np.nonzero(self._kept)
         turned = self._complex_turn[row][:, :, None] * values[self._wave[row], mode][:, None]
         return np.where(self._is_cosine[row][:, None, None], turned.real, turned.imag)

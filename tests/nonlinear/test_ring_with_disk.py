@@ -8,9 +8,19 @@ from lumped import lumped_blade
 from lumped_disk import sector_places, sector_with_disk, whole_ring
 from scipy.linalg import expm
 
-from nonlinear import ContactParameters, Excitation, HarmonicBalance, Ring, RingIntegrator, RingState, SolverOptions
-from nonlinear.contact.element_choice import contact_element
-from nonlinear.harmonic_balance.initial_solution import static_displacement
+from nonlinear import (
+    ContactParameters,
+    Excitation,
+    Ring,
+    RingIntegrator,
+    RingLimits,
+    RingPatterns,
+    RingState,
+    SolverOptions,
+    build_harmonic_balance,
+    integrate_ring,
+)
+from nonlinear.harmonic_balance.initial_solution import periodic_start
 from nonlinear.time_integration.energy import energy_balance
 from nonlinear.time_integration.residual_flexibility import RetainedModes
 from rom import ModalModel, contact_springs, modal_model
@@ -175,3 +185,59 @@ def test_energy_is_balanced_to_second_order(law):
         errors.append(energy_balance(integrator, integrator.march(integrator.at_rest(), 3).final).error)
     assert errors[0] < 2e-3
     assert errors[1] < errors[0] / 6.0
+
+
+def solution(ground, engine_order, omega, interference, harmonics=15):
+    """Ring of six sectors, options and the displacement of the wave at omega, by harmonic balance."""
+    modal = modal_model(sector_with_disk(6, ground=ground), damping_ratio=0.01)
+    contact = ContactParameters.shared(
+        2, normal_stiffness=6.0, tangential_stiffness=4.2, friction=0.4, interference=interference
+    )
+    ring, options = (
+        Ring(modal, contact, Excitation(engine_order, 1.0)),
+        SolverOptions((0.1, 0.8), harmonics=harmonics),
+    )
+    balance = build_harmonic_balance(modal, contact, ring.excitation, options)
+    start = periodic_start(balance, omega, np.zeros((2, 3)), options, contact)
+    assert start.converged
+    return ring, options, balance.displacement(start.solution)
+
+
+def test_the_wave_of_the_harmonic_balance_is_that_of_the_ring():
+    """Slip and separation, harmonics in all waves: more harmonics come nearer, down to the error of the step."""
+    distances = []
+    for harmonics in (7, 31):
+        ring, _, displacement = solution(2.0, 1, 0.8, 0.3, harmonics)
+        integrator = RingIntegrator.of(ring, 0.8, retention=60.0)
+        record = integrator.march(integrator.on_wave(displacement), 4)
+        wave = integrator.wave_output(displacement)
+        distances.append(np.abs(record.output_m[-1] - wave).max() / np.abs(wave).max())
+    assert integrator.n_blades == 6
+    assert np.abs(record.final.slider).max() > 0.1
+    assert distances[0] > 1e-3
+    assert distances[1] < 2e-4
+
+
+def test_a_floating_disk_keeps_a_stable_motion():
+    ring, options, displacement = solution(0.0, 1, 0.8, 0.3)
+    rate = RingPatterns(ring, options, 0.8, displacement).growth_rate(1)
+    motion = integrate_ring(
+        ring, 0.8, displacement, nodal_diameter=1, limits=RingLimits(most_periods=300, window=40, settling=60)
+    )
+    assert motion.stays
+    assert motion.growth_rate == pytest.approx(rate, rel=0.1)
+    assert rate < 0.0
+
+
+def test_sectors_leave_a_wave_at_the_rate_of_the_pattern():
+    """Three sectors carry the wave, six the perturbation: the growth rate is that of Hill's method."""
+    ring, options, displacement = solution(2.0, 2, 0.7, 0.0)
+    rates = [RingPatterns(ring, options, 0.7, displacement).growth_rate(k) for k in (0, 1)]
+    assert rates[0] < 0.0 < rates[1]
+    motion = integrate_ring(
+        ring, 0.7, displacement, nodal_diameter=1, limits=RingLimits(most_periods=400, window=40, settling=60)
+    )
+    assert (ring.wave_blades, motion.n_blades) == (3, 6)
+    assert not motion.stays
+    assert motion.growth_rate == pytest.approx(rates[1], rel=0.02)
+    assert motion.amplitude_m > 1.05 * motion.started_m
