@@ -75,7 +75,7 @@ class ClampedBlades:
         return found
 
     def system(self, omega: float, steps: int) -> RingSystem:
-        """Arrays of the kernels at `omega` (rad/s), `steps` a period: each blade is a structure, joined to the next."""
+        """Arrays of the kernels at `omega` (rad/s), `steps` a period: each blade is a structure."""
         ring, modal, kept = self.modes.ring, self.modal, self.retained
         right, flexibility = modal.right, self.modes.flexibility(modal.angular_frequency)
         left = np.zeros_like(right) if modal.left is None else modal.left

@@ -7,9 +7,9 @@ The coordinates of the ring are the sums of the waves, mode number by mode numbe
 
     x_j = q^(-1/2) sum_l exp(2 pi i j l / q) z_l,
 
-real, (q, m). A travelling wave on fewer sectors, repeated, is the same wave on more. If the modes were the same in all
-waves, x_j would be the modal coordinates of blade j. The kernels have the cosine and sine waves, the real discrete
-Fourier transform of x_j. In these the ring is one structure with real modes, in contact with itself.
+real, (q, m). A travelling wave on fewer sectors, repeated, is the same wave on more. If the modes were the same in
+all waves, x_j would be the modal coordinates of blade j. The kernels have the cosine and sine waves, the real
+discrete Fourier transform of x_j. In these the ring is one structure with real modes, in contact with itself.
 """
 
 from dataclasses import dataclass
@@ -176,7 +176,7 @@ class JoinedSectors:
         return self.retained[self._wave]
 
     def _rows(self, values: NDArray[Any]) -> Array:
-        """Values (M, q, a) of the retained modes of the real waves on the sectors, from those of the waves (J, m, a)."""
+        """Values (M, q, a) of the retained modes of the real waves on the sectors, from (J, m, a) of the waves."""
         row, mode = np.nonzero(self._kept)
         turned = self._complex_turn[row][:, :, None] * values[self._wave[row], mode][:, None]
         return np.where(self._is_cosine[row][:, None, None], turned.real, turned.imag)

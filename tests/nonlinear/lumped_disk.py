@@ -66,7 +66,7 @@ def whole_ring(sector, n_sectors, engine_order):
     turn = np.exp(2j * np.pi * engine_order * np.arange(n_sectors) / sector.n_blades)
     relative = np.stack(
         [
-            sector.contact_right @ here - sector.contact_left @ there
+            sector.contact_right @ here - (0.0 if sector.contact_left is None else sector.contact_left @ there)
             for here, there in zip(places, np.roll(places, -1, axis=0), strict=True)
         ]
     )

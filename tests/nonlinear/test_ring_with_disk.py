@@ -18,6 +18,7 @@ from nonlinear import (
     RingState,
     SolverOptions,
     build_harmonic_balance,
+    forced_response,
     integrate_ring,
 )
 from nonlinear.harmonic_balance.initial_solution import periodic_start
@@ -66,20 +67,34 @@ def test_sectors_with_the_same_modes_in_every_wave_are_blades_alone(n_blades, la
         assert getattr(record.final, name) == pytest.approx(getattr(expected.final, name), abs=2e-9), name
 
 
-@pytest.mark.parametrize("law", ["two_sliders", "cone"])
-def test_the_ring_is_one_structure_in_contact_with_itself(law):
-    """Six of twelve sectors, complex modes, slip and separation: the same steps on the assembled ring."""
+def of_all_pairs(contact, pairs):
+    """Contact parameters of the nodes of all pairs of faces."""
+    fields = "normal_stiffness", "tangential_stiffness", "friction", "interference", "preload"
+    return ContactParameters(**{name: np.tile(getattr(contact, name), pairs) for name in fields}, law=contact.law)
+
+
+def tip(blade):
+    """Name of the output of a blade of the assembled ring."""
+    return f"tip{blade}" if blade else "tip"
+
+
+@pytest.mark.parametrize(("law", "ground"), [("two_sliders", False), ("cone", False), ("two_sliders", True)])
+def test_the_ring_is_one_structure_in_contact_with_itself(law, ground):
+    """Six of twelve sectors, complex modes, slip and separation: the same steps on the assembled ring.
+
+    Against ground, too: the disk joins the sectors then.
+    """
     sector, contact, periods = sector_with_disk(12), replace(RUBBING, law=law), 3
+    if ground:
+        sector = replace(sector, contact_left=None)
     ring = ring_of(sector, contact, engine_order=2)
     integrator = RingIntegrator.of(ring, 0.9, retention=8.0)
     record = integrator.march(integrator.at_rest(), periods)
     assert integrator.n_blades == 6
     assert not integrator.structure.retained.all()
-    fields = "normal_stiffness", "tangential_stiffness", "friction", "interference", "preload"
-    tiled = {name: np.tile(getattr(contact, name), 6) for name in fields}
     modal = modal_model(whole_ring(sector, 6, 2), rayleigh=RAYLEIGH)
     for j in (0, 4):
-        whole = Ring(modal, ContactParameters(**tiled, law=law), Excitation(1, 1.0), "tip" if j == 0 else f"tip{j}")
+        whole = Ring(modal, of_all_pairs(contact, 6), Excitation(1, 1.0), tip(j))
         retained = RetainedModes(whole, integrator.modes.highest)
         alone = RingIntegrator(whole, 0.9, 1, integrator.steps, retained)
         expected = alone.march(alone.at_rest(), periods)
@@ -241,3 +256,20 @@ def test_sectors_leave_a_wave_at_the_rate_of_the_pattern():
     assert not motion.stays
     assert motion.growth_rate == pytest.approx(rates[1], rel=0.02)
     assert motion.amplitude_m > 1.05 * motion.started_m
+
+
+def test_the_worst_motion_is_that_of_the_assembled_ring():
+    """No solution of the curve is stable near its top; the ring as one structure, from rest, goes as high."""
+    sector = sector_with_disk(6)
+    contact = ContactParameters.shared(2, normal_stiffness=6.0, tangential_stiffness=4.2, friction=0.4)
+    options = SolverOptions((0.105, 0.115), harmonics=3, detached=False, truncation=False)
+    curve = forced_response(modal_model(sector, damping_ratio=0.01), contact, Excitation(2, 1.0), options)
+    assert curve.worst.motion == "quasi-periodic"
+    assert curve.worst.ring_blades == 6
+    modal, omega = modal_model(whole_ring(sector, 6, 2), damping_ratio=0.01), 2.0 * np.pi * curve.worst.frequency_hz
+    limits, amplitudes = RingLimits(most_periods=500, window=100), []
+    for blade in range(3):
+        whole = Ring(modal, of_all_pairs(contact, 6), Excitation(1, 1.0), tip(blade))
+        amplitudes.append(integrate_ring(whole, omega, None, limits=limits).amplitude_m)
+    assert curve.worst.amplitude_m == pytest.approx(max(amplitudes), rel=0.05)
+    assert curve.worst.amplitude_m > 1.2 * curve.amplitude_m.max()
