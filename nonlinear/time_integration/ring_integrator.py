@@ -327,6 +327,8 @@ class RingIntegrator:
             guess=motion.copy(),
             force=force,
             last_force=force.copy(),
+            earlier_force=force.copy(),
+            change=np.zeros(force.shape[1]),
             load=np.zeros(nodes),
             slip=np.zeros((*nodes, 2)),
         )
