@@ -324,12 +324,12 @@ class RingIntegrator:
         structure = self.structure
         free, free_rate = self.contact_free(0.0)
         coordinates = structure.packed(state.coordinates - free)
-        force = state.force.reshape(self.n_blades, -1)
-        contact_driven = structure.modal_force(force)
+        contact_driven = structure.modal_force(state.force.reshape(self.n_blades, -1))
         moved = structure.unpacked(coordinates) + self._residual(contact_driven) + free
         bodies = len(coordinates)  # structures of the kernels
         motion = structure.motion(moved).reshape(bodies, -1)
         slider = state.slider.reshape(bodies, -1, 2)
+        force = state.force.reshape(bodies, -1).copy()
         nodes = slider.shape[:2]
         return RingWork(
             coordinates=coordinates,
@@ -339,8 +339,10 @@ class RingIntegrator:
             placed=slider.copy(),
             motion=motion,
             guess=motion.copy(),
-            force=force.reshape(bodies, -1).copy(),
-            last_force=force.reshape(bodies, -1).copy(),
+            force=force,
+            last_force=force.copy(),
+            earlier_force=force.copy(),
+            change=np.zeros(force.shape[1]),
             load=np.zeros(nodes),
             slip=np.zeros((*nodes, 2)),
         )

@@ -2,21 +2,24 @@
 
 A step: the retained modes under the forces so far, the contact forces at its end (`contact_step`), the modes under
 these. The forces vary linearly over the step, so that the error is of second order.
+
+All functions are copied into the one that is called from Python: a call passes some 250 numbers of arrays, which
+takes as long as a step of two blades.
 """
 
 import math
 
-from nonlinear.contact.numba_cache import inner, lean
+from nonlinear.contact.numba_cache import inlined, lean
 from nonlinear.contact.parameters import Array
-from nonlinear.time_integration.contact_step import add, begin_step, solve_node
+from nonlinear.time_integration.contact_step import add_node, add_rows, begin_step, pass_on, solve_node
 from nonlinear.time_integration.ring_system import RingSystem, RingWork
 
 MOST_SWEEPS = 200
 FAST = 0.05  # ratio of two successive changes up to which it is taken to hold for the next one
-TOLERANCE = 1e-10  # change of a force, relative to the largest force so far, at which a step is solved
+TOLERANCE = 1e-9  # change of a force, relative to the largest force so far, at which a step is solved
 
 
-@inner
+@inlined
 def advance_modes(system: RingSystem, work: RingWork) -> None:
     """Write coordinates and rates at the end of the step but for the forces there."""
     position, rate = system.position, system.rate
@@ -27,7 +30,7 @@ def advance_modes(system: RingSystem, work: RingWork) -> None:
             work.rates[j, m] = rate[0, m] * before + rate[1, m] * speed + rate[2, m] * force
 
 
-@inner
+@inlined
 def predict_motion(theta: float, system: RingSystem, work: RingWork) -> None:
     """Write the relative displacement at the end of the step, with the contact forces as they are in `work`."""
     n_blades, cosine, sine = len(work.guess), math.cos(theta), math.sin(theta)
@@ -45,38 +48,33 @@ def predict_motion(theta: float, system: RingSystem, work: RingWork) -> None:
             )
             for row in range(rows):
                 work.guess[j, row] += higher_real * free[2 * h - 1, row] + higher_imaginary * free[2 * h, row]
-        following = (j + 1) % n_blades
-        for m in range(work.coordinates.shape[1]):
-            add(work.coordinates[j, m], system.right_modes[m], work.guess[j])
-            add(-work.coordinates[following, m], system.left_modes[m], work.guess[j])
+        add_rows(1.0, work.coordinates[j], system.right_modes, work.guess[j])
+        add_rows(-1.0, work.coordinates[(j + 1) % n_blades], system.left_modes, work.guess[j])
     for j in range(n_blades):
-        before, after = (j - 1) % n_blades, (j + 1) % n_blades
-        for row in range(rows):
-            force = work.force[j, row]
-            if force == 0.0:
-                continue
-            add(force, system.own[row], work.guess[j])
-            if n_blades > 1:
-                add(force, system.previous[row], work.guess[after])
-                add(force, system.following[row], work.guess[before])
+        force = work.force[j]
+        for row in range(0, rows, 3):
+            if force[row] != 0.0 or force[row + 1] != 0.0 or force[row + 2] != 0.0:
+                add_node(1.0, row, force, system.own, work.guess[j])
+        pass_on(j, force, system, work)
 
 
-@inner
+@inlined
 def solve_contacts(scale: float, system: RingSystem, work: RingWork) -> float:
     """Visit all nodes until no force changes; returns the largest force, or -1 where they do not settle.
 
     The changes of two visits tell what the next one would change.
     """
-    nodes, before = work.load.shape[1], 0.0
-    for _ in range(MOST_SWEEPS):
+    nodes, before, largest = work.load.shape[1], 0.0, scale
+    for sweep in range(MOST_SWEEPS):
         change = 0.0
         for j in range(len(work.guess)):
             for node in range(nodes):
-                change = max(change, solve_node(j, node, system, work, work.guess))
-        largest = scale
-        for j in range(len(work.guess)):
-            for row in range(work.force.shape[1]):
-                largest = max(largest, abs(work.force[j, row]))
+                change = max(change, solve_node(j, node, system, work))
+            pass_on(j, work.change, system, work)
+        if sweep == 0:
+            for j in range(len(work.guess)):
+                for row in range(work.force.shape[1]):
+                    largest = max(largest, abs(work.force[j, row]))
         settled = TOLERANCE * largest
         if change <= settled or (change <= FAST * before and change * change <= settled * before):
             return largest
@@ -84,7 +82,7 @@ def solve_contacts(scale: float, system: RingSystem, work: RingWork) -> float:
     return -1.0
 
 
-@inner
+@inlined
 def apply_forces(system: RingSystem, work: RingWork) -> None:
     """Add the forces at the end of the step to coordinates and rates."""
     n_blades, rows = work.force.shape
@@ -92,16 +90,18 @@ def apply_forces(system: RingSystem, work: RingWork) -> None:
         modal = work.modal_force[j]
         for m in range(modal.size):
             modal[m] = 0.0
-        for row in range(rows):
-            force, behind = work.force[j, row], work.force[(j - 1) % n_blades, row]
-            for m in range(modal.size):
-                modal[m] += system.right[row, m] * force - system.left[row, m] * behind
+        force, behind = work.force[j], work.force[(j - 1) % n_blades]
+        for row in range(0, rows, 3):
+            if force[row] != 0.0 or force[row + 1] != 0.0 or force[row + 2] != 0.0:
+                add_node(1.0, row, force, system.right, modal)
+            if behind[row] != 0.0 or behind[row + 1] != 0.0 or behind[row + 2] != 0.0:
+                add_node(-1.0, row, behind, system.left, modal)
         for m in range(modal.size):
             work.coordinates[j, m] += system.position[3, m] * modal[m]
             work.rates[j, m] += system.rate[3, m] * modal[m]
 
 
-@inner
+@inlined
 def write_output(theta: float, system: RingSystem, work: RingWork, output: Array) -> None:
     """Write the outputs of all structures, one after the other, (q o,)."""
     cosine, sine = math.cos(theta), math.sin(theta)
@@ -143,9 +143,10 @@ def march_steps(system: RingSystem, work: RingWork, first: int, last: int, scale
             for node in range(work.load.shape[1]):
                 begin_step(j, node, system, work)
             for row in range(work.force.shape[1]):
-                force = work.force[j, row]
-                work.force[j, row] = 2.0 * force - work.last_force[j, row]
-                work.last_force[j, row] = force
+                force, last = work.force[j, row], work.last_force[j, row]
+                predicted = 3.0 * (force - last) + work.earlier_force[j, row]
+                work.force[j, row] = predicted if force != 0.0 else 0.0
+                work.last_force[j, row], work.earlier_force[j, row] = force, last
         predict_motion(theta, system, work)
         largest = solve_contacts(scale, system, work)
         if largest < 0.0:

@@ -61,6 +61,8 @@ class RingWork(NamedTuple):
     guess: Array  # (q, r): at the end of the step that is being solved
     force: Array  # (q, r): contact force on the right nodes
     last_force: Array  # (q, r): at the end of the last step
+    earlier_force: Array  # (q, r): one step before
+    change: Array  # (r,): of the forces on one pair of faces in a visit of its nodes
     load: Array  # (q, n_c): N0 + kn (v0 + d_n) at the beginning of the step
     slip: Array  # (q, n_c, 2): slip direction of the cone there; 0: none
 
