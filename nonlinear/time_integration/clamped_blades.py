@@ -79,14 +79,14 @@ class ClampedBlades:
         ring, modal, kept = self.modes.ring, self.modal, self.retained
         right, flexibility = modal.right, self.modes.flexibility(modal.angular_frequency)
         left = np.zeros_like(right) if modal.left is None else modal.left
+        if self.n_blades == 1:  # its own neighbour
+            right, left = right - left, np.zeros_like(left)
         position, rate = propagation(modal.angular_frequency[kept], modal.damping[kept], 2.0 * np.pi / omega / steps)
         at_end = flexibility.copy()
         at_end[kept] = position[3]
         own = (right * at_end) @ right.T + (left * at_end) @ left.T
         previous = -(left * at_end) @ right.T  # [force, motion]
         following = -(right * at_end) @ left.T
-        if self.n_blades == 1:
-            own, previous, following = own + previous + following, 0.0 * previous, 0.0 * following
         linear = ring.excited
         coordinates = ring.free_response(omega)
         output = modal.outputs[ring.output]

@@ -49,7 +49,8 @@ def predict_motion(theta: float, system: RingSystem, work: RingWork) -> None:
             for row in range(rows):
                 work.guess[j, row] += higher_real * free[2 * h - 1, row] + higher_imaginary * free[2 * h, row]
         add_rows(1.0, work.coordinates[j], system.right_modes, work.guess[j])
-        add_rows(-1.0, work.coordinates[(j + 1) % n_blades], system.left_modes, work.guess[j])
+        if n_blades > 1:
+            add_rows(-1.0, work.coordinates[(j + 1) % n_blades], system.left_modes, work.guess[j])
     for j in range(n_blades):
         force = work.force[j]
         for row in range(0, rows, 3):
@@ -94,7 +95,7 @@ def apply_forces(system: RingSystem, work: RingWork) -> None:
         for row in range(0, rows, 3):
             if force[row] != 0.0 or force[row + 1] != 0.0 or force[row + 2] != 0.0:
                 add_node(1.0, row, force, system.right, modal)
-            if behind[row] != 0.0 or behind[row + 1] != 0.0 or behind[row + 2] != 0.0:
+            if n_blades > 1 and (behind[row] != 0.0 or behind[row + 1] != 0.0 or behind[row + 2] != 0.0):
                 add_node(-1.0, row, behind, system.left, modal)
         for m in range(modal.size):
             work.coordinates[j, m] += system.position[3, m] * modal[m]

@@ -29,7 +29,8 @@ class RingSystem(NamedTuple):
     whole ring, in contact with itself, where sectors are joined at a disk (`JoinedSectors`).
 
     `own`, `previous` and `following` hold the motion of a pair of faces under a unit force at the end of the step, on
-    the pair itself, on the one before it and on the one after it. The row belongs to the force.
+    the pair itself, on the one before it and on the one after it. The row belongs to the force. A single structure is
+    its own neighbour: `own` and `right` hold the whole, the other faces are left out.
     """
 
     position: Array  # (4, m): modal coordinates over a step, see `propagation`
