@@ -81,7 +81,7 @@ class Ring:
             and no disk.
         """
         n_blades = self.modal.n_blades
-        if n_blades is None or not (self.has_disk or self.modal.touches_neighbours):
+        if n_blades is None or not self.modal.neighbours_coupled:
             return 1
         numbers = (self.excitation.engine_order, nodal_diameter)
         return math.lcm(*(n_blades // math.gcd(n_blades, number) for number in numbers))

@@ -21,7 +21,9 @@ from nonlinear import (
     forced_response,
     integrate_ring,
 )
+from nonlinear.contact.fourier import to_complex, to_real
 from nonlinear.harmonic_balance.initial_solution import periodic_start
+from nonlinear.stability.floquet import FloquetAnalysis
 from nonlinear.time_integration.energy import energy_balance
 from nonlinear.time_integration.residual_flexibility import RetainedModes
 from rom import ModalModel, contact_springs, modal_model
@@ -273,3 +275,29 @@ def test_the_worst_motion_is_that_of_the_assembled_ring():
         amplitudes.append(integrate_ring(whole, omega, None, limits=limits).amplitude_m)
     assert curve.worst.amplitude_m == pytest.approx(max(amplitudes), rel=0.05)
     assert curve.worst.amplitude_m > 1.2 * curve.amplitude_m.max()
+
+
+def test_patterns_of_contacts_against_ground_are_those_of_the_assembled_ring():
+    """The disk couples the sectors: every nodal diameter has a growth rate of its own, the largest is the ring's."""
+    sector, omega, engine_order = replace(sector_with_disk(6), contact_left=None), 0.9, 2
+    contact = ContactParameters.shared(
+        2, normal_stiffness=6.0, tangential_stiffness=4.2, friction=0.4, interference=0.1
+    )
+    ring = Ring(modal_model(sector, damping_ratio=0.01), contact, Excitation(engine_order, 1.0))
+    options = SolverOptions((0.1, 0.8), harmonics=5)
+    balance = build_harmonic_balance(ring.modal, contact, ring.excitation, options)
+    start = periodic_start(balance, omega, np.zeros((2, 3)), options, contact)
+    displacement = balance.displacement(start.solution)
+    worst = RingPatterns(ring, options, omega, displacement).worst()
+    modal, every = modal_model(whole_ring(sector, 6, engine_order), damping_ratio=0.01), of_all_pairs(contact, 6)
+    whole = build_harmonic_balance(modal, every, Excitation(1, 1.0), options)
+    turns = np.exp(2j * np.pi * engine_order / 6 * np.outer(np.arange(6), np.arange(6)))  # harmonic, sector
+    motion = turns[:, :, None, None] * to_complex(displacement)[:, None]
+    solved = whole.evaluate(whole.unknown(to_real(motion).reshape(11, 12, 3)), omega)
+    assert np.abs(solved.residual).max() < 1e-9
+    exponents = FloquetAnalysis.of(whole.receptance, every).exponents(
+        to_real(motion).reshape(11, 12, 3), solved.contact.jacobian, omega
+    )
+    assert worst.nodal_diameter == 2
+    assert worst.exponent.real == pytest.approx(exponents[0].real, rel=1e-4)
+    assert worst.exponent.real > 0.0
