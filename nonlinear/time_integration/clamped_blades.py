@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.modal_propagation import propagation
 from nonlinear.time_integration.residual_flexibility import RetainedModes
-from nonlinear.time_integration.ring_system import RingSystem, cosine_rows, node_law
+from nonlinear.time_integration.ring_period import march_steps
+from nonlinear.time_integration.ring_system import RingSystem, RingWork, cosine_rows, node_law
 from rom import ModalModel
 
 
@@ -74,8 +75,8 @@ class ClampedBlades:
             found = found - np.roll(force, 1, axis=0) @ self.modal.left
         return found
 
-    def system(self, omega: float, steps: int) -> RingSystem:
-        """Arrays of the kernels at `omega` (rad/s), `steps` a period: each blade is a structure."""
+    def kernel(self, omega: float, steps: int) -> "BladeKernel":
+        """The kernel that marches the ring at `omega` (rad/s) with `steps` a period."""
         ring, modal, kept = self.modes.ring, self.modal, self.retained
         right, flexibility = modal.right, self.modes.flexibility(modal.angular_frequency)
         left = np.zeros_like(right) if modal.left is None else modal.left
@@ -91,7 +92,7 @@ class ClampedBlades:
         coordinates = ring.free_response(omega)
         output = modal.outputs[ring.output]
         angles = ring.phase * np.arange(self.n_blades)
-        return RingSystem(
+        system = RingSystem(
             position=position,
             rate=rate,
             right=np.ascontiguousarray(right[:, kept]),
@@ -102,9 +103,21 @@ class ClampedBlades:
             previous=np.ascontiguousarray(previous),
             following=np.ascontiguousarray(following),
             free_motion=cosine_rows(np.einsum("hrm,hm->hr", linear.relative, coordinates)),
-            free_output=cosine_rows(linear.output(ring.output, coordinates)[:, None]),
-            output_modes=np.ascontiguousarray(output[None, kept]),
-            output_forces=(np.stack([right, -left]) @ (flexibility * output))[:, None],
+            free_output=cosine_rows(linear.output(ring.output, coordinates)),
+            output_modes=np.ascontiguousarray(output[kept]),
+            output_forces=np.stack([right, -left]) @ (flexibility * output),
             waves=np.stack([np.cos(angles), np.sin(angles)], axis=1),
-            contact=node_law(ring.contact, 1),
+            contact=node_law(ring.contact),
         )
+        return BladeKernel(system)
+
+
+@dataclass(frozen=True)
+class BladeKernel:
+    """Marches a ring of blades; `system` holds the arrays."""
+
+    system: RingSystem
+
+    def __call__(self, work: RingWork, first: int, last: int, scale: float, output: Array) -> float:
+        """March steps of a period, see `march_steps`."""
+        return float(march_steps(self.system, work, first, last, scale, output))

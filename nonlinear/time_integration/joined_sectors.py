@@ -9,7 +9,7 @@ The coordinates of the ring are the sums of the waves, mode number by mode numbe
 
 real, (q, m). A travelling wave on fewer sectors, repeated, is the same wave on more. If the modes were the same in
 all waves, x_j would be the modal coordinates of blade j. The kernels have the cosine and sine waves, the real
-discrete Fourier transform of x_j. In these the ring is one structure with real modes, in contact with itself.
+discrete Fourier transform of x_j: real coordinates of unit mass, each of which moves as a mode of a blade alone does.
 """
 
 from dataclasses import dataclass
@@ -21,9 +21,11 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
+from nonlinear.time_integration.disk_period import march_sectors
+from nonlinear.time_integration.disk_system import DiskSystem, DiskWork, wave_matrices
 from nonlinear.time_integration.modal_propagation import propagation
 from nonlinear.time_integration.residual_flexibility import RetainedModes
-from nonlinear.time_integration.ring_system import RingSystem, cosine_rows, node_law
+from nonlinear.time_integration.ring_system import RingSystem, RingWork, cosine_rows, node_law
 from rom import WaveModes
 
 
@@ -84,14 +86,15 @@ class JoinedSectors:
         return self._in_time(self._in_waves(coordinates) * factor)
 
     def packed(self, coordinates: Array) -> Array:
-        """The retained ones of coordinates (q, m) as the kernels hold them: cosine and sine waves, (1, M)."""
-        return (self._turn @ coordinates)[self._kept][None]
+        """The retained ones of coordinates (q, m) as the kernels hold them: real waves, (1, q k)."""
+        count = self._kept.shape[1]
+        return ((self._turn @ coordinates)[:, :count] * self._kept[self._wave]).reshape(1, -1)
 
     def unpacked(self, kept: Array) -> Array:
         """Coordinates (q, m) from those of the kernels; 0 where a mode is not retained."""
-        rows = np.zeros(self._kept.shape)
-        rows[self._kept] = kept[0]
-        return self._turn.T @ rows
+        coordinates = np.zeros((self.n_blades, self.angular_frequency.shape[1]))
+        coordinates[:, : self._kept.shape[1]] = self._turn.T @ kept.reshape(self.n_blades, -1)
+        return coordinates
 
     def motion(self, coordinates: Array) -> Array:
         """Relative displacement (..., q, r) of the pairs of faces, m."""
@@ -102,41 +105,64 @@ class JoinedSectors:
         adjoint = self.waves.relative.conj().transpose(0, 2, 1)
         return self._in_time((adjoint @ self._in_waves(force)[..., None])[..., 0])
 
-    def system(self, omega: float, steps: int) -> RingSystem:
-        """Arrays of the kernels at `omega` (rad/s) with `steps` a period: the ring is one structure."""
-        ring, kept, q = self.modes.ring, self._kept, self.n_blades
-        frequency, damping = self.angular_frequency[self._wave], self.damping[self._wave]
-        position, rate = propagation(frequency[kept], damping[kept], 2.0 * np.pi / omega / steps)
-        flexibility = self.modes.flexibility(self.angular_frequency)
-        at_end = np.zeros(kept.shape)
-        at_end[kept] = position[3]
-        at_end = at_end[self._cosine] + flexibility
+    def kernel(self, omega: float, steps: int) -> "SectorKernel":
+        """The kernel that marches the ring at `omega` (rad/s) with `steps` a period."""
+        ring, count = self.modes.ring, self._kept.shape[1]
+        frequency = np.where(self._kept, self.angular_frequency[:, :count], 0.0)[self._wave]
+        damping = np.where(self._kept, self.damping[:, :count], 0.0)[self._wave]
+        position, rate = propagation(frequency.ravel(), damping.ravel(), 2.0 * np.pi / omega / steps)
+        residual = self.modes.flexibility(self.angular_frequency)
+        at_end = residual.copy()
+        cosine = np.maximum(2 * np.arange(len(self.phases)) - 1, 0)  # of each wave, among the real waves
+        at_end[:, :count][self._kept] = position[3].reshape(-1, count)[cosine][self._kept]
         relative, adjoint = self.waves.relative, self.waves.relative.conj().transpose(0, 2, 1)
-        own = self._block_circulant((relative * at_end[:, None]) @ adjoint)
-        right = self._rows(relative.transpose(0, 2, 1)).reshape(np.count_nonzero(kept), -1)
+        near, far = self._near_and_far((relative * at_end[:, None]) @ adjoint)
         coordinates, linear = ring.free_response(omega), ring.excited
-        turns = np.exp(1j * ring.phase * np.multiply.outer(np.asarray(linear.harmonics), np.arange(q)))
-        free = turns[:, :, None] * np.einsum("hrm,hm->hr", linear.relative, coordinates)[:, None]
-        free_output = turns * linear.output(ring.output, coordinates)[:, None]
-        forces = self._block_circulant((self.output * flexibility)[:, None] @ adjoint)
+        angles = ring.phase * np.arange(self.n_blades)
         nothing = np.zeros((1, 1))
-        return RingSystem(
+        system = RingSystem(
             position=position,
             rate=rate,
-            right=np.ascontiguousarray(right.T),
+            right=nothing,
             left=nothing,
-            right_modes=np.ascontiguousarray(right),
+            right_modes=nothing,
             left_modes=nothing,
-            own=own,
-            previous=nothing,
-            following=nothing,
-            free_motion=cosine_rows(free.reshape(len(free), -1)),
-            free_output=cosine_rows(free_output),
-            output_modes=np.ascontiguousarray(self._rows(self.output[..., None])[..., 0].T),
-            output_forces=np.stack([forces, np.zeros_like(forces)]),
-            waves=np.array([[1.0, 0.0]]),
-            contact=node_law(ring.contact, q),
+            own=near[0],
+            previous=near[1],
+            following=near[2],
+            free_motion=cosine_rows(np.einsum("hrm,hm->hr", linear.relative, coordinates)),
+            free_output=cosine_rows(linear.output(ring.output, coordinates)),
+            output_modes=nothing[0],
+            output_forces=nothing,
+            waves=np.stack([np.cos(angles), np.sin(angles)], axis=1),
+            contact=node_law(ring.contact),
         )
+        kept = relative[:, :, :count] * self._kept[:, None]
+        disk = DiskSystem(
+            turn=self._turn,
+            turn_back=np.ascontiguousarray(self._turn.T),
+            motion=wave_matrices(kept),
+            force=wave_matrices(kept.conj().transpose(0, 2, 1)),
+            far=wave_matrices(far),
+            output=wave_matrices((self.output[:, :count] * self._kept)[:, None]),
+            residual_output=wave_matrices((self.output * residual)[:, None] @ adjoint),
+            is_far=self.n_blades > 3,
+        )
+        return SectorKernel(system, disk)
+
+    def _near_and_far(self, flexibility: ComplexArray) -> tuple[list[Array], ComplexArray]:
+        """Flexibility (J, r, r) of the waves as that of a pair of faces and what is left.
+
+        The first part: its motion, and that of the pair after it and the pair before it, under a unit force, (r, r)
+        each, [force, motion]. Of two pairs the one before is the one after.
+        """
+        q = self.n_blades
+        blocks = np.fft.irfft(flexibility, n=q, axis=0)
+        places = (0, 1, q - 1)[: min(q, 3)]
+        near = [np.ascontiguousarray(blocks[place].T) for place in places]
+        near += [np.zeros_like(near[0])] * (3 - len(near))
+        turns = np.exp(-1j * np.multiply.outer(self.phases, places))
+        return near, flexibility - np.einsum("lp,pab->lab", turns, blocks[list(places)])
 
     @cached_property
     def _wave(self) -> NDArray[np.int64]:
@@ -144,49 +170,20 @@ class JoinedSectors:
         return (np.arange(self.n_blades) + 1) // 2
 
     @cached_property
-    def _cosine(self) -> NDArray[np.int64]:
-        """Place (J,) of the cosine of each wave among the real waves."""
-        return np.maximum(2 * np.arange(len(self.phases)) - 1, 0)
-
-    @cached_property
     def _turn(self) -> Array:
-        """Real discrete Fourier transform, orthogonal, (q, q): real waves from values of the sectors."""
-        turn = self._complex_turn
-        return np.where(self._is_cosine[:, None], turn.real, turn.imag)
+        """Real discrete Fourier transform, orthogonal, (q, q): real waves from values of the sectors.
 
-    @cached_property
-    def _is_cosine(self) -> NDArray[np.bool_]:
-        """Whether a real wave is a cosine, (q,); those of 0 and q / 2 are."""
-        return self._cosine[self._wave] == np.arange(self.n_blades)
-
-    @cached_property
-    def _complex_turn(self) -> ComplexArray:
-        """Values (q, q) of the sectors for the wave of each real wave.
-
-        With z = (a - i b) / 2^(1/2) the waves l and q - l together have the real part of these for a, the imaginary
-        part for b.
+        With z = (a - i b) / 2^(1/2) the waves l and q - l together move as (2 / q)^(1/2) (a cos + b sin).
         """
         angle = np.multiply.outer(self.phases[self._wave], np.arange(self.n_blades))
-        alone = 2 * self._wave % self.n_blades == 0
-        return np.exp(1j * angle) * np.sqrt(np.where(alone, 1.0, 2.0) / self.n_blades)[:, None]
+        alone = (2 * self._wave % self.n_blades == 0)[:, None]
+        is_cosine = alone | (np.arange(self.n_blades) % 2 == 1)[:, None]
+        return np.where(is_cosine, np.cos(angle), np.sin(angle)) * np.sqrt(np.where(alone, 1.0, 2.0) / self.n_blades)
 
     @cached_property
     def _kept(self) -> NDArray[np.bool_]:
-        """Modes of the real waves that are integrated, (q, m)."""
-        return self.retained[self._wave]
-
-    def _rows(self, values: NDArray[Any]) -> Array:
-        """Values (M, q, a) of the retained modes of the real waves on the sectors, from (J, m, a) of the waves."""
-        row, mode = np.nonzero(self._kept)
-        turned = self._complex_turn[row][:, :, None] * values[self._wave[row], mode][:, None]
-        return np.where(self._is_cosine[row][:, None, None], turned.real, turned.imag)
-
-    def _block_circulant(self, values: ComplexArray) -> Array:
-        """Real matrix (q a, q b) of the sectors, of matrices (J, a, b) of the waves."""
-        q, (_, a, b) = self.n_blades, values.shape
-        blocks = np.fft.irfft(values, n=q, axis=0)
-        offset = np.subtract.outer(np.arange(q), np.arange(q)) % q
-        return np.ascontiguousarray(blocks[offset].transpose(0, 2, 1, 3).reshape(q * a, q * b))
+        """Modes of the waves that are integrated, among as many as the wave with the most has, (J, k)."""
+        return self.retained[:, : int(self.retained.sum(axis=1).max())]
 
     def _in_waves(self, values: Array) -> ComplexArray:
         """z (..., J, m) of the waves from values (..., q, m) of the sectors."""
@@ -195,3 +192,24 @@ class JoinedSectors:
     def _in_time(self, values: ComplexArray) -> Array:
         """Values (..., q, m) of the sectors from those of the waves."""
         return np.fft.irfft(values, n=self.n_blades, axis=-2, norm="ortho")
+
+
+@dataclass(frozen=True)
+class SectorKernel:
+    """Marches a ring of sectors; `system` and `disk` are the arrays."""
+
+    system: RingSystem
+    disk: DiskSystem
+
+    def __call__(self, work: RingWork, first: int, last: int, scale: float, output: Array) -> float:
+        """March steps of a period, see `march_sectors`."""
+        sectors, rows = work.force.shape
+        scratch = DiskWork(
+            coordinates=work.coordinates.reshape(sectors, -1),
+            modal_force=work.modal_force.reshape(sectors, -1),
+            motion=np.zeros((sectors, rows)),
+            force=np.zeros((sectors, rows)),
+            output=np.zeros((sectors, 1)),
+            change=np.zeros((sectors, rows)),
+        )
+        return float(march_sectors(self.system, self.disk, work, scratch, first, last, scale, output))

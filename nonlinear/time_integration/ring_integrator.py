@@ -12,9 +12,8 @@ from nonlinear.contact.parameters import Array
 from nonlinear.options import SolverOptions
 from nonlinear.time_integration.residual_flexibility import RETENTION, RetainedModes
 from nonlinear.time_integration.ring import Ring, RingState
-from nonlinear.time_integration.ring_period import march_steps
-from nonlinear.time_integration.ring_structure import RingStructure, ring_structure
-from nonlinear.time_integration.ring_system import RingSystem, RingWork
+from nonlinear.time_integration.ring_structure import Kernel, RingStructure, ring_structure
+from nonlinear.time_integration.ring_system import RingWork
 
 CYCLE_SAMPLES = 4096  # instants of the contact cycle from which the sliders start
 
@@ -106,12 +105,12 @@ class RingIntegrator:
     steps: int
     modes: RetainedModes
     structure: RingStructure = field(init=False, repr=False, compare=False)
-    _system: RingSystem = field(init=False, repr=False, compare=False)
+    _march: Kernel = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Form the arrays."""
         object.__setattr__(self, "structure", ring_structure(self.modes, self.n_blades))
-        object.__setattr__(self, "_system", self.structure.system(self.omega, self.steps))
+        object.__setattr__(self, "_march", self.structure.kernel(self.omega, self.steps))
 
     @classmethod
     def of(
@@ -257,7 +256,7 @@ class RingIntegrator:
             np.flatnonzero(self.structure.retained.any(axis=tuple(range(self.structure.retained.ndim - 1))))[-1] + 1
         )
         for period in range(periods):
-            scale = march_steps(self._system, work, 0, self.steps, scale, output[period])
+            scale = self._march(work, 0, self.steps, scale, output[period])
             if scale < 0.0:
                 raise ContactIterationError("time integration: the contact forces of a step were not found")
             both = work.coordinates, work.rates / self.omega
@@ -275,7 +274,7 @@ class RingIntegrator:
         work, output, states = self._loaded(state), np.empty((self.steps, self.n_blades)), []
         scale = float(np.abs(work.force).max())
         for step in range(self.steps):
-            scale = march_steps(self._system, work, step, step + 1, scale, output)
+            scale = self._march(work, step, step + 1, scale, output)
             if scale < 0.0:
                 raise ContactIterationError("time integration: the contact forces of a step were not found")
             states.append(self._stored(work, 2.0 * np.pi * (step + 1) / self.steps))
@@ -324,19 +323,16 @@ class RingIntegrator:
         structure = self.structure
         free, free_rate = self.contact_free(0.0)
         coordinates = structure.packed(state.coordinates - free)
-        contact_driven = structure.modal_force(state.force.reshape(self.n_blades, -1))
+        force = state.force.reshape(self.n_blades, -1).copy()
+        contact_driven = structure.modal_force(force)
         moved = structure.unpacked(coordinates) + self._residual(contact_driven) + free
-        bodies = len(coordinates)  # structures of the kernels
-        motion = structure.motion(moved).reshape(bodies, -1)
-        slider = state.slider.reshape(bodies, -1, 2)
-        force = state.force.reshape(bodies, -1).copy()
-        nodes = slider.shape[:2]
+        motion, nodes = structure.motion(moved), state.slider.shape[:2]
         return RingWork(
             coordinates=coordinates,
             rates=structure.packed(state.rates - free_rate),
             modal_force=structure.packed(contact_driven),
-            slider=slider.copy(),
-            placed=slider.copy(),
+            slider=state.slider.copy(),
+            placed=state.slider.copy(),
             motion=motion,
             guess=motion.copy(),
             force=force,
@@ -353,10 +349,10 @@ class RingIntegrator:
 
     def _stored(self, work: RingWork, theta: float = 0.0) -> RingState:
         """The state that the arrays of the kernels hold."""
-        structure, nodes = self.structure, self.ring.contact.n_contacts
+        structure = self.structure
         coordinates, rates = self.contact_free(theta)
         coordinates += structure.unpacked(work.coordinates)
-        coordinates += self._residual(structure.modal_force(work.force.reshape(self.n_blades, -1)))
+        coordinates += self._residual(structure.modal_force(work.force))
         rates += structure.unpacked(work.rates)
-        force = work.force.reshape(self.n_blades, nodes, 3).copy()
-        return RingState(coordinates, rates, work.slider.reshape(self.n_blades, nodes, 2).copy(), force)
+        force = work.force.reshape(*work.load.shape, 3).copy()
+        return RingState(coordinates, rates, work.slider.copy(), force)

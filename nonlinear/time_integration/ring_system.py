@@ -23,14 +23,13 @@ class NodeLaw(NamedTuple):
 
 
 class RingSystem(NamedTuple):
-    """What a step needs, for m retained modes, r contact displacements and o outputs of each of q structures.
+    """What a step needs, for m retained modes and r = 3 n_c contact displacements of a pair of faces.
 
-    A structure is a blade, with r = 3 n_c, joined to the next one by the contacts alone (`ClampedBlades`); or the
-    whole ring, in contact with itself, where sectors are joined at a disk (`JoinedSectors`).
+    With a disk the fields that speak of modes are empty (see `DiskSystem`) but for `position` and `rate`.
 
     `own`, `previous` and `following` hold the motion of a pair of faces under a unit force at the end of the step, on
-    the pair itself, on the one before it and on the one after it. The row belongs to the force. A single structure is
-    its own neighbour: `own` and `right` hold the whole, the other faces are left out.
+    the pair itself, on the one before it and on the one after it. The row belongs to the force. One blade is its
+    own neighbour: `own` and `right` hold the whole, the left faces are left out.
     """
 
     position: Array  # (4, m): modal coordinates over a step, see `propagation`
@@ -43,9 +42,9 @@ class RingSystem(NamedTuple):
     previous: Array  # (r, r)
     following: Array  # (r, r)
     free_motion: Array  # (2H+1, r): relative displacement without contact: static, cosine and sine of harmonic 1, ...
-    free_output: Array  # (2H+1, o): the same of the outputs
-    output_modes: Array  # (o, m)
-    output_forces: Array  # (2, o, r): residual flexibility of the outputs to forces on the right and on the left pair
+    free_output: Array  # (2H+1,): the same of the output
+    output_modes: Array  # (m,)
+    output_forces: Array  # (2, r): residual flexibility of the output to forces on its right and on its left pair
     waves: Array  # (q, 2): cosine and sine of j psi
     contact: NodeLaw
 
@@ -68,15 +67,15 @@ class RingWork(NamedTuple):
     slip: Array  # (q, n_c, 2): slip direction of the cone there; 0: none
 
 
-def node_law(contact: ContactParameters, pairs: int) -> NodeLaw:
-    """Contact parameters of the nodes of some pairs of faces, one pair after the other."""
+def node_law(contact: ContactParameters) -> NodeLaw:
+    """Contact parameters of the nodes of a pair of faces."""
     return NodeLaw(
-        normal_stiffness=np.tile(contact.normal_stiffness, pairs),
-        tangential_stiffness=np.tile(contact.tangential_stiffness, pairs),
-        friction=np.tile(contact.friction, pairs),
-        initial_load=np.tile(contact.initial_load, pairs),
-        preload=np.tile(contact.preload, pairs),
-        cone=contact.law == "cone",
+        contact.normal_stiffness,
+        contact.tangential_stiffness,
+        contact.friction,
+        contact.initial_load,
+        contact.preload,
+        contact.law == "cone",
     )
 
 
