@@ -102,9 +102,9 @@ class SectorModes:
         return tuple(self.model.outputs)
 
     @property
-    def touches_neighbours(self) -> bool:
-        """Whether the contacts join neighbouring blades; else they are contacts against ground."""
-        return self.model.contact_left is not None
+    def neighbours_coupled(self) -> bool:
+        """Whether neighbouring blades move each other: through the disk, whatever the contacts touch."""
+        return True
 
     @property
     def harmonic_forces(self) -> tuple[int, ...]:
