@@ -247,7 +247,7 @@ class WaveProblem:
         moved = self.static_response(forces)
         return moved[self.sector.at_faces], np.sum(forces * moved, axis=0).real
 
-    def static_response(self, forces: NDArray[np.float64]) -> NDArray[Any]:
+    def static_response(self, forces: NDArray[Any]) -> NDArray[Any]:
         """Displacements (N, k) under forces (N, k) in this wave; of K + s M where nothing holds the disk."""
         t = self.constraint
         return np.asarray(t @ self.factor.solve(np.ascontiguousarray(t.conj().T @ forces)))
