@@ -203,8 +203,7 @@ def operating_stress(
     True
     """
     motion = MeshMotion(full, sector, reduced, boundary, faces)
-    large = large_displacements and full.speed_rpm != 0.0
-    base = motion.at_speed() if large else None
+    base = motion.at_speed() if large_displacements and full.speed_rpm != 0.0 else None
     heated = None if temperature is None else temperature_at_points(temperature, len(sector.points))
     recovery = StressRecovery.of(discretise(sector, full.element), materials, base, heated)
     near = _surroundings(full, sector, motion, recovery, boundary)
