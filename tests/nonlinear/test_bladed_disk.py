@@ -17,7 +17,17 @@ from nonlinear import (
 )
 from nonlinear.contact.fourier import to_real
 from nonlinear.stability.floquet import FloquetAnalysis
-from rom import ReducedModel, ReducedModelError, linear_response, modal_model, natural_frequencies
+from rom import (
+    ReducedModel,
+    ReducedModelError,
+    WaveSuperelement,
+    linear_response,
+    modal_model,
+    model_of_waves,
+    natural_frequencies,
+    read_reduced_model,
+    write_reduced_model,
+)
 
 SECTORS, ENGINE_ORDER = 6, 2
 PHASE = 2.0 * np.pi * ENGINE_ORDER / SECTORS
@@ -160,3 +170,51 @@ def test_a_nonlinear_mode_begins_at_the_linear_mode_of_its_wave():
     modes = modal_model(model, damping_ratio=0.01)
     mode = nonlinear_mode(modes, contact(2), ENGINE_ORDER, (1e-6, 1e-3), options(3), number=1)
     assert mode.frequency_hz[0] == pytest.approx(natural_frequencies(model, PHASE)[0], rel=1e-9)
+
+
+def superelements(model):
+    """The waves of a sector as other programs give them, each in complex coordinates of its own."""
+    found, rng = {}, np.random.default_rng(3)
+    for n in range(SECTORS // 2 + 1):
+        wave = model.wave(2.0 * np.pi * n / SECTORS)
+        real = 2 * n % SECTORS == 0
+        mixed = rng.normal(size=(2, wave.shape[1], wave.shape[1]))
+        own = wave.real @ mixed[0] if real else wave @ (mixed[0] + 1j * mixed[1])
+        adjoint = own.conj().T
+        found[n] = WaveSuperelement(
+            adjoint @ model.mass @ own,
+            adjoint @ model.stiffness @ own,
+            model.contact_right @ own,
+            model.contact_left @ own,
+            adjoint @ model.force_excitation,
+            {"tip": model.outputs["tip"] @ own},
+        )
+    return found
+
+
+def test_one_superelement_for_each_nodal_diameter_is_the_sector(tmp_path):
+    """Also from a file; what is missing is said."""
+    model, waves = sector(), superelements(sector())
+    write_reduced_model(tmp_path / "rom.h5", model_of_waves(waves, SECTORS, np.zeros((2, 3))))
+    read = read_reduced_model(tmp_path / "rom.h5")
+    problem = contact(2), Excitation(ENGINE_ORDER, 40.0), options(1)
+    of_sector, of_waves = (forced_response(modal_model(m, damping_ratio=0.01), *problem) for m in (model, read))
+    np.testing.assert_allclose(of_waves.amplitude_m, of_sector.amplitude_m, rtol=1e-9)
+    np.testing.assert_array_equal(of_waves.stable, of_sector.stable)
+    fewer = model_of_waves({n: waves[n] for n in (0, 2)}, SECTORS, np.zeros((2, 3)))
+    np.testing.assert_allclose(natural_frequencies(fewer, -PHASE), natural_frequencies(model, PHASE), rtol=1e-10)
+    with pytest.raises(ReducedModelError, match=r"nodal_diameter/1: missing, and needed here; the model holds 0, 2"):
+        forced_response(modal_model(fewer, damping_ratio=0.01), *problem)
+    wrong = {
+        "nodal_diameter/0: missing": {2: waves[2]},
+        "nodal_diameter/4: allowed: 0 to 3 with 6 blades": {**waves, 4: waves[2]},
+        "nodal_diameter/3/mass: complex": {**waves, 3: waves[2]},
+        "nodal_diameter/1/stiffness: not Hermitian": {
+            **waves,
+            1: replace(waves[1], stiffness=1j * waves[1].stiffness),
+        },
+        "nodal_diameter/1/contact/right: shape": {**waves, 1: replace(waves[1], contact_right=np.ones((6, 2)))},
+    }
+    for message, given in wrong.items():
+        with pytest.raises(ReducedModelError, match=message):
+            model_of_waves(given, SECTORS, np.zeros((2, 3)))
