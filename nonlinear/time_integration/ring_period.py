@@ -31,11 +31,24 @@ def advance_modes(system: RingSystem, work: RingWork) -> None:
 
 
 @inlined
-def predict_motion(theta: float, system: RingSystem, work: RingWork) -> None:
-    """Write the relative displacement at the end of the step, with the contact forces as they are in `work`."""
-    n_blades, cosine, sine = len(work.guess), math.cos(theta), math.sin(theta)
+def begin_all(system: RingSystem, work: RingWork) -> None:
+    """Keep the beginning of the step, and extrapolate the contact forces to its end."""
+    for j in range(len(work.force)):
+        for node in range(work.load.shape[1]):
+            begin_step(j, node, system, work)
+        for row in range(work.force.shape[1]):
+            force, last = work.force[j, row], work.last_force[j, row]
+            predicted = 3.0 * (force - last) + work.earlier_force[j, row]
+            work.force[j, row] = predicted if force != 0.0 else 0.0
+            work.last_force[j, row], work.earlier_force[j, row] = force, last
+
+
+@inlined
+def write_free_motion(theta: float, system: RingSystem, work: RingWork) -> None:
+    """Write the relative displacement without contact."""
+    cosine, sine = math.cos(theta), math.sin(theta)
     free, rows = system.free_motion, work.force.shape[1]
-    for j in range(n_blades):
+    for j in range(len(work.guess)):
         real = cosine * system.waves[j, 0] - sine * system.waves[j, 1]
         imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
         for row in range(rows):
@@ -48,35 +61,66 @@ def predict_motion(theta: float, system: RingSystem, work: RingWork) -> None:
             )
             for row in range(rows):
                 work.guess[j, row] += higher_real * free[2 * h - 1, row] + higher_imaginary * free[2 * h, row]
-        add_rows(1.0, work.coordinates[j], system.right_modes, work.guess[j])
-        add_rows(-1.0, work.coordinates[(j + 1) % n_blades], system.left_modes, work.guess[j])
+
+
+@inlined
+def add_modes(system: RingSystem, work: RingWork) -> None:
+    """Add the relative displacement of the retained modes."""
+    n_blades = len(work.guess)
     for j in range(n_blades):
+        add_rows(1.0, work.coordinates[j], system.right_modes, work.guess[j])
+        if n_blades > 1:
+            add_rows(-1.0, work.coordinates[(j + 1) % n_blades], system.left_modes, work.guess[j])
+
+
+@inlined
+def add_forces(system: RingSystem, work: RingWork) -> None:
+    """Add the relative displacement at the end of the step under the contact forces as they are in `work`."""
+    for j in range(len(work.guess)):
         force = work.force[j]
-        for row in range(0, rows, 3):
+        for row in range(0, force.size, 3):
             if force[row] != 0.0 or force[row + 1] != 0.0 or force[row + 2] != 0.0:
                 add_node(1.0, row, force, system.own, work.guess[j])
         pass_on(j, force, system, work)
 
 
 @inlined
-def solve_contacts(scale: float, system: RingSystem, work: RingWork) -> float:
-    """Visit all nodes until no force changes; returns the largest force, or -1 where they do not settle.
+def visit_nodes(system: RingSystem, work: RingWork) -> float:
+    """Visit all nodes once; returns the largest change of a force."""
+    change = 0.0
+    for j in range(len(work.guess)):
+        for node in range(work.load.shape[1]):
+            change = max(change, solve_node(j, node, system, work))
+        pass_on(j, work.change, system, work)
+    return change
 
-    The changes of two visits tell what the next one would change.
-    """
-    nodes, before, largest = work.load.shape[1], 0.0, scale
+
+@inlined
+def largest_force(scale: float, work: RingWork) -> float:
+    """The largest contact force, or `scale` where that is larger."""
+    largest = scale
+    for j in range(len(work.force)):
+        for row in range(work.force.shape[1]):
+            largest = max(largest, abs(work.force[j, row]))
+    return largest
+
+
+@inlined
+def has_settled(change: float, before: float, largest: float) -> bool:
+    """Whether no force changes any more; the changes of two visits tell what the next one would change."""
+    settled = TOLERANCE * largest
+    return change <= settled or (change <= FAST * before and change * change <= settled * before)
+
+
+@inlined
+def solve_contacts(scale: float, system: RingSystem, work: RingWork) -> float:
+    """Visit all nodes until no force changes; returns the largest force, or -1 where they do not settle."""
+    before, largest = 0.0, scale
     for sweep in range(MOST_SWEEPS):
-        change = 0.0
-        for j in range(len(work.guess)):
-            for node in range(nodes):
-                change = max(change, solve_node(j, node, system, work))
-            pass_on(j, work.change, system, work)
+        change = visit_nodes(system, work)
         if sweep == 0:
-            for j in range(len(work.guess)):
-                for row in range(work.force.shape[1]):
-                    largest = max(largest, abs(work.force[j, row]))
-        settled = TOLERANCE * largest
-        if change <= settled or (change <= FAST * before and change * change <= settled * before):
+            largest = largest_force(scale, work)
+        if has_settled(change, before, largest):
             return largest
         before = change
     return -1.0
@@ -94,7 +138,7 @@ def apply_forces(system: RingSystem, work: RingWork) -> None:
         for row in range(0, rows, 3):
             if force[row] != 0.0 or force[row + 1] != 0.0 or force[row + 2] != 0.0:
                 add_node(1.0, row, force, system.right, modal)
-            if behind[row] != 0.0 or behind[row + 1] != 0.0 or behind[row + 2] != 0.0:
+            if n_blades > 1 and (behind[row] != 0.0 or behind[row + 1] != 0.0 or behind[row + 2] != 0.0):
                 add_node(-1.0, row, behind, system.left, modal)
         for m in range(modal.size):
             work.coordinates[j, m] += system.position[3, m] * modal[m]
@@ -102,27 +146,45 @@ def apply_forces(system: RingSystem, work: RingWork) -> None:
 
 
 @inlined
+def free_output(j: int, theta: float, system: RingSystem) -> float:
+    """Output of a blade without contact."""
+    cosine, sine = math.cos(theta), math.sin(theta)
+    real = cosine * system.waves[j, 0] - sine * system.waves[j, 1]
+    imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
+    total = system.free_output[0] + real * system.free_output[1] + imaginary * system.free_output[2]
+    higher_real, higher_imaginary = real, imaginary
+    for h in range(2, len(system.free_output) // 2 + 1):
+        higher_real, higher_imaginary = (
+            higher_real * real - higher_imaginary * imaginary,
+            higher_real * imaginary + higher_imaginary * real,
+        )
+        total += higher_real * system.free_output[2 * h - 1] + higher_imaginary * system.free_output[2 * h]
+    return total
+
+
+@inlined
 def write_output(theta: float, system: RingSystem, work: RingWork, output: Array) -> None:
     """Write the output of all blades (q,)."""
-    cosine, sine = math.cos(theta), math.sin(theta)
     n_blades, rows = work.force.shape
     for j in range(n_blades):
-        real = cosine * system.waves[j, 0] - sine * system.waves[j, 1]
-        imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
-        total = system.free_output[0] + real * system.free_output[1] + imaginary * system.free_output[2]
-        higher_real, higher_imaginary = real, imaginary
-        for h in range(2, len(system.free_output) // 2 + 1):
-            higher_real, higher_imaginary = (
-                higher_real * real - higher_imaginary * imaginary,
-                higher_real * imaginary + higher_imaginary * real,
-            )
-            total += higher_real * system.free_output[2 * h - 1] + higher_imaginary * system.free_output[2 * h]
+        total = free_output(j, theta, system)
         for m in range(work.coordinates.shape[1]):
             total += system.output_modes[m] * work.coordinates[j, m]
         for row in range(rows):
             total += system.output_forces[0, row] * work.force[j, row]
             total += system.output_forces[1, row] * work.force[(j - 1) % n_blades, row]
         output[j] = total
+
+
+@inlined
+def end_all(work: RingWork) -> None:
+    """Take the end of the step for the beginning of the next one."""
+    for j in range(len(work.force)):
+        for row in range(work.force.shape[1]):
+            work.motion[j, row] = work.guess[j, row]
+        for node in range(work.load.shape[1]):
+            for a in range(2):
+                work.slider[j, node, a] = work.placed[j, node, a]
 
 
 @lean
@@ -136,25 +198,15 @@ def march_steps(system: RingSystem, work: RingWork, first: int, last: int, scale
     for step in range(first, last):
         theta = 2.0 * math.pi * (step + 1) / steps
         advance_modes(system, work)
-        for j in range(len(work.force)):
-            for node in range(work.load.shape[1]):
-                begin_step(j, node, system, work)
-            for row in range(work.force.shape[1]):
-                force, last = work.force[j, row], work.last_force[j, row]
-                predicted = 3.0 * (force - last) + work.earlier_force[j, row]
-                work.force[j, row] = predicted if force != 0.0 else 0.0
-                work.last_force[j, row], work.earlier_force[j, row] = force, last
-        predict_motion(theta, system, work)
+        begin_all(system, work)
+        write_free_motion(theta, system, work)
+        add_modes(system, work)
+        add_forces(system, work)
         largest = solve_contacts(scale, system, work)
         if largest < 0.0:
             return -1.0
         scale = largest
         apply_forces(system, work)
         write_output(theta, system, work, output[step])
-        for j in range(len(work.force)):
-            for row in range(work.force.shape[1]):
-                work.motion[j, row] = work.guess[j, row]
-            for node in range(work.load.shape[1]):
-                for a in range(2):
-                    work.slider[j, node, a] = work.placed[j, node, a]
+        end_all(work)
     return scale
