@@ -247,17 +247,17 @@ def test_a_floating_disk_keeps_a_stable_motion():
 
 
 def test_sectors_leave_a_wave_at_the_rate_of_the_pattern():
-    """Three sectors carry the wave, six the perturbation: the growth rate is that of Hill's method."""
-    ring, options, displacement = solution(2.0, 2, 0.7, 0.0)
-    rates = [RingPatterns(ring, options, 0.7, displacement).growth_rate(k) for k in (0, 1)]
-    assert rates[0] < 0.0 < rates[1]
+    """Two sectors carry the wave, six the one perturbation that grows, at the rate of Hill's method."""
+    ring, options, displacement = solution(0.0, 3, 1.2, 0.15)
+    rates = [RingPatterns(ring, options, 1.2, displacement).growth_rate(k) for k in range(4)]
+    assert [rate > 0.0 for rate in rates] == [False, True, False, False]
     motion = integrate_ring(
-        ring, 0.7, displacement, nodal_diameter=1, limits=RingLimits(most_periods=400, window=40, settling=60)
+        ring, 1.2, displacement, nodal_diameter=1, limits=RingLimits(most_periods=400, window=40, settling=60)
     )
-    assert (ring.wave_blades, motion.n_blades) == (3, 6)
+    assert (ring.wave_blades, motion.n_blades) == (2, 6)
     assert not motion.stays
-    assert motion.growth_rate == pytest.approx(rates[1], rel=0.02)
-    assert motion.amplitude_m > 1.05 * motion.started_m
+    assert motion.growth_rate == pytest.approx(rates[1], rel=0.05)
+    assert abs(motion.amplitude_m / motion.started_m - 1.0) > 0.1
 
 
 def test_the_worst_motion_is_that_of_the_assembled_ring():
