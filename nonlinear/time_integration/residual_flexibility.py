@@ -11,7 +11,7 @@ from nonlinear.time_integration.ring import Ring
 from rom import contact_springs
 
 RETENTION = 20.0  # modes up to this multiple of the excitation frequency are integrated
-LEAST_STEPS = 360  # a period
+LEAST_STEPS = 240  # a period: error of amplitudes up to 2e-4
 LARGEST_ANGLE = 0.6  # of the fastest mode of the ring with stuck contacts over a step, rad
 MOST_STEPS = 50_000
 

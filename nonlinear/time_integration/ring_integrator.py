@@ -96,7 +96,7 @@ class RingIntegrator:
     >>> from nonlinear import Ring, RingIntegrator
     >>> integrator = RingIntegrator.of(Ring(modal, contact, excitation), omega=1.0)
     >>> round(integrator.period / (2.0 * np.pi), 6), integrator.steps
-    (1.0, 360)
+    (1.0, 240)
     """
 
     ring: Ring

@@ -80,30 +80,41 @@ def tip(blade):
     return f"tip{blade}" if blade else "tip"
 
 
-@pytest.mark.parametrize(("law", "ground"), [("two_sliders", False), ("cone", False), ("two_sliders", True)])
-def test_the_ring_is_one_structure_in_contact_with_itself(law, ground):
+@pytest.mark.parametrize(
+    ("law", "engine_order", "ground"),
+    [
+        ("two_sliders", 2, False),
+        ("cone", 2, False),
+        ("two_sliders", 2, True),
+        ("two_sliders", 12, False),
+        ("two_sliders", 6, False),
+        ("two_sliders", 3, False),
+    ],
+)
+def test_the_ring_is_one_structure_in_contact_with_itself(law, engine_order, ground):
     """Six of twelve sectors, complex modes, slip and separation: the same steps on the assembled ring.
 
-    Against ground, too: the disk joins the sectors then.
+    Against ground, too: the disk joins the sectors then. And one, two and four sectors.
     """
     sector, contact, periods = sector_with_disk(12), replace(RUBBING, law=law), 3
     if ground:
         sector = replace(sector, contact_left=None)
-    ring = ring_of(sector, contact, engine_order=2)
+    ring = ring_of(sector, contact, engine_order=engine_order)
     integrator = RingIntegrator.of(ring, 0.9, retention=8.0)
-    record = integrator.march(integrator.at_rest(), periods)
-    assert integrator.n_blades == 6
+    record, sectors = integrator.march(integrator.at_rest(), periods), 12 // engine_order
+    assert integrator.n_blades == sectors
     assert not integrator.structure.retained.all()
-    modal = modal_model(whole_ring(sector, 6, 2), rayleigh=RAYLEIGH)
-    for j in (0, 4):
-        whole = Ring(modal, of_all_pairs(contact, 6), Excitation(1, 1.0), tip(j))
+    modal = modal_model(whole_ring(sector, sectors, engine_order), rayleigh=RAYLEIGH)
+    for j in {0, 2 * sectors // 3}:
+        whole = Ring(modal, of_all_pairs(contact, sectors), Excitation(1, 1.0), tip(j))
         retained = RetainedModes(whole, integrator.modes.highest)
         alone = RingIntegrator(whole, 0.9, 1, integrator.steps, retained)
         expected = alone.march(alone.at_rest(), periods)
         assert record.output_m[:, :, j] == pytest.approx(expected.output_m[:, :, 0], abs=1e-9)
     assert record.final.slider.ravel() == pytest.approx(expected.final.slider.ravel(), abs=1e-9)
-    assert np.any(np.abs(record.final.slider) > 0.01)
-    assert np.any(record.final.force[:, :, 2] == contact.preload[0])
+    if engine_order == 2:
+        assert np.any(np.abs(record.final.slider) > 0.01)
+        assert np.any(record.final.force[:, :, 2] == contact.preload[0])
 
 
 class AssembledRing:
@@ -247,17 +258,17 @@ def test_a_floating_disk_keeps_a_stable_motion():
 
 
 def test_sectors_leave_a_wave_at_the_rate_of_the_pattern():
-    """Three sectors carry the wave, six the perturbation: the growth rate is that of Hill's method."""
-    ring, options, displacement = solution(2.0, 2, 0.7, 0.0)
-    rates = [RingPatterns(ring, options, 0.7, displacement).growth_rate(k) for k in (0, 1)]
-    assert rates[0] < 0.0 < rates[1]
+    """Two sectors carry the wave, six the one perturbation that grows, at the rate of Hill's method."""
+    ring, options, displacement = solution(0.0, 3, 1.2, 0.15)
+    rates = [RingPatterns(ring, options, 1.2, displacement).growth_rate(k) for k in range(4)]
+    assert [rate > 0.0 for rate in rates] == [False, True, False, False]
     motion = integrate_ring(
-        ring, 0.7, displacement, nodal_diameter=1, limits=RingLimits(most_periods=400, window=40, settling=60)
+        ring, 1.2, displacement, nodal_diameter=1, limits=RingLimits(most_periods=400, window=40, settling=60)
     )
-    assert (ring.wave_blades, motion.n_blades) == (3, 6)
+    assert (ring.wave_blades, motion.n_blades) == (2, 6)
     assert not motion.stays
-    assert motion.growth_rate == pytest.approx(rates[1], rel=0.02)
-    assert motion.amplitude_m > 1.05 * motion.started_m
+    assert motion.growth_rate == pytest.approx(rates[1], rel=0.05)
+    assert abs(motion.amplitude_m / motion.started_m - 1.0) > 0.1
 
 
 def test_the_worst_motion_is_that_of_the_assembled_ring():

@@ -12,7 +12,7 @@ from pipeline_support import ground_model
 
 from nonlinear import ContactParameters, Excitation, Ring, RingLimits, SolverOptions, forced_response, integrate_ring
 from nonlinear.contact.compile_lock import CompileLock
-from pipeline.stages.warm_up import warm_up
+from pipeline.stages.warm_up import small_disk, warm_up
 from rom import modal_model
 
 
@@ -38,6 +38,10 @@ def test_nothing_is_left_to_compile(law: Any, integration: Any) -> None:
     assert np.all(np.isfinite(curve.amplitude_m))
     limits = RingLimits(most_periods=2, window=1, settling=1)
     integrate_ring(Ring(modal, contact, Excitation(1, 0.5)), 0.7, None, limits=limits)
+    if law == "two_sliders":
+        contact = ContactParameters.shared(2, normal_stiffness=2.4, tangential_stiffness=1.2, friction=0.4)
+        disk = modal_model(small_disk(), damping_ratio=0.05)
+        integrate_ring(Ring(disk, contact, Excitation(1, 0.5)), 0.7, None, limits=limits)
     assert signatures() == before
 
 
