@@ -120,7 +120,7 @@ class CompiledCorrector:
         displacements, modes = self._structure.relative.shape[1:]
         of_modes, of_nodes = (n_h, modes), (n_h, displacements)
         receptance = np.empty((n_h, displacements, displacements), complex)
-        receptance[0] = self.balance.receptance.matrix(0.0)[0]
+        receptance[0] = self.balance.receptance.static_matrix
         return Workspace(
             denominators=np.empty(of_modes, complex),
             rates=np.empty(of_modes, complex),
