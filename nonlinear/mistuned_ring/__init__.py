@@ -2,7 +2,8 @@
 
 Blade j has the natural frequencies (1 + delta_j) omega_m and the mode shapes of the tuned blade. Contact pair j lies
 between the right face of blade j and the left face of blade j+1. All Fourier coefficients are in the time of their
-own blade: q_j(t) = Re sum_h q_j^(h) exp(i h (omega t + j psi)), so that the tuned travelling wave is the same at all j.
+own blade, q_j(t) = Re sum_h q_j^(h) exp(i h (omega t + j psi)): in the tuned travelling wave they are the same at all
+j.
 
 Where to look: `mistuning` (the deviations), `ring_receptance` (the structure), `ring_balance` (the equations),
 `cyclic_blocks` (their Jacobian, factorised), `ring_continuation` (points along a curve), `ring_peaks` (maxima),

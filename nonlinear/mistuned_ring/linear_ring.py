@@ -144,9 +144,7 @@ class LinearRing:
             Another state.
         """
         if mistuning.n_blades != modal.n_blades:
-            raise MistuningError(
-                f"mistuning: {mistuning.n_blades} blades, allowed: {modal.n_blades}, as the model"
-            )
+            raise MistuningError(f"mistuning: {mistuning.n_blades} blades, allowed: {modal.n_blades}, as the model")
         if state not in ("stuck", "sliding", "free"):
             raise OptionsError(f'state: {state!r}, allowed: "stuck", "sliding" or "free"')
         normal = contact.normal_stiffness * (state != "free")
@@ -221,9 +219,9 @@ class LinearRing:
         for _ in range(ZOOMS):
             grid = np.linspace(low, high, ZOOM_POINTS)
             amplitude = np.abs(self.vibration(grid))
-            best, blade = np.unravel_index(int(np.argmax(amplitude)), amplitude.shape)
+            best, blade = divmod(int(np.argmax(amplitude)), amplitude.shape[1])
             low, high = grid[max(best - 1, 0)], grid[min(best + 1, ZOOM_POINTS - 1)]
-        return LinearPeak(float(grid[best]), float(amplitude[best, blade]), int(blade))
+        return LinearPeak(float(grid[best]), float(amplitude[best, blade]), blade)
 
 
 @dataclass(frozen=True)
@@ -240,8 +238,8 @@ class _TunedBlade:
     @property
     def force(self) -> ComplexArray:
         """Modal force of harmonic 1, (m,)."""
-        found: ComplexArray = self.excitation.force * dict(self.excitation.factors).get(1, 1.0) * self.modal.force
-        return found.astype(complex)
+        amplitude = self.excitation.force * dict(self.excitation.factors).get(1, 1.0)
+        return amplitude * self.modal.force.astype(complex)
 
     def basis(self, highest: float) -> Array:
         """T, (m, r), for frequencies up to `highest` (rad/s)."""

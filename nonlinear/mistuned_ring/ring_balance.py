@@ -81,7 +81,8 @@ class LinearisedRing(LinearisedResidual):
         balance = self.balance
         assert isinstance(balance, RingBalance)
         n_rows = 2 * balance.n_harmonics + 1
-        order = np.argsort(by_pair(np.arange(balance.size), n_rows, balance.n_blades).reshape(-1))
+        places = by_pair(np.arange(balance.size, dtype=float), n_rows, balance.n_blades)
+        order = np.argsort(places.reshape(-1))
         return self.blocks.dense()[np.ix_(order, order)]
 
     def factorise(self, column: Array, row: Array, corner: float) -> RingFactors:
@@ -97,8 +98,8 @@ class LinearisedRing(LinearisedResidual):
         balance = self.balance
         assert isinstance(balance, RingBalance)
         n_rows = 2 * balance.n_harmonics + 1
-        sides = (by_pair(values, n_rows, balance.n_blades) for values in (column, row))
-        return RingFactors(CyclicBlockFactors.of(self.blocks, *sides, corner), n_rows)
+        own_column, own_row = (by_pair(values, n_rows, balance.n_blades) for values in (column, row))
+        return RingFactors(CyclicBlockFactors.of(self.blocks, own_column, own_row, corner), n_rows)
 
 
 @dataclass(frozen=True, kw_only=True)

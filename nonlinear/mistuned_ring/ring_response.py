@@ -196,10 +196,11 @@ class _Ring:
         receptance, contact = self.balance.receptance, self.contact
         modal, (low, high) = receptance.modal, self.tuned.options.omega_range
         n_blades = modal.n_blades or 1
-        springs = {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness}
+        kn, kt = contact.normal_stiffness, contact.tangential_stiffness
         found = [modal.angular_frequency]
         for nodal_diameter in range(n_blades // 2 + 1):
-            found.append(coupled_frequencies(modal, modal.phase(nodal_diameter), highest=high, **springs))
+            phase = modal.phase(nodal_diameter)
+            found.append(coupled_frequencies(modal, phase, normal=kn, tangential=kt, highest=high))
         values = np.unique(np.concatenate(found))
         inside = tuple(values[(values > low) & (values < high)].tolist())
         return Resonances(inside, inside)
