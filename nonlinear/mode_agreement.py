@@ -22,7 +22,7 @@ from nonlinear.nonlinear_modes.mode_following import harmonic_shares
 from nonlinear.nonlinear_modes.nonlinear_mode import ModeResonance, NonlinearMode
 from nonlinear.options import Excitation
 from nonlinear.response_curve import ResponseCurve
-from rom import ModalModel, RelativeReceptance
+from rom import RelativeReceptance, RingModes
 
 FARTHEST = 0.7  # distance |ln A_r / A_p| + 10 |ln f_r / f_p| up to which a resonance and a peak belong together
 _FREQUENCY_WEIGHT, _OTHER_KIND = 10.0, 0.1  # _OTHER_KIND: a minimum for a maximum, where force or amplitude turn
@@ -104,14 +104,14 @@ class PeakAgreement:
     peak_shares: Array = field(repr=False, compare=False)
 
 
-def peak_motions(curve: ResponseCurve, modal: ModalModel, excitation: Excitation) -> tuple[PeakMotion, ...]:
+def peak_motions(curve: ResponseCurve, modal: RingModes, excitation: Excitation) -> tuple[PeakMotion, ...]:
     """The motions at the peaks of all branches of a curve, and at the lower ends of its detached branches.
 
     Parameters
     ----------
     curve : ResponseCurve
         The traced curve.
-    modal : rom.ModalModel
+    modal : rom.ModalModel or rom.SectorModes
         The m modes of the structure with which it was traced.
     excitation : Excitation
         Its excitation.
@@ -141,7 +141,7 @@ def peak_motions(curve: ResponseCurve, modal: ModalModel, excitation: Excitation
 
 
 def compare_with_peaks(
-    modes: Sequence[NonlinearMode], curve: ResponseCurve, modal: ModalModel, excitation: Excitation
+    modes: Sequence[NonlinearMode], curve: ResponseCurve, modal: RingModes, excitation: Excitation
 ) -> tuple[tuple[PeakAgreement, ...], tuple[PeakMotion, ...]]:
     """The resonances of nonlinear modes beside the peaks of a traced curve.
 
@@ -154,7 +154,7 @@ def compare_with_peaks(
         Modes of the nodal diameter of the excitation.
     curve : ResponseCurve
         The traced curve.
-    modal : rom.ModalModel
+    modal : rom.ModalModel or rom.SectorModes
         The modes of the structure with which both were computed.
     excitation : Excitation
         The excitation; resonances are those of its harmonic 1.
@@ -179,10 +179,12 @@ def compare_with_peaks(
     force = excitation.force * abs(dict(excitation.factors).get(1, 1.0))
     peaks = peak_motions(curve, modal, excitation)
     low, high = (float(end) for end in (np.min(curve.frequency_hz), np.max(curve.frequency_hz)))
+    output = _receptance(modal, excitation, 1).output_shapes("tip")
+    output = output if output.ndim == 1 else output[1]
     resonances = [(place, each) for place, mode in enumerate(modes) for each in mode.resonances(force)]
     partners = _pairs([each for _, each in resonances], peaks)
     agreements = [
-        _agreement(place, each, None if number not in partners else peaks[partners[number]], modal)
+        _agreement(place, each, None if number not in partners else peaks[partners[number]], output)
         for number, (place, each) in enumerate(resonances)
         if number in partners or low <= each.frequency_hz <= high
     ]
@@ -209,14 +211,13 @@ def _pairs(resonances: Sequence[ModeResonance], peaks: Sequence[PeakMotion]) -> 
     return found
 
 
-def _agreement(place: int, resonance: ModeResonance, peak: PeakMotion | None, modal: ModalModel) -> PeakAgreement:
+def _agreement(place: int, resonance: ModeResonance, peak: PeakMotion | None, output: ComplexArray) -> PeakAgreement:
     """What is to be said of one resonance and its peak."""
     if peak is None:
         nan = float("nan")
         return PeakAgreement(place, resonance, None, nan, nan, nan, 0, np.empty(0))
     own, motion = resonance.coordinates[1], peak.coordinates[1]
     rest = motion - own * (np.vdot(own, motion) / np.vdot(own, own).real)
-    output = modal.outputs["tip"]
     return PeakAgreement(
         mode=place,
         resonance=resonance,
@@ -229,14 +230,17 @@ def _agreement(place: int, resonance: ModeResonance, peak: PeakMotion | None, mo
     )
 
 
-def _coordinates(part: ResponseCurve, index: int, modal: ModalModel, excitation: Excitation) -> ComplexArray:
+def _coordinates(part: ResponseCurve, index: int, modal: RingModes, excitation: Excitation) -> ComplexArray:
     """Modal coordinates (H+1, m) at a point of a branch."""
     force = part.contact_force[index]
-    receptance = RelativeReceptance(
-        modal, modal.phase(excitation.engine_order), tuple(range(len(force))), excitation.force, excitation.factors
-    )
+    receptance = _receptance(modal, excitation, len(force) - 1)
     omega = 2.0 * np.pi * float(part.frequency_hz[index])
     return receptance.modal_response(omega, force.reshape(len(force), -1))[0]
+
+
+def _receptance(modal: RingModes, excitation: Excitation, highest: int) -> RelativeReceptance:
+    phase, harmonics = modal.phase(excitation.engine_order), tuple(range(highest + 1))
+    return RelativeReceptance(modal, phase, harmonics, excitation.force, excitation.factors)
 
 
 def _minima(amplitude: Array) -> list[int]:

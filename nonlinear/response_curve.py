@@ -203,7 +203,7 @@ def assemble_curve(
         return result
 
     response = np.zeros((len(points), n_harmonics + 1), dtype=complex)
-    components = {name: output_components(balance.receptance.modal.outputs, name) for name in options.outputs}
+    components = {name: output_components(balance.receptance.modal.output_names, name) for name in options.outputs}
     others = {
         name: np.zeros((len(points), n_harmonics + 1, len(parts)), dtype=complex)
         for name, parts in components.items()

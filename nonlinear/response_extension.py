@@ -24,10 +24,10 @@ from nonlinear.peak_errors import with_peak_errors
 from nonlinear.response_curve import ResponseCurve, assemble_curve, by_height
 from nonlinear.response_solver import build_continuation, lifting_to
 from nonlinear.worst_motion.worst_motion import find_worst_motion
-from rom import ModalModel, one_blas_thread
+from rom import RingModes, one_blas_thread
 
 SAME_AS_KNOWN = 0.01  # distance from a known branch, relative to the vibration, within which nothing is lifted
-Problem = tuple[ModalModel, ContactParameters, Excitation, SolverOptions]
+Problem = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
 
 
 class LostStart(NamedTuple):

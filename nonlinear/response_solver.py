@@ -27,14 +27,14 @@ from nonlinear.residual_tractions.residual_bounds import residual_bounds
 from nonlinear.residual_tractions.traction_levels import free_tractions
 from nonlinear.response_curve import ResponseCurve, assemble_curve, by_height
 from nonlinear.worst_motion.worst_motion import find_worst_motion
-from rom import ModalModel, RelativeReceptance, one_blas_thread
+from rom import RelativeReceptance, RingModes, one_blas_thread
 
 LEAST_HARMONICS = 7  # that detached branches may have with harmonics "auto", where the main branch has fewer
 STRICTER = 2.0  # factor on the tolerance along the curve, where the truncation error came out too large
 
 
 def forced_response(
-    modal: ModalModel,
+    modal: RingModes,
     contact: ContactParameters,
     excitation: Excitation,
     options: SolverOptions,
@@ -44,7 +44,7 @@ def forced_response(
 
     Parameters
     ----------
-    modal : rom.ModalModel
+    modal : rom.ModalModel or rom.SectorModes
         Modes of the blade with free contacts, with their damping.
     contact : ContactParameters
         Parameters of the contact nodes.
@@ -97,7 +97,7 @@ def forced_response(
 
 
 def build_continuation(
-    modal: ModalModel, contact: ContactParameters, excitation: Excitation, options: SolverOptions
+    modal: RingModes, contact: ContactParameters, excitation: Excitation, options: SolverOptions
 ) -> tuple[Continuation, TruncatedBalances, Array]:
     """The continuation of a problem, its balances by number of harmonics, and its static displacement (n_c, 3).
 
@@ -125,7 +125,7 @@ def build_continuation(
 
 
 def _solve(
-    modal: ModalModel,
+    modal: RingModes,
     contact: ContactParameters,
     excitation: Excitation,
     options: SolverOptions,
@@ -230,13 +230,13 @@ def _fewer_than(most: int, branch: Branch, places: list[int]) -> bool:
 
 
 def build_harmonic_balance(
-    modal: ModalModel, contact: ContactParameters, excitation: Excitation, options: SolverOptions
+    modal: RingModes, contact: ContactParameters, excitation: Excitation, options: SolverOptions
 ) -> HarmonicBalance:
     """The balance that `forced_response` solves, for a fixed number of harmonics.
 
     Parameters
     ----------
-    modal : rom.ModalModel
+    modal : rom.ModalModel or rom.SectorModes
         Modes of the blade with free contacts, with their damping.
     contact : ContactParameters
         Parameters of the contact nodes.
@@ -267,7 +267,7 @@ def build_harmonic_balance(
 
 
 def _parts(
-    modal: ModalModel, contact: ContactParameters, excitation: Excitation, options: SolverOptions
+    modal: RingModes, contact: ContactParameters, excitation: Excitation, options: SolverOptions
 ) -> tuple[RelativeReceptance, ContactElement]:
     """The two parts of a balance: structure and contact."""
     n_harmonics = options.fixed_harmonics
@@ -280,12 +280,12 @@ def _parts(
     return receptance, contact_element(contact, n_harmonics, options)
 
 
-def _receptance(modal: ModalModel, excitation: Excitation, n_harmonics: int) -> RelativeReceptance:
+def _receptance(modal: RingModes, excitation: Excitation, n_harmonics: int) -> RelativeReceptance:
     phase, harmonics = modal.phase(excitation.engine_order), tuple(range(n_harmonics + 1))
     return RelativeReceptance(modal, phase, harmonics, excitation.force, excitation.factors)
 
 
-def _with_fixed_harmonics(modal: ModalModel, excitation: Excitation, options: SolverOptions) -> SolverOptions:
+def _with_fixed_harmonics(modal: RingModes, excitation: Excitation, options: SolverOptions) -> SolverOptions:
     """The options with the fewest harmonics that are tried in place of "auto"."""
     if options.harmonics != "auto":
         return options

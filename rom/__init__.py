@@ -18,13 +18,18 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs, spring_stiffness
+    from rom.cyclic.coupled_frequencies import coupled_frequencies
     from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion, wave_coordinates
     from rom.cyclic.expansion import expand_to_mesh
-    from rom.cyclic.modal_model import ModalModel, modal_model
+    from rom.cyclic.linear_response import linear_response
+    from rom.cyclic.modal_model import ModalModel
     from rom.cyclic.mode_names import mode_names
     from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
-    from rom.cyclic.receptance import RelativeReceptance, coupled_frequencies, linear_response
+    from rom.cyclic.receptance import RelativeReceptance
     from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic.ring_modes import RingModes, modal_model
+    from rom.cyclic.sector_modes import SectorModes
+    from rom.cyclic.wave_modes import WaveModes
     from rom.cyclic_sector.cyclic_faces import CyclicFaces, cyclic_faces
     from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes
     from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
@@ -113,11 +118,14 @@ __all__ = [
     "Reduction",
     "ReductionOptions",
     "RelativeReceptance",
+    "RingModes",
     "RomParameterError",
+    "SectorModes",
     "SolvedPoint",
     "SpringSupportedMotion",
     "StressCycle",
     "Surroundings",
+    "WaveModes",
     "angular_speed",
     "assemble",
     "centrifugal_displacement",
@@ -221,6 +229,9 @@ _PLACES = {
     "Reduction": "rom.reduction.craig_bampton",
     "ReductionOptions": "rom.reduction.craig_bampton",
     "RelativeReceptance": "rom.cyclic.receptance",
+    "RingModes": "rom.cyclic.ring_modes",
+    "SectorModes": "rom.cyclic.sector_modes",
+    "WaveModes": "rom.cyclic.wave_modes",
     "RomParameterError": "rom.errors",
     "SolvedPoint": "rom.stress.mesh_motion",
     "SpringSupportedMotion": "rom.cyclic.contact_springs",
@@ -233,7 +244,7 @@ _PLACES = {
     "contact_areas": "rom.reduction.contact_dofs",
     "contact_springs": "rom.cyclic.contact_springs",
     "coriolis_error": "rom.reduction.coriolis_error",
-    "coupled_frequencies": "rom.cyclic.receptance",
+    "coupled_frequencies": "rom.cyclic.coupled_frequencies",
     "element_warnings": "rom.finite_elements.element_warnings",
     "expand_to_mesh": "rom.cyclic.expansion",
     "factorise": "rom.linear_algebra.factorisation",
@@ -242,11 +253,11 @@ _PLACES = {
     "hot_spots": "rom.stress.hot_spots",
     "inter_blade_phase": "rom.cyclic.cyclic_symmetry",
     "linear_errors": "rom.reduction.model_comparison",
-    "linear_response": "rom.cyclic.receptance",
+    "linear_response": "rom.cyclic.linear_response",
     "linear_responses": "rom.reduction.model_comparison",
     "load_full_model": "rom.files.full_model_file",
     "load_sector": "rom.files.sector_file",
-    "modal_model": "rom.cyclic.modal_model",
+    "modal_model": "rom.cyclic.ring_modes",
     "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",
     "model_from_matrices": "rom.matrix_files.matrix_model",

@@ -132,7 +132,7 @@ def _alike(before: SolutionPoint, after: SolutionPoint, one: PatternExponent, ot
     growing = one.grows(before.omega), other.grows(after.omega)
     if any(growing):
         return all(growing)
-    free_decay = float(before.balance.receptance.modal.damping.min()) / 2.0
+    free_decay = float(before.balance.receptance.waves.damping.min()) / 2.0
     if max(one.exponent.real, other.exponent.real) > -AMPLIFIED * free_decay:
         return False
     return _same_rate(one.exponent.real, other.exponent.real, SIMILAR_DECAY)

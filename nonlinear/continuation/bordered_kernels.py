@@ -23,8 +23,8 @@ class Structure(NamedTuple):
         Relative contact motion of the modes, and its adjoint.
     modal_force : (H+1, m) complex
         External modal force.
-    stiffness, damping : (m,) float
-        w_m^2 and 2 zeta_m w_m.
+    stiffness, damping : (H+1, m) float
+        w_m^2 and 2 zeta_m w_m of the modes of each harmonic.
     odd : bool
         No even harmonics (see `HarmonicBalance`).
     floor : float

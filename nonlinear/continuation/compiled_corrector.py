@@ -106,8 +106,8 @@ class CompiledCorrector:
             relative=np.ascontiguousarray(receptance.relative),
             adjoint=receptance.adjoint,
             modal_force=receptance.modal_force,
-            stiffness=np.ascontiguousarray(receptance.modal.angular_frequency**2, dtype=float),
-            damping=np.ascontiguousarray(receptance.modal.damping, dtype=float),
+            stiffness=np.ascontiguousarray(receptance.waves.angular_frequency**2, dtype=float),
+            damping=np.ascontiguousarray(receptance.waves.damping, dtype=float),
             odd=balance.odd,
             floor=balance.tiny + balance.static_resolution,
         )

@@ -118,8 +118,8 @@ def _write_residual(structure: Structure, laws: NodeLaws, at: Iterate, work: Wor
     for h in range(work.contact_force.shape[0]):
         value, rate, coordinates = work.denominators[h], work.rates[h], work.coordinates[h]
         for m in range(value.shape[0]):
-            damping = structure.damping[m]
-            value[m] = complex(structure.stiffness[m] - (h * omega) ** 2, damping * h * omega)
+            damping = structure.damping[h, m]
+            value[m] = complex(structure.stiffness[h, m] - (h * omega) ** 2, damping * h * omega)
             rate[m] = complex(-2.0 * omega * h * h, damping * h)
         np.dot(structure.adjoint[h], work.contact_force[h], coordinates)
         for m in range(value.shape[0]):

@@ -90,7 +90,7 @@ class LinearSegmentSteps:
             iterations=0,
             arc=arc,
             step=step,
-            dA_ds=tangent[1] * motion.growth(balance.receptance.modal.outputs[self.output]),
+            dA_ds=tangent[1] * motion.growth(system.output_shape(self.output)),
             linear=system.state,
         )
         if system.harmonics == (1,):

@@ -33,7 +33,7 @@ class LinearMotion:
     coordinates: ComplexArray
     coordinates_derivative: ComplexArray
 
-    def growth(self, output: Array) -> float:
+    def growth(self, output: Array | ComplexArray) -> float:
         """Derivative in w of the amplitude ``|x^(h)|`` of an output, (m,) in modal coordinates."""
         first = output @ self.coordinates
         size = abs(first)
@@ -123,6 +123,11 @@ class LinearSegmentSystem:
         modal_derivative = -value_derivative * modal / value
         change = system.solve(relative @ modal_derivative)
         return motion, change, modal, modal_derivative - sprung @ change / value
+
+    def output_shape(self, name: str) -> Array | ComplexArray:
+        """An output (m,) in the modal coordinates of the first excited harmonic."""
+        shapes = self.balance.receptance.output_shapes(name)
+        return shapes if shapes.ndim == 1 else shapes[self.harmonics[0]]
 
     def margin(self, displacement: Array) -> float:
         """Distance (m) of a displacement from the nearest change of state; negative beyond it.

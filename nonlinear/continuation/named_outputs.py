@@ -1,7 +1,6 @@
 """Outputs besides the one whose peaks are located: components by name, and the largest length over a period."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +13,13 @@ SAMPLES_PER_HARMONIC = 64
 NEWTON_STEPS = 6
 
 
-def output_components(outputs: Mapping[str, Any], name: str) -> tuple[str, ...]:
+def output_components(outputs: Iterable[str], name: str) -> tuple[str, ...]:
     """The outputs of a model that make an output: one, or NAME_x, NAME_y, NAME_z of a vector.
 
     Parameters
     ----------
-    outputs : mapping
-        Outputs of the model by name.
+    outputs : iterable of str
+        Names of the outputs of the model.
     name : str
         Name of the output, or of the vector.
 
@@ -32,9 +31,10 @@ def output_components(outputs: Mapping[str, Any], name: str) -> tuple[str, ...]:
     Examples
     --------
     >>> from nonlinear import output_components
-    >>> output_components({"tip": None, "tip_x": None, "tip_y": None, "tip_z": None}, "tip")
+    >>> output_components(("tip", "tip_x", "tip_y", "tip_z"), "tip")
     ('tip',)
     """
+    outputs = tuple(outputs)
     if name in outputs:
         return (name,)
     parts = tuple(f"{name}_{axis}" for axis in "xyz")

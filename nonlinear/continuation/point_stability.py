@@ -20,6 +20,7 @@ from nonlinear.stability.ring_stability import (
     RingStability,
     largest_nodal_diameter,
 )
+from rom import ModalModel
 
 MOST_HARMONICS = 25  # of a perturbation
 Found = TypeVar("Found")
@@ -124,11 +125,13 @@ class PointStability:
     def _pattern_of_linear_motion(self, point: SolutionPoint, state: LinearState) -> PatternExponent | None:
         """The least damped pole s of all nodal diameters n, as lambda = s - i h omega, k = n - h EO, h next to Im s.
 
-        None with open contacts, whose blades vibrate alone: every nodal diameter has the poles of the wave.
+        None with open contacts and without a disk: blades vibrate alone, every nodal diameter has the poles of the
+        wave.
         """
         springs = self._linear_segments(point.balance).system(state).springs
         modal, psi = point.balance.receptance.modal, point.balance.receptance.phase
-        if not springs.any() or modal.n_blades is None:
+        alone = isinstance(modal, ModalModel) and not springs.any()
+        if alone or modal.n_blades is None:
             return None
         key = -1, state.pressed.tobytes()
         if key not in self._linear:
@@ -159,10 +162,11 @@ class PointStability:
 
         With contact springs k it is at most sqrt(omega_1^2 + phi_1^T k phi_1).
         """
-        modal, p = balance.receptance.modal, self.contact
-        motion = np.abs(modal.right[:, 0]) + (0.0 if modal.left is None else np.abs(modal.left[:, 0]))
+        modal, p = balance.receptance.modal.at_phase(balance.receptance.phase), self.contact
+        lowest = int(np.argmax(modal.angular_frequency > 0.0))  # above the rigid motions of a disk
+        motion = np.abs(modal.right[:, lowest]) + (0.0 if modal.left is None else np.abs(modal.left[:, lowest]))
         springs = np.stack([p.tangential_stiffness, p.tangential_stiffness, p.normal_stiffness], axis=1).ravel()
-        first = float(modal.angular_frequency[0])
+        first = float(modal.angular_frequency[lowest])
         return first, float(np.sqrt(first**2 + springs @ motion**2))
 
     def _linear_segments(self, balance: HarmonicBalance) -> LinearSegments:

@@ -67,7 +67,7 @@ def output_under_forces(
 ) -> ComplexArray:
     """Fourier coefficients of the output under the excitation and given contact forces, (H+1,), m."""
     coordinates, _ = receptance.modal_response(omega, complex_force(contact))
-    return coordinates @ receptance.modal.outputs[output]
+    return receptance.output(output, coordinates)
 
 
 def amplitude_derivative(point: SolutionPoint, output: str, mean: float | None = None) -> float:
@@ -77,15 +77,14 @@ def amplitude_derivative(point: SolutionPoint, output: str, mean: float | None =
     dA/ds = sign(x(theta)) Re sum_h dx_h/ds exp(i h theta). With a given `mean` x_0 is that, and constant.
     """
     balance, receptance = point.balance, point.balance.receptance
-    output_shape = receptance.modal.outputs[output]
     coordinates, dcoordinates_domega = receptance.modal_response(point.omega, complex_force(point.contact))
     first = balance.first_row
     dx_ds = point.tangent[0].reshape(-1, balance.n_contacts, 3)
     dforce = np.einsum("kabij,jkb->ika", point.contact.jacobian[..., first:], dx_ds)
     dforce_ds = to_complex(dforce.reshape(dforce.shape[0], -1))
     rows = receptance.output_rows(output, point.omega)
-    derivative = (rows * dforce_ds).sum(axis=1) + (dcoordinates_domega @ output_shape) * point.tangent[1]
-    amplitude = largest_amplitude(with_mean(coordinates @ output_shape, mean))
+    derivative = (rows * dforce_ds).sum(axis=1) + receptance.output(output, dcoordinates_domega) * point.tangent[1]
+    amplitude = largest_amplitude(with_mean(receptance.output(output, coordinates), mean))
     order = np.arange(derivative.size)
     derivative = derivative if mean is None else np.append(0j, derivative[1:])
     return float(amplitude.sign * (derivative * np.exp(1j * order * amplitude.angle)).sum().real)
@@ -134,10 +133,10 @@ def evaluate_responses(points: Sequence[SolutionPoint], output: str, others: Seq
     coordinates = receptance.coordinates(omega, force)
     order = np.asarray(receptance.harmonics, dtype=float)
     excitation = (receptance.modal_force.conj() * coordinates).imag.sum(axis=-1)
-    damping = (receptance.modal.damping * (coordinates.real**2 + coordinates.imag**2)).sum(axis=-1)
+    damping = (receptance.waves.damping * (coordinates.real**2 + coordinates.imag**2)).sum(axis=-1)
     friction = (force.conj() * displacement).imag.sum(axis=-1)
     return Responses(
-        output=coordinates @ receptance.modal.outputs[output],
+        output=receptance.output(output, coordinates),
         outputs={name: _components(receptance, coordinates, name) for name in others},
         excitation=-np.pi * (excitation @ order),
         damping=np.pi * omega * (damping @ order**2),
@@ -147,8 +146,8 @@ def evaluate_responses(points: Sequence[SolutionPoint], output: str, others: Seq
 
 def _components(receptance: RelativeReceptance, coordinates: ComplexArray, name: str) -> ComplexArray:
     """Fourier coefficients (P, H+1, c) of an output of one component, or of a vector."""
-    outputs = receptance.modal.outputs
-    return coordinates @ np.stack([outputs[part] for part in output_components(outputs, name)], axis=1)
+    parts = output_components(receptance.modal.output_names, name)
+    return np.stack([receptance.output(part, coordinates) for part in parts], axis=-1)
 
 
 def _stacked(coefficients: list[Array]) -> ComplexArray:

@@ -311,8 +311,9 @@ class HarmonicBalance:
         receptance = self.receptance
         if receptance.harmonics[0] != 0 or self.frozen_static is not None:
             return 0.0
-        free = np.abs(receptance.modal_force[0] / receptance.modal.angular_frequency**2)
-        return STATIC_RESOLUTION * float(np.linalg.norm(np.abs(receptance.modal.right) @ free))
+        free = np.abs(receptance.modal_force[0] / receptance.waves.angular_frequency[0] ** 2)
+        right = np.abs(receptance.modal.at(0).right)
+        return STATIC_RESOLUTION * float(np.linalg.norm(right @ free[: right.shape[1]]))
 
 
 def receptance_times_force_jacobian(receptance: ComplexArray, jacobian: Array, first: int) -> Array:

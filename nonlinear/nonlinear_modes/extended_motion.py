@@ -122,10 +122,10 @@ class ExtendedMotion:
 
     def stiffness(self, omega: float, damping: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """D (H+1, m) and its derivatives by omega and by zeta."""
-        modal, h = self.receptance.modal, np.asarray(self.receptance.harmonics, dtype=float)[:, None]
+        modes, h = self.receptance.waves, np.asarray(self.receptance.harmonics, dtype=float)[:, None]
         turned, fed = 1j * h * omega, 2.0 * (1.0 if self.every_harmonic else h == 1.0)
-        value = modal.angular_frequency**2 + turned * (modal.damping - fed * damping * omega) - (h * omega) ** 2
-        by_omega = 1j * h * (modal.damping - 2.0 * fed * damping * omega) - 2.0 * h**2 * omega
+        value = modes.angular_frequency**2 + turned * (modes.damping - fed * damping * omega) - (h * omega) ** 2
+        by_omega = 1j * h * (modes.damping - 2.0 * fed * damping * omega) - 2.0 * h**2 * omega
         by_damping = np.broadcast_to(-fed * turned * omega, value.shape)
         return value, by_omega, by_damping
 
@@ -139,14 +139,14 @@ class ExtendedMotion:
         own_stiffness, value[1, k] = value[1, k], np.inf
         inverse = 1.0 / value
         coordinates = pushed * inverse
-        coordinates[0] += receptance.modal.static_force * inverse[0]
+        coordinates[0] += receptance.modal_force[0] * inverse[0]
         rates = np.stack([-by_omega * inverse * coordinates, -by_damping * inverse * coordinates], axis=-1)
         coordinates[1, k] = state.carrier
         unit = np.zeros_like(coordinates)
         unit[1, k] = 1.0
         moved = receptance.relative @ np.concatenate([coordinates[..., None], rates, unit[..., None]], axis=-1)
         columns = to_real(moved).reshape(-1, 4)
-        n, omega2 = columns.shape[0], receptance.modal.angular_frequency[k] ** 2
+        n, omega2 = columns.shape[0], receptance.waves.angular_frequency[1, k] ** 2
         residual, jacobian = np.zeros(n + 3), np.zeros((n + 3, n + EXTRA))
         residual[:n] = state.displacement.reshape(-1) - columns[:, 0]
         matrix = (receptance.relative * inverse[:, None, :]) @ receptance.adjoint

@@ -159,7 +159,9 @@ class FirstMotion:
 
     def _output(self, shape: ComplexArray) -> float:
         """Amplitude of the output in a mode of unit amplitude, m."""
-        return float(abs(self.receptance.modal.outputs[self.options.output] @ shape))
+        coordinates = np.zeros((len(self.receptance.harmonics), shape.size), dtype=complex)
+        coordinates[1] = shape
+        return float(abs(self.receptance.output(self.options.output, coordinates)[1]))
 
 
 def softer(contact: ContactParameters, factor: float) -> ContactParameters:

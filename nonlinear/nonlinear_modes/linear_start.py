@@ -28,18 +28,18 @@ def linear_mode(
     """
     from scipy.linalg import eigh
 
-    modal, relative = receptance.modal, receptance.relative[1]
+    waves, relative = receptance.waves, receptance.relative[1]
     springs = contact_springs(
-        modal.n_contacts,
+        receptance.modal.n_contacts,
         contact.normal_stiffness * share,
         contact.tangential_stiffness * share * (contact.friction > 0.0),
     )
-    matrix = np.diag(modal.angular_frequency**2).astype(complex)
+    matrix = np.diag(waves.angular_frequency[1] ** 2).astype(complex)
     matrix += spring_stiffness(relative, springs)
     squared, shapes = eigh(matrix, subset_by_index=(number - 1, number - 1))
     shape = np.asarray(shapes[:, 0], dtype=complex)
     omega = float(np.sqrt(squared[0]))
-    damping = float(modal.damping @ np.abs(shape) ** 2) / (2.0 * omega)
+    damping = float(waves.damping[1] @ np.abs(shape) ** 2) / (2.0 * omega)
     return omega, damping, shape
 
 

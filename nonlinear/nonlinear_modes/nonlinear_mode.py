@@ -17,7 +17,7 @@ from nonlinear.nonlinear_modes.first_motion import FirstMotion
 from nonlinear.nonlinear_modes.mode_curve import ModeContinuation, MotionPoint
 from nonlinear.nonlinear_modes.mode_following import ModePath, follow_mode
 from nonlinear.options import OptionsError, SolverOptions
-from rom import ModalModel, RelativeReceptance, one_blas_thread
+from rom import RelativeReceptance, RingModes, one_blas_thread
 
 
 @dataclass(frozen=True)
@@ -148,16 +148,18 @@ class ModeMotions:
         Solves the equations.
     states : tuple of MotionState
         The P motions.
-    modal : rom.ModalModel
-        The modes of the structure.
     output : str
         The output whose amplitude is told.
     """
 
     continuation: ModeContinuation
     states: tuple[MotionState, ...]
-    modal: ModalModel
     output: str
+
+    @property
+    def receptance(self) -> RelativeReceptance:
+        """The structure."""
+        return self.continuation.motion.receptance
 
     @one_blas_thread()
     def resonance(self, place: int, force: float) -> ModeResonance:
@@ -172,10 +174,10 @@ class ModeMotions:
         """
 
         def excess(state: MotionState, coordinates: ComplexArray) -> float:
-            return float(np.log(resonant_force(state, coordinates, self.modal) / force))
+            return float(np.log(resonant_force(state, coordinates, self.receptance) / force))
 
         def size(_: MotionState, coordinates: ComplexArray) -> float:
-            return float(np.log(vibration_of(coordinates, self.modal.outputs[self.output])))
+            return float(np.log(vibration_of(coordinates, self.receptance, self.output)))
 
         ends = self.states[place], self.states[place + 1]
         point = self.continuation.between(*ends, lambda at: excess(at.state, at.linearised.coordinates))
@@ -189,7 +191,7 @@ class ModeMotions:
             exponent = self.continuation.rate(point, excess) / (self.continuation.rate(point, size) or 1e-300)
         return ModeResonance(
             frequency_hz=state.omega / (2.0 * np.pi),
-            amplitude_m=float(largest_amplitude(coordinates @ self.modal.outputs[self.output]).value),
+            amplitude_m=float(largest_amplitude(self.receptance.output(self.output, coordinates)).value),
             damping_ratio=state.damping,
             stable=exponent > 0.0,
             force_exponent=exponent,
@@ -197,7 +199,7 @@ class ModeMotions:
         )
 
 
-def resonant_force(state: MotionState, coordinates: ComplexArray, modal: ModalModel) -> float:
+def resonant_force(state: MotionState, coordinates: ComplexArray, receptance: RelativeReceptance) -> float:
     """Amplitude of the excitation that balances the damping of a motion, N.
 
     Parameters
@@ -206,17 +208,17 @@ def resonant_force(state: MotionState, coordinates: ComplexArray, modal: ModalMo
         Frequency, damping ratio and amplitude.
     coordinates : (H+1, m) complex array
         Its modal coordinates.
-    modal : rom.ModalModel
-        The modes, with the modal force of 1 N.
+    receptance : rom.RelativeReceptance
+        The structure, with the modal force of 1 N.
     """
-    work = max(abs(np.vdot(coordinates[1], modal.force)), 1e-300)
+    work = max(abs(np.vdot(coordinates[1], receptance.unit_force(1))), 1e-300)
     lost = 2.0 * state.damping * state.omega**2 * np.exp(2.0 * state.level)
     return float(max(lost, 1e-300) / work)
 
 
 @one_blas_thread()
 def nonlinear_mode(
-    modal: ModalModel,
+    modal: RingModes,
     contact: ContactParameters,
     nodal_diameter: int,
     amplitudes_m: tuple[float, float],
@@ -228,7 +230,7 @@ def nonlinear_mode(
 
     Parameters
     ----------
-    modal : rom.ModalModel
+    modal : rom.ModalModel or rom.SectorModes
         Modes of the blade with free contacts, with their damping.
     contact : ContactParameters
         Parameters of the contact nodes.
@@ -263,21 +265,20 @@ def nonlinear_mode(
     >>> print(mode.frequency_hz[[0, -1]].round(3), bool(mode.damping_ratio.max() > 0.1))
     [0.318 0.172] True
     """
-    _check(modal, amplitudes_m, options, number)
+    _check(modal.at(nodal_diameter).angular_frequency.size, amplitudes_m, options, number)
     harmonics = tuple(range(options.fixed_harmonics + 1))
     receptance = RelativeReceptance(modal, modal.phase(nodal_diameter), harmonics, 0.0)
     static = static_displacement(receptance, contact, options)
     first = FirstMotion(receptance, contact, static, options, number, amplitudes_m[0])
     start, continuation = first.find()
     levels = first.linear_levels(start.state, amplitudes_m[1])
-    size = partial(vibration, modal=modal, output=options.output)
+    size = partial(vibration, receptance=receptance, output=options.output)
     path = follow_mode(continuation, start, size, amplitudes_m[1], levels)
-    return _assembled(path, continuation, modal, options.output)
+    return _assembled(path, continuation, options.output)
 
 
-def _check(modal: ModalModel, amplitudes_m: tuple[float, float], options: SolverOptions, number: int) -> None:
+def _check(modes: int, amplitudes_m: tuple[float, float], options: SolverOptions, number: int) -> None:
     """Refuse what has no nonlinear mode."""
-    modes = modal.angular_frequency.size
     if options.method != "coupled":
         raise OptionsError(f'method: {options.method!r}, allowed for a nonlinear mode: "coupled"')
     if not 0.0 < amplitudes_m[0] < amplitudes_m[1] < float("inf"):
@@ -286,28 +287,30 @@ def _check(modal: ModalModel, amplitudes_m: tuple[float, float], options: Solver
         raise OptionsError(f"number: {number}, allowed: 1 to {modes}, the modes of the model")
 
 
-def vibration(point: MotionPoint, modal: ModalModel, output: str) -> float:
+def vibration(point: MotionPoint, receptance: RelativeReceptance, output: str) -> float:
     """Largest displacement of an output over a period without its mean, m."""
-    return vibration_of(point.linearised.coordinates, modal.outputs[output])
+    return vibration_of(point.linearised.coordinates, receptance, output)
 
 
-def vibration_of(coordinates: ComplexArray, output: Array) -> float:
+def vibration_of(coordinates: ComplexArray, receptance: RelativeReceptance, output: str) -> float:
     """Largest displacement over a period without its mean, m, of modal coordinates (H+1, m)."""
-    values = coordinates @ output
+    values = receptance.output(output, coordinates)
     values[0] = 0.0
     return largest_amplitude(values).value
 
 
-def _assembled(path: ModePath, continuation: ModeContinuation, modal: ModalModel, output: str) -> NonlinearMode:
+def _assembled(path: ModePath, continuation: ModeContinuation, output: str) -> NonlinearMode:
     """The mode of its points."""
     points = [point for piece in path.pieces for point in piece]
-    nodes, row = np.array([point.nodes for point in points]), modal.outputs[output]
+    nodes, receptance = np.array([point.nodes for point in points]), continuation.motion.receptance
     return NonlinearMode(
-        amplitude_m=np.array([largest_amplitude(point.coordinates @ row).value for point in points]),
+        amplitude_m=np.array(
+            [largest_amplitude(receptance.output(output, point.coordinates)).value for point in points]
+        ),
         frequency_hz=np.array([point.state.omega for point in points]) / (2.0 * np.pi),
         damping_ratio=np.array([point.state.damping for point in points]),
         modal_amplitude=np.exp([point.state.level for point in points]),
-        force=np.array([resonant_force(point.state, point.coordinates, modal) for point in points]),
+        force=np.array([resonant_force(point.state, point.coordinates, receptance) for point in points]),
         coordinates=np.array([point.coordinates for point in points]),
         piece=np.repeat(np.arange(len(path.pieces)), [len(piece) for piece in path.pieces]),
         sticking=(nodes == STICK).sum(axis=1),
@@ -315,5 +318,5 @@ def _assembled(path: ModePath, continuation: ModeContinuation, modal: ModalModel
         separating=(nodes == LIFT_OFF).sum(axis=1),
         complete=path.complete,
         message=path.message,
-        motions=ModeMotions(continuation, tuple(point.state for point in points), modal, output),
+        motions=ModeMotions(continuation, tuple(point.state for point in points), output),
     )

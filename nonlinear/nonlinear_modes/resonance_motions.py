@@ -78,7 +78,7 @@ def _passing(continuation: ModeContinuation, state: MotionState, force: ComplexA
     start = continuation.solve_at_level(state)
     if start is None:
         return
-    damping = continuation.motion.receptance.modal.damping
+    damping = continuation.motion.receptance.waves.damping[1]
 
     def excess(point: MotionPoint, structure_only: bool = False) -> float:
         q, omega = point.linearised.coordinates[1], point.state.omega

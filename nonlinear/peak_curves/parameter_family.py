@@ -10,12 +10,12 @@ from nonlinear.contact.parameters import ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.options import Excitation, OptionsError, SolverOptions
 from nonlinear.response_solver import build_harmonic_balance
-from rom import ModalModel
+from rom import RingModes
 
 CONTACT = ("normal_stiffness", "tangential_stiffness", "friction", "interference", "preload")
 PARAMETERS = (*CONTACT, "force", "damping")
 
-Problem = tuple[ModalModel, ContactParameters, Excitation, SolverOptions]
+Problem = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
 
 
 def with_parameter(problem: Problem, name: str, value: float) -> Problem:
@@ -41,7 +41,7 @@ def with_parameter(problem: Problem, name: str, value: float) -> Problem:
     if name == "force":
         return modal, contact, replace(excitation, force=value), options
     if name == "damping":
-        return replace(modal, damping=modal.damping * value), contact, excitation, options
+        return modal.with_damping_times(value), contact, excitation, options
     if name not in CONTACT:
         raise OptionsError(f"parameter: {name!r}, allowed: {', '.join(PARAMETERS)}")
     nodal = getattr(contact, name)

@@ -175,7 +175,7 @@ def check_homogeneity(problem: Problem, name: str) -> None:
         raise OptionsError(f"parameter: {name!r}, allowed for a performance curve: {', '.join(OTHER)}")
     if excitation.force <= 0.0:
         raise OptionsError(f"force: {excitation.force:g}, allowed for a performance curve: above 0")
-    if np.any(modal.static_force):
+    if np.any(modal.at(0).static_force):
         raise OptionsError(
             "static load (centrifugal, pressure, temperature): acts, allowed for a performance curve: none, "
             f"as it does not scale with {name}"

@@ -58,8 +58,7 @@ def amplitude_adjoint(
     balance, omega, contact = linearised.balance, linearised.omega, linearised.contact
     receptance, shape = balance.receptance, contact.force.shape
     coordinates, dcoordinates = receptance.modal_response(omega, complex_force(contact))
-    mode_outputs = receptance.modal.outputs[output]
-    amplitude = largest_amplitude(with_mean(coordinates @ mode_outputs, mean))
+    amplitude = largest_amplitude(with_mean(receptance.output(output, coordinates), mean))
     turn = amplitude.sign * np.exp(1j * np.arange(coordinates.shape[0]) * amplitude.angle)
     turn[0] = turn[0] if mean is None else 0.0
     # Re(sum_h row_h f_h) = conj(row) . f in real coefficients
@@ -67,7 +66,7 @@ def amplitude_adjoint(
     dA_dx = np.einsum("ika,kabij->jkb", direct, contact.jacobian)[balance.first_row :].reshape(-1)
     if peak is None:
         return direct, np.linalg.solve(linearised.jacobian.T, dA_dx)
-    dA_domega = float((turn * (dcoordinates @ mode_outputs)).sum().real)
+    dA_domega = float((turn * receptance.output(output, dcoordinates)).sum().real)
     return direct, _bordered_adjoint(linearised, peak, dA_dx, dA_domega)
 
 

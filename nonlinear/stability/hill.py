@@ -22,7 +22,7 @@ from nonlinear.stability.contact_feedback import ContactFeedback
 from nonlinear.stability.memory_feedback import ConeMemoryFeedback, ContactRows, SliderMemoryFeedback
 from nonlinear.stability.modal_condensation import ContactFreeModel
 from nonlinear.stability.slider_memory import SliderMemory
-from rom import ModalModel, relative_contact_motion
+from rom import RingModes
 
 Memory = SliderMemory | ConeSliderMemory
 RETENTION_RADIUS = 2.0
@@ -52,8 +52,8 @@ class HillProblem:
 
     Attributes
     ----------
-    modal : ModalModel
-        The contact-free modes.
+    modal : rom.ModalModel or rom.SectorModes
+        The contact-free modes, with a disk those of each harmonic's own wave.
     phase : float
         Inter-blade phase angle psi, rad.
     n_harmonics : int
@@ -68,7 +68,7 @@ class HillProblem:
         h_r: harmonics above it retain the poles near lambda = 0 only, and none of modes above (h_r + rho) omega.
     """
 
-    modal: ModalModel
+    modal: RingModes
     phase: float
     n_harmonics: int
     kappa: float = 0.0
@@ -79,7 +79,7 @@ class HillProblem:
     @property
     def conjugate_pairs(self) -> bool:
         """Whether the exponents come in complex conjugate pairs: B_-h is the complex conjugate of B_h."""
-        return self.modal.left is None or abs(np.sin(self.kappa)) < 1e-12
+        return not self.modal.touches_neighbours or abs(np.sin(self.kappa)) < 1e-12
 
     @cached_property
     def contact_free(self) -> ContactFreeModel:
@@ -93,12 +93,9 @@ class HillProblem:
             harmonics = np.stack([harmonics, -harmonics], axis=1).ravel()
         if self.static:
             harmonics = np.append(0.0, harmonics)
-        phases = harmonics * self.phase + self.kappa
-        relative = relative_contact_motion(self.modal.right, self.modal.left, phases)
         return ContactFreeModel(
-            self.modal,
+            self.modal.waves(harmonics * self.phase + self.kappa),
             harmonics,
-            relative,
             self.retention_radius,
             self.retention_harmonic,
             self.conjugate_pairs,

@@ -4,12 +4,12 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from rom import ModalModel, relative_contact_motion, spring_stiffness
+from rom import ModalModel, RingModes, relative_contact_motion, spring_stiffness
 
 SAMPLED = 7  # nodal diameters of a ring at which a search starts
 
 
-def least_damped_pole(modal: ModalModel, phase: float, springs: Array) -> complex:
+def least_damped_pole(modal: RingModes, phase: float, springs: Array) -> complex:
     """The pole with the largest real part of the ring at one phase.
 
     With the modal coordinates q and the relative contact motion B = right - exp(i phase) left of the modes,
@@ -18,7 +18,7 @@ def least_damped_pole(modal: ModalModel, phase: float, springs: Array) -> comple
 
     Parameters
     ----------
-    modal : ModalModel
+    modal : rom.ModalModel or rom.SectorModes
         The contact-free modes.
     phase : float
         Inter-blade phase angle, rad.
@@ -30,22 +30,25 @@ def least_damped_pole(modal: ModalModel, phase: float, springs: Array) -> comple
     complex
         s, 1/s; of a conjugate pair the one that is not below the real axis.
     """
+    own = modal.at_phase(phase)
+    elastic = own.angular_frequency > 0.0  # rigid motions of a disk do not move the contacts
+    damping, squared = own.damping[elastic], own.angular_frequency[elastic] ** 2
     if not springs.any():
-        half = modal.damping / 2.0
-        return _leading(-half + np.sqrt((half**2 - modal.angular_frequency**2).astype(complex)))
-    motion = _relative_motion(modal, phase)
-    size = modal.damping.size
-    stiffness = np.diag(modal.angular_frequency**2) + spring_stiffness(motion, springs)
+        half = damping / 2.0
+        return _leading(-half + np.sqrt((half**2 - squared).astype(complex)))
+    motion = _relative_motion(own, phase)[:, elastic]
+    size = damping.size
+    stiffness = np.diag(squared) + spring_stiffness(motion, springs)
     # velocities in units of this frequency, so that all entries are of one size
     scale = float(np.sqrt(np.abs(np.diag(stiffness)).max()))
     system = np.zeros((2 * size, 2 * size), dtype=stiffness.dtype)
     system[:size, size:] = np.eye(size)
     system[size:, :size] = -stiffness / scale**2
-    system[size:, size:] = -np.diag(modal.damping) / scale
+    system[size:, size:] = -np.diag(damping) / scale
     return _leading((scale * np.linalg.eigvals(system)).astype(complex))
 
 
-def least_damped_of_ring(modal: ModalModel, springs: Array) -> tuple[complex, int]:
+def least_damped_of_ring(modal: RingModes, springs: Array) -> tuple[complex, int]:
     """The pole with the largest real part over all nodal diameters n = 0 .. N_b / 2 of the ring; -n has the same.
 
     For light damping the decay of a mode x, x^H x = 1, is that of its undamped shape, c = x^H diag(c_m) x / 2. It
@@ -53,7 +56,7 @@ def least_damped_of_ring(modal: ModalModel, springs: Array) -> tuple[complex, in
 
     Parameters
     ----------
-    modal : ModalModel
+    modal : rom.ModalModel or rom.SectorModes
         The contact-free modes of a ring of `n_blades`.
     springs : (n_c, 3)
         Contact springs k along t1, t2 and n, N/m.
@@ -80,11 +83,13 @@ def least_damped_of_ring(modal: ModalModel, springs: Array) -> tuple[complex, in
     return least_damped_pole(modal, best * pitch, springs), best
 
 
-def _undamped_decay(modal: ModalModel, phase: float, springs: Array) -> float:
+def _undamped_decay(modal: RingModes, phase: float, springs: Array) -> float:
     """The least x^H diag(c_m) x / 2 over the undamped modes x at one phase, 1/s."""
-    motion = _relative_motion(modal, phase)
-    _, shapes = np.linalg.eigh(np.diag(modal.angular_frequency**2) + spring_stiffness(motion, springs))
-    return float((modal.damping @ np.abs(shapes) ** 2).min()) / 2.0
+    own = modal.at_phase(phase)
+    elastic = own.angular_frequency > 0.0
+    motion, squared = _relative_motion(own, phase)[:, elastic], own.angular_frequency[elastic] ** 2
+    _, shapes = np.linalg.eigh(np.diag(squared) + spring_stiffness(motion, springs))
+    return float((own.damping[elastic] @ np.abs(shapes) ** 2).min()) / 2.0
 
 
 def _relative_motion(modal: ModalModel, phase: float) -> ComplexArray | Array:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.block_matrices import HarmonicBlocks, Matrix
-from rom import ModalModel
+from rom import WaveModes
 
 CRITICAL = 1e-8  # least abs(1 - (c_m / (2 omega_m))^2): a double pole is split by that much
 
@@ -57,12 +57,10 @@ class ContactFreeModel:
 
     Attributes
     ----------
-    modal : ModalModel
-        The modes.
+    modes : rom.WaveModes
+        The modes in the wave of each harmonic, with their relative contact motion B_h phi.
     harmonics : (n_h,)
         h; 0, if it is there, comes first.
-    relative : (n_h, 3 n_c, m) complex
-        Relative contact motion of the modes, B_h phi.
     retention_radius : float
         rho, in units of omega.
     retention_harmonic : int
@@ -72,9 +70,8 @@ class ContactFreeModel:
         Whether the harmonics 0, 1, 2, ... stand for real motions, in rows (0, Re 1, Im 1, ...).
     """
 
-    modal: ModalModel
+    modes: WaveModes
     harmonics: Array
-    relative: ComplexArray
     retention_radius: float
     retention_harmonic: int
     real_form: bool
@@ -85,13 +82,13 @@ class ContactFreeModel:
         return int(self.harmonics[0] == 0.0)
 
     @cached_property
-    def _poles(self) -> tuple[ComplexArray, ComplexArray]:
+    def poles(self) -> tuple[ComplexArray, ComplexArray]:
         """Poles s and their residues, first those that rotate as h does (or decay slower): (n_h, 2, m) each."""
-        return poles_and_residues(self.modal, self.harmonics)
+        return poles_and_residues(self.modes.angular_frequency, self.modes.damping, self.harmonics)
 
     def retained(self, omega: float) -> NDArray[np.bool_]:
         """Which poles are states, (n_h, 2, m)."""
-        h, size = np.abs(self.harmonics)[:, None], np.abs(self._poles[0]) / omega
+        h, size = np.abs(self.harmonics)[:, None], np.abs(self.poles[0]) / omega
         rho, h_r = self.retention_radius, self.retention_harmonic
         same_sense = (size[:, 0] <= np.minimum(h, h_r) + rho) & ((h <= h_r) | (size[:, 0] >= h - rho))
         retained = np.stack([same_sense, size[:, 1] <= rho - h], axis=1)
@@ -109,13 +106,13 @@ class ContactFreeModel:
             The contact dofs that appear in d and f.
         """
         retained = self.retained(omega)
-        poles = self._poles[0] / omega - 1j * self.harmonics[:, None, None]
-        residues = self._poles[1] / omega
+        poles = self.poles[0] / omega - 1j * self.harmonics[:, None, None]
+        residues = self.poles[1] / omega
         # a condensed pole p with residue r: r / (sigma - p) = -r / p - sigma r / p^2 + ...
         distance = np.where(retained, 1.0, -poles)
         g_0 = np.where(retained, 0.0, residues / distance)
         g_1 = np.where(np.abs(distance) < self.retention_radius, 0.0, -g_0 / distance)
-        relative = np.ascontiguousarray(self.relative[:, active])
+        relative = np.ascontiguousarray(self.modes.relative[:, active])
         adjoint = relative.conj().transpose(0, 2, 1)
         first = self._first
         row, pole, mode = np.nonzero(retained[first:])
@@ -162,8 +159,8 @@ class ContactFreeModel:
         state_matrix = np.zeros((2 * count, 2 * count))
         upper, lower = np.arange(count), np.arange(count, 2 * count)
         state_matrix[upper, lower] = 1.0
-        state_matrix[lower, upper] = -((self.modal.angular_frequency[modes] / omega) ** 2)
-        state_matrix[lower, lower] = -self.modal.damping[modes] / omega
+        state_matrix[lower, upper] = -((self.modes.angular_frequency[0, modes] / omega) ** 2)
+        state_matrix[lower, lower] = -self.modes.damping[0, modes] / omega
         input_matrix = np.zeros((2 * count, motion.shape[0]), dtype=motion.dtype)
         input_matrix[count:] = motion.conj().T / omega**2
         return state_matrix, input_matrix, np.concatenate([motion, np.zeros_like(motion)], axis=1)
@@ -196,21 +193,24 @@ class ContactFreeModel:
         return HarmonicBlocks(static.real, _real_form(values[first:]).reshape(count - first, 2 * size, 2 * size))
 
 
-def poles_and_residues(modal: ModalModel, harmonics: Array) -> tuple[ComplexArray, ComplexArray]:
+def poles_and_residues(
+    angular_frequency: Array, damping: Array, harmonics: Array
+) -> tuple[ComplexArray, ComplexArray]:
     """Poles s and residues of the modes in the `harmonics`: (n_h, 2, m) each, as in `ContactFreeModel`.
 
     Parameters
     ----------
-    modal : ModalModel
-        The modes.
+    angular_frequency, damping : (m,) or (n_h, m)
+        Natural frequencies omega_m, rad/s, and damping c_m, 1/s, of the modes, the same in all harmonics or not.
     harmonics : (n_h,)
         Of each pair the first pole rotates as h does, or decays slower.
     """
-    half, squared = modal.damping / 2.0, modal.angular_frequency**2
+    half, squared = damping / 2.0, angular_frequency**2
     under = squared - half**2
     apart = np.where(np.abs(under) < CRITICAL * squared, CRITICAL * squared, under)
     damped = 1j * np.sqrt(apart.astype(complex)).conj()
-    poles, residues = np.stack([-half + damped, -half - damped]), np.stack([0.5 / damped, -0.5 / damped])
+    poles = np.stack([-half + damped, -half - damped], axis=-2)
+    residues = np.stack([0.5 / damped, -0.5 / damped], axis=-2)
     backward = (harmonics < 0.0)[:, None, None]
     return np.where(backward, poles.conj(), poles), np.where(backward, residues.conj(), residues)
 

@@ -17,7 +17,7 @@ from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.modal_condensation import ContactFreeModel, poles_and_residues
 from nonlinear.stability.point_contact import in_harmonics
 from nonlinear.stability.reduced_modes import LEAST, reduced_modes
-from rom import ModalModel, relative_contact_motion
+from rom import ModalModel, WaveModes, relative_contact_motion
 
 # of the approximate exponents
 FEW_NEGLIGIBLE = 6e-3  # flexibility times contact stiffness that is left out
@@ -61,7 +61,7 @@ class ReducedProblem:
     @cached_property
     def poles(self) -> tuple[ComplexArray, ComplexArray]:
         """Poles and residues, (S, 2, q)."""
-        return poles_and_residues(self.modal, self.harmonics)
+        return poles_and_residues(self.modal.angular_frequency, self.modal.damping, self.harmonics)
 
     def condensed(self, modal: ModalModel, omega: float) -> CondensedPoles:
         """The poles of `modal` (all modes, or those that are left) at `omega`, condensed as in `HillProblem`.
@@ -78,8 +78,9 @@ class ReducedProblem:
             return self._condensed[key]
         rho, h_r = self.problem.retention_radius, self.problem.retention_harmonic
         no_motion = np.zeros((self.harmonics.size, 0, modal.damping.size), dtype=complex)
-        retained = ContactFreeModel(modal, self.harmonics, no_motion, rho, h_r, False).retained(omega)
-        poles, residues = self.poles if modal is self.modal else poles_and_residues(modal, self.harmonics)
+        waves = WaveModes(modal.angular_frequency, modal.damping, no_motion)
+        model = ContactFreeModel(waves, self.harmonics, rho, h_r, False)
+        retained, (poles, residues) = model.retained(omega), model.poles
         distance = poles / omega - 1j * self.harmonics[:, None, None]
         if len(self._condensed) > 1:
             self._condensed.clear()  # only those of one point are asked for again
@@ -202,6 +203,7 @@ class ReducedProblems:
             Excitation frequency, rad/s.
         """
         p = self.problem
+        assert isinstance(p.modal, ModalModel)  # with a disk there are no modes that serve every wave
         highest = (p.n_harmonics + p.retention_radius) * omega
         kept = int(np.count_nonzero(p.modal.angular_frequency <= highest))
         if kept not in self._known:

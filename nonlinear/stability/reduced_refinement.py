@@ -175,8 +175,11 @@ class ReducedRefinement:
         omega : float
             Excitation frequency, rad/s.
         """
+        modal = self.problem.modal
+        if not isinstance(modal, ModalModel) or modal.left is None:
+            return False
         size = 3 * self.contact.n_contacts * (2 * self.problem.n_harmonics + 1)
-        return size >= LEAST_SIZE and self.problem.modal.left is not None and self._at(omega).omitted <= MAX_OMITTED
+        return size >= LEAST_SIZE and self._at(omega).omitted <= MAX_OMITTED
 
     def _at(self, omega: float) -> ReducedProblem:
         return self._reduced.at(omega)
@@ -235,8 +238,9 @@ class ReducedRefinement:
         x, left = (vector.reshape(size, -1, 1) for vector in vectors)
         forces = modal.forces(sigma, (relative @ x)[:, :, 0])
         adjoint = modal.forces(sigma, (relative.conj() @ left)[:, :, 0], adjoint=True)
-        total = 0.0 + 0.0j
-        for modes, sign in ((reduced.problem.modal, 1.0), (reduced.modal, -1.0)):
+        total, every = 0.0 + 0.0j, reduced.problem.modal
+        assert isinstance(every, ModalModel)
+        for modes, sign in ((every, 1.0), (reduced.modal, -1.0)):
             poles = reduced.condensed(modes, omega)
             both = _modal_forces(forces, modes, reduced, kappa) * _modal_forces(adjoint, modes, reduced, kappa, True)
             total += sign * complex(both @ (poles.flexibility + sigma * poles.derivative))

@@ -1,7 +1,7 @@
 """Perturbations of all nodal diameters of the ring: the least stable Floquet exponent of one point.
 
-All nodal diameters are scanned with few modes (`PatternScan`). What leads there is refined with the matrices of its
-own kappa.
+All nodal diameters are scanned with few modes (`PatternScan`); with a disk, whose modes differ from wave to wave,
+each with its own (`every_eigenvalue`). What leads there is refined with the matrices of its own kappa.
 """
 
 from dataclasses import dataclass, field, replace
@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
+from nonlinear.stability.every_pattern import every_eigenvalue
 from nonlinear.stability.floquet import NEUTRAL, OVERLAP, FloquetAnalysis, converged
 from nonlinear.stability.full_scan import FullScan
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.pattern_scan import PatternScan
 from nonlinear.stability.point_contact import PointContact
-from rom import ModalModel
+from rom import RingModes, SectorModes
 
 SCAN_ERROR = 0.005  # of an eigenvalue that leads a scan, in units of omega, before it is refined
 SAME_RATE = 0.1  # relative difference of two rates that is left where it does not matter to the stability
@@ -185,6 +186,8 @@ class RingStability:
         return PointContact(contact.jacobian, contact.omega, memory)
 
     def _approximate(self, point: PointContact) -> list[tuple[complex, int]]:
+        if isinstance(self.wave.problem.modal, SectorModes):
+            return every_eigenvalue({k: self._problem(k) for k in range(1, self.n_blades // 2 + 1)}, point)
         found = self._scan.eigenvalues(point) if self._scan.applies(point.omega) else []
         return found or self._full_scan.eigenvalues(point)
 
@@ -200,13 +203,17 @@ class RingStability:
         """The exponent of k that successive linear problems lead to from `sigma`; None if they lead to none."""
         value, exact = self._by_reduced_problem(contact, sigma, k)
         if value is not None and not exact:
-            if k not in self._problems:
-                self._problems[k] = replace(self.wave.problem, kappa=2.0 * np.pi * k / self.n_blades)
-            eigenproblem = self._problems[k].eigenproblem(contact.jacobian, contact.omega, contact.memory)
+            eigenproblem = self._problem(k).eigenproblem(contact.jacobian, contact.omega, contact.memory)
             value = converged(eigenproblem, value) or converged(eigenproblem, value + OFF_AXIS)
         if value is None or abs(value.imag) > 0.5 + OVERLAP:
             return None
         return PatternExponent(contact.omega * value, k)
+
+    def _problem(self, k: int) -> HillProblem:
+        """The problem of nodal diameter k with all modes."""
+        if k not in self._problems:
+            self._problems[k] = replace(self.wave.problem, kappa=2.0 * np.pi * k / self.n_blades)
+        return self._problems[k]
 
     def _by_reduced_problem(self, contact: PointContact, sigma: complex, k: int) -> tuple[complex | None, bool]:
         """The eigenvalue in few modes, and whether it is exact; `sigma` itself where they are of no use."""
@@ -217,12 +224,12 @@ class RingStability:
         return found or self.wave.refinement.converged(contact, kappa, sigma + OFF_AXIS) or (None, True)
 
 
-def largest_nodal_diameter(modal: ModalModel) -> int:
+def largest_nodal_diameter(modal: RingModes) -> int:
     """Largest k of a perturbation, N_b / 2; 0 where blades do not touch each other or their number is not known.
 
     Parameters
     ----------
-    modal : ModalModel
+    modal : rom.ModalModel or rom.SectorModes
         The modes of a blade.
     """
-    return 0 if modal.left is None or modal.n_blades is None else modal.n_blades // 2
+    return 0 if not modal.touches_neighbours or modal.n_blades is None else modal.n_blades // 2

@@ -14,7 +14,7 @@ from pipeline.stages.scene_to_solver import damped_modes, section_excitation
 
 if TYPE_CHECKING:
     from nonlinear import ContactParameters, Excitation
-    from rom import ModalModel, ReducedModel
+    from rom import ReducedModel, RingModes
 
 _EVEN = 600  # evenly spaced frequencies
 _NEAR, _WIDTH = 121, 0.04  # frequencies around each resonance, and their relative distance from it at most
@@ -76,7 +76,7 @@ def _case(curve: PlottedCurve, kind: str) -> object:
 def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: list[int]) -> Limit:
     curve = curves[at[0]]
     scene = curve.scene
-    modal: ModalModel = damped_modes(model, scene.response, scene.load)
+    modal: RingModes = damped_modes(model, scene.response, scene.load)
     contact, wave = curve.contact_parameters(model.n_contacts), section_excitation(scene.excitation)
     frequency, amplitude = linear_limit(kind, model, (modal, contact, wave), scene.response.frequency)
     return Limit(kind, frequency, amplitude, tuple(at))
@@ -85,7 +85,7 @@ def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: l
 def linear_limit(
     kind: str,
     model: ReducedModel,
-    problem: tuple[ModalModel, ContactParameters, Excitation],
+    problem: tuple[RingModes, ContactParameters, Excitation],
     frequency_hz: tuple[float, float],
 ) -> tuple[Array, Array]:
     """Frequency, Hz, and amplitude, m, of the linear response with free or stuck contacts, (F,) each.

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from nonlinear import ContactParameters, Excitation, PerformanceCurve, SolverOptions
-    from rom import ModalModel, ReducedModel
+    from rom import ReducedModel, RingModes
 
 MULTIPLES = (0.25, 0.5, 2.0, 4.0)  # of the scene's force, shown as points
 NEAR_ZERO = 0.02  # of the largest ratio: an axis of both signs is nearly linear up to there at least
@@ -187,7 +187,7 @@ def _set_axes(left: Axes, right: Axes, curve: PerformanceCurve, wide: float, fac
 
 
 def linear_peaks(
-    model: ReducedModel, problem: tuple[ModalModel, ContactParameters, Excitation, SolverOptions]
+    model: ReducedModel, problem: tuple[RingModes, ContactParameters, Excitation, SolverOptions]
 ) -> dict[str, tuple[float, float]]:
     """Frequency, Hz, and amplitude per force, m/N, of the highest peak with free and with stuck contacts.
 

@@ -89,5 +89,5 @@ def operating_shape(curve: Path, rom: Path, n_vertices: int) -> OperatingShape |
     wave, harmonics = section_excitation(excitation), tuple(range(len(force)))
     receptance = RelativeReceptance(modal, phase, harmonics, wave.force, wave.factors)
     coordinates, _ = receptance.modal_response(2.0 * np.pi * frequency, force.reshape(len(force), -1))
-    vertices = expand_to_mesh(model, coordinates @ modal.shapes.T)[:, :n_vertices]
+    vertices = expand_to_mesh(model, receptance.reduced_coordinates(coordinates))[:, :n_vertices]
     return OperatingShape(frequency, amplitude, phase, vertices)

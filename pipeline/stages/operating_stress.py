@@ -110,7 +110,15 @@ def make_operating_stress(
     """
     import h5py
 
-    from rom import SolvedPoint, load_full_model, load_sector, operating_stress, read_reduced_model
+    from rom import (
+        ModalModel,
+        ReducedModelError,
+        SolvedPoint,
+        load_full_model,
+        load_sector,
+        operating_stress,
+        read_reduced_model,
+    )
 
     with h5py.File(curve, "r") as file:
         response = section_from_attributes(Response, file.attrs)
@@ -125,6 +133,8 @@ def make_operating_stress(
     full = at_speed(load_full_model(full_file), sector, scene, materials)
     model = read_reduced_model(rom)
     modal = damped_modes(model, response, load)
+    if not isinstance(modal, ModalModel):
+        raise ReducedModelError("stress: not computed for a bladed disk; remove [stress], or clamp the blades")
     wave = section_excitation(excitation)
     omega, phase = 2.0 * math.pi * point.frequency_hz, modal.phase(excitation.engine_order)
     stress = operating_stress(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from nonlinear import ContactParameters, Excitation, SolverOptions
     from pipeline.scene.schema import Contact, Load, Response, Scene
     from pipeline.scene.schema import Excitation as ExcitationSection
-    from rom import LinearOperation, ModalModel, ReducedModel
+    from rom import LinearOperation, ReducedModel, RingModes
 
 
 def resolved_contact(scene: Scene, face_area: float | None) -> Contact:
@@ -105,7 +105,7 @@ def solver_options(scene: Scene) -> SolverOptions:
 
 def nonlinear_problem(
     scene: Scene, model: ReducedModel
-) -> tuple[ModalModel, ContactParameters, Excitation, SolverOptions]:
+) -> tuple[RingModes, ContactParameters, Excitation, SolverOptions]:
     """What `forced_response` solves for a scene on a reduced model.
 
     Raises
@@ -117,7 +117,7 @@ def nonlinear_problem(
     return modal, contact_on_model(scene, model), excitation(scene), solver_options(scene)
 
 
-def damped_modes(model: ReducedModel, response: Response, load: Load) -> ModalModel:
+def damped_modes(model: ReducedModel, response: Response, load: Load) -> RingModes:
     """The modal model of a reduced model with the damping and the speed of a scene.
 
     Raises

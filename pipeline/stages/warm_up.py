@@ -12,7 +12,7 @@ from pipeline.process.counted_calls import CountedCalls, Work
 if TYPE_CHECKING:
     from nonlinear import ContactParameters
     from pipeline.process.progress import Reporter
-    from rom import ModalModel, ReducedModel
+    from rom import ReducedModel, RingModes
 
 LAWS = ("two_sliders", "cone")
 INTEGRATIONS = ("exact", "sampled")
@@ -73,12 +73,14 @@ def warm_up(law: str, integration: str) -> None:
         _warm_up_time(modal, contact, curve.relative_displacement[0])
 
 
-def _warm_up_time(modal: ModalModel, contact: ContactParameters, displacement: np.ndarray) -> None:
+def _warm_up_time(modal: RingModes, contact: ContactParameters, displacement: np.ndarray) -> None:
     """The same for the motion of a ring in time and for the contact loops of the figures."""
     from nonlinear import Excitation, Ring, RingLimits, contact_cycle, integrate_ring
+    from rom import ModalModel
 
     contact_cycle(displacement, contact, samples=_SAMPLES)
     limits = RingLimits(most_periods=2, window=1, settling=1)
+    assert isinstance(modal, ModalModel)
     integrate_ring(Ring(modal, contact, Excitation(1, 0.6)), 2.0 * np.pi * 0.11, None, limits=limits)
 
 

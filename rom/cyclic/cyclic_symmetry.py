@@ -6,6 +6,8 @@ blade touches the left face of the next.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -35,7 +37,7 @@ def inter_blade_phase(engine_order: int, n_blades: int | None) -> float:
 
 
 def relative_contact_motion(
-    right: NDArray[np.float64], left: NDArray[np.float64] | None, phase: ArrayLike
+    right: NDArray[Any], left: NDArray[Any] | None, phase: ArrayLike
 ) -> NDArray[np.complex128]:
     """Relative displacement of facing contact nodes in a travelling wave, B = right - exp(i phase) left.
 
@@ -43,7 +45,7 @@ def relative_contact_motion(
 
     Parameters
     ----------
-    right : (3 n_c, n) array
+    right : (3 n_c, n) array, real or complex
         Displacement of the right contact nodes for unit coordinates, rows t1, t2, n of each node.
     left : (3 n_c, n) array or None
         The same for the left nodes; None for contact against ground.
@@ -100,5 +102,7 @@ def wave_coordinates(
 
     if right is None or left is None:
         return None
-    found: NDArray[np.complex128] = null_space(right - np.exp(1j * phase) * left, rcond=1e-9).astype(complex)
+    factor = complex(np.cos(phase), np.sin(phase))
+    constraint = right - (factor.real if abs(factor.imag) < 1e-12 else factor) * left
+    found: NDArray[np.complex128] = null_space(constraint, rcond=1e-9).astype(complex)
     return found

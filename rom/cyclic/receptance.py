@@ -3,24 +3,19 @@
 The modal sum avoids the inversion of the dynamic stiffness at each frequency (Gulisano et al. 2011, after eq. 6).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
-from rom.cyclic.contact_springs import (
-    SpringSupportedMotion,
-    contact_springs,
-    spring_stiffness,
-    supported_frequencies,
-)
-from rom.cyclic.cyclic_symmetry import relative_contact_motion
 from rom.cyclic.interface_modes import band_weights, interface_modes
 from rom.cyclic.modal_model import ModalModel
 from rom.cyclic.receptance_series import SMALLEST_FACE, ReceptanceSeries
 from rom.cyclic.reduced_model import Array, ComplexArray
+from rom.cyclic.ring_modes import RingModes
+from rom.cyclic.wave_modes import WaveModes
 
 BANDS = 4.0  # frequency bands of the interface modes in an octave
 
@@ -32,11 +27,12 @@ class RelativeReceptance:
     The relative displacement of the contact nodes is d^(h) = q_R^(h) - q_L^(h) exp(i h psi) = B_h q^(h). The contact
     force f^(h) on the right nodes acts on the blade as B_h^H f^(h) (Gulisano et al. 2011, eqs. 17 and 18). The
     receptance of the reduced system is the modal sum
-    r^(h) = sum_m phi_m phi_m^T / (w_m^2 + i c_m h w - (h w)^2) with c_m = 2 zeta_m w_m.
+    r^(h) = sum_m phi_m phi_m^H / (w_m^2 + i c_m h w - (h w)^2) with c_m = 2 zeta_m w_m. With a disk each harmonic has
+    the modes of its own wave, that of the phase h psi.
 
     Attributes
     ----------
-    modal : ModalModel
+    modal : ModalModel or SectorModes
         The m modes.
     phase : float
         Inter-blade phase angle psi, rad.
@@ -61,7 +57,7 @@ class RelativeReceptance:
     ((2, 3, 3), [1e-06, 5e-05])
     """
 
-    modal: ModalModel
+    modal: RingModes
     phase: float
     harmonics: tuple[int, ...]
     force: float
@@ -76,25 +72,47 @@ class RelativeReceptance:
     _modes: dict[float, tuple[ComplexArray, Array]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
+    _outputs: dict[str, ComplexArray] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
+    def waves(self) -> WaveModes:
+        """The modes of the wave of each harmonic; rigid motions have no static response."""
+        return self.modal.waves(self._phases, [h != 0 for h in self.harmonics])
+
+    @property
+    def _phases(self) -> Array:
+        return np.asarray(self.harmonics, dtype=float) * self.phase
+
+    @property
     def relative(self) -> ComplexArray:
         """Relative contact motion of the modes, B_h phi: (n_h, 3 n_c, m)."""
-        phases = np.asarray(self.harmonics, dtype=float) * self.phase
-        return relative_contact_motion(self.modal.right, self.modal.left, phases)
+        return self.waves.relative
 
     @cached_property
     def modal_force(self) -> ComplexArray:
         """External modal force: the static one in harmonic 0, the excitation in its harmonics, (n_h, m)."""
         factors = dict(self.harmonic_factors)
-        forces = np.zeros((len(self.harmonics), self.modal.angular_frequency.size), dtype=complex)
+        forces = np.zeros(self.waves.angular_frequency.shape, dtype=complex)
         for row, h in enumerate(self.harmonics):
             if h == 0:
-                forces[row] = self.modal.static_force
+                static = self.modal.at(0).static_force
+                forces[row, : static.size] = static
             elif h in self.excited_harmonics:
-                unit = self.modal.harmonic_forces.get(h, self.modal.force)
+                unit = self.unit_force(h)
                 forces[row] = self.force * unit if h not in factors else self.force * factors[h] * unit
         return forces
+
+    def unit_force(self, harmonic: int) -> NDArray[Any]:
+        """Modal force of 1 N of excitation in one of the harmonics, (m,).
+
+        Parameters
+        ----------
+        harmonic : int
+            The harmonic, 1 or more.
+        """
+        modes = self.modal.at_phase(harmonic * self.phase)
+        own = modes.harmonic_forces.get(harmonic, modes.force)
+        return np.pad(own, (0, self.waves.angular_frequency.shape[1] - own.size))
 
     @cached_property
     def excited_harmonics(self) -> tuple[int, ...]:
@@ -112,7 +130,7 @@ class RelativeReceptance:
     def _rates(self) -> tuple[ComplexArray, Array]:
         """The coefficients of w and of -w^2 in the denominators, (n_h, m) and (n_h, 1)."""
         h = np.asarray(self.harmonics, dtype=float)[:, None]
-        return 1j * h * self.modal.damping, h**2
+        return 1j * h * self.waves.damping, h**2
 
     def denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
         """Denominators of the modal sum, w_m^2 + i c_m h w - (h w)^2.
@@ -130,7 +148,7 @@ class RelativeReceptance:
         found = self._last.get(omega)
         if found is None:  # the last frequency is asked for many times
             damping, squares = self._rates
-            value = damping * omega + (self.modal.angular_frequency**2 - squares * omega**2)
+            value = damping * omega + (self.waves.angular_frequency**2 - squares * omega**2)
             found = value, damping - 2.0 * omega * squares
             self._last.clear()
             self._last[omega] = found
@@ -162,15 +180,15 @@ class RelativeReceptance:
     def _large_matrix(self, omega: float) -> ComplexArray:
         """As `_modal_sum`; a series takes the place of most modes, valid up to the end of an octave."""
         octave = int(np.ceil(np.log2(omega))) if omega > 0.0 else 0
-        modal = self.modal
-        found = np.empty((len(self.harmonics), 3 * modal.n_contacts, 3 * modal.n_contacts), complex)
+        waves, size = self.waves, 3 * self.modal.n_contacts
+        found = np.empty((len(self.harmonics), size, size), complex)
         for row, h in enumerate(self.harmonics):
             if h == 0:
                 found[row] = self.static_matrix
                 continue
             if (octave, h) not in self._series:
                 self._series[octave, h] = ReceptanceSeries.of(
-                    self.relative[row], modal.angular_frequency, modal.damping, h * 2.0**octave
+                    self.relative[row], waves.angular_frequency[row], waves.damping[row], h * 2.0**octave
                 )
             found[row] = self._series[octave, h].matrix(h * omega)
         return found
@@ -178,8 +196,9 @@ class RelativeReceptance:
     @cached_property
     def static_matrix(self) -> Array:
         """Receptance of harmonic 0, (3 n_c, 3 n_c), m/N: the same at every frequency."""
-        relative = self.relative[self.harmonics.index(0)].real
-        return (relative / self.modal.angular_frequency**2) @ relative.T
+        row = self.harmonics.index(0)
+        relative = self.relative[row].real
+        return (relative / self.waves.angular_frequency[row] ** 2) @ relative.T
 
     def interface_modes(self, omega: float) -> tuple[ComplexArray, Array]:
         """Interface modes of each harmonic for a band of frequencies that holds `omega`.
@@ -199,9 +218,9 @@ class RelativeReceptance:
         band = float(np.floor(BANDS * np.log2(omega))) if omega > 0.0 else 0.0
         if band not in self._modes:
             limits = 2.0 ** (band / BANDS), 2.0 ** ((band + 1.0) / BANDS)
-            modal, found = self.modal, []
-            for h, relative in zip(self.harmonics, self.relative, strict=True):
-                weights = band_weights(modal.angular_frequency, modal.damping, h, limits)
+            waves, found = self.waves, []
+            for row, (h, relative) in enumerate(zip(self.harmonics, self.relative, strict=True)):
+                weights = band_weights(waves.angular_frequency[row], waves.damping[row], h, limits)
                 found.append(interface_modes(relative.real if h == 0 else relative, weights))
             self._modes[band] = (
                 np.array([basis for basis, _ in found], complex),
@@ -245,7 +264,7 @@ class RelativeReceptance:
     @cached_property
     def _static_motion(self) -> Array:
         """Relative displacement of harmonic 0 without contact forces, (3 n_c,), m."""
-        return self.relative[0].real @ (self.modal.static_force / self.modal.angular_frequency**2)
+        return self.relative[0].real @ (self.modal_force[0].real / self.waves.angular_frequency[0] ** 2)
 
     def modal_response(self, omega: float, contact_force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Modal coordinates under the external and the contact forces.
@@ -266,6 +285,24 @@ class RelativeReceptance:
         coordinates = (self.modal_force + (self.adjoint @ contact_force[..., None])[..., 0]) / value
         return coordinates, -derivative * coordinates / value
 
+    def reduced_coordinates(self, coordinates: ComplexArray) -> ComplexArray:
+        """Coordinates of the reduced model from modal coordinates of each harmonic.
+
+        Parameters
+        ----------
+        coordinates : (n_h, m) complex array
+            Modal coordinates.
+
+        Returns
+        -------
+        (n_h, n) complex array
+            q^(h) of the reduced model.
+        """
+        if isinstance(self.modal, ModalModel):
+            return coordinates @ self.modal.shapes.T
+        shapes = [self.modal.at_phase(float(phase)).shapes for phase in self._phases]
+        return np.stack([row[: own.shape[1]] @ own.T for row, own in zip(coordinates, shapes, strict=True)])
+
     def coordinates(self, omegas: Array, contact_force: ComplexArray) -> ComplexArray:
         """Modal coordinates at several frequencies, each under its own contact force.
 
@@ -283,7 +320,7 @@ class RelativeReceptance:
         """
         damping, squares = self._rates
         omega = omegas[:, None, None]
-        value = damping * omega + (self.modal.angular_frequency**2 - squares * omega**2)
+        value = damping * omega + (self.waves.angular_frequency**2 - squares * omega**2)
         by_harmonic = self.adjoint @ contact_force.transpose(1, 2, 0)
         return (self.modal_force + by_harmonic.transpose(2, 0, 1)) / value
 
@@ -298,116 +335,41 @@ class RelativeReceptance:
             Excitation frequency, rad/s.
         """
         value, _ = self.denominators(omega)
-        weighted = (self.modal.outputs[name] / value)[:, None, :]
+        weighted = (self.output_shapes(name) / value)[:, None, :]
         return (weighted @ self.adjoint)[:, 0, :]
 
+    def output_shapes(self, name: str) -> NDArray[Any]:
+        """An output of the modes of each harmonic, (n_h, m); (m,) of a blade alone, the same in all.
 
-def coupled_frequencies(
-    modal: ModalModel,
-    phase: float,
-    *,
-    normal: ArrayLike = 0.0,
-    tangential: ArrayLike = 0.0,
-    highest: float = np.inf,
-) -> Array:
-    """Undamped natural frequencies with linear contact springs, from the modes with free contacts.
+        Parameters
+        ----------
+        name : str
+            Name of the output.
+        """
+        if isinstance(self.modal, ModalModel):
+            return self.modal.outputs[name]
+        if name not in self._outputs:
+            rows = np.zeros(self.waves.angular_frequency.shape, dtype=complex)
+            for row, phase in zip(rows, self._phases, strict=True):
+                own = self.modal.at_phase(float(phase)).outputs[name]
+                row[: own.size] = own
+            self._outputs[name] = rows
+        return self._outputs[name]
 
-    Parameters
-    ----------
-    modal : ModalModel
-        The m modes with free contacts.
-    phase : float
-        Inter-blade phase angle, rad.
-    normal, tangential : float or (n_c,) array
-        Contact springs kn, kt of the nodes, N/m.
-    highest : float
-        Frequency (rad/s) above which none is needed; of large models they are left out.
+    def output(self, name: str, coordinates: ComplexArray) -> ComplexArray:
+        """An output from modal coordinates of each harmonic.
 
-    Returns
-    -------
-    (m,) array
-        Natural frequencies in rad/s, ascending; with `highest` perhaps none above it.
+        Parameters
+        ----------
+        name : str
+            Name of the output.
+        coordinates : (..., n_h, m) complex array
+            Modal coordinates.
 
-    Examples
-    --------
-    Springs of three times the stiffness of the blade, to the ground, double its frequency:
-
-    >>> from rom import ReducedModel, coupled_frequencies, modal_model
-    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
-    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
-    >>> print(coupled_frequencies(modal_model(model, damping_ratio=0.01), phase=0.0, normal=3e6).round(6))
-    [2000.]
-    """
-    springs = contact_springs(modal.n_contacts, normal, tangential)
-    if not springs.any():
-        return modal.angular_frequency
-    relative = RelativeReceptance(modal, phase, (1,), 0.0).relative[0]
-    few = 8 * np.count_nonzero(modal.angular_frequency <= highest) < modal.angular_frequency.size
-    if few and 3 * modal.n_contacts >= SMALLEST_FACE:
-        found = supported_frequencies(modal.angular_frequency, relative, springs, highest)
-        if found is not None:
-            return found
-    return np.sqrt(np.linalg.eigvalsh(np.diag(modal.angular_frequency**2) + spring_stiffness(relative, springs)))
-
-
-def linear_response(
-    modal: ModalModel,
-    frequency_hz: Sequence[float] | Array,
-    *,
-    phase: float,
-    force: float,
-    normal: ArrayLike = 0.0,
-    tangential: ArrayLike = 0.0,
-    output: str = "tip",
-    harmonic: int = 1,
-    harmonic_factors: tuple[tuple[int, complex], ...] = (),
-) -> ComplexArray:
-    """Response of one harmonic with linear contact springs: free (no springs), sliding or stuck contacts.
-
-    Parameters
-    ----------
-    modal : ModalModel
-        The modes, with damping.
-    frequency_hz : (F,) sequence of float
-        Excitation frequencies, Hz.
-    phase : float
-        Inter-blade phase angle, rad.
-    force : float
-        Amplitude of the excitation, N.
-    normal, tangential : float or (n_c,) array
-        Contact springs kn, kt of the nodes, N/m.
-    output : str
-        Name of the output.
-    harmonic : int
-        The harmonic h of the excitation, at h times the excitation frequency.
-    harmonic_factors : tuple of (int, complex)
-        Harmonics of the excitation, as in `RelativeReceptance`.
-
-    Returns
-    -------
-    (F,) complex array
-        Amplitude of the output, m.
-
-    Examples
-    --------
-    Static displacement F / k, and F / (c w) at resonance:
-
-    >>> from rom import ReducedModel, linear_response, modal_model
-    >>> n, one = np.array([[0.0], [0.0], [1.0]]), np.ones(1)
-    >>> model = ReducedModel(np.eye(1), 1e6 * np.eye(1), n, np.zeros((1, 3)), one, {"tip": one})
-    >>> modal = modal_model(model, damping_ratio=0.01)
-    >>> abs(linear_response(modal, [0.0, 500.0 / np.pi], phase=0.0, force=2.0)).round(9).tolist()
-    [2e-06, 0.0001]
-    """
-    springs = contact_springs(modal.n_contacts, normal, tangential).reshape(-1)
-    receptance = RelativeReceptance(modal, phase, (harmonic,), force, harmonic_factors)
-    response = np.empty(len(frequency_hz), dtype=complex)
-    for index, hertz in enumerate(frequency_hz):
-        omega = 2.0 * np.pi * hertz
-        contact_force = np.zeros(springs.size, dtype=complex)
-        if np.any(springs):
-            free, _ = receptance.response(omega, contact_force[None])
-            contact_force = -springs * SpringSupportedMotion(receptance.matrix(omega)[0] * springs).solve(free[0])
-        coordinates, _ = receptance.modal_response(omega, contact_force[None])
-        response[index] = modal.outputs[output] @ coordinates[0]
-    return response
+        Returns
+        -------
+        (..., n_h) complex array
+            Fourier coefficients of the output, m.
+        """
+        shapes = self.output_shapes(name)
+        return coordinates @ shapes if shapes.ndim == 1 else (coordinates * shapes).sum(axis=-1)

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.cyclic.contact_springs import SpringSupportedMotion, contact_springs
-from rom.cyclic.modal_model import ModalModel, modal_model
 from rom.cyclic.natural_frequencies import natural_frequencies
 from rom.cyclic.receptance import RelativeReceptance
 from rom.cyclic.reduced_model import ReducedModel
+from rom.cyclic.ring_modes import RingModes, modal_model
 from rom.linear_algebra.threads import one_blas_thread
 
 COMPARED_OUTPUTS = ("tip", "tip_x", "tip_y", "tip_z")  # displacements; others may have another unit
@@ -293,11 +293,11 @@ def _samples(natural: NDArray[np.float64], frequency_hz: tuple[float, float]) ->
 
 
 def _receptances(
-    modal: ModalModel, phase: float, springs: NDArray[np.float64], sample_hz: NDArray[np.float64]
+    modal: RingModes, phase: float, springs: NDArray[np.float64], sample_hz: NDArray[np.float64]
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Contact receptance (I + G k)^-1 G (f, 3 n_c, 3 n_c) and outputs (f, n_o) for 1 N with springs k (3 n_c,)."""
     receptance = RelativeReceptance(modal, phase, (1,), 1.0)
-    outputs = np.stack([modal.outputs[name] for name in sorted(modal.outputs) if name in COMPARED_OUTPUTS])
+    outputs = [name for name in sorted(modal.output_names) if name in COMPARED_OUTPUTS]
     size = len(springs)
     contact = np.empty((len(sample_hz), size, size), dtype=complex)
     output = np.empty((len(sample_hz), len(outputs)), dtype=complex)
@@ -310,5 +310,5 @@ def _receptances(
         contact[index] = displacement[:, :-1]
         contact_force = np.asarray(-springs * displacement[:, -1], dtype=complex)
         coordinates, _ = receptance.modal_response(omega, contact_force[None])
-        output[index] = outputs @ coordinates[0]
+        output[index] = [receptance.output(name, coordinates)[0] for name in outputs]
     return contact, output

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
         ResponseCurve,
         SolverOptions,
     )
-    from rom import ModalModel
+    from rom import RingModes
 
 BELOW, ABOVE = 0.1, 1.5  # of the lowest peak and of the highest motion
 SMALL = 0.2  # of the highest peak: smaller ones are not told of where no resonance is near
@@ -45,7 +45,7 @@ class _Problem:
     """A curve with what it was computed with."""
 
     curve: ResponseCurve
-    modal: ModalModel
+    modal: RingModes
     contact: ContactParameters
     excitation: Excitation
     options: SolverOptions
@@ -137,7 +137,7 @@ def _mode(
     from nonlinear import OptionsError, harmonic_shares, nonlinear_mode
 
     start, neighbours = time.process_time(), LinearNeighbours(problem.modal, problem.contact, nodal_diameter)
-    free, stuck = neighbours.free_hz, neighbours.stuck_hz()
+    free, stuck = neighbours.free_hz(), neighbours.stuck_hz()
     known = number <= len(stuck)
     empty, none = np.empty(0), np.empty(0, dtype=np.int64)
     told = ModeBackbone(

@@ -101,7 +101,7 @@ class Disagreement:
         """Other modes in harmonic 1."""
         if pair.other_motion < 0.5 * self.tolerance or pair.peak is None:
             return
-        frequency = self.neighbours.free_hz[pair.other_mode - 1]
+        frequency = self.neighbours.free_hz()[pair.other_mode - 1]
         which = f"mostly free mode {pair.other_mode} ({frequency:.5g} Hz)"
         if frequency > QUASISTATIC * pair.peak.frequency_hz:
             which = "mostly the quasi-static response of higher modes"

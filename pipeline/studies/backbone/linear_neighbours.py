@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from nonlinear import ContactParameters
-    from rom import ModalModel
+    from rom import RingModes
 
 NEAR = 0.05  # relative distance at which a harmonic counts as near a mode
 _COUNT = 20
@@ -23,7 +23,7 @@ class LinearNeighbours:
 
     Attributes
     ----------
-    modal : rom.ModalModel
+    modal : rom.ModalModel or rom.SectorModes
         The structure with free contacts.
     contact : ContactParameters
         The contact.
@@ -31,14 +31,14 @@ class LinearNeighbours:
         Nodal diameter of harmonic 1.
     """
 
-    modal: ModalModel
+    modal: RingModes
     contact: ContactParameters
     nodal_diameter: int
 
-    @property
-    def free_hz(self) -> NDArray[np.float64]:
-        """Natural frequencies with open contacts, Hz."""
-        return np.asarray(self.modal.angular_frequency / (2.0 * np.pi))
+    def free_hz(self, harmonic: int = 1) -> NDArray[np.float64]:
+        """Natural frequencies with open contacts at the phase of a harmonic, Hz."""
+        own = self.modal.at(harmonic * self.nodal_diameter)
+        return np.asarray(own.angular_frequency / (2.0 * np.pi))
 
     def stuck_hz(self, harmonic: int = 1) -> NDArray[np.float64]:
         """Natural frequencies with stuck contacts at the phase of a harmonic, Hz."""
@@ -55,7 +55,7 @@ class LinearNeighbours:
 
     def ranges(self, harmonic: int = 1) -> Iterator[tuple[int, float, float]]:
         """Number, lowest and highest frequency of the first modes between open and stuck contacts, Hz."""
-        pairs = zip(self.free_hz, self.stuck_hz(harmonic), strict=False)
+        pairs = zip(self.free_hz(harmonic), self.stuck_hz(harmonic), strict=False)
         for number, (free, stuck) in enumerate(pairs, start=1):
             if number > _COUNT:
                 return
