@@ -189,7 +189,7 @@ class LinearRing:
         """z of all blades at a few frequencies, (F, N_b, r)."""
         at = omega[:, None, None]
         dynamic = 1j * at * self.damping - at**2 * self.mass
-        own = dynamic[:, None] + self.stiffness
+        own = np.asarray(dynamic[:, None] + self.stiffness, dtype=np.complex128)
         return solve_cyclic(own, self.coupling, np.broadcast_to(self.force, own.shape[:-1]))
 
     def peak(self, frequency_hz: tuple[float, float]) -> LinearPeak:
@@ -210,8 +210,9 @@ class LinearRing:
         grid = np.linspace(low, high, int(min(max(wanted, LEAST), MOST)) + 1)
         top = np.abs(self.vibration(grid)).max(axis=1)
         padded = np.pad(top, 1, constant_values=-np.inf)
-        starts = np.flatnonzero((top >= padded[:-2]) & (top >= padded[2:]) & (top >= NEARLY_HIGHEST * top.max()))
-        found = [self._zoomed(grid[max(i - 1, 0)], grid[min(i + 1, grid.size - 1)]) for i in starts]
+        local = (top >= padded[:-2]) & (top >= padded[2:]) & (top >= NEARLY_HIGHEST * top.max())
+        starts = np.flatnonzero(local).tolist()
+        found = [self._zoomed(float(grid[max(i - 1, 0)]), float(grid[min(i + 1, grid.size - 1)])) for i in starts]
         return max(found, key=lambda peak: peak.amplitude_m)
 
     def _zoomed(self, low: float, high: float) -> LinearPeak:
@@ -220,7 +221,7 @@ class LinearRing:
             grid = np.linspace(low, high, ZOOM_POINTS)
             amplitude = np.abs(self.vibration(grid))
             best, blade = divmod(int(np.argmax(amplitude)), amplitude.shape[1])
-            low, high = grid[max(best - 1, 0)], grid[min(best + 1, ZOOM_POINTS - 1)]
+            low, high = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, ZOOM_POINTS - 1)])
         return LinearPeak(float(grid[best]), float(amplitude[best, blade]), blade)
 
 

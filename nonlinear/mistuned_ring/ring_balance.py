@@ -68,7 +68,7 @@ class LinearisedRing(LinearisedResidual):
         blocks = balance.ring.blocks(self.omega)
         own = -_product(blocks.own, change)
         own[:, np.arange(own.shape[1]), np.arange(own.shape[1])] += 1.0
-        if balance.receptance.modal.left is None:
+        if balance.ring.blade.left is None:
             return CyclicBlocks(np.zeros_like(own), own, np.zeros_like(own))
         before = -_product(blocks.before, np.roll(change, 1, axis=0))
         after = -_product(blocks.after, np.roll(change, -1, axis=0))
@@ -186,9 +186,9 @@ class RingBalance(HarmonicBalance):
     @cached_property
     def static_resolution(self) -> float:
         """Static relative displacement (m) of all pairs that is round-off; see `HarmonicBalance`."""
-        receptance = self.receptance
-        free = np.abs(receptance.modal_force[0] / receptance.modal.angular_frequency**2)
-        one = float(np.linalg.norm(np.abs(receptance.modal.right) @ free))
+        blade = self.ring.blade
+        free = np.abs(self.receptance.modal_force[0] / blade.angular_frequency**2)
+        one = float(np.linalg.norm(np.abs(blade.right) @ free))
         return STATIC_RESOLUTION * math.sqrt(self.n_blades) * one
 
 

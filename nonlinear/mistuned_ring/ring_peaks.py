@@ -57,7 +57,7 @@ def ring_output(point: SolutionPoint, output: str) -> ComplexArray:
     """Fourier coefficients of an output of all blades, each in its own time: (N_b, H+1), m."""
     balance = ring_of(point)
     coordinates, _ = balance.ring.coordinates(point.omega, balance.pair_forces(point.contact))
-    found: ComplexArray = (coordinates @ balance.receptance.modal.outputs[output]).T
+    found: ComplexArray = (coordinates @ balance.ring.blade.outputs[output]).T
     return found
 
 
@@ -86,7 +86,7 @@ def amplitude_slope(point: SolutionPoint, output: str, blade: int) -> float:
     jacobian = balance.forces(point.unknown).jacobian  # that of a recorded point is not kept
     dx_ds = balance.displacement(point.tangent[0])
     dforce = to_complex(np.einsum("kabij,jkb->ika", jacobian, dx_ds).reshape(dx_ds.shape[0], -1))
-    ring, shape = balance.ring, balance.receptance.modal.outputs[output]
+    ring, shape = balance.ring, balance.ring.blade.outputs[output]
     force = balance.pair_forces(point.contact)
     value, by_omega = ring.coordinates(point.omega, force)
     by_force = ring.increments(point.omega, dforce.reshape(force.shape))

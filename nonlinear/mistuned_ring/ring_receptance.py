@@ -20,7 +20,7 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from rom import RelativeReceptance
+from rom import ModalModel, RelativeReceptance
 
 
 class RingBlocks(NamedTuple):
@@ -47,6 +47,12 @@ class RingReceptance:
     frequency_ratio: Array
 
     @property
+    def blade(self) -> ModalModel:
+        """The modes of the tuned blade alone."""
+        assert isinstance(self.tuned.modal, ModalModel)  # a sector of a disk is refused before
+        return self.tuned.modal
+
+    @property
     def n_blades(self) -> int:
         """Number of blades N_b."""
         return self.frequency_ratio.size
@@ -64,15 +70,16 @@ class RingReceptance:
     @cached_property
     def _squared(self) -> Array:
         """((1 + delta_j) omega_m)^2, (N_b, m)."""
-        squared: Array = np.outer(self.frequency_ratio, self.tuned.modal.angular_frequency) ** 2
+        squared: Array = np.outer(self.frequency_ratio, self.blade.angular_frequency) ** 2
         return squared
 
     def _denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
         """D_j, (n_h, N_b, m), and its derivative in omega, (n_h, 1, m)."""
         h = self._harmonics[:, None]
-        rate = 1j * h * self.tuned.modal.damping
+        rate = 1j * h * self.blade.damping
         value = (rate * omega - (h * omega) ** 2)[:, None, :] + self._squared
-        return value, (rate - 2.0 * h**2 * omega)[:, None, :]
+        derivative = (rate - 2.0 * h**2 * omega)[:, None, :]
+        return np.asarray(value, dtype=np.complex128), np.asarray(derivative, dtype=np.complex128)
 
     def coordinates(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Modal coordinates of all blades under the excitation and the contact forces.
@@ -100,7 +107,7 @@ class RingReceptance:
 
     def pushed(self, force: ComplexArray) -> ComplexArray:
         """Modal forces R^T f_j - exp(-i h psi) L^T f_(j-1), (n_h, N_b, m), of forces (n_h, N_b, 3 n_c)."""
-        modal = self.tuned.modal
+        modal = self.blade
         own: ComplexArray = force @ modal.right
         if modal.left is None:
             return own
@@ -108,7 +115,7 @@ class RingReceptance:
 
     def relative(self, coordinates: ComplexArray) -> ComplexArray:
         """Relative displacements d_j, (n_h, N_b, 3 n_c), of modal coordinates (n_h, N_b, m)."""
-        modal = self.tuned.modal
+        modal = self.blade
         own: ComplexArray = coordinates @ modal.right.T
         if modal.left is None:
             return own
@@ -140,7 +147,7 @@ class RingReceptance:
         omega : float
             Excitation frequency, rad/s.
         """
-        modal, n_dofs = self.tuned.modal, 3 * self.tuned.modal.n_contacts
+        modal, n_dofs = self.blade, 3 * self.blade.n_contacts
         inverse = 1.0 / self._denominators(omega)[0].transpose(1, 0, 2)
         faces = modal.right if modal.left is None else np.concatenate([modal.right, modal.left])
         both = np.empty((*inverse.shape[:2], len(faces), len(faces)), complex)

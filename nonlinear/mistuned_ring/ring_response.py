@@ -112,7 +112,7 @@ def mistuned_response(
     Parameters
     ----------
     modal : rom.ModalModel
-        Modes of the tuned blade with free contacts, with their damping.
+        Modes of the tuned blade, clamped, with free contacts, with their damping.
     contact : ContactParameters
         Parameters of the n_c contact nodes of the tuned pair.
     excitation : Excitation
@@ -133,7 +133,7 @@ def mistuned_response(
     Raises
     ------
     MistuningError
-        The number of blades differs from that of the model, or the model says none.
+        The number of blades differs from that of the model, or the model says none or is a sector of a disk.
     OptionsError
         The number of harmonics is "auto", or the method "static-first".
     ArithmeticError
@@ -163,6 +163,8 @@ def mistuned_response(
     if mistuning is not None and mistuning.n_blades != modal.n_blades:
         known = "the model of a ring" if modal.n_blades is None else f"{modal.n_blades}, as the model"
         raise MistuningError(f"mistuning: of {mistuning.n_blades} blades, allowed: {known}")
+    if not isinstance(modal, ModalModel):
+        raise MistuningError("mistuning: of a sector with cut faces, allowed: a blade clamped at its root")
     started = time.perf_counter()
     with one_blas_thread():
         tuned, _, static = build_continuation(modal, contact, excitation, options)
@@ -193,8 +195,8 @@ class _Ring:
     @cached_property
     def _resonances(self) -> Resonances:
         """Frequencies of the tuned ring with free and with stuck contacts, at all nodal diameters."""
-        receptance, contact = self.balance.receptance, self.contact
-        modal, (low, high) = receptance.modal, self.tuned.options.omega_range
+        contact, modal = self.contact, self.balance.ring.blade
+        low, high = self.tuned.options.omega_range
         n_blades = modal.n_blades or 1
         kn, kt = contact.normal_stiffness, contact.tangential_stiffness
         found = [modal.angular_frequency]

@@ -33,7 +33,7 @@ def mistuning_figure(result: MistuningResult, title: str) -> Figure:
         Four panels: tuned curve and envelope of the ring with the highest peak over the frequency; distribution of
         the amplification factor; amplitudes of the blades at that peak, and deviations of their frequencies.
     """
-    figure, axes = subplots(2, 2, size=(11.0, 7.0), width_ratios=(1.35, 1.0))
+    figure, axes = subplots(2, 2, size=(11.0, 7.0))
     factor, unit = scale([*result.highest.envelope_m, result.tuned.peak_m], "m")
     _draw_curves(axes[0, 0], result, factor, unit)
     _draw_blades(axes[1, 0], result, factor, unit)
@@ -67,10 +67,10 @@ def _draw_blades(axes: Axes, result: MistuningResult, factor: float, unit: str) 
     look: dict[str, Any] = {"markersize": 5, "linestyle": "none"}
     axes.plot(number, ring.peak_m * factor, "_", color="0.45", label="largest at any frequency", **look)
     axes.axhline(result.tuned.peak_m * factor, color=TUNED, linewidth=1.0, label="tuned peak")
-    axes.set_ylim(bottom=0.0, top=1.3 * float(ring.peak_m.max()) * factor)
+    axes.set_ylim(bottom=0.0, top=1.35 * float(ring.peak_m.max()) * factor)
     axes.set_xlabel("blade")
     axes.set_ylabel(f"amplitude [{unit}]")
-    axes.legend(fontsize=9, ncols=3, loc="upper center")
+    axes.legend(fontsize=9, ncols=2, loc="upper left")
 
 
 def _draw_factors(axes: Axes, result: MistuningResult) -> None:

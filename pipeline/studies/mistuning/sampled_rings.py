@@ -63,9 +63,13 @@ class RingProblem:
         StudyError
             The model does not say how many blades the ring has, or a list has another number.
         """
-        from rom import read_reduced_model
+        from rom import ModalModel, read_reduced_model
 
         modal, contact, excitation, options = nonlinear_problem(scene, read_reduced_model(rom, with_basis=False))
+        if not isinstance(modal, ModalModel):
+            raise StudyError(
+                "mistuned rings of a bladed disk are not computed; a blade clamped at its root is needed"
+            )
         if modal.n_blades is None:
             raise StudyError("the reduced model does not say how many blades the ring has (n_blades)")
         if keys.frequency is not None and len(keys.frequency) != modal.n_blades:
@@ -143,19 +147,22 @@ class RingProblem:
         return LinearRing.of(*parts, highest_hz=ABOVE * highest_hz, state=state, output=self.options.output)
 
     def _tuned_linear(self, state: str) -> LinearPeak:
-        """The highest peak of the tuned ring near a natural frequency in the range; without one, in the range."""
+        """The highest peak of the tuned ring near a natural frequency in the range; else near the next one above."""
         from nonlinear import Mistuning
         from rom import coupled_frequencies
 
         low, high = self.options.frequency_hz
-        ring = self._linear(Mistuning.of(self.n_blades), state, high)
-        phase, contact = self.modal.phase(self.excitation.engine_order), self.contact
-        held = float(state == "stuck")
+        phase, contact, held = self.modal.phase(self.excitation.engine_order), self.contact, float(state == "stuck")
         normal, tangential = held * contact.normal_stiffness, held * contact.tangential_stiffness
         natural = coupled_frequencies(self.modal, phase, normal=normal, tangential=tangential) / (2.0 * np.pi)
-        half = BANDWIDTHS * ring.bandwidth_hz
-        near = [(max(f - half, low), min(f + half, high)) for f in natural if low < f < high] or [(low, high)]
-        return max((ring.peak(limits) for limits in near), key=lambda peak: peak.amplitude_m)
+        inside = natural[(natural > low) & (natural < high)]
+        chosen = inside if inside.size else natural[natural > low][:1]
+        if not chosen.size:
+            raise StudyError(f"no natural frequency with {state} contacts above {low:g} Hz")
+        ring = self._linear(Mistuning.of(self.n_blades), state, float(chosen[-1]))
+        half = np.minimum(BANDWIDTHS * ring.bandwidth_hz, 0.5 * chosen)
+        found = [ring.peak((float(f - half_f), float(f + half_f))) for f, half_f in zip(chosen, half, strict=True)]
+        return max(found, key=lambda peak: peak.amplitude_m)
 
     def _half_range(self, frequency_hz: float) -> float:
         """How far from the tuned peak the highest one of a ring may lie, Hz."""
