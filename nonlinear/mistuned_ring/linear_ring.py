@@ -45,11 +45,14 @@ class LinearPeak:
 
     Examples
     --------
-    With the names of the example of `LinearRing`:
+    With the names of the example of `forced_response`; a softer blade, stuck, vibrates with F / (c w):
 
-    >>> peak = ring.peak((0.155, 0.165))
-    >>> print(f"blade {peak.blade}: {peak.amplitude_m:.1f} m at {peak.frequency_hz:.4f} Hz")
-    blade 2: 61.0 m at 0.1591 Hz
+    >>> from nonlinear import LinearRing, Mistuning
+    >>> softer = Mistuning.of(12, frequency=[0.0, 0.0, -0.02] + 9 * [0.0])
+    >>> ring = LinearRing.of(modal, contact, excitation, softer, highest_hz=0.4)
+    >>> peak = ring.peak((0.3, 0.33))
+    >>> print(f"blade {peak.blade}: {peak.amplitude_m:.2f} m at {peak.frequency_hz:.4f} Hz")
+    blade 2: 25.12 m at 0.3167 Hz
     """
 
     frequency_hz: float

@@ -104,6 +104,9 @@ class Mistuning:
         """
         given = (frequency, friction, stiffness, interference)
         arrays = [np.asarray(values, dtype=float) for values in given]
+        for name, array in zip((field.name for field in fields(cls)), arrays, strict=True):
+            if array.ndim and array.shape != (n_blades,):
+                raise MistuningError(f"{name}: {array.size} values, allowed: {n_blades}, one for each blade")
         return cls(*(np.full(n_blades, float(array)) if array.ndim == 0 else array for array in arrays))
 
     @classmethod

@@ -39,10 +39,13 @@ class RingPeak:
 
     Examples
     --------
-    With the names of the example of `mistuned_response`:
+    With the names of the example of `forced_response`; the softest blade vibrates highest:
 
-    >>> bool(response.peak.amplitude_m == response.amplitude_m[response.peak.index, response.peak.blade])
-    True
+    >>> from nonlinear import Mistuning, mistuned_response
+    >>> softer = Mistuning.of(12, frequency=[0.0, 0.0, -0.02] + 9 * [0.0])
+    >>> peak = mistuned_response(modal, contact, excitation, options, softer).peak
+    >>> peak.located, peak.blade, bool(peak.amplitude_m > curve.peak.amplitude_m)
+    (True, 2, True)
     """
 
     frequency_hz: float

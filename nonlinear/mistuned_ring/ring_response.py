@@ -76,8 +76,10 @@ class MistunedResponse:
 
     Examples
     --------
-    With the names of the example of `mistuned_response`:
+    With the names of the example of `forced_response`, a ring of 12 blades of which each rubs against the ground:
 
+    >>> from nonlinear import Mistuning, mistuned_response
+    >>> response = mistuned_response(modal, contact, excitation, options, Mistuning.of(12, frequency=0.01))
     >>> response.complete, response.amplitude_m.shape == (response.frequency_hz.size, 12)
     (True, True)
     """
@@ -118,8 +120,7 @@ def mistuned_response(
     excitation : Excitation
         Engine order and force.
     options : SolverOptions
-        Frequency range, number of harmonics, tolerances. The ring has no search for isolated branches, no stability
-        and no truncation error: these options are not used.
+        Frequency range, harmonics, tolerances. No stability, truncation error and isolated branches are computed.
     mistuning : Mistuning, optional
         Deviations of all blades of the ring; None: the tuned ring, of which one blade is solved for.
     progress : callable, optional
@@ -133,17 +134,14 @@ def mistuned_response(
     Raises
     ------
     MistuningError
-        The number of blades differs from that of the model, or the model says none or is a sector of a disk.
+        The model has another number of blades, says none, or is a sector of a disk.
     OptionsError
         The number of harmonics is "auto", or the method "static-first".
-    ArithmeticError
-        No static equilibrium was found.
 
     Examples
     --------
     Twelve blades, each with contact springs of 0.01 N/m to its neighbours, of which one has a frequency 2 % higher:
 
-    >>> import numpy as np
     >>> from nonlinear import ContactParameters, Excitation, Mistuning, SolverOptions, mistuned_response
     >>> from rom import ReducedModel, modal_model
     >>> one, face = np.ones(1), np.eye(3, 1)
@@ -154,7 +152,7 @@ def mistuned_response(
     >>> tuned = mistuned_response(*ring).peak.amplitude_m
     >>> response = mistuned_response(*ring, Mistuning.of(12, frequency=[0.02] + 11 * [0.0]))
     >>> print(f"{response.peak.amplitude_m / tuned:.3f}")
-    1.128
+    1.490
     """
     if options.method != "coupled":
         raise OptionsError(f'method: {options.method!r}, allowed for a mistuned ring: "coupled"')
