@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 TUNED, MISTUNED, LINEAR, BOUND = "black", DISTINCT[0], DISTINCT[1], "0.35"
 MANY_BLADES = 200  # above, stems would merge
+FAR = 2.0  # bound over the largest factor, above which the factors would be squeezed together
 
 
 def mistuning_figure(result: MistuningResult, title: str) -> Figure:
@@ -76,15 +77,20 @@ def _draw_blades(axes: Axes, result: MistuningResult, factor: float, unit: str) 
 def _draw_factors(axes: Axes, result: MistuningResult) -> None:
     """Distribution functions of the amplification factor."""
     factors = np.array([ring.factor for ring in result.rings])
-    _draw_distribution(axes, factors, MISTUNED, "contacts that slip")
+    _draw_distribution(axes, factors, MISTUNED, "nonlinear contacts")
     if result.linear is not None:
         _draw_distribution(axes, result.linear.factor, LINEAR, f"{result.linear.state} contacts")
     axes.axvline(1.0, color=TUNED, linewidth=1.0, label="tuned")
-    axes.axvline(result.bound, color=BOUND, linestyle="--", linewidth=1.0, label="Whitehead's bound")
+    known = [*factors, *(() if result.linear is None else result.linear.factor)]
+    bound, look = f"Whitehead's bound, {result.bound:.3g}", {"color": BOUND, "linestyle": "--", "linewidth": 1.0}
+    if result.bound < FAR * np.nanmax(known):
+        axes.axvline(result.bound, label=bound, **look)
+    else:
+        axes.plot([], [], label=f"{bound}, is off the scale", **look)
     axes.set_ylim(0.0, 1.0)
     axes.set_xlabel("amplification factor")
     axes.set_ylabel("share of rings below")
-    axes.legend(fontsize=9, loc="lower right")
+    axes.legend(fontsize=9, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
 
 
 def _draw_distribution(axes: Axes, values: Numbers, colour: Any, label: str) -> None:

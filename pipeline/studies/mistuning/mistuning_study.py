@@ -83,7 +83,7 @@ def headline(result: MistuningResult) -> str:
 
 def remarks(result: MistuningResult) -> tuple[str, ...]:
     """Quantiles, the linear rings, and what is missing, a line each."""
-    said = [f"contacts that slip: {quantile_text(result.quantiles)}"] if len(result.rings) > 1 else []
+    said = [f"nonlinear contacts: {quantile_text(result.quantiles)}"] if len(result.rings) > 1 else []
     if result.linear is not None:
         many = len(result.linear.factor)
         values = quantile_text(result.linear.quantiles) if many > 1 else f"factor {result.linear.factor[0]:.4g}"
