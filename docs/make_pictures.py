@@ -39,12 +39,12 @@ from docs.picture_record import (  # noqa: E402
 )
 
 OUT = ROOT / "out" / "pictures"
-SCENES = ("dummy", "figure6", "campbell")
+SCENES = ("dummy", "figure6", "campbell", "disk")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 QUIET_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
 STYLE, LINE = "pipeline/figures/style.py", "pipeline/figures/curve_line.py"
 CURVES = (STYLE, LINE, "pipeline/figures/response.py", "pipeline/figures/curve_marks.py")
-DUMMY = "scenes/dummy.toml"
+DUMMY, DISK = "scenes/dummy.toml", "scenes/disk.toml"
 UNCERTAIN = "docs/uncertainty.toml"  # its section [uncertainty]
 
 
@@ -72,6 +72,16 @@ def pictures() -> dict[str, Picture]:
             "nodal_diameters",
             (DUMMY, STYLE, "pipeline/figures/nodal_diameters.py"),
             _of_run("dummy", "figures/nodal_diameters.png"),
+        ),
+        Picture(
+            "disk_nodal_diameters",
+            (DISK, STYLE, "pipeline/figures/nodal_diameters.py", "rom/cyclic/mode_families.py"),
+            _of_run("disk", "figures/nodal_diameters.png"),
+        ),
+        Picture(
+            "disk_mode_1",
+            (DISK, "pipeline/render/mode_shapes.py", "pipeline/render/ring.py", "pipeline/render/wheel.py"),
+            _of_run("disk", "renders/mode_1.png"),
         ),
         Picture(
             "backbone",

@@ -7,7 +7,7 @@ import numpy as np
 from geometry.blade_surfaces import airfoil_surfaces
 from geometry.checks import check_parameters
 from geometry.contact import contact_faces
-from geometry.disk import add_disk, check_disk
+from geometry.disk import add_disk
 from geometry.divisions import contact_fractions, grid_fractions
 from geometry.edge_angle import fitted_planform
 from geometry.elements import ElementBlock
@@ -71,9 +71,7 @@ def build_sector(
     >>> bool(np.allclose(np.hypot(root[:, 1], root[:, 2]), 0.3))
     True
     """
-    check_parameters(blade, shroud, mesh)
-    if disk is not None:
-        check_disk(disk, blade, mesh)
+    check_parameters(blade, shroud, mesh, disk)
     return _built(blade, shroud, mesh, disk)
 
 

@@ -7,7 +7,14 @@ from numbers import Integral, Real
 from geometry.edge_angle import AUTO, LARGEST_SLANT
 from geometry.errors import GeometryError
 from geometry.fit_check import check_fit, misfit_of
-from geometry.parameters import LARGEST_CAMBER, LARGEST_STAGGER, BladeParameters, MeshParameters, ShroudParameters
+from geometry.parameters import (
+    LARGEST_CAMBER,
+    LARGEST_STAGGER,
+    BladeParameters,
+    DiskParameters,
+    MeshParameters,
+    ShroudParameters,
+)
 from geometry.planform import mid_radius
 from geometry.remedies import rounded
 
@@ -18,7 +25,9 @@ LARGEST_GRADING = 100.0
 LARGEST_MESH = 3_000_000  # elements
 
 
-def check_parameters(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> None:
+def check_parameters(
+    blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters, disk: DiskParameters | None = None
+) -> None:
     """Check that the parameters are in range and fit together.
 
     It runs without gmsh: some milliseconds for parameters that fit, up to a second to find the nearest values
@@ -32,6 +41,8 @@ def check_parameters(blade: BladeParameters, shroud: ShroudParameters, mesh: Mes
         The shroud.
     mesh : MeshParameters
         The mesh density.
+    disk : DiskParameters, optional
+        The disk under the blade.
 
     Raises
     ------
@@ -53,6 +64,10 @@ def check_parameters(blade: BladeParameters, shroud: ShroudParameters, mesh: Mes
     _check_mesh(mesh)
     check_fit(blade, shroud, (partial(_accepts, mesh), partial(_accepts, None)))
     _check_size(blade, shroud, mesh)
+    if disk is not None:
+        from geometry.disk import check_disk
+
+        check_disk(disk, blade, mesh)
 
 
 def _accepts(mesh: MeshParameters | None, blade: BladeParameters, shroud: ShroudParameters) -> bool:

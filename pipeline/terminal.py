@@ -86,12 +86,14 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         mode_notes,
         motion_notes,
         sampling_warning,
+        wave_notes,
     )
     from pipeline.results.worst import search_notes, worst_warning
 
     _print_curves(outcome)
     searches = [*residual_notes(outcome.curves), *search_notes(outcome.curves)]
-    for note in abbreviated([*mode_notes(outcome), *coriolis_notes(outcome), *motion_notes(outcome), *searches]):
+    models = [*mode_notes(outcome), *wave_notes(outcome), *coriolis_notes(outcome)]
+    for note in abbreviated([*models, *motion_notes(outcome), *searches]):
         print(note)
     for line in stress_lines(outcome.stress):
         print(line)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from rom.cyclic.expansion import expand_to_mesh
     from rom.cyclic.linear_response import linear_response
     from rom.cyclic.modal_model import ModalModel
+    from rom.cyclic.mode_families import ModeFamilies
     from rom.cyclic.mode_names import mode_names
     from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
     from rom.cyclic.receptance import RelativeReceptance
@@ -30,9 +31,13 @@ if TYPE_CHECKING:
     from rom.cyclic.ring_modes import RingModes, modal_model
     from rom.cyclic.sector_modes import SectorModes
     from rom.cyclic.wave_modes import WaveModes
+    from rom.cyclic.wave_superelement import WaveSuperelement, model_of_waves
     from rom.cyclic_sector.cyclic_faces import CyclicFaces, cyclic_faces
-    from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes
+    from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes, modes_by_nodal_diameter
+    from rom.cyclic_sector.family_rows import mode_families
     from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
+    from rom.cyclic_sector.static_motion import static_motion
+    from rom.cyclic_sector.wave_errors import WaveErrors, wave_errors
     from rom.errors import (
         FactorisationError,
         FullModelFileError,
@@ -110,6 +115,7 @@ __all__ = [
     "MatrixFileError",
     "MatrixModel",
     "ModalModel",
+    "ModeFamilies",
     "NodalStress",
     "NodeTable",
     "OperatingStress",
@@ -125,7 +131,9 @@ __all__ = [
     "SpringSupportedMotion",
     "StressCycle",
     "Surroundings",
+    "WaveErrors",
     "WaveModes",
+    "WaveSuperelement",
     "angular_speed",
     "assemble",
     "centrifugal_displacement",
@@ -149,10 +157,13 @@ __all__ = [
     "load_full_model",
     "load_sector",
     "modal_model",
+    "mode_families",
     "mode_names",
     "mode_shapes",
     "model_from_matrices",
     "model_from_superelement",
+    "model_of_waves",
+    "modes_by_nodal_diameter",
     "natural_frequencies",
     "nearest_vertices",
     "new_hdf5",
@@ -177,6 +188,7 @@ __all__ = [
     "singular_vertices",
     "spring_stiffness",
     "static_error",
+    "static_motion",
     "stiffen_by_rotation",
     "stored_array",
     "strain_row",
@@ -185,6 +197,7 @@ __all__ = [
     "traction_force",
     "von_mises",
     "wave_coordinates",
+    "wave_errors",
     "why_unreadable",
     "with_modal_forces",
     "write_matrices",
@@ -193,6 +206,9 @@ __all__ = [
 
 _PLACES = {
     "wave_coordinates": "rom.cyclic.cyclic_symmetry",
+    "static_motion": "rom.cyclic_sector.static_motion",
+    "wave_errors": "rom.cyclic_sector.wave_errors",
+    "WaveErrors": "rom.cyclic_sector.wave_errors",
     "interface_motion": "rom.cyclic_sector.interface_motion",
     "cyclic_modes": "rom.cyclic_sector.cyclic_modes",
     "cyclic_faces": "rom.cyclic_sector.cyclic_faces",
@@ -221,6 +237,7 @@ _PLACES = {
     "MatrixFileError": "rom.errors",
     "MatrixModel": "rom.matrix_files.matrix_model",
     "ModalModel": "rom.cyclic.modal_model",
+    "ModeFamilies": "rom.cyclic.mode_families",
     "NodalStress": "rom.stress.stress_recovery",
     "NodeTable": "rom.matrix_files.node_table",
     "OperatingStress": "rom.stress.operating_stress",
@@ -232,6 +249,7 @@ _PLACES = {
     "RingModes": "rom.cyclic.ring_modes",
     "SectorModes": "rom.cyclic.sector_modes",
     "WaveModes": "rom.cyclic.wave_modes",
+    "WaveSuperelement": "rom.cyclic.wave_superelement",
     "RomParameterError": "rom.errors",
     "SolvedPoint": "rom.stress.mesh_motion",
     "SpringSupportedMotion": "rom.cyclic.contact_springs",
@@ -258,10 +276,13 @@ _PLACES = {
     "load_full_model": "rom.files.full_model_file",
     "load_sector": "rom.files.sector_file",
     "modal_model": "rom.cyclic.ring_modes",
+    "mode_families": "rom.cyclic_sector.family_rows",
     "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",
     "model_from_matrices": "rom.matrix_files.matrix_model",
+    "model_of_waves": "rom.cyclic.wave_superelement",
     "model_from_superelement": "rom.matrix_files.superelement",
+    "modes_by_nodal_diameter": "rom.cyclic_sector.cyclic_modes",
     "natural_frequencies": "rom.cyclic.natural_frequencies",
     "new_hdf5": "rom.files.hdf5_writing",
     "nodal_stress": "rom.stress.operating_stress",

@@ -13,6 +13,7 @@ from geometry.errors import OwnMeshError
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import boundary, check_orientation, checked_body, side_corners
 from geometry.own_mesh.candidates import find_faces, find_root
+from geometry.own_mesh.cut_faces import cut_faces, paired_cuts, with_cut_names, without_cuts
 from geometry.own_mesh.face_checks import check_places, closing_number
 from geometry.own_mesh.face_pairing import Surface
 from geometry.own_mesh.findings import SectorFindings
@@ -92,17 +93,21 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
     """
     mesh, notes = checked_body(mesh)
     sets, renamed = names_of_file(mesh, choice.sets)
-    choice = replace(choice, sets=sets)
+    choice = with_cut_names(mesh, replace(choice, sets=sets))
     metres = choice.metres
     mesh = replace(mesh, points=(mesh.points - np.asarray(choice.axis_point, dtype=float)) * metres)
     check_size(float(distance_from_axis(choice.direction, mesh.points).max()), choice.unit)
     outside = boundary(mesh.blocks)
     check_orientation(mesh.path, mesh.points, mesh.blocks, outside)
-    mesh, right, left, rotation, found = _turned(mesh, choice, outside)
+    cuts = cut_faces(mesh, choice, outside)
+    mesh, right, left, rotation, found = _turned(mesh, choice, without_cuts(mesh, cuts, outside))
+    joined, of_cuts = ({}, []) if cuts is None else paired_cuts(mesh.points, mesh, cuts, choice.n_blades)
     root, how = _root(mesh, choice, outside, right, left)
     pair = pair_faces(_surface(mesh, right), _surface(mesh, left), choice)
     faces = contact_faces(pair, choice.contact_grid, root)
-    sector = _assembled(mesh, choice, faces, {"root": root}, {"face_right": right, "face_left": left}, outside)
+    sector = _assembled(
+        mesh, choice, faces, {"root": root, **joined}, {"face_right": right, "face_left": left}, outside
+    )
     findings = SectorFindings(
         matching=pair.partner is not None,
         mismatch=pair.mismatch,
@@ -111,7 +116,7 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
         areas=pair.areas,
         normal_angle=pair.normal_angle,
         rotation=rotation,
-        notes=(*mesh.notes, *notes, *renamed, *found, *how, *_remarks(pair)),
+        notes=(*mesh.notes, *notes, *renamed, *found, *of_cuts, *how, *_remarks(pair)),
         warnings=_warnings(pair, choice.n_blades),
     )
     return OwnSector(sector, findings, materials_in_si(mesh.materials, choice.unit))

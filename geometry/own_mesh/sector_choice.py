@@ -12,7 +12,7 @@ from geometry.errors import OwnMeshError
 from geometry.sector import FloatArray
 from geometry.units import UNIT_SYSTEMS
 
-SETS = ("root", "contact_right", "contact_left", "tip")
+SETS = ("root", "contact_right", "contact_left", "tip", "cyclic_right", "cyclic_left")
 _MOST_POINTS = 40  # in a direction of the contact grid
 
 
@@ -32,7 +32,8 @@ class SectorChoice:
         A point on the engine axis, in the unit of the file.
     sets : mapping of str to str
         Names of node sets or surfaces of the file for `root`, `contact_right`, `contact_left` and `tip`; those
-        without a name are found by geometry where that is safe.
+        without a name are found by geometry where that is safe. `cyclic_right` and `cyclic_left` are the cut faces of
+        a disk; without a name they are the sets of these names, where the file has them.
     contact_grid : (int, int) or None
         Contact points on each face along t1 and along t2. None: all corner nodes of faces
         whose meshes match, but for clamped ones.

@@ -79,7 +79,7 @@ class HillProblem:
     @property
     def conjugate_pairs(self) -> bool:
         """Whether the exponents come in complex conjugate pairs: B_-h is the complex conjugate of B_h."""
-        return not self.modal.touches_neighbours or abs(np.sin(self.kappa)) < 1e-12
+        return not self.modal.neighbours_coupled or abs(np.sin(self.kappa)) < 1e-12
 
     @cached_property
     def contact_free(self) -> ContactFreeModel:

@@ -225,11 +225,11 @@ class RingStability:
 
 
 def largest_nodal_diameter(modal: RingModes) -> int:
-    """Largest k of a perturbation, N_b / 2; 0 where blades do not touch each other or their number is not known.
+    """Largest k of a perturbation, N_b / 2; 0 where blades do not move each other or their number is not known.
 
     Parameters
     ----------
     modal : rom.ModalModel or rom.SectorModes
         The modes of a blade.
     """
-    return 0 if not modal.touches_neighbours or modal.n_blades is None else modal.n_blades // 2
+    return 0 if not modal.neighbours_coupled or modal.n_blades is None else modal.n_blades // 2

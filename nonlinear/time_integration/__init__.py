@@ -4,8 +4,13 @@ ring                 the ring: modes, contact, excitation, number of blades; its
 modal_propagation    modal coordinates over one step, exact for a force that varies linearly
 residual_flexibility the retained modes, the others as a flexibility, and the step
 ring_system          arrays of the compiled kernels
+clamped_blades       blades that only their contacts join: modal coordinates of each
+joined_sectors       sectors joined at a disk: coordinates of their waves
+ring_structure       one of the two
 contact_step         contact forces at the end of a step (compiled)
 ring_period          periods of the ring, step by step (compiled)
+disk_system          arrays of the compiled kernels with a disk, wave by wave
+disk_period          periods of a ring of sectors joined at a disk (compiled)
 ring_integrator      states, disturbances and periods of one ring at one frequency
 wave_start           the periodic motion that a ring starts from, with more harmonics
 energy               energy balance over a period

@@ -53,90 +53,98 @@ def begin_step(j: int, node: int, system: RingSystem, work: RingWork) -> None:
 
 
 @inlined
-def solve_node(j: int, node: int, system: RingSystem, work: RingWork, guess: Array) -> float:
-    """Solve the law of one node of the pair of faces after blade j; returns the largest change of a force."""
-    contact, first = system.contact, 3 * node
-    normal, row = contact.normal_stiffness[node], first + 2
-    flexibility = system.own[row, row]
-    free = guess[j, row] - flexibility * work.force[j, row]
+def solve_node(j: int, node: int, system: RingSystem, work: RingWork) -> float:
+    """Solve the law of one node of the pair of faces after blade j; returns the largest change of a force.
+
+    The pair of faces moves; what its neighbours feel is in `work.change` (see `pass_on`).
+    """
+    contact, row, normal = system.contact, 3 * node, 3 * node + 2
+    own, stiffness = system.own, contact.normal_stiffness[node]
+    flexibility, before = own[normal, normal], work.force[j, normal]
+    free = work.guess[j, normal] - flexibility * before
     preload, initial = contact.preload[node], contact.initial_load[node]
-    pressed = (initial + normal * (free + flexibility * preload)) / (1.0 + normal * flexibility)
-    load = max(pressed, 0.0)
-    change = _change_force(j, row, preload - load, system, work, guess)
-    stiffness = contact.tangential_stiffness[node]
-    if stiffness == 0.0:
-        return change
+    pressed = initial + stiffness * (free + flexibility * preload)
+    load = pressed / (1.0 + stiffness * flexibility) if pressed > 0.0 else 0.0
+    change = preload - load - before
+    x = work.guess[j, row] + change * own[normal, row]
+    y = work.guess[j, row + 1] + change * own[normal, row + 1]
+    change_x, change_y = 0.0, 0.0
+    if contact.tangential_stiffness[node] > 0.0:
+        change_x, change_y = _solve_tangents(j, node, (load, x, y), system, work)
+    if change == 0.0 and change_x == 0.0 and change_y == 0.0:
+        for a in range(3):
+            work.change[row + a] = 0.0
+        return 0.0
+    work.force[j, row] += change_x
+    work.force[j, row + 1] += change_y
+    work.force[j, normal] = preload - load
+    work.change[row], work.change[row + 1], work.change[normal] = change_x, change_y, change
+    add_node(1.0, row, work.change, own, work.guess[j])
+    return max(abs(change), abs(change_x), abs(change_y))
+
+
+@inlined
+def _solve_tangents(
+    j: int, node: int, pressed: tuple[float, float, float], system: RingSystem, work: RingWork
+) -> tuple[float, float]:
+    """Changes of both tangential forces; `pressed`: normal load, displacements along t1 and t2. Places sliders."""
+    contact, row, (load, x, y) = system.contact, 3 * node, pressed
+    own = system.own
     if load == 0.0:
-        for a in range(2):
-            change = max(change, _change_force(j, first + a, 0.0, system, work, guess))
-            work.placed[j, node, a] = guess[j, first + a]
-        return change
+        change_x, change_y = -work.force[j, row], -work.force[j, row + 1]
+        work.placed[j, node, 0] = x + change_x * own[row, row] + change_y * own[row + 1, row]
+        work.placed[j, node, 1] = y + change_x * own[row, row + 1] + change_y * own[row + 1, row + 1]
+        return change_x, change_y
+    stiffness = contact.tangential_stiffness[node]
     stick = stiffness
     anchor_x, anchor_y = work.slider[j, node, 0], work.slider[j, node, 1]
     before = work.load[j, node]
     if before < 0.0:  # re-contact: the share of the step after it
         stick *= load / (load - before)
-        anchor_x, anchor_y = work.motion[j, first], work.motion[j, first + 1]
+        anchor_x, anchor_y = work.motion[j, row], work.motion[j, row + 1]
     limit = contact.friction[node] * load
     if contact.cone:
-        return max(change, _solve_plane(j, node, (anchor_x, anchor_y, stick, limit), system, work, guess))
-    change = max(change, _solve_slider(j, node, 0, (anchor_x, stick, limit), system, work, guess))
-    return max(change, _solve_slider(j, node, 1, (anchor_y, stick, limit), system, work, guess))
+        change_x, change_y, sticks = _solve_plane(j, node, (x - anchor_x, y - anchor_y, stick, limit), system, work)
+        sticks_x, sticks_y = sticks, sticks
+    else:
+        change_x, sticks_x = _solve_slider(x - anchor_x, work.force[j, row], (own[row, row], stick, limit))
+        across = y - anchor_y + change_x * own[row, row + 1]
+        change_y, sticks_y = _solve_slider(across, work.force[j, row + 1], (own[row + 1, row + 1], stick, limit))
+    kept = before >= 0.0
+    moved_x = x + change_x * own[row, row] + change_y * own[row + 1, row]
+    moved_y = y + change_x * own[row, row + 1] + change_y * own[row + 1, row + 1]
+    force_x, force_y = work.force[j, row] + change_x, work.force[j, row + 1] + change_y
+    work.placed[j, node, 0] = anchor_x if sticks_x and kept else moved_x + force_x / stiffness
+    work.placed[j, node, 1] = anchor_y if sticks_y and kept else moved_y + force_y / stiffness
+    return change_x, change_y
 
 
 @inlined
-def _change_force(j: int, row: int, value: float, system: RingSystem, work: RingWork, guess: Array) -> float:
-    """Set a contact force and move all nodes that its modal forces reach; returns the change."""
-    change = value - work.force[j, row]
-    if change == 0.0:
-        return 0.0
-    work.force[j, row] = value
-    last = len(guess) - 1
-    add(change, system.own[row], guess[j])
-    if last > 0:
-        add(change, system.previous[row], guess[j + 1 if j < last else 0])
-        add(change, system.following[row], guess[j - 1 if j > 0 else last])
-    return abs(change)
+def _solve_slider(offset: float, force: float, law: tuple[float, float, float]) -> tuple[float, bool]:
+    """Change of the force of one slider of the two, and whether it sticks.
 
-
-@inlined
-def add(factor: float, values: Array, total: Array) -> None:
-    """Add values times a factor to a total, both (n,)."""
-    for i in range(total.size):
-        total[i] += factor * values[i]
-
-
-@inlined
-def _solve_slider(
-    j: int, node: int, a: int, law: tuple[float, float, float], system: RingSystem, work: RingWork, guess: Array
-) -> float:
-    """One slider of the two; `law`: position, stiffness in stick and slip limit."""
-    anchor, stick, limit = law
-    row = 3 * node + a
-    flexibility = system.own[row, row]
-    free = guess[j, row] - flexibility * work.force[j, row]
-    traction = stick * (free - anchor) / (1.0 + flexibility * stick)
-    sticks = abs(traction) <= limit and work.load[j, node] >= 0.0
-    traction = min(max(traction, -limit), limit)
-    change = _change_force(j, row, -traction, system, work, guess)
-    moved = guess[j, row] - traction / system.contact.tangential_stiffness[node]
-    work.placed[j, node, a] = anchor if sticks else moved
-    return change
+    `offset`: its displacement from the slider position; `law`: flexibility, stiffness in stick and slip limit.
+    """
+    flexibility, stick, limit = law
+    traction = stick * (offset - flexibility * force) / (1.0 + flexibility * stick)
+    sticks = abs(traction) <= limit
+    return -min(max(traction, -limit), limit) - force, sticks
 
 
 @inlined
 def _solve_plane(
-    j: int, node: int, law: tuple[float, float, float, float], system: RingSystem, work: RingWork, guess: Array
-) -> float:
-    """The slider under the friction cone; `law`: position (2), stiffness in stick and slip limit.
+    j: int, node: int, law: tuple[float, float, float, float], system: RingSystem, work: RingWork
+) -> tuple[float, float, bool]:
+    """Changes of both forces under the friction cone, and whether the slider sticks.
 
-    Both components get the larger of the two flexibilities: the iteration still ends at the solution.
+    `law`: displacement from the slider position (2), stiffness in stick and slip limit. Both components get the
+    larger of the two flexibilities: the iteration still ends at the solution.
     """
-    anchor_x, anchor_y, stick, limit = law
+    x, y, stick, limit = law
     row, stiffness = 3 * node, system.contact.tangential_stiffness[node]
     flexibility = max(system.own[row, row], system.own[row + 1, row + 1]) + abs(system.own[row, row + 1])
-    x = guess[j, row] - flexibility * work.force[j, row] - anchor_x
-    y = guess[j, row + 1] - flexibility * work.force[j, row + 1] - anchor_y
+    x -= flexibility * work.force[j, row]
+    y -= flexibility * work.force[j, row + 1]
     size = math.sqrt(x * x + y * y)
     sticks = stick * size <= limit * (1.0 + flexibility * stick)
     if sticks:
@@ -150,11 +158,41 @@ def _solve_plane(
                 x, y = x - half * slip_x, y - half * slip_y
                 size = math.sqrt(x * x + y * y)
         ratio = limit / max(size, TINY)
-    change = _change_force(j, row, -ratio * x, system, work, guess)
-    change = max(change, _change_force(j, row + 1, -ratio * y, system, work, guess))
-    if sticks and work.load[j, node] >= 0.0:
-        work.placed[j, node, 0], work.placed[j, node, 1] = anchor_x, anchor_y
-        return change
-    for a in range(2):
-        work.placed[j, node, a] = guess[j, row + a] + work.force[j, row + a] / stiffness
-    return change
+    return -ratio * x - work.force[j, row], -ratio * y - work.force[j, row + 1], sticks
+
+
+@inlined
+def pass_on(j: int, changes: Array, system: RingSystem, work: RingWork) -> None:
+    """Move both neighbouring pairs of faces by changes (r,) of the forces on the pair after blade j."""
+    last = len(work.guess) - 1
+    if last == 0:
+        return
+    after, before = j + 1 if j < last else 0, j - 1 if j > 0 else last
+    for row in range(0, changes.size, 3):
+        if changes[row] != 0.0 or changes[row + 1] != 0.0 or changes[row + 2] != 0.0:
+            add_node(1.0, row, changes, system.previous, work.guess[after])
+            add_node(1.0, row, changes, system.following, work.guess[before])
+
+
+@inlined
+def add_node(sign: float, row: int, factors: Array, matrix: Array, total: Array) -> None:
+    """Add the three rows of a matrix that belong to a node, times sign and their factors, to a total (n,)."""
+    x, y, z = sign * factors[row], sign * factors[row + 1], sign * factors[row + 2]
+    for i in range(total.size):
+        total[i] += x * matrix[row, i] + y * matrix[row + 1, i] + z * matrix[row + 2, i]
+
+
+@inlined
+def add_rows(sign: float, factors: Array, matrix: Array, total: Array) -> None:
+    """Add all rows of a matrix, times sign and their factors, to a total (n,): four at once."""
+    last = factors.size - factors.size % 4
+    for row in range(0, last, 4):
+        a, b, c, d = sign * factors[row], sign * factors[row + 1], sign * factors[row + 2], sign * factors[row + 3]
+        for i in range(total.size):
+            total[i] += (a * matrix[row, i] + b * matrix[row + 1, i]) + (
+                c * matrix[row + 2, i] + d * matrix[row + 3, i]
+            )
+    for row in range(last, factors.size):
+        a = sign * factors[row]
+        for i in range(total.size):
+            total[i] += a * matrix[row, i]

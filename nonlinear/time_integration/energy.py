@@ -53,26 +53,25 @@ def energy_balance(integrator: RingIntegrator, start: RingState) -> RingEnergy:
     RingEnergy
         Work and energy over the period. The integrals are sums over the steps, of second order in the step.
     """
-    modal = integrator.ring.modal
+    structure = integrator.structure
     states, _ = integrator.history(start)
     states = [start, *states]
     coordinates = np.array([state.coordinates for state in states])
     change = np.diff(coordinates, axis=0)
-    motion = coordinates @ modal.right.T
-    if modal.left is not None:
-        motion = motion - np.roll(coordinates, -1, axis=1) @ modal.left.T
+    motion = structure.motion(coordinates)
     force = np.array([state.force.reshape(integrator.n_blades, -1) for state in states])
     theta = 2.0 * np.pi * np.arange(len(states)) / integrator.steps
     angle = theta[:, None] + integrator.ring.phase * np.arange(integrator.n_blades)
     excited = integrator.ring.excited
     turns = np.exp(1j * angle[:, :, None] * np.asarray(excited.harmonics))
-    external = (turns @ excited.modal_force).real
+    external = np.zeros(coordinates.shape)
+    external[:, :, : excited.modal_force.shape[1]] = (turns @ excited.modal_force).real
     step = integrator.period / integrator.steps
     free = np.diff(np.array([integrator.contact_free(angle)[0] for angle in theta]), axis=0)
-    damped = np.where(integrator.modes.retained, change, free)
+    damped = structure.scaled(change, structure.retained) + structure.scaled(free, ~structure.retained)
     return RingEnergy(
         excitation=float((_means(external) * change).sum()),
-        damping=float((modal.damping * damped**2).sum() / step),
+        damping=float((damped * structure.scaled(damped, structure.damping)).sum() / step),
         contact=float(-(_means(force) * np.diff(motion, axis=0)).sum()),
         stored=_stored(integrator, states[-1]) - _stored(integrator, states[0]),
     )
@@ -85,6 +84,7 @@ def _means(values: Array) -> Array:
 
 def _stored(integrator: RingIntegrator, state: RingState) -> float:
     """Kinetic and elastic energy of the blades; modes that are not integrated have no kinetic energy."""
-    rates = state.rates[:, integrator.modes.retained]
-    elastic = integrator.ring.modal.angular_frequency * state.coordinates
+    structure = integrator.structure
+    rates = structure.scaled(state.rates, structure.retained)
+    elastic = structure.scaled(state.coordinates, structure.angular_frequency)
     return float(0.5 * (rates**2).sum() + 0.5 * (elastic**2).sum())

@@ -1,15 +1,14 @@
 """Which modes of a ring are integrated in time, and with which step; the other modes are a residual flexibility."""
 
 import math
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.ring import Ring
-from rom import RelativeReceptance, contact_springs
+from rom import contact_springs
 
 RETENTION = 20.0  # modes up to this multiple of the excitation frequency are integrated
 LEAST_STEPS = 360  # a period
@@ -46,12 +45,12 @@ class RetainedModes:
     ----------
     ring : Ring
         The ring.
-    retained : (m,) bool
-        Modes that are integrated.
+    highest : float
+        Natural frequency up to which modes are integrated, rad/s.
     """
 
     ring: Ring
-    retained: NDArray[np.bool_]
+    highest: float
 
     @classmethod
     def of(cls, ring: Ring, omega: float, retention: float = RETENTION) -> "RetainedModes":
@@ -66,15 +65,20 @@ class RetainedModes:
         retention : float
             Highest natural frequency retained, in multiples of omega.
         """
-        frequency = ring.modal.angular_frequency
-        retained = frequency <= max(retention * omega, frequency[0])
-        return cls(ring, retained)
+        lowest = ring.modal.at(ring.excitation.engine_order).angular_frequency[0]
+        return cls(ring, max(retention * omega, float(lowest)))
 
-    @cached_property
-    def flexibility(self) -> Array:
-        """1 / w_m^2 of the modes that are not integrated, 0 for the others, (m,)."""
-        frequency = self.ring.modal.angular_frequency
-        return np.where(self.retained, 0.0, 1.0 / frequency**2)
+    def are_retained(self, angular_frequency: Array) -> NDArray[np.bool_]:
+        """Whether modes of natural frequencies w (...), rad/s, are integrated."""
+        chosen: NDArray[np.bool_] = angular_frequency <= self.highest
+        return chosen
+
+    def flexibility(self, angular_frequency: Array) -> Array:
+        """1 / w^2 of the modes that are not integrated, 0 for the others, for natural frequencies w (...), rad/s."""
+        found = np.zeros(angular_frequency.shape)
+        follow = ~self.are_retained(angular_frequency)
+        found[follow] = 1.0 / angular_frequency[follow] ** 2
+        return found
 
     def fastest(self) -> float:
         """Highest natural frequency of the retained modes with all contacts stuck, rad/s.
@@ -83,15 +87,15 @@ class RetainedModes:
         """
         modal, contact = self.ring.modal, self.ring.contact
         springs = contact_springs(contact.n_contacts, contact.normal_stiffness, contact.tangential_stiffness)
-        squared = np.diag(modal.angular_frequency[self.retained] ** 2)
+        waves = modal.waves(self.ring.sampled_phases(), rigid=True)
         highest = 0.0
-        for phase in (0.0, 0.5 * math.pi, math.pi):
-            motion = RelativeReceptance(modal, phase, (1,), 0.0).relative[0]
-            residual = (motion * self.flexibility) @ motion.conj().T
+        for frequency, motion in zip(waves.angular_frequency, waves.relative, strict=True):
+            chosen = self.are_retained(frequency)
+            residual = (motion * self.flexibility(frequency)) @ motion.conj().T
             size = len(residual)
             series = np.linalg.solve(np.eye(size) + springs.reshape(-1, 1) * residual, np.diag(springs.reshape(-1)))
-            kept = motion[:, self.retained]
-            stiffness = squared + kept.conj().T @ series @ kept
+            kept = motion[:, chosen]
+            stiffness = np.diag(frequency[chosen] ** 2) + kept.conj().T @ series @ kept
             highest = max(highest, float(np.linalg.eigvalsh(stiffness)[-1]))
         return math.sqrt(highest)
 
@@ -115,9 +119,3 @@ class RetainedModes:
             )
         blades = self.ring.wave_blades
         return blades * math.ceil(least / blades)
-
-    def with_more(self) -> "RetainedModes":
-        """The same with modes up to twice the frequency, for an estimate of the error of the truncation."""
-        frequency = self.ring.modal.angular_frequency
-        highest = 2.0 * frequency[self.retained][-1]
-        return replace(self, retained=frequency <= highest)

@@ -6,9 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
+from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactError, ContactParameters
 from nonlinear.options import Excitation
-from rom import ModalModel, RelativeReceptance
+from rom import ModalModel, RelativeReceptance, RingModes
 
 
 @dataclass(frozen=True)
@@ -17,8 +18,8 @@ class Ring:
 
     Attributes
     ----------
-    modal : rom.ModalModel
-        Modes of a blade with free contacts, with their damping.
+    modal : rom.ModalModel or rom.SectorModes
+        Modes with free contacts, with their damping: of a blade alone, or of a sector with a disk wave by wave.
     contact : ContactParameters
         Parameters of the contact nodes of one pair of faces.
     excitation : Excitation
@@ -36,7 +37,7 @@ class Ring:
     (0.5, 1)
     """
 
-    modal: ModalModel
+    modal: RingModes
     contact: ContactParameters
     excitation: Excitation
     output: str = "tip"
@@ -48,6 +49,11 @@ class Ring:
                 f"contact: parameters of {self.contact.n_contacts} nodes, allowed: {self.modal.n_contacts}, "
                 "as the model"
             )
+
+    @property
+    def has_disk(self) -> bool:
+        """Whether the sectors are joined at a disk, with other modes in each wave."""
+        return not isinstance(self.modal, ModalModel)
 
     @property
     def phase(self) -> float:
@@ -71,10 +77,11 @@ class Ring:
         Returns
         -------
         int
-            Number of blades; 1 for a single structure and where the contact is against ground.
+            Number of blades; 1 for a single structure, and where nothing joins the blades: contact against ground
+            and no disk.
         """
         n_blades = self.modal.n_blades
-        if n_blades is None or self.modal.left is None:
+        if n_blades is None or not self.modal.neighbours_coupled:
             return 1
         numbers = (self.excitation.engine_order, nodal_diameter)
         return math.lcm(*(n_blades // math.gcd(n_blades, number) for number in numbers))
@@ -88,6 +95,14 @@ class Ring:
             k of the perturbation.
         """
         return 2.0 * math.pi * nodal_diameter / (self.modal.n_blades or 1)
+
+    def sampled_phases(self) -> Array:
+        """Phases 0, about pi / 2 and pi from one blade to the next that the ring can have, (3,), rad."""
+        quarters = 2.0 * math.pi * np.array([0.0, 0.25, 0.5])
+        if not self.has_disk:
+            return quarters
+        pitch = self.shift(1)
+        return pitch * np.rint(quarters / pitch)
 
     def receptance(self, n_harmonics: int) -> RelativeReceptance:
         """Receptance of the wave of the excitation with harmonics 0 to H.
@@ -105,6 +120,17 @@ class Ring:
         """Receptance of the wave in harmonics 0 to the highest of the excitation."""
         return self.receptance(self.receptance(1).excited_harmonics[-1])
 
+    def free_response(self, omega: float) -> ComplexArray:
+        """Modal coordinates without contact, (n_h, m): each harmonic in the modes of its own wave.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        """
+        no_force = np.zeros((len(self.excited.harmonics), 3 * self.modal.n_contacts), dtype=complex)
+        return self.excited.modal_response(omega, no_force)[0]
+
 
 @dataclass(frozen=True)
 class RingState:
@@ -113,7 +139,8 @@ class RingState:
     Attributes
     ----------
     coordinates, rates : (q, m) float
-        Modal coordinates of all modes and their rates.
+        Modal coordinates of all modes of each blade and their rates. With a disk, where the modes belong to waves,
+        the sum of the waves (see `JoinedSectors`).
     slider : (q, n_c, 2) float
         Positions of the sliders, m.
     force : (q, n_c, 3) float

@@ -12,8 +12,8 @@ from nonlinear.contact.parameters import Array
 from nonlinear.options import SolverOptions
 from nonlinear.time_integration.residual_flexibility import RETENTION, RetainedModes
 from nonlinear.time_integration.ring import Ring, RingState
-from nonlinear.time_integration.ring_period import march_steps
-from nonlinear.time_integration.ring_system import RingSystem, RingWork, ring_system
+from nonlinear.time_integration.ring_structure import Kernel, RingStructure, ring_structure
+from nonlinear.time_integration.ring_system import RingWork
 
 CYCLE_SAMPLES = 4096  # instants of the contact cycle from which the sliders start
 
@@ -86,6 +86,8 @@ class RingIntegrator:
         Steps a period.
     modes : RetainedModes
         Modes that are integrated.
+    structure : ClampedBlades or JoinedSectors
+        Coordinates of the blades, their contact motions and forces.
 
     Examples
     --------
@@ -102,11 +104,13 @@ class RingIntegrator:
     n_blades: int
     steps: int
     modes: RetainedModes
-    _system: RingSystem = field(init=False, repr=False, compare=False)
+    structure: RingStructure = field(init=False, repr=False, compare=False)
+    _march: Kernel = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Form the arrays."""
-        object.__setattr__(self, "_system", ring_system(self.modes, self.omega, self.steps, self.n_blades))
+        object.__setattr__(self, "structure", ring_structure(self.modes, self.n_blades))
+        object.__setattr__(self, "_march", self.structure.kernel(self.omega, self.steps))
 
     @classmethod
     def of(
@@ -142,10 +146,10 @@ class RingIntegrator:
 
     def at_rest(self) -> RingState:
         """All blades and sliders where they are without any force; contacts loaded by their interference."""
-        modal, contact = self.ring.modal, self.ring.contact
+        contact = self.ring.contact
         force = np.zeros((self.n_blades, contact.n_contacts, 3))
         force[:, :, 2] = contact.preload - contact.normal_load(np.zeros(contact.n_contacts))
-        shape = self.n_blades, modal.angular_frequency.size
+        shape = self.n_blades, self.structure.angular_frequency.shape[-1]
         return RingState(np.zeros(shape), np.zeros(shape), np.zeros((*force.shape[:2], 2)), force)
 
     def on_wave(self, displacement: Array) -> RingState:
@@ -158,6 +162,7 @@ class RingIntegrator:
         """
         contact = self.ring.contact
         coordinates, order = self._wave_coordinates(displacement)
+        coordinates = self._padded(coordinates)
         angle = self.ring.phase * np.arange(self.n_blades)
         phases = np.exp(1j * np.outer(angle, order))  # blade j: e^(i h j psi)
         samples = self.ring.wave_blades * -(-CYCLE_SAMPLES // self.ring.wave_blades)
@@ -182,7 +187,7 @@ class RingIntegrator:
             Real Fourier coefficients of the relative displacement, m.
         """
         coordinates = self._wave_coordinates(displacement)[0]
-        harmonics = coordinates @ self.ring.modal.outputs[self.ring.output]
+        harmonics = self.ring.receptance(len(coordinates) - 1).output(self.ring.output, coordinates)
         theta = 2.0 * np.pi * np.arange(1, self.steps + 1) / self.steps
         angle = theta[:, None] + self.ring.phase * np.arange(self.n_blades)
         return (np.exp(1j * angle[:, :, None] * np.arange(len(harmonics))) @ harmonics).real
@@ -195,9 +200,10 @@ class RingIntegrator:
         state : RingState
             State of q blades.
         """
-        moved = state.coordinates - state.coordinates.mean(axis=0)
-        both = np.hypot(moved, state.rates / self.omega)[:, self.modes.retained]
-        return float(both.max())
+        kept = self.structure.retained
+        moved = self.structure.scaled(state.coordinates - state.coordinates.mean(axis=0), kept)
+        rates = self.structure.scaled(state.rates, kept)
+        return float(np.hypot(moved, rates / self.omega).max())
 
     def disturbed(self, state: RingState, nodal_diameter: int, size: float) -> RingState:
         """A state with a disturbance of its retained modes: a tenth of it different on every blade.
@@ -212,16 +218,19 @@ class RingIntegrator:
             Largest displacement, in modal coordinates.
         """
         rng = np.random.default_rng(17)
-        frequency = self.ring.modal.angular_frequency
-        weight = np.where(self.modes.retained, (frequency[0] / frequency) ** 2, 0.0)
+        frequency = self.structure.angular_frequency
+        moves = self.structure.retained & (frequency > 0.0)  # a free disk drifts
+        weight = np.zeros(frequency.shape)
+        weight[moves] = (frequency[moves].min() / frequency[moves]) ** 2
+        modes = frequency.shape[-1]
         turn = np.exp(1j * self.ring.shift(nodal_diameter) * np.arange(self.n_blades))[:, None]
         parts = []
         for _ in range(2):
-            same = rng.normal(size=weight.size) + 1j * rng.normal(size=weight.size)
-            each = rng.normal(size=(self.n_blades, weight.size))
-            parts.append((turn * same).real + 0.1 * each)
-        largest = max(np.abs(part * weight).max() for part in parts)
-        add, speed = (size / largest * weight * part for part in parts)
+            same = rng.normal(size=modes) + 1j * rng.normal(size=modes)
+            each = rng.normal(size=(self.n_blades, modes))
+            parts.append(self.structure.scaled((turn * same).real + 0.1 * each, weight))
+        largest = max(np.abs(part).max() for part in parts)
+        add, speed = (size / largest * part for part in parts)
         return replace(state, coordinates=state.coordinates + add, rates=state.rates + self.omega * speed)
 
     def march(self, state: RingState, periods: int) -> RingRecord:
@@ -241,14 +250,18 @@ class RingIntegrator:
         """
         work = self._loaded(state)
         output = np.empty((periods, self.steps, self.n_blades))
-        ends = np.empty((periods, self.n_blades, 2 * self._system.output_modes.size))
+        ends = []
         scale = float(np.abs(work.force).max())
+        last = (
+            np.flatnonzero(self.structure.retained.any(axis=tuple(range(self.structure.retained.ndim - 1))))[-1] + 1
+        )
         for period in range(periods):
-            scale = march_steps(self._system, work, 0, self.steps, scale, output[period])
+            scale = self._march(work, 0, self.steps, scale, output[period])
             if scale < 0.0:
                 raise ContactIterationError("time integration: the contact forces of a step were not found")
-            ends[period] = np.concatenate([work.coordinates, work.rates / self.omega], axis=1)
-        return RingRecord(self._stored(work), output, ends)
+            both = work.coordinates, work.rates / self.omega
+            ends.append(np.concatenate([self.structure.unpacked(part)[:, :last] for part in both], axis=1))
+        return RingRecord(self._stored(work), output, np.array(ends))
 
     def history(self, state: RingState) -> tuple[list[RingState], Array]:
         """States at the ends of all steps of one period, and the output (n, q).
@@ -261,7 +274,7 @@ class RingIntegrator:
         work, output, states = self._loaded(state), np.empty((self.steps, self.n_blades)), []
         scale = float(np.abs(work.force).max())
         for step in range(self.steps):
-            scale = march_steps(self._system, work, step, step + 1, scale, output)
+            scale = self._march(work, step, step + 1, scale, output)
             if scale < 0.0:
                 raise ContactIterationError("time integration: the contact forces of a step were not found")
             states.append(self._stored(work, 2.0 * np.pi * (step + 1) / self.steps))
@@ -289,9 +302,7 @@ class RingIntegrator:
         coordinates, rates : (q, m) float
             Modal coordinates and their rates.
         """
-        linear = self.ring.excited
-        no_force = np.zeros((len(linear.harmonics), 3 * self.ring.contact.n_contacts), dtype=complex)
-        coordinates, _ = linear.modal_response(self.omega, no_force)
+        coordinates = self._padded(self.ring.free_response(self.omega))
         angle = theta + self.ring.phase * np.arange(self.n_blades)
         turn = np.exp(1j * angle)[:, None]
         position = coordinates[0].real + (turn * coordinates[1]).real
@@ -302,49 +313,46 @@ class RingIntegrator:
             rate += (1j * h * self.omega * turn * coordinates[h]).real
         return position, rate
 
+    def _padded(self, coordinates: ComplexArray) -> ComplexArray:
+        """Modal coordinates (n_h, m) of a wave with as many modes as the waves of the ring have."""
+        missing = self.structure.angular_frequency.shape[-1] - coordinates.shape[-1]
+        return np.pad(coordinates, ((0, 0), (0, missing)))
+
     def _loaded(self, state: RingState) -> RingWork:
         """Arrays of the kernels at a state."""
-        system, kept = self._system, self.modes.retained
+        structure = self.structure
         free, free_rate = self.contact_free(0.0)
-        coordinates = np.ascontiguousarray((state.coordinates - free)[:, kept])
-        rates = np.ascontiguousarray((state.rates - free_rate)[:, kept])
+        coordinates = structure.packed(state.coordinates - free)
         force = state.force.reshape(self.n_blades, -1).copy()
-        behind = np.roll(force, 1, axis=0)
-        modal_force = force @ system.right - behind @ system.left
-        residual = self._residual_coordinates(force)
-        moved = (state.coordinates - free) * kept + residual + free
-        motion = moved @ self.ring.modal.right.T
-        if self.ring.modal.left is not None:
-            motion -= np.roll(moved, -1, axis=0) @ self.ring.modal.left.T
-        nodes = self.n_blades, self.ring.contact.n_contacts
+        contact_driven = structure.modal_force(force)
+        moved = structure.unpacked(coordinates) + self._residual(contact_driven) + free
+        motion, nodes = structure.motion(moved), state.slider.shape[:2]
         return RingWork(
             coordinates=coordinates,
-            rates=rates,
-            modal_force=modal_force,
+            rates=structure.packed(state.rates - free_rate),
+            modal_force=structure.packed(contact_driven),
             slider=state.slider.copy(),
             placed=state.slider.copy(),
             motion=motion,
             guess=motion.copy(),
             force=force,
             last_force=force.copy(),
+            earlier_force=force.copy(),
+            change=np.zeros(force.shape[1]),
             load=np.zeros(nodes),
             slip=np.zeros((*nodes, 2)),
         )
 
-    def _residual_coordinates(self, force: Array) -> Array:
-        """Modal coordinates of the modes that are not integrated under contact forces (q, r): (q, m)."""
-        modal = self.ring.modal
-        forces = force @ modal.right
-        if modal.left is not None:
-            forces -= np.roll(force, 1, axis=0) @ modal.left
-        return forces * self.modes.flexibility
+    def _residual(self, modal_force: Array) -> Array:
+        """Coordinates (q, m) of the modes that are not integrated under modal forces (q, m)."""
+        return self.structure.scaled(modal_force, self.modes.flexibility(self.structure.angular_frequency))
 
     def _stored(self, work: RingWork, theta: float = 0.0) -> RingState:
         """The state that the arrays of the kernels hold."""
-        kept = self.modes.retained
+        structure = self.structure
         coordinates, rates = self.contact_free(theta)
-        coordinates += self._residual_coordinates(work.force)
-        coordinates[:, kept] += work.coordinates
-        rates[:, kept] += work.rates
+        coordinates += structure.unpacked(work.coordinates)
+        coordinates += self._residual(structure.modal_force(work.force))
+        rates += structure.unpacked(work.rates)
         force = work.force.reshape(*work.load.shape, 3).copy()
         return RingState(coordinates, rates, work.slider.copy(), force)

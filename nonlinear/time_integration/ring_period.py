@@ -2,21 +2,24 @@
 
 A step: the retained modes under the forces so far, the contact forces at its end (`contact_step`), the modes under
 these. The forces vary linearly over the step, so that the error is of second order.
+
+All functions are copied into the one that is called from Python: a call passes some 250 numbers of arrays, which
+takes as long as a step of two blades.
 """
 
 import math
 
-from nonlinear.contact.numba_cache import inner, lean
+from nonlinear.contact.numba_cache import inlined, lean
 from nonlinear.contact.parameters import Array
-from nonlinear.time_integration.contact_step import add, begin_step, solve_node
+from nonlinear.time_integration.contact_step import add_node, add_rows, begin_step, pass_on, solve_node
 from nonlinear.time_integration.ring_system import RingSystem, RingWork
 
 MOST_SWEEPS = 200
 FAST = 0.05  # ratio of two successive changes up to which it is taken to hold for the next one
-TOLERANCE = 1e-10  # change of a force, relative to the largest force so far, at which a step is solved
+TOLERANCE = 1e-9  # change of a force, relative to the largest force so far, at which a step is solved
 
 
-@inner
+@inlined
 def advance_modes(system: RingSystem, work: RingWork) -> None:
     """Write coordinates and rates at the end of the step but for the forces there."""
     position, rate = system.position, system.rate
@@ -27,12 +30,25 @@ def advance_modes(system: RingSystem, work: RingWork) -> None:
             work.rates[j, m] = rate[0, m] * before + rate[1, m] * speed + rate[2, m] * force
 
 
-@inner
-def predict_motion(theta: float, system: RingSystem, work: RingWork) -> None:
-    """Write the relative displacement at the end of the step, with the contact forces as they are in `work`."""
-    n_blades, cosine, sine = len(work.guess), math.cos(theta), math.sin(theta)
+@inlined
+def begin_all(system: RingSystem, work: RingWork) -> None:
+    """Keep the beginning of the step, and extrapolate the contact forces to its end."""
+    for j in range(len(work.force)):
+        for node in range(work.load.shape[1]):
+            begin_step(j, node, system, work)
+        for row in range(work.force.shape[1]):
+            force, last = work.force[j, row], work.last_force[j, row]
+            predicted = 3.0 * (force - last) + work.earlier_force[j, row]
+            work.force[j, row] = predicted if force != 0.0 else 0.0
+            work.last_force[j, row], work.earlier_force[j, row] = force, last
+
+
+@inlined
+def write_free_motion(theta: float, system: RingSystem, work: RingWork) -> None:
+    """Write the relative displacement without contact."""
+    cosine, sine = math.cos(theta), math.sin(theta)
     free, rows = system.free_motion, work.force.shape[1]
-    for j in range(n_blades):
+    for j in range(len(work.guess)):
         real = cosine * system.waves[j, 0] - sine * system.waves[j, 1]
         imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
         for row in range(rows):
@@ -45,46 +61,72 @@ def predict_motion(theta: float, system: RingSystem, work: RingWork) -> None:
             )
             for row in range(rows):
                 work.guess[j, row] += higher_real * free[2 * h - 1, row] + higher_imaginary * free[2 * h, row]
-        following = (j + 1) % n_blades
-        for m in range(work.coordinates.shape[1]):
-            add(work.coordinates[j, m], system.right_modes[m], work.guess[j])
-            add(-work.coordinates[following, m], system.left_modes[m], work.guess[j])
+
+
+@inlined
+def add_modes(system: RingSystem, work: RingWork) -> None:
+    """Add the relative displacement of the retained modes."""
+    n_blades = len(work.guess)
     for j in range(n_blades):
-        before, after = (j - 1) % n_blades, (j + 1) % n_blades
-        for row in range(rows):
-            force = work.force[j, row]
-            if force == 0.0:
-                continue
-            add(force, system.own[row], work.guess[j])
-            if n_blades > 1:
-                add(force, system.previous[row], work.guess[after])
-                add(force, system.following[row], work.guess[before])
+        add_rows(1.0, work.coordinates[j], system.right_modes, work.guess[j])
+        if n_blades > 1:
+            add_rows(-1.0, work.coordinates[(j + 1) % n_blades], system.left_modes, work.guess[j])
 
 
-@inner
+@inlined
+def add_forces(system: RingSystem, work: RingWork) -> None:
+    """Add the relative displacement at the end of the step under the contact forces as they are in `work`."""
+    for j in range(len(work.guess)):
+        force = work.force[j]
+        for row in range(0, force.size, 3):
+            if force[row] != 0.0 or force[row + 1] != 0.0 or force[row + 2] != 0.0:
+                add_node(1.0, row, force, system.own, work.guess[j])
+        pass_on(j, force, system, work)
+
+
+@inlined
+def visit_nodes(system: RingSystem, work: RingWork) -> float:
+    """Visit all nodes once; returns the largest change of a force."""
+    change = 0.0
+    for j in range(len(work.guess)):
+        for node in range(work.load.shape[1]):
+            change = max(change, solve_node(j, node, system, work))
+        pass_on(j, work.change, system, work)
+    return change
+
+
+@inlined
+def largest_force(scale: float, work: RingWork) -> float:
+    """The largest contact force, or `scale` where that is larger."""
+    largest = scale
+    for j in range(len(work.force)):
+        for row in range(work.force.shape[1]):
+            largest = max(largest, abs(work.force[j, row]))
+    return largest
+
+
+@inlined
+def has_settled(change: float, before: float, largest: float) -> bool:
+    """Whether no force changes any more; the changes of two visits tell what the next one would change."""
+    settled = TOLERANCE * largest
+    return change <= settled or (change <= FAST * before and change * change <= settled * before)
+
+
+@inlined
 def solve_contacts(scale: float, system: RingSystem, work: RingWork) -> float:
-    """Visit all nodes until no force changes; returns the largest force, or -1 where they do not settle.
-
-    The changes of two visits tell what the next one would change.
-    """
-    nodes, before = work.load.shape[1], 0.0
-    for _ in range(MOST_SWEEPS):
-        change = 0.0
-        for j in range(len(work.guess)):
-            for node in range(nodes):
-                change = max(change, solve_node(j, node, system, work, work.guess))
-        largest = scale
-        for j in range(len(work.guess)):
-            for row in range(work.force.shape[1]):
-                largest = max(largest, abs(work.force[j, row]))
-        settled = TOLERANCE * largest
-        if change <= settled or (change <= FAST * before and change * change <= settled * before):
+    """Visit all nodes until no force changes; returns the largest force, or -1 where they do not settle."""
+    before, largest = 0.0, scale
+    for sweep in range(MOST_SWEEPS):
+        change = visit_nodes(system, work)
+        if sweep == 0:
+            largest = largest_force(scale, work)
+        if has_settled(change, before, largest):
             return largest
         before = change
     return -1.0
 
 
-@inner
+@inlined
 def apply_forces(system: RingSystem, work: RingWork) -> None:
     """Add the forces at the end of the step to coordinates and rates."""
     n_blades, rows = work.force.shape
@@ -92,37 +134,57 @@ def apply_forces(system: RingSystem, work: RingWork) -> None:
         modal = work.modal_force[j]
         for m in range(modal.size):
             modal[m] = 0.0
-        for row in range(rows):
-            force, behind = work.force[j, row], work.force[(j - 1) % n_blades, row]
-            for m in range(modal.size):
-                modal[m] += system.right[row, m] * force - system.left[row, m] * behind
+        force, behind = work.force[j], work.force[(j - 1) % n_blades]
+        for row in range(0, rows, 3):
+            if force[row] != 0.0 or force[row + 1] != 0.0 or force[row + 2] != 0.0:
+                add_node(1.0, row, force, system.right, modal)
+            if n_blades > 1 and (behind[row] != 0.0 or behind[row + 1] != 0.0 or behind[row + 2] != 0.0):
+                add_node(-1.0, row, behind, system.left, modal)
         for m in range(modal.size):
             work.coordinates[j, m] += system.position[3, m] * modal[m]
             work.rates[j, m] += system.rate[3, m] * modal[m]
 
 
-@inner
+@inlined
+def free_output(j: int, theta: float, system: RingSystem) -> float:
+    """Output of a blade without contact."""
+    cosine, sine = math.cos(theta), math.sin(theta)
+    real = cosine * system.waves[j, 0] - sine * system.waves[j, 1]
+    imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
+    total = system.free_output[0] + real * system.free_output[1] + imaginary * system.free_output[2]
+    higher_real, higher_imaginary = real, imaginary
+    for h in range(2, len(system.free_output) // 2 + 1):
+        higher_real, higher_imaginary = (
+            higher_real * real - higher_imaginary * imaginary,
+            higher_real * imaginary + higher_imaginary * real,
+        )
+        total += higher_real * system.free_output[2 * h - 1] + higher_imaginary * system.free_output[2 * h]
+    return total
+
+
+@inlined
 def write_output(theta: float, system: RingSystem, work: RingWork, output: Array) -> None:
     """Write the output of all blades (q,)."""
-    cosine, sine = math.cos(theta), math.sin(theta)
     n_blades, rows = work.force.shape
     for j in range(n_blades):
-        real = cosine * system.waves[j, 0] - sine * system.waves[j, 1]
-        imaginary = sine * system.waves[j, 0] + cosine * system.waves[j, 1]
-        total = system.free_output[0] + real * system.free_output[1] + imaginary * system.free_output[2]
-        higher_real, higher_imaginary = real, imaginary
-        for h in range(2, len(system.free_output) // 2 + 1):
-            higher_real, higher_imaginary = (
-                higher_real * real - higher_imaginary * imaginary,
-                higher_real * imaginary + higher_imaginary * real,
-            )
-            total += higher_real * system.free_output[2 * h - 1] + higher_imaginary * system.free_output[2 * h]
+        total = free_output(j, theta, system)
         for m in range(work.coordinates.shape[1]):
             total += system.output_modes[m] * work.coordinates[j, m]
         for row in range(rows):
             total += system.output_forces[0, row] * work.force[j, row]
             total += system.output_forces[1, row] * work.force[(j - 1) % n_blades, row]
         output[j] = total
+
+
+@inlined
+def end_all(work: RingWork) -> None:
+    """Take the end of the step for the beginning of the next one."""
+    for j in range(len(work.force)):
+        for row in range(work.force.shape[1]):
+            work.motion[j, row] = work.guess[j, row]
+        for node in range(work.load.shape[1]):
+            for a in range(2):
+                work.slider[j, node, a] = work.placed[j, node, a]
 
 
 @lean
@@ -136,24 +198,15 @@ def march_steps(system: RingSystem, work: RingWork, first: int, last: int, scale
     for step in range(first, last):
         theta = 2.0 * math.pi * (step + 1) / steps
         advance_modes(system, work)
-        for j in range(len(work.force)):
-            for node in range(work.load.shape[1]):
-                begin_step(j, node, system, work)
-            for row in range(work.force.shape[1]):
-                force = work.force[j, row]
-                work.force[j, row] = 2.0 * force - work.last_force[j, row]
-                work.last_force[j, row] = force
-        predict_motion(theta, system, work)
+        begin_all(system, work)
+        write_free_motion(theta, system, work)
+        add_modes(system, work)
+        add_forces(system, work)
         largest = solve_contacts(scale, system, work)
         if largest < 0.0:
             return -1.0
         scale = largest
         apply_forces(system, work)
         write_output(theta, system, work, output[step])
-        for j in range(len(work.force)):
-            for row in range(work.force.shape[1]):
-                work.motion[j, row] = work.guess[j, row]
-            for node in range(work.load.shape[1]):
-                for a in range(2):
-                    work.slider[j, node, a] = work.placed[j, node, a]
+        end_all(work)
     return scale

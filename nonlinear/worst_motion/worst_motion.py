@@ -26,7 +26,7 @@ from nonlinear.worst_motion.candidates import (
 from nonlinear.worst_motion.ring_integration import RingIntegration, Solution
 from nonlinear.worst_motion.search_statement import searched, unresolved
 from nonlinear.worst_motion.time_integrated import SAME_AMPLITUDE, Departure, DepartureSearch, Integrate
-from rom import ModalModel, RingModes
+from rom import RingModes
 
 Problem = tuple[RingModes, ContactParameters, Excitation, SolverOptions]
 COULD_MATTER = 0.3  # of the highest motion known: lower unstable solutions are left alone; see docs/method.md
@@ -61,8 +61,6 @@ def find_worst_motion(problem: Problem, curve: ResponseCurve) -> WorstMotion | N
         return None
     modal, contact, excitation, options = problem
     branches = branches_of(curve)
-    if not isinstance(modal, ModalModel):
-        return worst_of(curve, options, modal.n_blades, None, "not with a disk")
     integration = RingIntegration(Ring(modal, contact, excitation, options.output), options)
 
     def integrate(place: Place, blade_periods: int, floor_m: float) -> RingMotion | None:

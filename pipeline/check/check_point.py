@@ -156,11 +156,9 @@ def _refuse_solution(point: CheckedPoint, found: list[FoundSolution]) -> None:
 def _problem(curve: CurveResult, rom: Path) -> tuple[Ring, SolverOptions]:
     """The ring and the options that a curve was solved with."""
     from nonlinear import Ring
-    from rom import ModalModel, ReducedModelError, read_reduced_model
+    from rom import read_reduced_model
 
     scene, model = curve.member.scene, read_reduced_model(rom, with_basis=False)
     options = solver_options(scene)
     modal = damped_modes(model, scene.response, scene.load)
-    if not isinstance(modal, ModalModel):
-        raise ReducedModelError("a ring of blades on a disk is not integrated in time")
     return Ring(modal, contact_on_model(scene, model), excitation(scene), options.output), options

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from pipeline.errors import input_error, shown
+from pipeline.export.matrices import single_model
 from pipeline.export.source import Kind, curves, kind_of
-from pipeline.process.isolated_reading import read_given_model
 
 LONGEST_NAME = 63
 
@@ -37,8 +37,8 @@ def write_matlab(source: Path, target: Path) -> str:
         cells[:] = found
         savemat(target, {"curve": cells}, oned_as="column", long_field_names=True, do_compression=True)
         return f"{len(found)} curve{'s' if len(found) != 1 else ''}, in the cell array curve"
-    model = read_given_model(source)
-    named = {field.name: getattr(model, field.name) for field in fields(model)}
+    model = single_model(source)
+    named = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "wave_blocks"}
     for name in model.outputs:
         if not (name.isascii() and name.isidentifier() and name[0] != "_" and len(name) <= LONGEST_NAME):
             allowed = f"letters, digits and _, a letter first, {LONGEST_NAME} at most, as MATLAB has them"

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import InputError, input_error, reason_of
-from pipeline.export.source import Kind, kind_of
+from pipeline.export.source import WAVES, Kind, kind_of
 from pipeline.process.isolated_reading import read_given_model
 from rom import ReducedModel
 
@@ -27,6 +27,8 @@ SHORT_NAMES = {
     "contact_left": "CLEFT",
     "contact_position": "CPOS",
     "contact_area": "CAREA",
+    "cyclic_right": "CYCRIGHT",
+    "cyclic_left": "CYCLEFT",
     "force_excitation": "FEXC",
     "force_centrifugal": "FCENT",
     "force_static": "FSTATIC",
@@ -67,7 +69,7 @@ def write_matrix_files(source: Path, target: Path, file_format: str) -> tuple[st
 
     if kind_of(source) is not Kind.model:
         raise input_error(source, "", "a response", "a reduced model (rom.h5)")
-    model = read_given_model(source)
+    model = single_model(source)
     content = arrays_of(model)
     if file_format == "op4":
         content = _short(content)
@@ -80,6 +82,21 @@ def write_matrix_files(source: Path, target: Path, file_format: str) -> tuple[st
     return f"a reduced model of {model.size} coordinates: {', '.join(content)}", files
 
 
+def single_model(source: Path) -> ReducedModel:
+    """A reduced model whose matrices are those of the whole ring.
+
+    Raises
+    ------
+    InputError
+        It has a superelement for each nodal diameter.
+    """
+    model = read_given_model(source)
+    if model.wave_blocks:
+        allowed = "a reduced model with one pair of matrices"
+        raise input_error(source, WAVES, "a superelement for each nodal diameter", allowed)
+    return model
+
+
 def arrays_of(model: ReducedModel) -> dict[str, NDArray[Any]]:
     """All arrays of a reduced model by name; those of a mapping as `outputs_NAME`, `output_` for short."""
     found: dict[str, NDArray[Any]] = {}
@@ -87,7 +104,7 @@ def arrays_of(model: ReducedModel) -> dict[str, NDArray[Any]]:
         value = getattr(model, field.name)
         if isinstance(value, np.ndarray):
             found[field.name] = value
-        elif isinstance(value, Mapping):
+        elif isinstance(value, Mapping) and field.name != "wave_blocks":
             prefix = "output" if field.name == "outputs" else field.name
             found |= {f"{prefix}_{name}": np.asarray(array) for name, array in value.items()}
     return {name: value for name, value in found.items() if value.size}

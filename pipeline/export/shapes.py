@@ -17,6 +17,8 @@ COUNT = 10
 def write_shapes(source: Path, sector_file: Path | None, target: Path, count: int = COUNT) -> str:
     """Write the lowest mode shapes with free shrouds as point data, `mode_01_202.9_Hz`, ...; returns a summary.
 
+    Of a disk those of nodal diameter 0.
+
     Parameters
     ----------
     source : Path
@@ -61,4 +63,5 @@ def write_shapes(source: Path, sector_file: Path | None, target: Path, count: in
     cells = [(MESHIO_CELLS[block.kind], block.nodes) for block in sector.blocks]
     mesh = cell_library(sector).Mesh(sector.points, cells, point_data=motion)
     mesh.write(target, file_format="vtu")
-    return f"{count} mode shapes, {', '.join(f'{hz:.5g}' for hz in frequency)} Hz"
+    wave = " of nodal diameter 0" if model.has_disk else ""
+    return f"{count} mode shapes{wave}, {', '.join(f'{hz:.5g}' for hz in frequency)} Hz"

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import h5py
 
 Curve = tuple[str, dict[str, Any], dict[str, Any]]
+WAVES = "nodal_diameter"  # group of a reduced model with a superelement for each nodal diameter
 _ALLOWED = "an HDF5 file with a response (response.h5) or a reduced model (rom.h5)"
 
 
@@ -47,7 +48,7 @@ def _kind(path: Path) -> Kind:
             names = set(file)
     except UNREADABLE as error:
         raise input_error(path, "", f"cannot be read: {why_unreadable(error)}", _ALLOWED) from None
-    if not names & {"curve", "mass"}:
+    if not names & {"curve", "mass", WAVES}:
         raise input_error(path, "", f"holds {', '.join(sorted(names)[:8]) or 'nothing'}", _ALLOWED)
     return Kind.response if "curve" in names else Kind.model
 

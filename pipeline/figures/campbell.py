@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline.figures.data import Array, PlottedCurve
-from pipeline.figures.spectra import LOOKS, spectrum
+from pipeline.figures.spectra import LOOKS, MODES, apart, spectrum
 from pipeline.figures.style import subplots, write_heading
+from pipeline.stages.mode_families_file import read_families
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,6 +39,7 @@ def campbell_figure(curves: Sequence[PlottedCurve], title: str) -> Figure | None
             axes.plot(speeds, lines[:, mode], label=f"shrouds {name}" if mode == 0 else None, **look)
     top = max(float(item["stuck"].max()) for item in found)
     _draw_engine_orders(axes, float(speeds[-1]), order, top)
+    _name_modes(axes, chosen[speeds[0]], order, (float(speeds[0]), top))
     low, high = curves[0].scene.response.frequency
     axes.axhspan(low, high, color="0.95", zorder=0, label="range of the response")
     write_heading(axes, title)
@@ -63,6 +65,21 @@ def _spectrum(curve: PlottedCurve, engine_order: int) -> dict[str, Array]:
     from rom import read_reduced_model
 
     return spectrum(read_reduced_model(curve.rom, with_basis=False), curve, engine_order)
+
+
+def _name_modes(axes: Axes, curve: PlottedCurve, engine_order: int, corner: tuple[float, float]) -> None:
+    """With a disk the names of the modes of free shrouds; `corner`: the lowest speed and the top of the diagram."""
+    from rom import inter_blade_phase, read_reduced_model
+
+    families = read_families(curve.rom)
+    if families is None:
+        return
+    model = read_reduced_model(curve.rom, with_basis=False)
+    phase = inter_blade_phase(engine_order, model.n_blades)
+    hz, names, _ = families.modes(model, phase, count=min(MODES, model.size))
+    for height, name in apart(hz, names, corner[1]):
+        look: dict[str, Any] = {"xytext": (4, 3), "fontsize": 8, "va": "bottom"}
+        axes.annotate(name, (corner[0], height), textcoords="offset points", **look)
 
 
 def _draw_engine_orders(axes: Axes, fastest: float, excited: int, top: float) -> None:

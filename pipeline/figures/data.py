@@ -123,6 +123,8 @@ class PlottedCurve:
         Whether the worst motion may be higher than that, because the search left something open.
     outputs : mapping of str to (P,) array
         Largest values of the further outputs over a period.
+    joined : bool
+        Whether the sector is that of a bladed disk: each wave has modes of its own.
     """
 
     index: int
@@ -145,6 +147,7 @@ class PlottedCurve:
     worst: tuple[float, float]
     worst_open: bool
     outputs: Mapping[str, Array] = field(default_factory=dict)
+    joined: bool = False
 
     def contact_parameters(self, n_contacts: int) -> ContactParameters:
         """Contact parameters of each of the contact nodes."""
@@ -176,18 +179,18 @@ def sweep_points(curves: Sequence[CurveResult]) -> list[SweepPoint]:
 
 def plotted_curves(curves: Sequence[CurveResult], only: Collection[int] | None = None) -> list[PlottedCurve]:
     """The curves with at least one point; of many, `only` those of these numbers are read."""
-    areas: dict[Path, Array | None] = {}
+    models: dict[Path, tuple[Array | None, bool]] = {}
     found = []
     for index, curve in enumerate(curves):
         file, rom = curve.file, curve.rom
         if file and rom and curve.facts and curve.facts.points and (only is None or index in only):
-            if rom not in areas:
-                areas[rom] = _contact_area(rom)
-            found.append(_read(index, curve, file, rom, areas[rom]))
+            if rom not in models:
+                models[rom] = _of_model(rom)
+            found.append(_read(index, curve, file, rom, models[rom]))
     return found
 
 
-def _read(index: int, curve: CurveResult, file: Path, rom: Path, area: Array | None) -> PlottedCurve:
+def _read(index: int, curve: CurveResult, file: Path, rom: Path, model: tuple[Array | None, bool]) -> PlottedCurve:
     import h5py
 
     with h5py.File(file, "r") as source:
@@ -211,8 +214,9 @@ def _read(index: int, curve: CurveResult, file: Path, rom: Path, area: Array | N
             worst_open=bool(facts.worst_unresolved),
             residual=_residual_band(source, facts),
             contact=section_from_attributes(Contact, source.attrs),
-            contact_area=area,
+            contact_area=model[0],
             outputs=_outputs(source),
+            joined=model[1],
         )
 
 
@@ -234,11 +238,13 @@ def _residual_band(source: Any, facts: CurveSummary) -> ResidualBand | None:
     return ResidualBand(lowest, highest, (low, high))
 
 
-def _contact_area(rom: Path) -> Array | None:
+def _of_model(rom: Path) -> tuple[Array | None, bool]:
+    """Areas of the contact nodes of a reduced model, and whether each wave has modes of its own."""
     import h5py
 
     with h5py.File(rom, "r") as model:
-        return model["contact/area"][()] if "contact/area" in model else None
+        area = model["contact/area"][()] if "contact/area" in model else None
+        return area, "cyclic/right" in model or "nodal_diameter" in model
 
 
 def _branches(source: Any, facts: CurveSummary) -> tuple[PlottedBranch, ...]:

@@ -37,7 +37,7 @@ class Limit:
 
 
 def linear_limits(curves: Sequence[PlottedCurve]) -> list[Limit]:
-    """The free limit of every distinct blade and load, and the stuck limit of every distinct contact and phase."""
+    """The free limit of every distinct blade and load, with a disk of every phase, and the stuck one of all."""
     from rom import read_reduced_model
 
     models = {rom: read_reduced_model(rom, with_basis=False) for rom in {curve.rom for curve in curves}}
@@ -56,7 +56,10 @@ def count_limits(curves: Sequence[PlottedCurve]) -> int:
 
 
 def _case(curve: PlottedCurve, kind: str) -> object:
-    """The values that the linear response depends on: all but friction, interference and preload."""
+    """The values that the linear response depends on: all but friction, interference and preload.
+
+    With free shrouds the wave matters only where the sectors are joined at a disk.
+    """
     scene, contact = curve.scene, curve.contact
     response = scene.response
     case: tuple[object, ...] = (
@@ -69,7 +72,7 @@ def _case(curve: PlottedCurve, kind: str) -> object:
     if scene.excitation.harmonic:
         case = (*case, scene.excitation.harmonic)
     if kind == "free":
-        return case
+        return (*case, scene.excitation.engine_order) if curve.joined else case
     return *case, scene.excitation.engine_order, contact.normal_stiffness, contact.tangential_stiffness
 
 

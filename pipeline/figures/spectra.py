@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rom import ReducedModel
 
 MODES = 4  # lowest ones that a diagram shows
+CLOSE = 0.025  # of the height of the diagram: names nearer than this would overlap
 LOOKS: dict[str, dict[str, Any]] = {
     "free": {"color": "0.0", "linestyle": (0, (1, 1.2)), "linewidth": 1.0},
     "sliding": {"color": "#0072B2", "linestyle": (0, (5, 1.5)), "linewidth": 1.2},
@@ -41,3 +42,14 @@ def aliased(engine_order: int, n_blades: int) -> int:
     """The nodal diameter, 0 .. N_b / 2, that an engine order excites."""
     folded = engine_order % n_blades
     return min(folded, n_blades - folded)
+
+
+def apart(heights: Array, names: Sequence[str], top: float) -> list[tuple[float, str]]:
+    """Names of modes with their heights in a diagram up to `top`; those too near to the last one join it."""
+    found: list[tuple[float, str]] = []
+    for height, name in zip(heights, names, strict=True):
+        if found and height - found[-1][0] < CLOSE * top:
+            found[-1] = (0.5 * (found[-1][0] + float(height)), f"{found[-1][1]}, {name}")
+        else:
+            found.append((float(height), name))
+    return found

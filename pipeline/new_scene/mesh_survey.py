@@ -31,6 +31,7 @@ _PAIRS = (
     ("pressure", "suction"),
     ("next", "prev"),
 )
+_CUT = "cyclic"
 _CONTACT = ("contact", "shroud", "face", "cont")
 _LARGEST = {"m": 3.0, "in": 80.0}  # coordinates up to which a mesh is in m, or else in inches; larger ones are mm
 _STIFF = (1e9, 1e7)  # moduli above the first are in Pa, below the second in MPa
@@ -151,6 +152,9 @@ def _roles(names: list[str]) -> Iterator[tuple[str, str]]:
         for one, other in itertools.permutations(words, 2)
         if right in words[one] and words[other] == words[one] - {right} | {left}
     ]
+    if cuts := [pair for pair in pairs if _CUT in words[pair[0]]]:
+        yield from zip(("cyclic_right", "cyclic_left"), cuts[0], strict=True)
+        pairs = [pair for pair in pairs if pair not in cuts]
     pairs.sort(key=lambda pair: not words[pair[0]] & set(_CONTACT))
     if pairs:
         yield from zip(("contact_right", "contact_left"), pairs[0], strict=True)

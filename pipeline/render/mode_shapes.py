@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from pipeline.render import ring
 from pipeline.render.drawing_process import drawing_main
 from pipeline.render.job import RenderJob
+from pipeline.render.wheel import ENLARGED, aim, wheel
+from pipeline.stages.joined_sectors import is_joined
+from pipeline.stages.mode_families_file import read_families
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -21,6 +24,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 WINDOW = (1900, 1050)
 SPLITS = {1: (0.62, 0.38), 2: (0.38, 0.38, 0.24)}  # shares of the width, by the number of states of the shrouds
+BESIDE_WHEEL = {1: (0.4, 0.6), 2: (0.28, 0.28, 0.44)}
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ def _modes(
 
     springs: dict[str, Any] = {"normal": np.asarray(normal), "tangential": np.asarray(tangential)}
     frequency, shapes = mode_shapes(model, job.phase, count=min(max(job.modes), model.size), **springs)
-    names = names_of(sector, shapes)
+    names = mode_names_of(Path(job.rom), (model, sector, job.phase), shapes, springs)
     return [
         Mode(
             at_largest(shape[: len(sector.points)]),
@@ -67,6 +71,17 @@ def _modes(
         )
         for number, (name, value, shape) in enumerate(zip(names, frequency, shapes, strict=True), start=1)
     ]
+
+
+def mode_names_of(
+    rom: Path, of: tuple[ReducedModel, SectorMesh, float], shapes: NDArray[np.complex128], springs: dict[str, Any]
+) -> list[str]:
+    """Names of the lowest modes of a model, its mesh and a phase with springs; with a disk 1D, 2D, ... among them."""
+    model, sector, phase = of
+    families = read_families(rom)
+    if families is None:
+        return names_of(sector, shapes)
+    return families.modes(model, phase, count=len(shapes), **springs)[1]
 
 
 def names_of(sector: SectorMesh, shapes: NDArray[np.complex128]) -> list[str]:
@@ -86,10 +101,14 @@ def at_largest(shape: NDArray[np.complex128]) -> NDArray[np.complex128]:
 
 
 def _picture(job: RenderJob, sector: SectorMesh, modes: Sequence[Mode], path: Path) -> None:
-    """The blade with its neighbours from the side, in each state of the shrouds, and the shrouds from the tip."""
+    """The blade with its neighbours from the side, in each state of the shrouds, and the shrouds from the tip.
+
+    Of a sector of a disk the whole wheel in place of the latter.
+    """
     import pyvista as pv
 
-    widths: Any = SPLITS[len(modes)]  # proportions; the stubs of pyvista ask for whole numbers
+    splits = BESIDE_WHEEL if is_joined(sector) else SPLITS
+    widths: Any = splits[len(modes)]  # proportions; the stubs of pyvista ask for whole numbers
     plotter: Any = pv.Plotter(
         off_screen=True, window_size=list(WINDOW), shape=(1, len(widths)), col_weights=widths, border=False
     )
@@ -106,12 +125,34 @@ def _picture(job: RenderJob, sector: SectorMesh, modes: Sequence[Mode], path: Pa
         plotter.camera.zoom(1.0 if len(modes) == 1 else 1.2)  # the views are narrow, their labels stand inside
     plotter.subplot(0, len(modes))
     plotter.enable_anti_aliasing("ssaa")
-    _add_ring(plotter, job, sector, modes[0].shape, from_tip=True)
-    drawn = f"drawn: at most {1e3 * job.deformation:.3g} mm\nhere: at rest, from the tip"
-    plotter.add_text(drawn, position="upper_left", font_size=13, color="black")
-    _aim_from_tip(plotter, sector, job.blades, widths[-1])
+    if is_joined(sector):
+        _add_wheel(plotter, job, sector, modes[0].shape)
+    else:
+        _add_tips(plotter, job, sector, modes[0].shape, widths[-1])
     plotter.screenshot(str(path))
     plotter.close()
+
+
+def _add_wheel(plotter: Any, job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128]) -> None:
+    """The wave all around the wheel."""
+    largest = ENLARGED * job.deformation
+    surface = wheel(sector, lambda blade: np.real(shape * np.exp(1j * blade * job.phase)), largest)
+    look: dict[str, Any] = {"scalars": "displacement", "cmap": "viridis", "clim": (0.0, 1.0)}
+    plotter.add_mesh(surface, show_scalar_bar=False, **look)
+    folded = round(job.phase * sector.n_blades / (2.0 * np.pi))
+    diameters = min(folded, sector.n_blades - folded)
+    drawn = f"drawn: at most {1e3 * job.deformation:.3g} mm; here {1e3 * largest:.3g} mm:"
+    text = f"{drawn}\n{diameters} nodal diameter{'s' * (diameters != 1)}, shrouds {job.contact}"
+    plotter.add_text(text, position="upper_left", font_size=13, color="black")
+    aim(plotter, sector)
+
+
+def _add_tips(plotter: Any, job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128], width: float) -> None:
+    """The shrouds at rest from the tip, in a view with this share of the window's width."""
+    _add_ring(plotter, job, sector, shape, from_tip=True)
+    drawn = f"drawn: at most {1e3 * job.deformation:.3g} mm\nhere: at rest, from the tip"
+    plotter.add_text(drawn, position="upper_left", font_size=13, color="black")
+    _aim_from_tip(plotter, sector, job.blades, width)
 
 
 def _add_ring(

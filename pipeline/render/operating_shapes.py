@@ -10,7 +10,9 @@ import numpy as np
 from pipeline.render import ring
 from pipeline.render.drawing_process import drawing_main
 from pipeline.render.job import OperatingJob
+from pipeline.render.wheel import ENLARGED, aim, wheel
 from pipeline.scene.labels import prefixed
+from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.operating_shape import OperatingShape, operating_shape
 
 if TYPE_CHECKING:
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 
 STILL, ANIMATED = (1400, 1050), (700, 525)
 PERIOD = 2.0  # seconds that a period takes in the animation
+SPLIT, BROADER = (0.4, 0.6), 1.5  # beside a wheel: shares of the width, and a wider window
 COLOURS = 256  # of the animation's palette
 
 
@@ -69,20 +72,58 @@ def _plotter(
     largest: float,
     window: tuple[int, int],
 ) -> Any:
-    """The ring at one instant: the fundamental blade coloured by displacement, pale neighbours, undeformed edges."""
+    """The ring at one instant, and beside the sector of a disk the whole wheel."""
     import pyvista as pv
 
-    factor, unit = prefixed(largest, "m")
     small = window[0] / STILL[0]
-    plotter: Any = pv.Plotter(off_screen=True, window_size=list(window), border=False)
+    if not is_joined(sector):
+        plotter: Any = pv.Plotter(off_screen=True, window_size=list(window), border=False)
+        _add_ring(plotter, job, sector, (shape, angle, largest), small)
+        return plotter
+    widths: Any = SPLIT  # proportions; the stubs of pyvista ask for whole numbers
+    wide = [round(window[0] * BROADER), window[1]]
+    plotter = pv.Plotter(off_screen=True, window_size=wide, shape=(1, 2), col_weights=widths, border=False)
+    plotter.subplot(0, 0)
+    _add_ring(plotter, job, sector, (shape, angle, largest), small)
+    plotter.subplot(0, 1)
+    _add_wheel(plotter, job, sector, (shape, angle, largest), small)
+    return plotter
+
+
+def _add_wheel(
+    plotter: Any, job: OperatingJob, sector: SectorMesh, motion: tuple[OperatingShape, float, float], small: float
+) -> None:
+    """All sectors coloured by displacement; `motion`: shape, angle, largest displacement."""
+    shape, angle, largest = motion
+    plotter.set_background("white")
+    plotter.enable_anti_aliasing("ssaa")
+    factor, _ = prefixed(largest, "m")
+    scale = ENLARGED * job.deformation / largest if largest > 0.0 else 0.0
+    surface = wheel(sector, lambda blade: shape.at(angle, blade) * factor, scale / factor)
+    limits = (0.0, largest * factor or 1.0)
+    plotter.add_mesh(surface, scalars="displacement", cmap="viridis", clim=limits, show_scalar_bar=False)
+    heading = f"the wheel, drawn {_rounded(scale)} times as large"
+    plotter.add_text(heading, position="upper_left", font_size=round(15 * small), color="black")
+    aim(plotter, sector)
+
+
+def _add_ring(
+    plotter: Any, job: OperatingJob, sector: SectorMesh, motion: tuple[OperatingShape, float, float], small: float
+) -> None:
+    """The fundamental blade coloured by displacement, pale neighbours, undeformed edges.
+
+    `motion`: shape, angle, largest displacement.
+    """
+    shape, angle, largest = motion
+    factor, unit = prefixed(largest, "m")
     plotter.set_background("white")
     plotter.enable_anti_aliasing("ssaa")
     scale = job.deformation / largest if largest > 0.0 else 0.0
     pitch = 2.0 * np.pi / sector.n_blades
     for blade in ring.blades_of(job.blades):
         # the colours show the motion itself, the drawn positions are exaggerated
-        motion = shape.at(angle, blade) * factor
-        mesh = ring.grid(sector, motion, scale / factor, blade * pitch)
+        moved = shape.at(angle, blade) * factor
+        mesh = ring.grid(sector, moved, scale / factor, blade * pitch)
         surface = ring.surface_of(mesh)
         if blade == 0:
             bar = ring.scalar_bar(f"displacement [{unit}]", "%.3g")
@@ -100,7 +141,6 @@ def _plotter(
     plotter.add_text(heading, position="upper_left", font_size=round(15 * small), color="black")
     ring.aim_from_side(plotter, sector)
     plotter.reset_camera(bounds=_bounds(job, sector))  # the same in every frame
-    return plotter
 
 
 def _bounds(job: OperatingJob, sector: SectorMesh) -> list[float]:

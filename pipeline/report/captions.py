@@ -24,7 +24,10 @@ _OTHERS = {
         "Worst motion over the two swept parameters: height on the left, frequency on the right. Frame: the lowest; "
         "dots in the corner of a cell: it may be higher."
     ),
-    "nodal_diameters": "Natural frequencies against nodal diameter; excitation and frequency range are marked.",
+    "nodal_diameters": (
+        "Natural frequencies against nodal diameter; excitation and frequency range are marked. With a disk: modes "
+        "by their names (F flap, E edge, T torsion, R radial, D disk), in colours the disk's share of strain energy."
+    ),
     "campbell": "Campbell diagram: natural frequencies against speed, with the lines of the engine orders.",
     "outputs": "Largest values of the further outputs over a period against frequency, their means included.",
     "hysteresis_sweep": (

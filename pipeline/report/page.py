@@ -156,8 +156,9 @@ def _cards(source: ReportSource, points: Sequence[SweepPoint]) -> list[tuple[str
     cards += [card for card in of_peaks if card[1:] not in said]
     if source.model_rows:
         row = source.model_rows[0]
-        cards.append(("first natural frequency", f"{row['free_hz'][0]:.5g} Hz", "shrouds free"))
         order, values = next(iter(row["stuck_hz"].items()))
+        of_order = f", engine order {order}" if "free_at_order_hz" in row else ""
+        cards.append(("first natural frequency", f"{row['free_hz'][0]:.5g} Hz", f"shrouds free{of_order}"))
         cards.append(("first natural frequency", f"{values[0]:.5g} Hz", f"shrouds stuck, engine order {order}"))
     return cards
 

@@ -150,8 +150,12 @@ def frequency_tables(source: ReportSource) -> list[FrequencyTable]:
     """One table for every entry of `models` in summary.json."""
     tables = []
     for number, row in enumerate(source.model_rows, start=1):
-        states = {"free": row["free_hz"]}
+        of_order = row.get("free_at_order_hz", {})  # with a disk
+        states = {} if of_order else {"free": row["free_hz"]}
         for order in row["stuck_hz"]:
+            if order in of_order:
+                names = ", ".join(row.get("free_names", {}).get(order, ())[:SHOWN_FREQUENCIES])
+                states[f"free, engine order {order}{': ' * bool(names)}{names}"] = of_order[order]
             states[f"sliding, engine order {order}"] = row["sliding_hz"][order]
             states[f"stuck, engine order {order}"] = row["stuck_hz"][order]
         rows = tuple(
@@ -200,7 +204,22 @@ def blade_rows(scene: Scene) -> list[tuple[str, str]]:
         ("shroud", f"{_mm(shroud.thickness)} thick, {_mm(shroud.axial_width)} wide, gap {_mm(shroud.gap)}"),
         ("fillets at root, at shroud", f"{_mm(blade.fillet_radius)}, {_mm(shroud.fillet_radius)}"),
         ("material", f"E = {material.young_modulus / 1e9:g} GPa, {material.density:g} kg/m³"),
+        *_disk_rows(scene),
         ("speed", f"{scene.load.speed_rpm:g} rev/min"),
+    ]
+
+
+def _disk_rows(scene: Scene) -> list[tuple[str, str]]:
+    """The disk, where there is one."""
+    disk, material = scene.disk, scene.materials.get("disk", scene.material)
+    if disk is None or material is None or scene.blade is None:
+        return []
+    inner = (disk.bore_radius, disk.bore_width or disk.rim_width)
+    sections = [inner, *disk.profile, (scene.blade.hub_radius, disk.rim_width)]
+    widths = "; ".join(f"{_mm(width)} at {_mm(radius)}" for radius, width in sections)
+    return [
+        ("disk: widths, bore", f"{widths}; {disk.bore}"),
+        ("disk: material", f"E = {material.young_modulus / 1e9:g} GPa, {material.density:g} kg/m³"),
     ]
 
 
@@ -222,6 +241,7 @@ def mesh_rows(model: BuiltModel, scene: Scene) -> list[tuple[str, str]]:
         *(("found in the file", line) for line in own_findings(folder).get("findings", ())),
         ("reduced degrees of freedom", str(facts["reduced_dofs"])),
         ("fixed-interface modes", str(facts["modes"])),
+        *([("motions of a cut face", str(facts["cut_face_motions"]))] if "cut_face_motions" in facts else []),
     ]
 
 

@@ -44,7 +44,7 @@ class ViewerData:
 
     def add_modes(self, model: BuiltModel, scene: Scene, springs: dict[str, dict[str, Any]], label: str) -> None:
         """Mode shapes of a model; `springs`: for each contact condition the springs of the nodes, N/m."""
-        from pipeline.render.mode_shapes import at_largest, names_of
+        from pipeline.render.mode_shapes import at_largest, mode_names_of
         from rom import inter_blade_phase, mode_shapes, read_reduced_model
 
         wanted = (1, 2, 3) if scene.render is None else scene.render.modes
@@ -53,7 +53,7 @@ class ViewerData:
         phase = inter_blade_phase(scene.excitation.engine_order, sector.n_blades)
         for state, values in springs.items():
             frequency, found = mode_shapes(reduced, phase, count=min(max(wanted), reduced.size), **values)
-            names = names_of(sector, found)
+            names = mode_names_of(model.rom, (reduced, sector, phase), found, values)
             for mode in wanted:
                 if mode <= len(frequency):
                     shape = at_largest(found[mode - 1][surface.vertices])

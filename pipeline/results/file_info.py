@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from rom import ReducedModel
 
+WAVES = "nodal_diameter"  # group of a reduced model with a superelement for each nodal diameter
 _ALLOWED = "an HDF5 file with a response (response.h5) or a reduced model (rom.h5)"
 
 
@@ -48,7 +49,7 @@ def _read(path: Path) -> dict[str, Any] | ReducedModel:
         with opened(path) as file:
             if "curve" in file:
                 return {"file": str(path), "kind": "response", **_response(file)}
-            if "mass" not in file:
+            if not {"mass", WAVES} & set(file):
                 raise input_error(path, "", f"holds {', '.join(list(file)[:8]) or 'nothing'}", _ALLOWED)
     except UNREADABLE as error:
         raise input_error(path, "", f"cannot be read: {why_unreadable(error)}", _ALLOWED) from None
@@ -72,9 +73,24 @@ def described(found: dict[str, Any]) -> list[str]:
         f"contact: {found['contact_nodes']} nodes {'against ground' if found['against'] == 'ground' else 'a face'}",
         f"outputs: {', '.join(found['outputs'])}",
         f"optional: {', '.join(found['optional']) or 'none'}",
-        f"free natural frequencies [Hz]: {', '.join(f'{hz:.6g}' for hz in found['free_hz'])}",
+        *_joined_lines(found),
+        f"free natural frequencies [Hz]{_at(found)}: {', '.join(f'{hz:.6g}' for hz in found['free_hz'])}",
     ]
     return [one_line(line) for line in lines]
+
+
+def _joined_lines(found: dict[str, Any]) -> list[str]:
+    """A line about the cut faces, where there are any."""
+    if waves := found["nodal_diameters"]:
+        return [f"nodal diameters, a superelement for each: {', '.join(map(str, waves))}"]
+    motions = found["cut_face_motions"]
+    return (
+        [f"joined to its neighbours at cut faces: {motions} motion{'s' * (motions > 1)} of each"] if motions else []
+    )
+
+
+def _at(found: dict[str, Any]) -> str:
+    return " at nodal diameter 0" if found["cut_face_motions"] or found["nodal_diameters"] else ""
 
 
 def _run(folder: Path) -> dict[str, Any]:
@@ -172,6 +188,8 @@ def _reduced_model(path: Path, model: ReducedModel) -> dict[str, Any]:
         "against": "ground" if model.contact_left is None else "neighbour",
         "outputs": list(model.outputs),
         "optional": _optional(model),
+        "cut_face_motions": 0 if model.cyclic_right is None else len(model.cyclic_right),
+        "nodal_diameters": sorted(model.wave_blocks),
         "free_hz": [float(hz) for hz in free],
     }
 

@@ -27,6 +27,6 @@ def range_warning(outcome: RunOutcome, scene: Scene) -> str:
 def _natural_frequencies(model: dict[str, Any]) -> Iterator[float]:
     """All natural frequencies of an entry of `models` in the summary, Hz."""
     yield from model["free_hz"]
-    for state in ("sliding_hz", "stuck_hz"):
-        for values in model[state].values():
+    for state in ("free_at_order_hz", "sliding_hz", "stuck_hz"):
+        for values in model.get(state, {}).values():
             yield from values

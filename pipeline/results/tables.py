@@ -174,10 +174,23 @@ def mode_notes(outcome: RunOutcome) -> list[str]:
     frequency, receptance = (
         share(max(model[f"{name}_error"] for model in known)) for name in ("modes_frequency", "receptance")
     )
-    on_a_mesh = any(model["mesh"] is not None for model in known)
+    on_a_mesh = any(model["mesh"] is not None and "wave_error" not in model for model in known)
     return [
         f"{number} fixed-interface modes: modal truncation error {frequency} in natural frequencies, "
         f"{receptance} in receptances at a fixed frequency (estimated)" + "; mesh error: shroud verify" * on_a_mesh
+    ]
+
+
+def wave_notes(outcome: RunOutcome) -> list[str]:
+    """A line on the error of the motions kept of a disk's cut faces, where there are any."""
+    known = [model for model in outcome.models if "wave_error" in model]
+    if not known:
+        return []
+    worst = max(known, key=lambda model: float(model["wave_error"]))
+    waves = ", ".join(str(number) for number in sorted(worst["wave_error_at"]))
+    return [
+        f"disk: {worst['cut_face_motions']} motions of a cut face; largest error of six frequencies "
+        f"{share(worst['wave_error'])}, against the whole mesh at nodal diameters {waves}"
     ]
 
 

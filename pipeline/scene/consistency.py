@@ -10,7 +10,8 @@ from nonlinear import least_samples
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.backbone_checks import unfit_backbone_keys
 from pipeline.scene.centrifugal_strain import check_speed
-from pipeline.scene.geometry_parameters import geometry_parameters
+from pipeline.scene.disk_checks import unfit_beside_disk, unfit_disk_keys
+from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.loads_section import files_of
 from pipeline.scene.map_checks import unfit_map_keys
 from pipeline.scene.matrix_scene import unfit_beside_matrices, unfit_matrix_keys
@@ -60,6 +61,7 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
     if not broken.get(0):
         yield from _raised(_check_pictured_curves, file)
         yield from unfit_stress_keys(file)
+        yield from unfit_beside_disk(file)
         if not any(broken.values()):
             yield from unfit_backbone_keys(file)
         yield from unfit_optimum_keys(file)
@@ -85,8 +87,8 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
         yield from _unfit_keys(file.path, member, wrong)
         if "mesh" not in wrong and member.scene.mesh_file is not None:
             yield from _raised(check_mesh_file, file.path, member)
-        elif not wrong & {"blade", "shroud", "mesh"}:
-            shape = member.scene.blade, member.scene.shroud, member.scene.mesh
+        elif not wrong & {"blade", "shroud", "disk", "mesh"}:
+            shape = member.scene.blade, member.scene.shroud, member.scene.disk, member.scene.mesh
             if shape not in checked_shapes:
                 yield from _raised(_check_geometry, file.path, member)
             checked_shapes.add(shape)
@@ -114,10 +116,12 @@ def _unfit_beside_mesh(file: SceneFile) -> Unfit:
     """Sections that describe a blade beside a mesh from a file, materials by name without one."""
     scene = file.first
     if scene.mesh_file is None:
-        if scene.materials:
-            yield input_error(file.path, "materials", "given without mesh.file", "a table [material]")
+        if others := set(scene.materials) - ({"disk"} if scene.disk is not None else set()):
+            allowed = "a table [material]" if scene.disk is None else "tables [material] and [materials.disk]"
+            name = "materials" if scene.disk is None else f"materials.{min(others)}"
+            yield input_error(file.path, name, "given without mesh.file", allowed)
         return
-    for section in ("blade", "shroud"):
+    for section in ("blade", "shroud", "disk"):
         if getattr(scene, section) is not None:
             yield input_error(file.path, section, "given beside mesh.file", "one of the two")
     if scene.contact.uses_punch and scene.material is None:
@@ -131,6 +135,8 @@ def _unfit_sizes(path: Path, member: Member, wrong: Set[str]) -> Unfit:
         yield from _raised(check_size, path, member)
     if not wrong & {"blade", "material", "load"}:
         yield from _raised(check_speed, path, member)
+    if not wrong & {"blade", "disk", "mesh", "rom"}:
+        yield from unfit_disk_keys(path, member)
     if "mesh" in wrong:
         return
     assert member.scene.mesh is not None  # checked above; for the type checker
@@ -251,9 +257,8 @@ def _unfit_response(path: Path, member: Member) -> Unfit:
 def _check_geometry(path: Path, member: Member) -> None:
     from geometry import GeometryError, check_parameters
 
-    blade, shroud, mesh = geometry_parameters(member.scene)
     try:
-        check_parameters(blade, shroud, mesh)
+        check_parameters(*geometry_parameters(member.scene), disk_parameters(member.scene))
     except GeometryError as error:
         raise parameter_error(path, member, error) from None
 

@@ -1,11 +1,11 @@
-"""Blade, shroud and mesh of a scene as the parameters that the package `geometry` takes."""
+"""Blade, shroud, mesh and disk of a scene as the parameters that the package `geometry` takes."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from geometry import BladeParameters, MeshParameters, ShroudParameters
+    from geometry import BladeParameters, DiskParameters, MeshParameters, ShroudParameters
     from pipeline.scene.schema import Scene
 
 
@@ -22,3 +22,12 @@ def geometry_parameters(scene: Scene) -> tuple[BladeParameters, ShroudParameters
         ShroudParameters(**scene.shroud.model_dump()),
         MeshParameters(scene.mesh.size, scene.mesh.contact_grid, scene.mesh.grading),
     )
+
+
+def disk_parameters(scene: Scene) -> DiskParameters | None:
+    """Parameters of the disk, metres; None where the blades are clamped at their roots."""
+    if scene.disk is None:
+        return None
+    from geometry import DiskParameters
+
+    return DiskParameters(**scene.disk.model_dump())

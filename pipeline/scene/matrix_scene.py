@@ -11,7 +11,7 @@ from pipeline.errors import InputError, input_error, shown, shown_file, system_r
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.validation_errors import allowed_values
 
-_BESIDE = ("blade", "shroud", "materials", "mesh")
+_BESIDE = ("blade", "shroud", "disk", "materials", "mesh")
 
 
 def unfit_beside_matrices(file: SceneFile) -> Iterator[InputError]:

@@ -33,6 +33,10 @@ class MeshSets(Section):
     contact_right: SetName | None = key("contact face on the side of the next blade", SET_NAME, None)
     contact_left: SetName | None = key("the opposite contact face", SET_NAME, None)
     tip: SetName | None = key("the loaded and observed point", SET_NAME, None)
+    cyclic_right: SetName | None = key(
+        "cut face of a disk on the side of the next blade; by default the set of this name", SET_NAME, None
+    )
+    cyclic_left: SetName | None = key("the opposite cut face", SET_NAME, None)
 
 
 class Mesh(Section):

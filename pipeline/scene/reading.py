@@ -20,7 +20,7 @@ from pipeline.scene.toml_errors import parsed
 from pipeline.scene.validation_errors import scene_error, scene_errors
 
 LARGEST_FILE = 1_000_000
-IGNORED_WITH_MODEL = ("blade", "shroud", "materials", "mesh", "model", "rom", "stress", "fatigue", "render")
+IGNORED_WITH_MODEL = ("blade", "shroud", "disk", "materials", "mesh", "model", "rom", "stress", "fatigue", "render")
 WITHOUT_EFFECT_ON_MODEL = ("excitation.direction", "excitation.at", "load.equilibrium")
 
 

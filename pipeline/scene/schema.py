@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 
 from pipeline.scene.backbone_section import Backbone
+from pipeline.scene.disk_section import Disk
 from pipeline.scene.fields import (
     BLADES,
     FILLET,
@@ -58,7 +59,7 @@ class Blade(Section):
     """[blade]: the airfoil and the ring that it stands in."""
 
     n_blades: Whole = _key("blades of the ring", BLADES, ge=3, le=10000)
-    hub_radius: Length = _key("radius of the clamped root, m", LENGTH)
+    hub_radius: Length = _key("radius of the root, m, clamped or on the rim of [disk]", LENGTH)
     length: Length = _key("hub to the outer surface of the shroud, m", LENGTH)
     chord: Length = _key("chord of the airfoil section, m", LENGTH)
     thickness: Length = _key("thickness of the airfoil section at the root, m", LENGTH)
@@ -142,6 +143,12 @@ class Rom(Section):
         1e-3,
         ge=1e-6,
         le=0.5,
+    )
+    nodal_diameters: Annotated[tuple[Annotated[Whole, Field(ge=0, le=5000)], ...], Field(min_length=1)] | None = _key(
+        "nodal diameters of the waves whose motions of a disk's cut faces are kept; by default 0, 2, a quarter and "
+        "half of the number of blades",
+        "a list of whole numbers, 0 to 5000",
+        None,
     )
 
     @property
@@ -322,9 +329,10 @@ class Scene(Section):
     )
     blade: Blade | None = _key("", "a table", None)
     shroud: Shroud | None = _key("", "a table", None)
+    disk: Disk | None = _key("", "a table", None)
     material: Material | None = _key("", "a table", None)
     materials: dict[str, Material] = _key(
-        "materials of a mesh from a file by name, of its materials or of its element sets",
+        "materials of a mesh from a file by name, of its materials or of its element sets; of [disk]: materials.disk",
         "tables [materials.NAME]",
         {},
     )
@@ -387,6 +395,7 @@ class Scene(Section):
 STUDIES = ("optimum", "map", "backbone", "uncertainty", "mistuning")  # each has a section of its name
 NOT_SWEPT = ("stress", "fatigue", *STUDIES, "render", "figures")  # made of solved curves
 NOT_SWEPT_KEYS = (  # tables, and lists of tables
+    "disk.profile",
     "mesh.sets",
     "model.sets",
     "excitation.harmonic",
@@ -398,6 +407,7 @@ NOT_SWEPT_KEYS = (  # tables, and lists of tables
 SECTIONS: dict[str, type[Section]] = {
     "blade": Blade,
     "shroud": Shroud,
+    "disk": Disk,
     "material": Material,
     "mesh": Mesh,
     "model": Model,

@@ -19,6 +19,7 @@ LARGEST_MODEL = 400_000  # elements; ten times what takes a comfortable time
 LARGEST_SWEEP = 100 * LARGEST_MODEL  # elements of all models of a sweep
 AUTO_HARMONICS = 5  # that "auto" must be able to use; it stops before the balance gets too large
 BYTES_OF_AN_ELEMENT = 100.0  # of a mesh file, its nodes included
+COARSER = 3.0  # layers of the disk than elements of the blade
 MARGIN = 0.1  # of the blade's length: how far from the blade a point may lie that is meant to be on it
 
 
@@ -106,7 +107,7 @@ def check_sweep(file: SceneFile) -> None:
 
 
 def estimated_elements(scene: Scene) -> float:
-    """Elements of airfoil and platform, one in each direction at least: a guard against a mistyped size.
+    """Elements of airfoil, platform and disk, one in each direction at least: a guard against a mistyped size.
 
     Of a mesh from a file as many as a file of its size has at most.
     """
@@ -119,13 +120,22 @@ def estimated_elements(scene: Scene) -> float:
     blade, shroud, size = scene.blade, scene.shroud, scene.mesh.size
     airfoil = [max(side / size, 1.0) for side in (blade.chord, blade.thickness, blade.length)]
     platform = [max(side / size, 1.0) for side in (_pitch(scene), shroud.axial_width, shroud.thickness)]
-    return math.prod(airfoil) + math.prod(platform)
+    return math.prod(airfoil) + math.prod(platform) + math.prod(platform[:2]) * _disk_layers(scene, size)
+
+
+def _disk_layers(scene: Scene, size: float) -> float:
+    """Layers of elements of the disk along the radius, each with the quadrilaterals of the platform."""
+    if scene.disk is None or scene.blade is None:
+        return 0.0
+    height = max(scene.blade.hub_radius - scene.disk.bore_radius, 0.0)
+    return height / min(scene.disk.size or COARSER * size, COARSER * size)
 
 
 def _behind_the_model(scene: Scene) -> tuple[object, ...]:
     excitation = scene.excitation.direction, scene.excitation.at
     materials = tuple(sorted(scene.materials.items()))
-    return scene.blade, scene.shroud, scene.material, materials, scene.mesh, scene.rom, scene.load, excitation
+    blade = scene.blade, scene.shroud, scene.disk
+    return *blade, scene.material, materials, scene.mesh, scene.rom, scene.load, excitation
 
 
 def _pitch(scene: Scene) -> float:
@@ -149,17 +159,22 @@ def _near_the_blade(scene: Scene, at: tuple[float, float, float]) -> bool:
     blade, margin, (along, around) = scene.blade, MARGIN * scene.blade.length, _half_extents(scene)
     radius = math.hypot(at[1], at[2])
     return (
-        blade.hub_radius - margin <= radius <= blade.hub_radius + blade.length + margin
+        _inner_radius(scene) - margin <= radius <= blade.hub_radius + blade.length + margin
         and abs(at[0]) <= along + margin
         and abs(at[1]) <= around + margin
         and at[2] > 0.0
     )
 
 
+def _inner_radius(scene: Scene) -> float:
+    assert scene.blade is not None
+    return scene.blade.hub_radius if scene.disk is None else scene.disk.bore_radius
+
+
 def _extent(scene: Scene) -> str:
     assert scene.blade is not None
     low, high, (along, around) = (
-        scene.blade.hub_radius,
+        _inner_radius(scene),
         scene.blade.hub_radius + scene.blade.length,
         _half_extents(scene),
     )

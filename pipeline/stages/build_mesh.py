@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.scene.geometry_parameters import geometry_parameters
+from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.stages.own_mesh import read_own_sector, write_findings
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def without_mid_sides(sector: SectorMesh) -> SectorMesh:
 def _made(scene: Scene) -> SectorMesh:
     from geometry import build_sector
 
-    return build_sector(*geometry_parameters(scene))
+    return build_sector(*geometry_parameters(scene), disk_parameters(scene))
 
 
 def _from_file(folder: Path, scene: Scene) -> SectorMesh:

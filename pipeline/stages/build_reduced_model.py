@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.stages.disk_reduction import with_interface, write_families
+from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.scene_loads import scene_loads, with_modal_excitation, with_static_loads
 from pipeline.stages.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import linear_operation
@@ -13,11 +16,12 @@ from pipeline.stages.scene_to_solver import linear_operation
 if TYPE_CHECKING:
     from geometry import SectorMesh
     from pipeline.scene.schema import Scene
-    from rom import BoundaryChoice, FullModel, Material
+    from rom import BoundaryChoice, FullModel, Material, Reduction
 
 REDUCED_MODEL = "rom.h5"
 AUGMENTED_MODEL = "augmented.h5"
 FACTS = "facts.json"
+FREQUENCIES = 6  # of each wave, compared with those of the whole mesh
 
 
 def make_reduced_model(
@@ -34,7 +38,8 @@ def make_reduced_model(
     Parameters
     ----------
     folder : Path
-        Where the files go; with few enough contact nodes also `augmented.h5`, the residual-mode augmented model.
+        Where the files go; with few enough contact nodes also `augmented.h5`, the residual-mode augmented model. Of
+        a sector of a disk also `families.h5`, the rows that name its modes.
     sector_file, full_file : Path
         Mesh and full model.
     scene : Scene
@@ -47,7 +52,9 @@ def make_reduced_model(
     Notes
     -----
     In `facts.json`, `modes` is the number of fixed-interface modes and `highest_mode_hz` the frequency up to which
-    they are known.
+    they are known. Of the sector of a disk `cut_face_motions` is the number of motions kept of a cut face, and
+    `wave_error` the largest relative error of its six lowest frequencies with free contacts against the whole mesh,
+    in waves of the nodal diameters `wave_error_at`.
     """
     from rom import (
         ReductionOptions,
@@ -65,19 +72,37 @@ def make_reduced_model(
 
     modes, limit = scene.rom.fixed_interface_modes, scene.rom.frequency_limit
     boundary = boundary_choice(scene, sector, materials)
+    joined = full() if is_joined(sector) else None
+    if joined is not None:
+        boundary = with_interface(joined, sector, scene, boundary)
+    source, basis = full if joined is None else joined, store_basis or joined is not None
     if modes == "auto":
         operations = [linear_operation(scene, sector)]
-        made = reduce_to_tolerance(full, sector, scene.rom.tolerance, operations, boundary, store_basis=store_basis)
+        made = reduce_to_tolerance(source, sector, scene.rom.tolerance, operations, boundary, store_basis=basis)
     else:
-        options = ReductionOptions(modes, limit, store_basis)
-        made = reduce_sector(full, sector, options, boundary, augment=True)
+        made = reduce_sector(source, sector, ReductionOptions(modes, limit, basis), boundary, augment=True)
     model = with_modal_excitation(scene, made.model)
+    if joined is not None:
+        write_families(folder, joined, sector, materials, model)
+        model = model if store_basis else replace(model, basis=None)
     write_reduced_model(folder / REDUCED_MODEL, model)
     if made.augmented is not None:
         write_reduced_model(folder / AUGMENTED_MODEL, with_modal_excitation(scene, made.augmented))
+    (folder / FACTS).write_text(json.dumps(_facts(made, boundary)))
+
+
+def _facts(made: Reduction, boundary: BoundaryChoice) -> dict[str, Any]:
+    """Sizes of a reduced model; of the sector of a disk also the error of its waves."""
+    from rom import wave_errors
+
+    model = made.model
     facts: dict[str, Any] = {"dofs": made.dofs, "reduced_dofs": model.size}
     facts |= {"n_contacts": model.n_contacts, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
-    (folder / FACTS).write_text(json.dumps(facts))
+    if model.cyclic_right is not None:
+        waves = wave_errors(model, boundary.interface, FREQUENCIES)
+        facts |= {"cut_face_motions": len(model.cyclic_right), "wave_error": waves.largest}
+        facts["wave_error_at"] = list(waves.nodal_diameters)
+    return facts
 
 
 def boundary_choice(scene: Scene, sector: SectorMesh, materials: Material | dict[str, Material]) -> BoundaryChoice:
@@ -92,10 +117,11 @@ def at_speed(
     full: FullModel, sector: SectorMesh, scene: Scene, materials: Material | dict[str, Material]
 ) -> FullModel:
     """The full model at the scene's speed of rotation, about its static equilibrium under gas loads too."""
-    from rom import stiffen_by_rotation
+    from rom import cyclic_faces, static_motion, stiffen_by_rotation
 
     load = scene.load
     if load.speed_rpm == 0.0:
         return full
     loaded = with_static_loads(scene, sector, materials, full)
-    return stiffen_by_rotation(loaded, sector, materials, load.speed_rpm, load.equilibrium)
+    motion = static_motion(full, cyclic_faces(full, sector)) if is_joined(sector) else None
+    return stiffen_by_rotation(loaded, sector, materials, load.speed_rpm, load.equilibrium, motion)

@@ -83,6 +83,7 @@ def _mesh_inputs(scene: Scene) -> dict[str, Any]:
     return {
         "blade": scene.blade.model_dump(),
         "shroud": scene.shroud.model_dump(),
+        **({} if scene.disk is None else {"disk": scene.disk.model_dump()}),
         "mesh": scene.mesh.model_dump(include=made_here),
     }
 
@@ -91,9 +92,10 @@ def _material_inputs(scene: Scene) -> dict[str, Any]:
     """What the matrices of a mesh depend on: materials, finite element."""
     assert scene.mesh is not None
     material = None if scene.material is None else scene.material.model_dump()
+    named = {name: m.model_dump() for name, m in scene.materials.items()}
     if scene.mesh_file is not None:
-        return {"material": material, "materials": {name: m.model_dump() for name, m in scene.materials.items()}}
-    return {"material": material, "element": scene.mesh.element}
+        return {"material": material, "materials": named}
+    return {"material": material, "element": scene.mesh.element, **({"materials": named} if named else {})}
 
 
 def curve_key(scene: Scene, reduced: str) -> str:
@@ -165,6 +167,8 @@ def _reduction_inputs(scene: Scene) -> dict[str, Any]:
         "frequency_limit": rom.frequency_limit,
         "contact_dofs": rom.contact_dofs,
     }
+    if rom.nodal_diameters is not None:
+        values["nodal_diameters"] = rom.nodal_diameters
     if rom.modes == "auto":
         values |= {"tolerance": rom.tolerance, **linear_operation_inputs(scene)}
     return values

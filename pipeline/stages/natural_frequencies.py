@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.mode_families_file import read_families
 from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.store.fingerprints import fingerprint
 
@@ -20,7 +21,10 @@ FILE = "frequencies.json"
 
 
 def stored_frequencies(store: Store, model: BuiltModel, scene: Scene) -> dict[str, Any]:
-    """First ten natural frequencies, Hz: `free_hz`, `sliding_hz` (normal springs), `stuck_hz` (all springs)."""
+    """First ten natural frequencies, Hz: `free_hz`, `sliding_hz` (normal springs), `stuck_hz` (all springs).
+
+    `each_wave`: whether `free_hz` depends on the engine order too, with a disk; of one made here also `free_names`.
+    """
     order = scene.excitation.engine_order
     key = fingerprint(
         {
@@ -53,5 +57,9 @@ def _write(path: Path, rom: Path, scene: Scene) -> None:
     values: dict[str, Any] = {
         name: natural_frequencies(model, phase, count=count, **springs).tolist() for name, springs in states.items()
     }
+    families = read_families(rom)
+    values["each_wave"] = model.has_disk
+    if families is not None:
+        values["free_names"] = families.modes(model, phase, count=count)[1]
     values |= {"normal_stiffness": float(normal.sum()), "tangential_stiffness": float(tangential.sum())}
     path.write_text(json.dumps(values))

@@ -12,6 +12,7 @@ from pipeline.scene.schema import Contact, Excitation, Load, Response
 from pipeline.scene.stress_section import Fatigue, Stress
 from pipeline.stages.build_reduced_model import at_speed, boundary_choice
 from pipeline.stages.curve_file import BRANCHES, section_from_attributes
+from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.scene_loads import temperature_rise
 from pipeline.stages.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import damped_modes, section_excitation
@@ -111,9 +112,8 @@ def make_operating_stress(
     import h5py
 
     from rom import (
-        ModalModel,
-        ReducedModelError,
         SolvedPoint,
+        cyclic_faces,
         load_full_model,
         load_sector,
         operating_stress,
@@ -133,8 +133,6 @@ def make_operating_stress(
     full = at_speed(load_full_model(full_file), sector, scene, materials)
     model = read_reduced_model(rom)
     modal = damped_modes(model, response, load)
-    if not isinstance(modal, ModalModel):
-        raise ReducedModelError("stress: not computed for a bladed disk; remove [stress], or clamp the blades")
     wave = section_excitation(excitation)
     omega, phase = 2.0 * math.pi * point.frequency_hz, modal.phase(excitation.engine_order)
     stress = operating_stress(
@@ -147,6 +145,7 @@ def make_operating_stress(
         large_displacements=scene.load.equilibrium == "nonlinear",
         temperature=temperature_rise(scene, sector, full),
         check=settings.check,
+        faces=cyclic_faces(full, sector) if is_joined(sector) else None,
     )
     limits = _margins(stress, scene.fatigue)
     _write_fields(folder / f"{name}.vtu", stress, limits)

@@ -11,13 +11,15 @@ if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
     from rom import Material
 
+DISK = "disk"  # elements of the disk made here
 NEEDED = ("young_modulus", "poisson_ratio", "density")
 
 
 def scene_materials(scene: Scene, sector_file: Path) -> Material | dict[str, Material]:
     """The material of a scene, or those of its mesh file: [materials.NAME] before those of the file.
 
-    Elements without a material, and those whose material has not all numbers, have [material].
+    Elements without a material, and those whose material has not all numbers, have [material]. The disk made here has
+    [materials.disk], or [material] without one.
 
     Parameters
     ----------
@@ -34,10 +36,10 @@ def scene_materials(scene: Scene, sector_file: Path) -> Material | dict[str, Mat
     from rom import Material
 
     general = None if scene.material is None else Material(**scene.material.model_dump())
+    named = {name: Material(**values.model_dump()) for name, values in scene.materials.items()}
     if scene.mesh_file is None:
         assert general is not None  # a scene that describes a blade has one
-        return general
-    named = {name: Material(**values.model_dump()) for name, values in scene.materials.items()}
+        return general if scene.disk is None else {"": general, DISK: named.get(DISK, general)}
     found = own_findings(sector_file.parent)
     in_file = found["materials"]
     return {name: named.get(name) or _material(name, in_file.get(name, {}), general) for name in found["used"]}

@@ -102,6 +102,10 @@ def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[
         entry |= larger(entry, errors)
         entry["sliding_hz"][order] = values["sliding_hz"]
         entry["stuck_hz"][order] = values["stuck_hz"]
+        if values["each_wave"]:
+            entry.setdefault("free_at_order_hz", {})[order] = values["free_hz"]
+        if "free_names" in values:
+            entry.setdefault("free_names", {})[order] = values["free_names"]
     return list(entries.values())
 
 

@@ -76,11 +76,9 @@ def warm_up(law: str, integration: str) -> None:
 def _warm_up_time(modal: RingModes, contact: ContactParameters, displacement: np.ndarray) -> None:
     """The same for the motion of a ring in time and for the contact loops of the figures."""
     from nonlinear import Excitation, Ring, RingLimits, contact_cycle, integrate_ring
-    from rom import ModalModel
 
     contact_cycle(displacement, contact, samples=_SAMPLES)
     limits = RingLimits(most_periods=2, window=1, settling=1)
-    assert isinstance(modal, ModalModel)
     integrate_ring(Ring(modal, contact, Excitation(1, 0.6)), 2.0 * np.pi * 0.11, None, limits=limits)
 
 

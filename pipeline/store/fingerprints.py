@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,7 @@ def content_fingerprint(content: bytes) -> str:
 
 
 def arrays_fingerprint(values: Mapping[str, Any]) -> str:
-    """Hash of arrays and plain values by their names, of mappings of such, to the last bit of every number."""
+    """Hash of arrays and plain values by their names, of mappings and dataclasses of such, to the last bit."""
     digest = hashlib.sha256()
     for name, value in sorted(values.items()):
         head = f"{name} {value.dtype.str} {value.shape}" if hasattr(value, "dtype") else name
@@ -38,6 +39,8 @@ def arrays_fingerprint(values: Mapping[str, Any]) -> str:
             digest.update(value.tobytes())
         elif isinstance(value, Mapping):
             digest.update(arrays_fingerprint(value).encode())
+        elif is_dataclass(value):
+            digest.update(arrays_fingerprint(vars(value)).encode())
         else:
             digest.update(fingerprint({"value": value}).encode())
     return digest.hexdigest()[:LENGTH]

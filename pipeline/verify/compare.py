@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import reason_of
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_reduced_model import at_speed, boundary_choice
+from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import (
     linear_operation,
@@ -42,6 +43,7 @@ Frequencies = tuple[float, ...]  # natural, Hz
 # one below: the projection gains where it can follow the next odd deformation of the face.
 _GRIDS = ((2, 2), (3, 3), (4, 3), (4, 4), (6, 4), (6, 6))
 _MARGIN = 0.8  # the other grid comes with another mesh
+NO_REFERENCE = "shroud verify has no reference model of a bladed disk"
 
 
 @dataclass(frozen=True)
@@ -226,9 +228,12 @@ def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -
 
 def _loaded(scene: Scene, files: BladeFiles) -> tuple[SectorMesh, FullModel]:
     """Mesh and full model at the scene's speed."""
+    from geometry import ParameterError
     from rom import load_full_model, load_sector
 
     sector = load_sector(files.sector)
+    if is_joined(sector):
+        raise ParameterError("mesh", "file", scene.mesh_file, f"a mesh without cut faces: {NO_REFERENCE}")
     return sector, at_speed(load_full_model(files.full), sector, scene, scene_materials(scene, files.sector))
 
 

@@ -106,3 +106,11 @@ def wave_coordinates(
     constraint = right - (factor.real if abs(factor.imag) < 1e-12 else factor) * left
     found: NDArray[np.complex128] = null_space(constraint, rcond=1e-9).astype(complex)
     return found
+
+
+def in_wave(matrix: NDArray[Any], wave: NDArray[Any]) -> NDArray[Any]:
+    """T^H A T of a matrix A (n, n) with the coordinates T (n, k) of a wave; rows of zeros in T cost nothing."""
+    used = np.flatnonzero(wave.any(axis=1))
+    own = wave[used]
+    block = matrix if len(used) == len(wave) else matrix[np.ix_(used, used)]
+    return np.asarray(own.conj().T @ block @ own)

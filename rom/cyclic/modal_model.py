@@ -90,8 +90,8 @@ class ModalModel:
         return tuple(self.outputs)
 
     @property
-    def touches_neighbours(self) -> bool:
-        """Whether the contacts join neighbouring blades; else they are contacts against ground."""
+    def neighbours_coupled(self) -> bool:
+        """Whether neighbouring blades move each other: through their contacts, unless these are against ground."""
         return self.left is not None
 
     def at(self, nodal_diameter: int) -> "ModalModel":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -41,19 +42,25 @@ def mode_names(points: NDArray[np.float64], shapes: NDArray[Any]) -> list[str]:
     >>> mode_names(np.column_stack([corners, z]), bending[None])
     ['1F']
     """
+    motion = section_motion(points, np.asarray(shapes))
+    return counted(FAMILIES[k] for k in np.argmax(np.sum(np.abs(motion) ** 2, axis=2), axis=1))
+
+
+def counted(families: Iterable[str]) -> list[str]:
+    """Names of modes of these families by ascending frequency, numbered within each family."""
     counts: Counter[str] = Counter()
     names = []
-    for family in (FAMILIES[int(np.argmax(each))] for each in _mean_squares(points, np.asarray(shapes))):
+    for family in families:
         counts[family] += 1
         names.append(f"{counts[family]}{family}")
     return names
 
 
-def _mean_squares(points: NDArray[np.float64], shapes: NDArray[Any]) -> NDArray[np.float64]:
-    """Mean squares (M, 4) of flap, edge, torsion and radial motion over the sections."""
+def section_motion(points: NDArray[np.float64], shapes: NDArray[Any]) -> NDArray[Any]:
+    """Flap, edge, torsion and radial motion (M, 4, sections) of the sections of shapes (M, N, 3), linear in these."""
     height = points[:, 2]
     section = np.digitize(height, np.linspace(height.min(), height.max(), SLICES + 1)[1:-1])
-    found = np.zeros((len(shapes), len(FAMILIES)))
+    found = np.zeros((len(shapes), len(FAMILIES), SLICES), dtype=shapes.dtype)
     for number in range(SLICES):
         rows = np.flatnonzero(section == number)
         if len(rows) < FEWEST:
@@ -65,5 +72,5 @@ def _mean_squares(points: NDArray[np.float64], shapes: NDArray[Any]) -> NDArray[
         square = np.mean(np.sum(arm**2, axis=1))
         turned = np.mean(arm[:, 0] * moved[:, :, 1] - arm[:, 1] * moved[:, :, 0], axis=1) / square
         parts = (mean[:, :2] @ normal, mean[:, :2] @ chord, turned * np.sqrt(square), mean[:, 2])
-        found += np.abs(np.stack(parts, axis=1)) ** 2
+        found[:, :, number] = np.stack(parts, axis=1)
     return found

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom.cyclic.contact_springs import contact_springs, spring_stiffness
-from rom.cyclic.cyclic_symmetry import relative_contact_motion, wave_coordinates
+from rom.cyclic.cyclic_symmetry import in_wave, relative_contact_motion
 from rom.cyclic.expansion import expand_to_mesh
 from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import ReducedModelError
@@ -182,13 +182,12 @@ def _cyclic_modes(
     """Lowest eigenvalues (count,) [(rad/s)^2] and mass-normalised vectors (n, count) with springs (n_c, 3) N/m."""
     from scipy.linalg import LinAlgError, eigh
 
-    motion = relative_contact_motion(model.contact_right, model.contact_left, phase)
-    stiffness = model.stiffness + spring_stiffness(motion, springs)
-    wave = wave_coordinates(model.cyclic_right, model.cyclic_left, phase)
+    wave, motion = model.wave(phase), relative_contact_motion(model.contact_right, model.contact_left, phase)
+    stiffness: NDArray[Any] = model.stiffness
     mass: NDArray[Any] = model.mass
     if wave is not None:
-        adjoint = wave.conj().T
-        stiffness, mass = adjoint @ stiffness @ wave, adjoint @ mass @ wave
+        stiffness, mass, motion = in_wave(stiffness, wave), in_wave(mass, wave), motion @ wave
+    stiffness = stiffness + spring_stiffness(motion, springs)
     last = min(count, len(mass)) - 1
     try:
         squared, shapes = eigh(stiffness, mass, subset_by_index=(0, last))

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rom.cyclic.cyclic_symmetry import in_wave
 from rom.cyclic.modal_damping import ModalDamping
 from rom.cyclic.modal_model import ModalModel
 from rom.cyclic.reduced_model import Array, ReducedModel
@@ -63,8 +64,7 @@ def _modes(model: ReducedModel, wave: NDArray[Any] | None) -> tuple[Array, NDArr
     mass: NDArray[Any] = (model.mass + model.mass.T) / 2
     stiffness: NDArray[Any] = (model.stiffness + model.stiffness.T) / 2
     if wave is not None:
-        adjoint = wave.conj().T
-        mass, stiffness = adjoint @ mass @ wave, adjoint @ stiffness @ wave
+        mass, stiffness = in_wave(mass, wave), in_wave(stiffness, wave)
     try:
         squared, shapes = eigh(stiffness, mass)
     except LinAlgError:

@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rom.cyclic.cyclic_symmetry import wave_coordinates
 from rom.errors import ReducedModelError
 
 Array = NDArray[np.float64]
@@ -14,6 +16,36 @@ SYMMETRY_TOLERANCE = 1e-8
 MOST_BLADES = 10_000
 HIGHEST_HARMONIC = 31  # of the excitation
 LARGEST_NUMBER = 1e100  # squares and products of larger numbers overflow
+
+
+@dataclass(frozen=True)
+class WaveBlock:
+    """Coordinates of a reduced model that one nodal diameter has for itself, see `model_of_waves`.
+
+    Attributes
+    ----------
+    first : int
+        The first of them.
+    size : int
+        Number m of complex coordinates z of the wave, q = T z.
+    real : bool
+        Whether z is real: waves of 0 and N_b / 2 nodal diameters. Else Re and Im have a real coordinate each.
+    """
+
+    first: int
+    size: int
+    real: bool
+
+    @property
+    def length(self) -> int:
+        """Number of real coordinates."""
+        return self.size if self.real else 2 * self.size
+
+    @property
+    def coordinates(self) -> NDArray[Any]:
+        """T (length, m)."""
+        one = np.eye(self.size)
+        return one if self.real else np.sqrt(0.5) * np.concatenate([one, -1j * one])
 
 
 @dataclass(frozen=True)
@@ -49,6 +81,8 @@ class ReducedModel:
     cyclic_right, cyclic_left : (r, n) array or None
         Motions of the two cut faces at which the sector is joined to its neighbours, those of the left one turned by
         one pitch; in a travelling wave cyclic_right @ q = exp(i psi) cyclic_left @ q. None: joined by contacts alone.
+    wave_blocks : mapping of int to WaveBlock
+        Coordinates that each nodal diameter has for itself, in a model made of one superelement for each.
     basis : (N, n) array or None
         Displacements of the mesh nodes for unit coordinates.
     n_blades : int or None
@@ -95,6 +129,7 @@ class ReducedModel:
     force_harmonics: Mapping[int, Array | ComplexArray] = field(default_factory=dict)
     cyclic_right: Array | None = None
     cyclic_left: Array | None = None
+    wave_blocks: Mapping[int, WaveBlock] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check shapes, finiteness and symmetry."""
@@ -155,6 +190,42 @@ class ReducedModel:
     def size(self) -> int:
         """Number of reduced coordinates."""
         return self.mass.shape[0]
+
+    @property
+    def has_disk(self) -> bool:
+        """Whether the sector is joined to its neighbours, so that each wave has modes of its own."""
+        return self.cyclic_right is not None or bool(self.wave_blocks)
+
+    def wave(self, phase: float) -> NDArray[Any] | None:
+        """Coordinates of a wave, q = T z.
+
+        Parameters
+        ----------
+        phase : float
+            Phase from one sector to the next, rad.
+
+        Returns
+        -------
+        (n, k) array or None
+            T; None where the sector is joined by contacts alone.
+
+        Raises
+        ------
+        ReducedModelError
+            The model has nothing for this nodal diameter.
+        """
+        if not self.wave_blocks:
+            return wave_coordinates(self.cyclic_right, self.cyclic_left, phase)
+        assert self.n_blades is not None
+        n = round(phase * self.n_blades / (2.0 * np.pi)) % self.n_blades
+        mirrored = min(n, self.n_blades - n)
+        if mirrored not in self.wave_blocks:
+            known = ", ".join(map(str, self.wave_blocks))
+            raise ReducedModelError(f"nodal_diameter/{mirrored}: missing, and needed here; the model holds {known}")
+        block = self.wave_blocks[mirrored]
+        found = np.zeros((self.size, block.size), dtype=block.coordinates.dtype)
+        found[block.first : block.first + block.length] = block.coordinates
+        return found if mirrored == n else found.conj()
 
 
 def _check_array(name: str, array: NDArray[np.generic], shape: tuple[int, ...]) -> None:

@@ -58,7 +58,7 @@ def modal_model(
     [20.]
     """
     damping, static = ModalDamping(damping_ratio, rayleigh), _static_force(model, speed_rpm)
-    if model.cyclic_right is not None:
+    if model.has_disk:
         return SectorModes(model, damping, static)
     return projected_modes(model, damping, static)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion, wave_coordinates
+from rom.cyclic.cyclic_symmetry import inter_blade_phase, relative_contact_motion
 from rom.cyclic.modal_damping import ModalDamping
 from rom.cyclic.modal_model import ModalModel
 from rom.cyclic.projected_modes import projected_modes
@@ -102,9 +102,9 @@ class SectorModes:
         return tuple(self.model.outputs)
 
     @property
-    def touches_neighbours(self) -> bool:
-        """Whether the contacts join neighbouring blades; else they are contacts against ground."""
-        return self.model.contact_left is not None
+    def neighbours_coupled(self) -> bool:
+        """Whether neighbouring blades move each other: through the disk, whatever the contacts touch."""
+        return True
 
     @property
     def harmonic_forces(self) -> tuple[int, ...]:
@@ -189,11 +189,10 @@ class SectorModes:
         return WaveModes(frequency, damping, relative)
 
     def _solved(self, n: int) -> ModalModel:
-        model = self.model
-        wave = wave_coordinates(model.cyclic_right, model.cyclic_left, 2.0 * np.pi * n / self.n_blades)
+        wave = self.model.wave(2.0 * np.pi * n / self.n_blades)
         assert wave is not None
         real = 2 * n % self.n_blades == 0
-        return projected_modes(model, self.modal_damping, self.static, wave.real if real else wave)
+        return projected_modes(self.model, self.modal_damping, self.static, wave.real if real else wave)
 
     def _conjugate(self, modes: ModalModel) -> ModalModel:
         """The modes of -n from those of n; the forces may be complex themselves."""

@@ -5,8 +5,8 @@ n phi = 2 pi n / N. With the rotation Q by one pitch the right cut face follows 
 
     u_R = exp(i n phi) Q u_L,    so u = T_n z,
 
-and K_n = T_n^H K T_n, M_n = T_n^H M T_n are Hermitian; for n = 0 and N / 2 they are real. Their eigenvectors are
-found as real vectors (Re z, Im z) of twice the length, where each eigenvalue appears twice.
+and K_n = T_n^H K T_n, M_n = T_n^H M T_n are Hermitian; for n = 0 and N / 2 they are real. One real factor of the
+inside of the sector serves them all (`CondensedSector`).
 
 References
 ----------
@@ -16,6 +16,7 @@ D. L. Thomas, Dynamics of rotationally periodic structures, International Journa
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -23,19 +24,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rom.cyclic_sector.condensed_sector import CondensedForces, CondensedSector, WaveFactor
 from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.errors import RomParameterError
-from rom.finite_elements.full_model import FullModel
+from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.linear_algebra.block_lanczos import lowest_eigenpairs
 from rom.linear_algebra.factorisation import Factor, factorise
+from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 from rom.linear_algebra.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-SHIFT = 1e-9  # of the largest ratio of stiffness to mass: makes the stiffness of a disk that nothing holds definite
 TOLERANCE = 1e-9  # of the shapes
-INDEPENDENT = 0.5  # of the Gram matrix of pairs: its eigenvalues are 2, 1 where only one of a pair was found, and 0
 _SEED = 20261123
 
 
@@ -46,7 +47,8 @@ class CyclicModes:
     Attributes
     ----------
     nodal_diameter : int
-        Number of nodal diameters n; the wave runs towards +y.
+        Number of nodal diameters n. Sector j + 1 is ahead of sector j by the phase n phi: with exp(i w t) the wave
+        runs towards -y, against the rotation.
     omega : (m,) array
         Natural frequencies, rad/s, ascending; rigid motions have 0.
     shapes : (N, m) array
@@ -71,7 +73,6 @@ class CyclicModes:
         return self.omega / (2.0 * np.pi)
 
 
-@one_blas_thread()
 def cyclic_modes(
     full: FullModel, faces: CyclicFaces, nodal_diameter: int, count: int, *, backend: str = "auto"
 ) -> CyclicModes:
@@ -116,7 +117,53 @@ def cyclic_modes(
     >>> bool(low < high)
     True
     """
-    return WaveProblem(full, faces, nodal_diameter, backend).modes(count)
+    return modes_by_nodal_diameter(full, faces, (nodal_diameter,), count, backend=backend)[0]
+
+
+def modes_by_nodal_diameter(
+    full: FullModel, faces: CyclicFaces, nodal_diameters: Sequence[int], count: int, *, backend: str = "auto"
+) -> tuple[CyclicModes, ...]:
+    """Lowest modes of a sector at several nodal diameters, with one factor of its inside: see `cyclic_modes`.
+
+    Parameters
+    ----------
+    full : FullModel
+        The full model of the sector.
+    faces : CyclicFaces
+        The cut faces.
+    nodal_diameters : sequence of int
+        Numbers of nodal diameters, from 0 to half the number of sectors.
+    count : int
+        Number of modes of each.
+    backend : str
+        Backend of the factorisation, see `factorise`.
+
+    Returns
+    -------
+    tuple of CyclicModes
+        The modes, in the order of the nodal diameters.
+
+    Raises
+    ------
+    RomParameterError
+        There is no such nodal diameter.
+    FactorisationError
+        The structure is not stable.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, assemble, cyclic_faces, modes_by_nodal_diameter
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)))
+    >>> full = assemble(sector, Material(2e11, 0.3, 7800.0), element="hex8")
+    >>> faces = cyclic_faces(full, sector, "face_right", "face_left")
+    >>> [modes.nodal_diameter for modes in modes_by_nodal_diameter(full, faces, (0, 5, 20), 2)]
+    [0, 5, 20]
+    """
+    with one_blas_thread():
+        sector = CondensedSector(full, faces, backend)
+        return tuple(WaveProblem(sector, diameter).modes(count) for diameter in nodal_diameters)
 
 
 @dataclass(frozen=True)
@@ -125,130 +172,109 @@ class WaveProblem:
 
     Attributes
     ----------
-    full : FullModel
-        The full model.
-    faces : CyclicFaces
-        The cut faces.
+    sector : CondensedSector
+        The sector, the same for all nodal diameters.
     nodal_diameter : int
         Number of nodal diameters.
-    backend : str
-        Backend of the factorisation.
     """
 
-    full: FullModel
-    faces: CyclicFaces
+    sector: CondensedSector
     nodal_diameter: int
-    backend: str = "auto"
 
     def __post_init__(self) -> None:
         """Check the nodal diameter."""
-        most = self.faces.n_sectors // 2
+        most = self.sector.faces.n_sectors // 2
         if not 0 <= self.nodal_diameter <= most:
-            allowed = f"must be a whole number, 0 to {most} for {self.faces.n_sectors} sectors"
+            allowed = f"must be a whole number, 0 to {most} for {self.sector.faces.n_sectors} sectors"
             raise RomParameterError("disk", "nodal_diameter", self.nodal_diameter, allowed)
 
     @property
-    def phase(self) -> float:
-        """Phase from one sector to the next, rad."""
-        return 2.0 * np.pi * self.nodal_diameter / self.faces.n_sectors
+    def is_real(self) -> bool:
+        """Whether neighbours move in phase or in opposite phase."""
+        return 2 * self.nodal_diameter % self.sector.faces.n_sectors == 0
+
+    @property
+    def _follows(self) -> complex:
+        """exp(i n phi): the motion of a sector over that of the last one."""
+        value = complex(np.exp(2j * np.pi * self.nodal_diameter / self.sector.faces.n_sectors))
+        return round(value.real) if self.is_real else value
 
     @cached_property
     def constraint(self) -> csr_matrix:
-        """T_n (N, k): displacements of all nodes for those that are free and not on the right face."""
+        """T_n (N, k): displacements of all nodes for those inside, of the left face and on the axis, in order."""
         from scipy.sparse import coo_matrix, csr_matrix, hstack, kron
 
-        faces, n = self.faces, len(self.full.positions)
-        held = faces.held(self.full)
-        kept = ~held
-        kept.reshape(-1, 3)[faces.right] = False
-        kept.reshape(-1, 3)[faces.axis] = False
-        columns = np.flatnonzero(kept)
-        own = csr_matrix((np.ones(len(columns)), (columns, np.arange(len(columns)))), shape=(3 * n, len(columns)))
-        pairs = coo_matrix((np.ones(len(faces.left)), (faces.right, faces.left)), shape=(n, n))
-        phase = np.exp(1j * self.phase)
-        factor = phase.real if 2 * self.nodal_diameter % faces.n_sectors == 0 else phase
-        followed = kron(pairs, factor * faces.turn).tocsr()[:, columns]
-        followed = followed.multiply((~held)[:, None])
-        return hstack([own + followed, self._axis_motion(factor, held)], format="csr")
+        sector, faces = self.sector, self.sector.faces
+        left = np.setdiff1d(sector.at_faces, node_dofs(np.concatenate([faces.right, faces.axis])))
+        columns, size = np.concatenate([sector.inside, left]), len(sector.held)
+        own = csr_matrix((np.ones(len(columns)), (columns, np.arange(len(columns)))), shape=(size, len(columns)))
+        pairs = coo_matrix((np.ones(len(faces.left)), (faces.right, faces.left)), shape=(size // 3, size // 3))
+        followed = kron(pairs, self._follows * faces.turn).tocsr()[:, columns]
+        return hstack([own + followed, self._axis_motion()], format="csr")
 
-    def _axis_motion(self, factor: complex, held: NDArray[np.bool_]) -> csr_matrix:
+    def _axis_motion(self) -> csr_matrix:
         """Motions (N, j) that nodes on the axis can have: u = exp(i n phi) Q u."""
         from scipy.linalg import null_space
         from scipy.sparse import csr_matrix, kron
 
-        nodes = self.faces.axis[~held.reshape(-1, 3)[self.faces.axis].any(axis=1)]
-        motion = null_space(np.eye(3) - factor * self.faces.turn, rcond=1e-9)
-        n = len(self.full.positions)
+        faces, held = self.sector.faces, self.sector.held
+        nodes = faces.axis[~held.reshape(-1, 3)[faces.axis].any(axis=1)]
+        motion = null_space(np.eye(3) - self._follows * faces.turn, rcond=1e-9)
+        n = len(held) // 3
         rows = csr_matrix((np.ones(len(nodes)), (nodes, np.arange(len(nodes)))), shape=(n, len(nodes)))
         return kron(rows, motion, format="csr")
 
     @cached_property
-    def matrices(self) -> tuple[csr_matrix, csr_matrix]:
-        """K_n and M_n, (k, k)."""
-        t = self.constraint
-        adjoint = t.conj().T.tocsr()
-        stiffness, mass = ((adjoint @ matrix @ t).tocsr() for matrix in (self.full.stiffness, self.full.mass))
-        for matrix in (stiffness, mass):
-            matrix.sum_duplicates()
-        return stiffness, mass
-
-    @cached_property
-    def shift(self) -> float:
-        """Number s with K_n + s M_n definite: 0 where the disk is held."""
-        if self.full.fixed.size:
-            return 0.0
-        stiffness, mass = (matrix.diagonal().real for matrix in self.matrices)
-        return SHIFT * float((stiffness / mass).max())
-
-    @cached_property
     def factor(self) -> Factor:
-        """Factor of K_n + s M_n."""
-        stiffness, mass = self.matrices
-        return factorise((stiffness + self.shift * mass).tocsr() if self.shift else stiffness, self.backend)
+        """Factor of T_n^H (K + s M) T_n, of the whole matrix where the sector is not condensed."""
+        sector, motion = self.sector, self.constraint
+        if sector.condensed is None:
+            matrix = (motion.conj().T @ sector.shifted_stiffness @ motion).tocsr()
+            matrix.sum_duplicates()
+            return factorise(matrix, sector.backend)
+        at_faces = motion[sector.at_faces][:, len(sector.inside) :]
+        return WaveFactor(*sector.condensed, at_faces, sector.inside)
 
-    def static_response(self, forces: NDArray[np.float64]) -> NDArray[Any]:
-        """Displacements (N, k) under forces (N, k) in this wave; of K_n + s M_n where nothing holds the disk."""
+    def static_at_faces(
+        self, forces: NDArray[np.float64], condensed: CondensedForces | None
+    ) -> tuple[NDArray[Any], NDArray[np.float64]]:
+        """Motions (b, k) of the cut faces under forces (N, k) in this wave, and the work f^H u of these, (k,).
+
+        Of K + s M where nothing holds the disk; `condensed` are the same forces as the sector condenses them.
+        """
+        if condensed is not None and isinstance(self.factor, WaveFactor):
+            return self.factor.at_faces(condensed)
+        moved = self.static_response(forces)
+        return moved[self.sector.at_faces], np.sum(forces * moved, axis=0).real
+
+    def static_response(self, forces: NDArray[Any]) -> NDArray[Any]:
+        """Displacements (N, k) under forces (N, k) in this wave; of K + s M where nothing holds the disk."""
         t = self.constraint
         return np.asarray(t @ self.factor.solve(np.ascontiguousarray(t.conj().T @ forces)))
 
-    def modes(self, count: int) -> CyclicModes:
-        """The lowest modes."""
-        mass = self.matrices[1]
-        count = min(count, mass.shape[0])
-        found = self._real_modes(count) if np.isrealobj(mass.data) else self._complex_modes(count)
-        squared, vectors = found
-        omega = np.sqrt(np.maximum(squared - self.shift, 0.0))
-        return CyclicModes(self.nodal_diameter, omega, self.constraint @ vectors)
+    def modes(self, count: int, tolerance: float = TOLERANCE) -> CyclicModes:
+        """The lowest modes, their shapes to a relative tolerance."""
+        mass = WaveMass(self.sector.mass, self.constraint)
+        size = mass.shape[0]
+        rng = np.random.default_rng(_SEED)
+        start = rng.standard_normal((self.factor.block, size))
+        if not self.is_real:
+            start = start + 1j * rng.standard_normal(start.shape)
+        solve = self.factor.solve
+        squared, rows = lowest_eigenpairs(lambda b: solve(b.T).T, mass, start, min(count, size), tolerance)
+        omega = np.sqrt(np.maximum(squared - self.sector.shift, 0.0))
+        return CyclicModes(self.nodal_diameter, omega, self.constraint @ rows.T)
 
-    def _real_modes(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        mass = self.matrices[1]
-        start = np.random.default_rng(_SEED).standard_normal((self.factor.block, mass.shape[0]))
-        squared, rows = lowest_eigenpairs(lambda b: self.factor.solve(b.T).T, mass, start, count, TOLERANCE)
-        return squared, rows.T
 
-    def _complex_modes(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-        from scipy.sparse import bmat
+class WaveMass:
+    """T_n^H M T_n (k, k): a product is that of the real M with the motions of all nodes."""
 
-        mass = self.matrices[1]
-        n = mass.shape[0]
-        doubled = bmat([[mass.real, -mass.imag], [mass.imag, mass.real]], format="csr")
+    def __init__(self, mass: IsotropicMatrix | csr_matrix, motion: csr_matrix) -> None:
+        self._mass, self._motion, self._adjoint = mass, motion, motion.conj().T.tocsr()
+        self.shape = self._adjoint.shape[0], motion.shape[1]
 
-        def solve(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-            found = self.factor.solve((rows[:, :n] + 1j * rows[:, n:]).T).T
-            return np.hstack([found.real, found.imag])
-
-        start = np.random.default_rng(_SEED).standard_normal((self.factor.block, 2 * n))
-        _, rows = lowest_eigenpairs(solve, doubled, start, min(2 * count, 2 * n), TOLERANCE)
-        return self._without_copies((rows[:, :n] + 1j * rows[:, n:]).T, count)
-
-    def _without_copies(
-        self, vectors: NDArray[np.complex128], count: int
-    ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-        """Eigenvalues and vectors, once each: of (Re z, Im z) and (-Im z, Re z) both are found."""
-        stiffness, mass = self.matrices
-        gram = vectors.conj().T @ (mass @ vectors)
-        sizes, combinations = np.linalg.eigh(gram)
-        kept = sizes > INDEPENDENT
-        basis = vectors @ (combinations[:, kept] / np.sqrt(sizes[kept]))
-        squared, small = np.linalg.eigh(basis.conj().T @ (stiffness @ basis))
-        return squared[:count] + self.shift, basis @ small[:, :count]
+    def __matmul__(self, columns: NDArray[Any]) -> NDArray[Any]:
+        """The product with columns (k, p)."""
+        moved = np.ascontiguousarray(self._motion @ columns)
+        forces = np.asarray(self._mass @ moved.view(float)).view(moved.dtype)
+        return np.asarray(self._adjoint @ forces)

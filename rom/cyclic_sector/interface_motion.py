@@ -1,9 +1,9 @@
 """Few motions of the cut faces of a sector in which all its travelling waves move.
 
 The motions of the left face in the lowest modes of a few nodal diameters, and in the static responses to forces at
-the boundary dofs of the blade, hardly differ from each other: their singular value decomposition leaves some dozens.
-With the same motions on both faces the reduced sector is real and serves every nodal diameter; what it leaves out
-shows at nodal diameters between those that it was made of.
+the boundary dofs of the blade, to other loads and to rotation, hardly differ from each other: their singular value
+decomposition leaves some dozens. With the same motions on both faces the reduced sector is real and serves every
+nodal diameter; what it leaves out shows at nodal diameters between those that it was made of.
 
 References
 ----------
@@ -22,13 +22,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry import SectorMesh
+from rom.cyclic_sector.condensed_sector import CondensedForces, CondensedSector
 from rom.cyclic_sector.cyclic_faces import CyclicFaces
-from rom.cyclic_sector.cyclic_modes import WaveProblem
+from rom.cyclic_sector.cyclic_modes import CyclicModes, WaveProblem
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, choose_boundary_dofs
-from rom.reduction.interface_motion import InterfaceMotion
+from rom.reduction.interface_motion import InterfaceMotion, WaveReference
 
+RIGID = 1e-3  # of the shift: squared frequency of a rigid motion, round-off
+BELOW_HALF = 1.4  # a nodal diameter this close to half the number of sectors is not sampled beside it
+ROUGHLY = 1e-5  # of the shapes of modes of which patterns are taken
 HELD = 1e-12  # relative length of a motion that counts as none
 
 
@@ -39,22 +43,26 @@ class InterfaceOptions:
     Attributes
     ----------
     nodal_diameters : tuple of int or None
-        Nodal diameters of the waves; None: 0, 2, a quarter and half of the number of sectors.
+        Nodal diameters of the waves; None: 0, 2, 8, 32 ... and half of the number of
+        sectors.
     modes : int
         Modes of each nodal diameter.
     tolerance : float
         Singular values, relative to the largest one, below which motions are left out.
+    checked : bool
+        Whether the frequencies of one more nodal diameter are computed, for `wave_errors`.
 
     Examples
     --------
     >>> from rom import InterfaceOptions
     >>> InterfaceOptions().sampled(72)
-    (0, 2, 18, 36)
+    (0, 2, 8, 36)
     """
 
     nodal_diameters: tuple[int, ...] | None = None
     modes: int = 20
     tolerance: float = 1e-5
+    checked: bool = True
 
     def sampled(self, n_sectors: int) -> tuple[int, ...]:
         """The nodal diameters for a number of sectors.
@@ -67,7 +75,22 @@ class InterfaceOptions:
         if self.nodal_diameters is not None:
             return self.nodal_diameters
         half = n_sectors // 2
-        return tuple(sorted({0, min(2, half), n_sectors // 4, half}))
+        return tuple(sorted({0, half, *(2 * 4**k for k in range(20) if BELOW_HALF * 2 * 4**k < half)}))
+
+    def unsampled(self, n_sectors: int) -> int | None:
+        """The nodal diameter n farthest from the sampled ones on a scale of log(n + 1); None where all are sampled.
+
+        Parameters
+        ----------
+        n_sectors : int
+            Number of sectors of the ring.
+        """
+        sampled = self.sampled(n_sectors)
+        others = np.setdiff1d(np.arange(n_sectors // 2 + 1), sampled)
+        if not len(others):
+            return None
+        apart = np.abs(np.log((others[:, None] + 1) / (np.array(sampled) + 1))).min(axis=1)
+        return int(others[np.argmax(apart)])
 
 
 @one_blas_thread()
@@ -127,17 +150,35 @@ def interface_motion(
     """
     options = options or InterfaceOptions()
     dofs = choose_boundary_dofs(full, sector, replace(boundary, interface=_untouched(faces)))
-    motion = dofs.motion(len(full.positions)).toarray().T
-    free = faces.left[~faces.held(full).reshape(-1, 3)[faces.left].any(axis=1)]
-    right = faces.right[np.isin(faces.left, free)]
-    columns = []
-    for diameter in options.sampled(faces.n_sectors):
-        wave = WaveProblem(full, faces, diameter, backend)
-        for shapes in _of_unit_energy(wave, options.modes, motion):
-            at_left = shapes[node_dofs(free).ravel()]
-            columns += [at_left.real, at_left.imag]
-    patterns = _principal(np.hstack(columns), options.tolerance)
-    return replace(boundary, interface=_joined(faces, free, right, patterns, full))
+    forces = [dofs.motion(len(full.positions)).toarray().T]
+    forces += [] if boundary.loads is None else [boundary.loads(full).columns()]
+    condensed = CondensedSector(full, faces, backend)
+    motions, references = _sampled(condensed, np.hstack(forces), options)
+    free = faces.left[~condensed.held.reshape(-1, 3)[faces.left].any(axis=1)]
+    at_left = np.searchsorted(condensed.at_faces, node_dofs(free).ravel())
+    joined = _joined(condensed, free, _principal(motions[at_left], options.tolerance))
+    return replace(boundary, interface=replace(joined, references=references))
+
+
+def _sampled(
+    sector: CondensedSector, forces: NDArray[np.float64], options: InterfaceOptions
+) -> tuple[NDArray[np.float64], tuple[WaveReference, ...]]:
+    """Motions (b, k) of the faces, real and imaginary parts, in waves and static responses to forces; frequencies."""
+    n_sectors, loads = sector.faces.n_sectors, sector.condense(forces)
+    motions, references = [], []
+    for diameter in options.sampled(n_sectors):
+        wave = WaveProblem(sector, diameter)
+        modes = wave.modes(options.modes, ROUGHLY)
+        found = _of_unit_energy(wave, modes, forces, loads)
+        motions += [found.real, found.imag]
+        if diameter == 0:  # so that the static displacement of the reduced model is that of the whole mesh
+            motions.append(_steady(wave))
+        references.append(WaveReference(diameter, modes.frequency_hz, sampled=True))
+    other = options.unsampled(n_sectors) if options.checked else None
+    if other is not None:
+        modes = WaveProblem(sector, other).modes(options.modes, ROUGHLY)
+        references.append(WaveReference(other, modes.frequency_hz, sampled=False))
+    return np.hstack(motions), tuple(references)
 
 
 def _untouched(faces: CyclicFaces) -> InterfaceMotion:
@@ -146,20 +187,33 @@ def _untouched(faces: CyclicFaces) -> InterfaceMotion:
     return InterfaceMotion(faces.nodes, np.zeros((0, 3 * len(faces.nodes))), nothing, nothing)
 
 
-def _of_unit_energy(wave: WaveProblem, count: int, forces: NDArray[np.float64]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Modes, and static responses to forces (N, k) without their rigid motion, of the same elastic energy.
+def _of_unit_energy(
+    wave: WaveProblem, modes: CyclicModes, forces: NDArray[np.float64], condensed: CondensedForces | None
+) -> NDArray[Any]:
+    """Motions (b, k) of the faces in modes, and in static responses to forces (N, k) without their rigid motion.
 
-    Rigid motions have none: they are as large as if their frequency was the lowest one of the others.
+    All have the same elastic energy. Rigid motions have none: they are as large as if their frequency was the lowest
+    one of the others.
     """
-    modes = wave.modes(count)
+    shift, at_faces = wave.sector.shift, wave.sector.at_faces
     squared = modes.omega**2
-    rigid = squared < 10.0 * wave.shift
+    rigid = squared <= RIGID * shift
     lowest = squared[~rigid].min(initial=np.inf)
-    shapes = modes.shapes / np.sqrt(np.where(rigid, lowest, squared))
-    moved = modes.shapes[:, rigid]
-    static = wave.static_response(forces) - (moved / (squared[rigid] + wave.shift)) @ (moved.conj().T @ forces)
-    work = np.abs(np.sum(forces * static, axis=0))
-    return shapes, static / np.sqrt(np.where(work > 0.0, work, 1.0))
+    shapes = modes.shapes[at_faces] / np.sqrt(np.where(rigid, lowest, squared))
+    static, work = wave.static_at_faces(forces, condensed)
+    moved, driven = modes.shapes[at_faces][:, rigid], modes.shapes[:, rigid].conj().T @ forces
+    stored = squared[rigid] + shift
+    static = static - (moved / stored) @ driven
+    work = work - np.sum(np.abs(driven) ** 2 / stored[:, None], axis=0)
+    return np.hstack([shapes, static / np.sqrt(np.where(work > 0.0, work, np.inf))])
+
+
+def _steady(wave: WaveProblem) -> NDArray[Any]:
+    """Motion (b, 1) of the faces under the centrifugal force, of unit elastic energy."""
+    force = wave.sector.full.centrifugal[:, None]
+    moved = wave.static_response(force)
+    work = float(np.sum(force * moved))
+    return moved[wave.sector.at_faces] / np.sqrt(work if work > 0.0 else np.inf)
 
 
 def _principal(columns: NDArray[np.float64], tolerance: float) -> NDArray[np.float64]:
@@ -172,16 +226,11 @@ def _principal(columns: NDArray[np.float64], tolerance: float) -> NDArray[np.flo
     return np.asarray(vectors[:, values > tolerance * values[0]])
 
 
-def _joined(
-    faces: CyclicFaces,
-    left: NDArray[np.int64],
-    right: NDArray[np.int64],
-    patterns: NDArray[np.float64],
-    full: FullModel,
-) -> InterfaceMotion:
+def _joined(sector: CondensedSector, left: NDArray[np.int64], patterns: NDArray[np.float64]) -> InterfaceMotion:
     """The motions on both faces; nodes on the axis keep all of theirs."""
-    held = faces.held(full).reshape(-1, 3)
-    axis = faces.axis[~held[faces.axis].any(axis=1)]
+    faces = sector.faces
+    right = faces.right[np.isin(faces.left, left)]
+    axis = faces.axis[~sector.held.reshape(-1, 3)[faces.axis].any(axis=1)]
     r, a, k = patterns.shape[1], len(axis), len(left)
     turned = np.einsum("ij,kjr->kir", faces.turn, patterns.reshape(k, 3, r)).reshape(3 * k, r)
     rows = np.zeros((2 * r + 3 * a, 3 * (2 * k + a)))

@@ -1,12 +1,14 @@
 """Reduced models as HDF5 files, an open format: models of other programs are read too (docs/outputs.md)."""
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rom.cyclic.reduced_model import ReducedModel
+from rom.cyclic.wave_superelement import WaveSuperelement, model_of_waves, superelements_of
 from rom.errors import ReducedModelError
 from rom.files.hdf5_reading import UNREADABLE, opened, stored_array, why_unreadable
 from rom.files.hdf5_writing import new_hdf5
@@ -27,6 +29,17 @@ _OPTIONAL = {
     "cyclic_left": "cyclic/left",
     "basis": "basis",
 }
+_WAVE = "nodal_diameter"  # group of a superelement for each
+_OF_A_WAVE = (
+    "mass",
+    "stiffness",
+    "contact_right",
+    "contact_left",
+    "force_excitation",
+    "force_centrifugal",
+    "force_static",
+    "basis",
+)
 _CONTACT = ("contact/position", "contact/right", "contact/left")
 _MATRICES = ("mass", "stiffness", *_CONTACT, "coriolis", "cyclic/right", "cyclic/left", "basis")
 _REQUIRED = {
@@ -59,20 +72,32 @@ def write_reduced_model(path: str | os.PathLike[str], model: ReducedModel) -> No
     contact force mass output stiffness
     """
     with new_hdf5(path) as file:
-        for attribute, name in (_REQUIRED | _OPTIONAL).items():
-            array = getattr(model, attribute)
-            if array is not None:
-                file.create_dataset(name, data=array, track_times=False)
-        for name, vector in model.outputs.items():
-            file.create_dataset(f"output/{name}", data=vector, track_times=False)
-        for h, force in model.force_harmonics.items():
-            file.create_dataset(f"{_HARMONIC_FORCE}{h}", data=force, track_times=False)
+        if model.wave_blocks:
+            _write_arrays(file, model, ("contact_position", "contact_area"))
+            for n, wave in superelements_of(model).items():
+                _write_arrays(file.create_group(f"{_WAVE}/{n}"), wave, _OF_A_WAVE)
+        else:
+            _write_arrays(file, model, (*_REQUIRED, *_OPTIONAL))
         file.attrs["format"] = FORMAT
         file.attrs["producer"] = model.producer
         if model.n_blades is not None:
             file.attrs["n_blades"] = model.n_blades
         if model.speed_rpm is not None:
             file.attrs["speed_rpm"] = model.speed_rpm
+
+
+def _write_arrays(group: "h5py.Group", model: ReducedModel | WaveSuperelement, attributes: Iterable[str]) -> None:
+    """The arrays of these attributes that the model has, and with its matrices its outputs and forces by harmonic."""
+    names = _REQUIRED | _OPTIONAL
+    for attribute in attributes:
+        array = getattr(model, attribute)
+        if array is not None:
+            group.create_dataset(names[attribute], data=array, track_times=False)
+    if "mass" in attributes:
+        for name, vector in model.outputs.items():
+            group.create_dataset(f"output/{name}", data=vector, track_times=False)
+        for h, force in model.force_harmonics.items():
+            group.create_dataset(f"{_HARMONIC_FORCE}{h}", data=force, track_times=False)
 
 
 def read_reduced_model(path: str | os.PathLike[str], *, with_basis: bool = True) -> ReducedModel:
@@ -109,6 +134,8 @@ def read_reduced_model(path: str | os.PathLike[str], *, with_basis: bool = True)
         raise ReducedModelError(f"{path}: no such file, allowed: an HDF5 file with a reduced model")
     try:
         with opened(path) as file:
+            if _WAVE in file:
+                return _read_waves(file, with_basis)
             arguments = _read_arguments(file, with_basis)
         return ReducedModel(**arguments)
     except ReducedModelError as error:
@@ -117,10 +144,55 @@ def read_reduced_model(path: str | os.PathLike[str], *, with_basis: bool = True)
         raise ReducedModelError(f"{path}: not readable as a reduced model: {why_unreadable(error)}") from None
 
 
-def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
+def _read_waves(file: "h5py.File", with_basis: bool) -> ReducedModel:
+    """A model of one superelement for each nodal diameter, group nodal_diameter/N."""
+    from dataclasses import replace
+
+    _check_version(file)
+    if not hasattr(file[_WAVE], "keys"):
+        raise ReducedModelError(f"{_WAVE}: a dataset, allowed: a group for each nodal diameter")
+    waves = {}
+    for number in file[_WAVE]:
+        if not number.isdecimal():
+            raise ReducedModelError(f"{_WAVE}/{number}: allowed: whole numbers, 0 and up")
+        where = f"{_WAVE}/{number}"
+        arguments: dict[str, Any] = {"contact_left": None}
+        for attribute in _OF_A_WAVE:
+            name = f"{where}/{(_REQUIRED | _OPTIONAL)[attribute]}"
+            if attribute in _REQUIRED or (
+                file.get(name, getlink=True) is not None and (with_basis or attribute != "basis")
+            ):
+                arguments[attribute] = _read_array(file, name, complex_allowed=not attribute.startswith("force_s"))
+        waves[int(number)] = WaveSuperelement(**arguments, **_outputs_and_harmonics(file, f"{where}/", True))
+    area = _read_array(file, "contact/area") if "contact/area" in file else None
+    if "n_blades" not in file.attrs:
+        raise ReducedModelError(f"attribute n_blades: missing, needed with {_WAVE}")
+    n_blades = _whole_number("n_blades", file.attrs["n_blades"])
+    made = model_of_waves(waves, n_blades, _read_array(file, "contact/position"), area)
+    speed = _number("speed_rpm", file.attrs["speed_rpm"]) if "speed_rpm" in file.attrs else None
+    return replace(made, speed_rpm=speed, producer=_text(file.attrs.get("producer", "unknown")))
+
+
+def _outputs_and_harmonics(file: "h5py.File", where: str, complex_outputs: bool) -> dict[str, Any]:
+    """Outputs, and forces of the harmonics that have their own, below a group `where` ("" or with / at its end)."""
+    group = f"{where}output"
+    if group not in file or not hasattr(file[group], "keys"):
+        raise ReducedModelError(f"{group}: missing; group output must hold the dataset tip")
+    forces = f"{where}{_HARMONIC_FORCE}"
+    return {
+        "outputs": {name: _read_array(file, f"{group}/{name}", complex_outputs) for name in file[group]},
+        "force_harmonics": {h: _read_array(file, f"{forces}{h}", True) for h in _harmonics(file, forces)},
+    }
+
+
+def _check_version(file: "h5py.File") -> None:
     version = _text(file.attrs.get("format", "absent"))
     if version != FORMAT:
         raise ReducedModelError(f"attribute format: {version!r}, allowed: {FORMAT!r}")
+
+
+def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
+    _check_version(file)
     arguments: dict[str, Any] = {
         attribute: _read_array(file, name, complex_allowed=attribute == "force_excitation")
         for attribute, name in _REQUIRED.items()
@@ -128,12 +200,7 @@ def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
     for attribute, name in _OPTIONAL.items():
         if file.get(name, getlink=True) is not None and (with_basis or attribute != "basis"):
             arguments[attribute] = _read_array(file, name)
-    if "output" not in file or not hasattr(file["output"], "keys"):
-        raise ReducedModelError("output: missing; group output must hold the dataset tip")
-    arguments["outputs"] = {name: _read_array(file, f"output/{name}") for name in file["output"]}
-    arguments["force_harmonics"] = {
-        h: _read_array(file, f"{_HARMONIC_FORCE}{h}", complex_allowed=True) for h in _harmonics(file)
-    }
+    arguments |= _outputs_and_harmonics(file, "", False)
     if "n_blades" in file.attrs:
         arguments["n_blades"] = _whole_number("n_blades", file.attrs["n_blades"])
     if "speed_rpm" in file.attrs:
@@ -142,9 +209,9 @@ def _read_arguments(file: "h5py.File", with_basis: bool) -> dict[str, Any]:
     return arguments
 
 
-def _harmonics(file: "h5py.File") -> list[int]:
+def _harmonics(file: "h5py.File", names_of_forces: str) -> list[int]:
     """Harmonics with a force of their own: numbers behind the name of the excitation."""
-    group, _, start = _HARMONIC_FORCE.partition("/")
+    group, _, start = names_of_forces.rpartition("/")
     names = [name for name in file[group] if name.startswith(start)]
     for name in names:
         if not name[len(start) :].isdecimal():
@@ -171,10 +238,11 @@ def _array(file: "h5py.File", name: str, complex_allowed: bool) -> np.ndarray:
             f"{name}: type {dataset.dtype}, allowed: real{' or complex' * complex_allowed} numbers"
         )
     # the shape checks of the model raise an IndexError for an array of the wrong dimension
-    wanted = 2 if name in _MATRICES else 1
+    short = name.split("/", 2)[-1] if name.startswith(f"{_WAVE}/") else name
+    wanted = 2 if short in _MATRICES else 1
     if len(dataset.shape or ()) != wanted:
         raise ReducedModelError(f"{name}: shape {dataset.shape}, allowed: an array of {wanted} dimension(s)")
-    if max(dataset.shape[-1:] if name == "basis" else dataset.shape) > LARGEST_MODEL:
+    if max(dataset.shape[-1:] if short == "basis" else dataset.shape) > LARGEST_MODEL:
         raise ReducedModelError(f"{name}: shape {dataset.shape}, allowed: {LARGEST_MODEL} coordinates at most")
     return stored_array(dataset).astype(np.complex128 if dataset.dtype.kind == "c" else np.float64)
 

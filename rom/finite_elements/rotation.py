@@ -21,11 +21,13 @@ from rom.finite_elements.full_model import FullModel
 from rom.finite_elements.material import Materials
 from rom.finite_elements.static_equilibrium import LARGEST_STRAIN, RotatingBody, static_equilibrium
 from rom.finite_elements.total_lagrangian import ElasticBody
-from rom.linear_algebra.factorisation import analyse
+from rom.linear_algebra.factorisation import analyse, factorise
 from rom.linear_algebra.threads import one_blas_thread
 from rom.units import angular_speed
 
 if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
     from geometry import SectorMesh
 
 EQUILIBRIA = ("nonlinear", "linear")
@@ -33,14 +35,20 @@ EQUILIBRIA = ("nonlinear", "linear")
 
 @one_blas_thread()
 def stiffen_by_rotation(
-    full: FullModel, sector: SectorMesh, material: Materials, speed_rpm: float, equilibrium: str = "nonlinear"
+    full: FullModel,
+    sector: SectorMesh,
+    material: Materials,
+    speed_rpm: float,
+    equilibrium: str = "nonlinear",
+    motion: csr_matrix | None = None,
 ) -> FullModel:
     """The full model of a sector in steady rotation about the x axis, for small vibrations about its equilibrium.
 
-    The contacts are free and the root is clamped. With `equilibrium = "nonlinear"` the static displacement u solves
-    f_int(u) = W^2 (f_0 + M_yz u) at large displacements, W in rad/s; the stiffness becomes K_T(u) - W^2 M_yz. With
-    "linear" it is u = W^2 K^-1 f_0, and the geometric part of K_T(u) has the stress of its small strains: no
-    iterations, an error of order W^4. Coriolis forces are no part of the stiffness.
+    The contacts are free and the root is clamped; cut faces of a disk move as `motion` lets them. With
+    `equilibrium = "nonlinear"` the static displacement u solves f_int(u) = W^2 (f_0 + M_yz u) at large displacements,
+    W in rad/s; the stiffness becomes K_T(u) - W^2 M_yz. With "linear" it is u = W^2 K^-1 f_0, and the geometric part
+    of K_T(u) has the stress of its small strains: no iterations, an error of order W^4. Coriolis forces are no part
+    of the stiffness.
 
     Parameters
     ----------
@@ -54,6 +62,9 @@ def stiffen_by_rotation(
         Rotational speed, rev/min.
     equilibrium : {"nonlinear", "linear"}
         The static equilibrium.
+    motion : (N, f) CSR matrix, optional
+        Displacements u = T z that are admissible, those of the free dofs by default. A sector with cut faces needs
+        the motions that are the same in all sectors, see `static_motion`.
 
     Returns
     -------
@@ -64,8 +75,8 @@ def stiffen_by_rotation(
     Raises
     ------
     RomParameterError
-        A value is not allowed, the model is at speed already, or there is no equilibrium within the strains of linear
-        elasticity.
+        A value is not allowed, the model is at speed already, `motion` is missing for a sector with cut faces, or
+        there is no equilibrium within the strains of linear elasticity.
     FactorisationError
         The structure is not held.
 
@@ -81,26 +92,36 @@ def stiffen_by_rotation(
     >>> bool(tilt @ stiffness @ tilt > tilt @ full.stiffness @ tilt)
     True
     """
-    require_between("load", "speed_rpm", speed_rpm, -math.inf, math.inf, "must be a finite number (rev/min)")
-    if equilibrium not in EQUILIBRIA:
-        raise RomParameterError("load", "equilibrium", equilibrium, f"must be one of {', '.join(EQUILIBRIA)}")
+    _check(full, sector, speed_rpm, equilibrium, cut_faces_move=motion is not None)
     if speed_rpm == 0.0:
         return full
-    if full.speed_rpm != 0.0:
-        raise RomParameterError("load", "speed_rpm", full.speed_rpm, "only a model at rest can be set in rotation")
     discretisation = discretise(sector, full.element)
-    rotating = RotatingBody.of(ElasticBody.of(discretisation, material), full)
+    rotating = RotatingBody.of(ElasticBody.of(discretisation, material), full, motion)
     squared = angular_speed(speed_rpm) ** 2
     stress = None
     if equilibrium == "linear":
-        displacement = squared * centrifugal_displacement(full)
+        displacement = squared * centrifugal_displacement(full, motion=motion)
         stress = stress_at_quadrature(discretisation, material, displacement)
     else:
         displacement = _at_equilibrium(rotating, speed_rpm)
     stiffness = rotating.stiffness(displacement, squared, stress)
     force = full.centrifugal.copy()
-    force[rotating.free] = (stiffness @ displacement)[rotating.free] / squared
+    force[rotating.free] = (stiffness @ displacement)[rotating.free] / squared  # what neighbours exert included
     return replace(full, stiffness=stiffness, centrifugal=force, speed_rpm=float(speed_rpm))
+
+
+def _check(full: FullModel, sector: SectorMesh, speed_rpm: float, equilibrium: str, *, cut_faces_move: bool) -> None:
+    """Check what `stiffen_by_rotation` is given. Raises RomParameterError."""
+    require_between("load", "speed_rpm", speed_rpm, -math.inf, math.inf, "must be a finite number (rev/min)")
+    if equilibrium not in EQUILIBRIA:
+        raise RomParameterError("load", "equilibrium", equilibrium, f"must be one of {', '.join(EQUILIBRIA)}")
+    if speed_rpm == 0.0:
+        return
+    if full.speed_rpm != 0.0:
+        raise RomParameterError("load", "speed_rpm", full.speed_rpm, "only a model at rest can be set in rotation")
+    if not cut_faces_move and len(sector.node_sets.get("cyclic_right", ())):
+        allowed = "must come with the motion of the cut faces of the disk (motion = static_motion(full, faces))"
+        raise RomParameterError("load", "speed_rpm", speed_rpm, allowed)
 
 
 def _at_equilibrium(rotating: RotatingBody, speed_rpm: float) -> NDArray[np.float64]:
@@ -112,7 +133,9 @@ def _at_equilibrium(rotating: RotatingBody, speed_rpm: float) -> NDArray[np.floa
     return found
 
 
-def centrifugal_displacement(full: FullModel, backend: str = "auto") -> NDArray[np.float64]:
+def centrifugal_displacement(
+    full: FullModel, backend: str = "auto", motion: csr_matrix | None = None
+) -> NDArray[np.float64]:
     """Static displacement of a full model under its centrifugal force at 1 rad/s, with free contacts.
 
     At rest it is the linear one. At speed, times the speed squared, it is that of the equilibrium.
@@ -123,6 +146,8 @@ def centrifugal_displacement(full: FullModel, backend: str = "auto") -> NDArray[
         The full model.
     backend : str
         Backend of the factorisation, see `factorise`.
+    motion : (N, f) CSR matrix, optional
+        Admissible displacements, as in `stiffen_by_rotation`.
 
     Returns
     -------
@@ -147,6 +172,9 @@ def centrifugal_displacement(full: FullModel, backend: str = "auto") -> NDArray[
     >>> bool(abs(residual).max() < 1e-9 * abs(full.centrifugal).max())
     True
     """
+    if motion is not None:
+        factor = factorise((motion.T @ full.stiffness @ motion).tocsr(), backend)
+        return np.asarray(motion @ factor.solve(motion.T @ full.centrifugal))
     free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
     # In two steps, between which the matrix is freed: on a large mesh there is little memory beside the factor.
     factor = analyse(full.stiffness[free][:, free], backend).factor()

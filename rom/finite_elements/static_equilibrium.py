@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from rom.errors import FactorisationError
 from rom.finite_elements.node_matrix import UPPER
 from rom.finite_elements.total_lagrangian import ElasticBody
-from rom.linear_algebra.factorisation import Analysis, analyse
+from rom.linear_algebra.factorisation import Factor, analyse
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -57,28 +57,32 @@ class RotatingBody:
         Mass of the pairs of nodes, kg, in the order of the pattern of the body.
     free : (f,) array
         Dofs that are not clamped.
+    motion : (3n, f) matrix or None
+        T of the admissible displacements u = T z, in whose coordinates the balance is T^T r = 0; None: those of the
+        free dofs.
     """
 
     body: ElasticBody
     full: FullModel
     pair_mass: Array
     free: NDArray[np.int64]
+    motion: csr_matrix | None = None
 
     @classmethod
-    def of(cls, body: ElasticBody, full: FullModel) -> RotatingBody:
+    def of(cls, body: ElasticBody, full: FullModel, motion: csr_matrix | None = None) -> RotatingBody:
         """The body with its full model at rest."""
         n = len(full.positions)
         pairs = full.mass[::3][:, ::3].tocoo()  # the blocks of the mass are multiples of the identity
         mass = np.zeros(body.pattern.n_pairs)
         mass[np.searchsorted(body.pattern.keys, pairs.row.astype(np.int64) * n + pairs.col)] = pairs.data
-        return cls(body, full, mass, np.setdiff1d(np.arange(full.n_dofs), full.fixed))
+        return cls(body, full, mass, np.setdiff1d(np.arange(full.n_dofs), full.fixed), motion)
 
     def unbalance(self, displacement: Array, squared: float) -> tuple[Array, float]:
-        """W^2 (f_0 + M_yz u) - f_int(u) on the free dofs (f,), N, and the largest strain; `squared` is W^2."""
+        """W^2 (f_0 + M_yz u) - f_int(u) on the coordinates (f,), N, and the largest strain; `squared` is W^2."""
         internal, strain = self.body.internal_force(displacement)
         arm = displacement.reshape(-1, 3) * (0.0, 1.0, 1.0)
         external = squared * (self.full.centrifugal + self.full.mass @ arm.ravel())
-        return (external - internal)[self.free], strain
+        return self.on_coordinates(external - internal), strain
 
     def at_rest(self) -> csr_matrix:
         """Stiffness at rest (3n, 3n), N/m, with the sparsity pattern of `stiffness`."""
@@ -94,9 +98,41 @@ class RotatingBody:
             blocks[UPPER.index((direction, direction))] -= squared * self.pair_mass
         return self.body.pattern.symmetric_matrix(blocks)
 
-    def on_free(self, matrix: csr_matrix) -> csr_matrix:
-        """Rows and columns (f, f) of the free dofs."""
+    def on_coordinates(self, force: Array) -> Array:
+        """Generalised forces (f,) of nodal forces (3n,)."""
+        return force[self.free] if self.motion is None else np.asarray(self.motion.T @ force)
+
+    def displacement(self, coordinates: Array) -> Array:
+        """Displacements (3n,) of coordinates (f,)."""
+        if self.motion is not None:
+            return np.asarray(self.motion @ coordinates)
+        displacement = np.zeros(self.full.n_dofs)
+        displacement[self.free] = coordinates
+        return displacement
+
+    def projected(self, matrix: csr_matrix) -> csr_matrix:
+        """A matrix (3n, 3n) on the coordinates, (f, f)."""
+        if self.motion is not None:
+            return (self.motion.T @ matrix @ self.motion).tocsr()
         return matrix[self.free][:, self.free]
+
+
+class _Tangent:
+    """Factors of matrices on the coordinates, analysed once where they have the same pattern."""
+
+    def __init__(self, rotating: RotatingBody) -> None:
+        self._rotating = rotating
+        self._analysis = analyse(rotating.projected(rotating.at_rest()))
+
+    def factor(self, matrix: csr_matrix | None = None) -> Factor:
+        """Factor of a matrix (3n, 3n), that at rest by default. Raises FactorisationError."""
+        if matrix is not None:
+            projected = self._rotating.projected(matrix)
+            if self._rotating.motion is None:
+                self._analysis.load(projected)
+            else:  # a product of matrices may drop zeros: the pattern may be another
+                self._analysis = analyse(projected)
+        return self._analysis.factor()
 
 
 def static_equilibrium(rotating: RotatingBody, squared: float) -> Array | None:
@@ -105,14 +141,13 @@ def static_equilibrium(rotating: RotatingBody, squared: float) -> Array | None:
     The load is applied at once, and in smaller parts where that fails. Raises FactorisationError when the structure
     is not held.
     """
-    analysis = analyse(rotating.on_free(rotating.at_rest()))
-    linear = np.zeros(rotating.full.n_dofs)
-    linear[rotating.free] = analysis.factor().solve(rotating.full.centrifugal[rotating.free])
+    tangent = _Tangent(rotating)
+    linear = rotating.displacement(tangent.factor().solve(rotating.on_coordinates(rotating.full.centrifugal)))
     displacement, reached, part = squared * linear, 0.0, 1.0
     while reached < 1.0:
         target = min(reached + part, 1.0)
         start = target * squared * linear if reached == 0.0 else displacement * (target / reached)
-        found = _newton(rotating, analysis, start, target * squared)
+        found = _newton(rotating, tangent, start, target * squared)
         if found is not None:
             displacement, reached = found, target
             continue
@@ -122,22 +157,21 @@ def static_equilibrium(rotating: RotatingBody, squared: float) -> Array | None:
     return displacement
 
 
-def _newton(rotating: RotatingBody, analysis: Analysis, start: Array, squared: float) -> Array | None:
+def _newton(rotating: RotatingBody, tangent: _Tangent, start: Array, squared: float) -> Array | None:
     """The equilibrium near a displacement, by Newton's method; None where it does not converge."""
     displacement = start.copy()
     force, strain = rotating.unbalance(displacement, squared)
     for _ in range(_MOST_TANGENTS):
         if not strain < LARGEST_STRAIN:  # NaN too
             return None
-        analysis.load(rotating.on_free(rotating.stiffness(displacement, squared)))
         try:
-            factor = analysis.factor()
+            factor = tangent.factor(rotating.stiffness(displacement, squared))
         except FactorisationError:
             return None
         last = np.inf
         for _ in range(_MOST_STEPS):
-            step = factor.solve(force)
-            displacement[rotating.free] += step
+            step = rotating.displacement(factor.solve(force))
+            displacement += step
             force, strain = rotating.unbalance(displacement, squared)
             size = np.abs(step).max() / np.abs(displacement).max()
             if size < TOLERANCE or _HARDLY * last < size < _ROUND_OFF:

@@ -14,19 +14,15 @@ eigenproblems, SIAM J. Matrix Anal. Appl. 15 (1994) 228-272.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
 from rom.linear_algebra.orthonormalisation import svqb
 from rom.linear_algebra.threads import at_once, return_memory, shared
 
-if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
-
-Block = NDArray[np.float64]
+Block = NDArray[Any]  # real or complex
 
 _DEPENDENT = 1e-11  # part of a direction outside the basis below which it is dropped
 _CLEAN = 1e-12  # part inside the basis below which a block's product with M is not formed again
@@ -35,11 +31,22 @@ _WELL = 1e-2  # smallest eigenvalue of a block's scaled Gram matrix with which o
 _CHECK_AFTER = 1.05  # growth of the basis between two checks of convergence
 
 
+class Mass(Protocol):
+    """A Hermitian matrix (n, n) that multiplies columns (n, k)."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Rows and columns."""
+
+    def __matmul__(self, columns: Any) -> Any:
+        """The product."""
+
+
 class _Basis:
     """M-orthonormal rows (k, n) and the projection of K^-1 M on them, (k, k)."""
 
-    def __init__(self, size: int, capacity: int) -> None:
-        self._rows, self._projected = np.empty((capacity, size)), np.zeros((capacity, capacity))
+    def __init__(self, size: int, capacity: int, kind: np.dtype[Any]) -> None:
+        self._rows, self._projected = np.empty((capacity, size), kind), np.zeros((capacity, capacity), kind)
         self.count = 0
 
     @property
@@ -59,7 +66,8 @@ class _Basis:
         first, last = self.count, self.count + len(block)
         if last > len(self._rows):
             capacity = max(last, 3 * len(self._rows) // 2)
-            rows, projected = np.empty((capacity, self._rows.shape[1])), np.zeros((capacity, capacity))
+            kind = self._rows.dtype
+            rows, projected = np.empty((capacity, self._rows.shape[1]), kind), np.zeros((capacity, capacity), kind)
             rows[:first], projected[:first, :first] = self.rows, self.projected
             self._rows, self._projected = rows, projected
         self._rows[first:last] = block
@@ -69,11 +77,11 @@ class _Basis:
         """Store the image of the last p rows: coefficients (k, p) in the rows of the basis."""
         p = coefficients.shape[1]
         self.projected[:, -p:] = coefficients
-        self.projected[-p:] = coefficients.T
+        self.projected[-p:] = coefficients.conj().T
 
 
 def lowest_eigenpairs(
-    solve: Callable[[Block], Block], mass: csr_matrix | IsotropicMatrix, start: Block, count: int, tolerance: float
+    solve: Callable[[Block], Block], mass: Mass, start: Block, count: int, tolerance: float
 ) -> tuple[NDArray[np.float64], Block]:
     """The `count` eigenvalues w^2 (m,) of smallest modulus, ascending, and their M-orthonormal shapes (m, n).
 
@@ -82,18 +90,18 @@ def lowest_eigenpairs(
     solve : callable
         K^-1 for rows (p, n).
     mass : (n, n) matrix
-        M.
+        M, symmetric, or Hermitian.
     start : (p, n) array
-        Start block of random numbers: it must hold a part of every mode.
+        Start block of random numbers, complex for Hermitian matrices: it must hold a part of every mode.
     count : int
         Number of eigenpairs.
     tolerance : float
         Largest residual of a pair in K^-1 M, relative to its eigenvalue; the error of w^2 is its square.
     """
     size = mass.shape[0]
-    basis = _Basis(size, min(size, 4 * count + 8 * len(start)))
+    basis = _Basis(size, min(size, 4 * count + 8 * len(start)), start.dtype)
     rng = np.random.default_rng(len(start))
-    before: Block = np.zeros((0, size))
+    before: Block = np.zeros((0, size), start.dtype)
     block, weighted, _ = _orthonormal(mass, solve(_times(mass, start)), basis, before)
     check = min(2 * count, size)
     while True:
@@ -112,7 +120,7 @@ def lowest_eigenpairs(
             check = int(_CHECK_AFTER * basis.count)
         if not len(block):  # an invariant subspace: go on with another start block outside it
             before = before[:0]
-            other = rng.standard_normal((min(len(start), size - basis.count), size))
+            other = rng.standard_normal((min(len(start), size - basis.count), size)).astype(start.dtype)
             block, weighted, _ = _orthonormal(mass, other, basis, before)
             if not len(block):  # the mass is singular: there are no further modes
                 values, vectors, _ = _ritz(basis, off_diagonal, count)
@@ -128,13 +136,13 @@ def _ritz(basis: _Basis, off_diagonal: Block, count: int) -> tuple[NDArray[np.fl
     return values, vectors, np.linalg.norm(off_diagonal @ vectors[basis.count - off_diagonal.shape[1] :], axis=0)
 
 
-def _times(mass: csr_matrix | IsotropicMatrix, rows: Block) -> Block:
+def _times(mass: Mass, rows: Block) -> Block:
     """The rows times M."""
     return (mass @ np.ascontiguousarray(rows.T)).T
 
 
 def _orthonormal(
-    mass: csr_matrix | IsotropicMatrix, block: Block, basis: _Basis, neighbours: Block
+    mass: Mass, block: Block, basis: _Basis, neighbours: Block
 ) -> tuple[Block, Block, tuple[Block, Block]]:
     """Orthonormalise a block (p, n) in M against the basis and in itself.
 
@@ -144,16 +152,16 @@ def _orthonormal(
     enough: the second removes the round-off of the first. One is where it takes next to nothing out of a block whose
     rows are well independent: little round-off is magnified.
     """
-    coefficients = np.zeros((basis.count, len(block)))
+    coefficients = np.zeros((basis.count, len(block)), block.dtype)
     first = basis.count - len(neighbours)
-    coefficients[first:] = neighbours @ block.T
+    coefficients[first:] = (neighbours @ block.conj().T).conj()
     block = block - coefficients[first:].T @ basis.rows[first:]
-    taken, off_diagonal = np.sum(coefficients**2, axis=0), np.eye(len(block))
+    taken, off_diagonal = np.sum(np.abs(coefficients) ** 2, axis=0), np.eye(len(block))
     for _ in range(2):
         weighted = _times(mass, block)
-        drift, gram = _products(basis.rows, weighted), block @ weighted.T
-        lengths = np.sqrt(np.maximum(np.diag(gram) + taken, np.finfo(float).tiny))
-        columns, scale = svqb(gram - drift.T @ drift, lengths, _DEPENDENT**2, basis.room)
+        drift, gram = _products(basis.rows, weighted), (block @ weighted.conj().T).conj()
+        lengths = np.sqrt(np.maximum(np.diag(gram).real + taken, np.finfo(float).tiny))
+        columns, scale = svqb(gram - drift.conj().T @ drift, lengths, _DEPENDENT**2, basis.room)
         transform = columns.T
         part = np.max(np.abs(drift) / lengths, initial=0.0)
         well = len(scale) == len(block) and np.min(np.linalg.norm(scale / lengths, axis=1), initial=1.0) ** 2 > _WELL
@@ -166,14 +174,15 @@ def _orthonormal(
 
 
 def _products(rows: Block, others: Block) -> Block:
-    """Scalar products (k, p) of rows (k, n) with others (p, n)."""
-    found = at_once(lambda part: rows[:, part] @ others[:, part].T, shared(rows.shape[1]))
-    return found[0] if len(found) == 1 else found[0] + found[1]
+    """Scalar products (k, p) of rows (k, n), conjugated, with others (p, n)."""
+    adjoint = others.conj()
+    found = at_once(lambda part: rows[:, part] @ adjoint[:, part].T, shared(rows.shape[1]))
+    return np.conj(found[0] if len(found) == 1 else found[0] + found[1])
 
 
 def _without(block: Block, drift: Block, rows: Block, transform: Block) -> Block:
     """Combinations (q, p) of a block (p, n) less its parts (k, p) along rows (k, n)."""
-    found = np.empty((len(transform), block.shape[1]))
+    found = np.empty((len(transform), block.shape[1]), block.dtype)
 
     def subtract(part: slice) -> None:
         found[:, part] = transform @ (block[:, part] - drift.T @ rows[:, part])

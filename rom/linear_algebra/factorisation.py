@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 BACKENDS = ("auto", "cholmod", "superlu")
 
-_NOT_DEFINITE = (
+NOT_DEFINITE = (
     "the stiffness matrix is not positive definite: the body is not held, an element is degenerate or, "
     "with rotation, the speed is beyond its stability limit"
 )
@@ -131,7 +131,7 @@ class _CholmodAnalysis:
     def factor(self) -> Factor:
         """See Analysis."""
         if not self._analysed.factorise():
-            raise FactorisationError(_NOT_DEFINITE)
+            raise FactorisationError(NOT_DEFINITE)
         return _Cholmod(self._analysed)
 
     def load(self, matrix: csr_matrix) -> None:
@@ -199,7 +199,7 @@ class _Superlu:
                 options={"SymmetricMode": True},
             )
         except RuntimeError:
-            raise FactorisationError(_NOT_DEFINITE) from None
+            raise FactorisationError(NOT_DEFINITE) from None
 
     def solve(self, rhs: NDArray[Any]) -> NDArray[Any]:
         """See Factor."""

@@ -8,6 +8,8 @@ SIAM J. Sci. Comput. 23 (2002) 2165-2182.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,17 +20,17 @@ _LOST = 1e-7
 
 
 def svqb(
-    gram: NDArray[np.float64], lengths: NDArray[np.float64], smallest: float, most: int | None = None
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    gram: NDArray[Any], lengths: NDArray[np.float64], smallest: float, most: int | None = None
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Combinations of k vectors that are orthonormal, from their Gram matrix G.
 
-    With D = diag(lengths) and D^-1 G D^-1 = V S V^T the combinations are X = D^-1 V S^-1/2: X^T G X = I. Linearly
+    With D = diag(lengths) and D^-1 G D^-1 = V S V^H the combinations are X = D^-1 V S^-1/2: X^H G X = I. Linearly
     dependent directions are dropped.
 
     Parameters
     ----------
     gram : (k, k) array
-        Gram matrix of the vectors.
+        Gram matrix of the vectors, real or Hermitian.
     lengths : (k,) array
         Scale of each vector, above 0.
     smallest : float
@@ -41,14 +43,14 @@ def svqb(
     combinations : (k, r) array
         X.
     components : (r, k) array
-        The vectors in terms of the orthonormal ones, S^1/2 V^T D.
+        The vectors in terms of the orthonormal ones, S^1/2 V^H D.
     """
-    squares, directions = np.linalg.eigh(0.5 * (gram + gram.T) / np.outer(lengths, lengths))
+    squares, directions = np.linalg.eigh(0.5 * (gram + gram.conj().T) / np.outer(lengths, lengths))
     chosen = np.flatnonzero(squares > smallest)
     if most is not None:
         chosen = chosen[len(chosen) - min(most, len(chosen)) :]
     roots, directions = np.sqrt(squares[chosen]), directions[:, chosen]
-    return (directions / roots) / lengths[:, None], (roots * directions).T * lengths
+    return (directions / roots) / lengths[:, None], (roots * directions).conj().T * lengths
 
 
 def orthonormal_combinations(

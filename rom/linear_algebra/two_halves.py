@@ -1,12 +1,8 @@
 """Cholesky factor of a matrix cut in two halves, each factorised and solved with in a thread of its own.
 
-A few unknowns s separate the others into two sets that are not coupled. Each half, factorised together with them,
-
-    [[A_h, A_hs], [A_sh, A_ss]] = L L^T,
-
-leaves in the last block of L its Schur complement, L_ss L_ss^T = A_ss - A_sh A_h^-1 A_hs, so that of the whole matrix
-is S = sum_h L_ss L_ss^T - A_ss. A right-hand side goes down both halves, through S and up again; L_ss y_s is minus
-what a half takes from the right-hand side of s. The steps are the same on one core, and so is every bit.
+A few unknowns s separate the others into two sets that are not coupled. Each half, factorised together with them, has
+a Schur complement S_h (`SchurComplement`); that of the whole matrix is S = S_1 + S_2 - A_ss. A right-hand side goes
+down both halves, through S and up again. The steps are the same on one core, and so is every bit.
 
 References
 ----------
@@ -20,54 +16,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.linear_algebra.cholmod import COLUMNS, CholmodFactor
+from rom.linear_algebra.cholmod import COLUMNS
 from rom.linear_algebra.ordering import Bisection
+from rom.linear_algebra.schur_complement import SchurComplement
 from rom.linear_algebra.threads import at_once, return_memory
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
 Array = NDArray[np.float64]
-
-
-class _Half:
-    """One half with the separator: its a own unknowns `own` (a,) in the order of elimination, then the s others."""
-
-    def __init__(self, matrix: csr_matrix, own: NDArray[np.int64], separator: NDArray[np.int64]) -> None:
-        order = np.concatenate([own, separator])
-        unknowns = np.sort(order)
-        self._factor = CholmodFactor(matrix, np.searchsorted(unknowns, order), unknowns)
-        order = unknowns[self._factor.order]
-        self.own, self._count = order[: len(own)], len(separator)
-        self.ends_in_separator = np.array_equal(order[len(own) :], separator)
-
-    def load(self, matrix: csr_matrix) -> None:
-        """Take another matrix with the same pattern."""
-        self._factor.load(matrix)
-
-    def factorise(self) -> Array | None:
-        """The Schur complement (s, s) of this half; None where the matrix is not positive definite."""
-        if not self._factor.factorise():
-            return None
-        self._corner = self._factor.last_block(self._count)
-        return np.asarray((self._corner @ self._corner.T).T)  # by columns, as LAPACK has matrices
-
-    def down(self, rows: Array) -> Array:
-        """What right-hand sides (k, n) of this half add to those of the separator, (k, s)."""
-        inner = len(self.own)
-        self._state = np.zeros((len(rows), inner + self._count))
-        self._state[:, :inner] = rows[:, self.own]
-        self._factor.solve_lower(self._state)
-        return np.asarray(self._state[:, inner:] @ self._corner.T)
-
-    def up(self, at_separator: Array) -> Array:
-        """Solutions (k, a) of this half from those of the separator (k, s)."""
-        inner = len(self.own)
-        found = self._state
-        del self._state
-        found[:, inner:] = at_separator @ self._corner
-        self._factor.solve_upper(found)
-        return found[:, :inner]
 
 
 class TwoHalves:
@@ -78,9 +35,7 @@ class TwoHalves:
 
     def __init__(self, matrix: csr_matrix, cut: Bisection) -> None:
         self._separator = cut.separator
-        self._halves = at_once(lambda own: _Half(matrix, own, cut.separator), cut.halves)
-        if not all(half.ends_in_separator for half in self._halves):
-            raise ValueError("the separator is not eliminated last")
+        self._halves = at_once(lambda own: SchurComplement(matrix, own, cut.separator), cut.halves)
         self._corner = self._part(matrix)
         return_memory()
 
@@ -99,7 +54,7 @@ class TwoHalves:
         """Compute the factor; False where the matrix is not positive definite."""
         from scipy.linalg import LinAlgError, cho_factor
 
-        found = [part for part in at_once(_Half.factorise, self._halves) if part is not None]
+        found = [part for part in at_once(SchurComplement.factorise, self._halves) if part is not None]
         if len(found) < len(self._halves):
             return False
         schur = found.pop()
@@ -126,10 +81,12 @@ class TwoHalves:
     def _solve_at_once(self, rows: Array, solution: Array) -> None:
         from scipy.linalg import cho_solve
 
-        at_separator = rows[:, self._separator] + sum(at_once(lambda half: half.down(rows), self._halves))
+        at_separator = rows[:, self._separator] + sum(
+            at_once(lambda half: half.down(rows[:, half.own]), self._halves)
+        )
         solution[:, self._separator] = at_separator = cho_solve(self._top, at_separator.T).T
 
-        def up(half: _Half) -> None:
+        def up(half: SchurComplement) -> None:
             solution[:, half.own] = half.up(at_separator)
 
         at_once(up, self._halves)

@@ -53,6 +53,8 @@ def with_modal_forces(
     """
     from scipy.linalg import eigh
 
+    if model.has_disk:
+        raise ReducedModelError("excitation by modes: not with a disk, whose modes differ from wave to wave")
     wrong = [number for number in modal if not 1 <= number <= model.size]
     if wrong:
         raise ReducedModelError(f"mode {wrong[0]}: not a mode of the model, allowed: 1 to {model.size}")

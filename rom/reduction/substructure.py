@@ -114,10 +114,12 @@ def partition_at_boundary(
     k_ii, k_ib, k_bb = _stiffness_blocks(full.stiffness, interior, boundary)
     analysis = analyse(k_ii, backend)
     isotropic = full.isotropic_mass
-    blocks = _isotropic_mass_blocks if isotropic else _general_mass_blocks
-    m_ii, m_ib, m_bb = blocks(full.mass, interior, boundary)
+    m_ii, mesh_ib, mesh_bb = _mass_blocks(full.mass, interior, boundary, isotropic)
     del k_ii, full  # before the factor is computed: on a large mesh there is little memory beside it
     factor = analysis.factor()
+    rotation = boundary.rotation
+    m_ib = (mesh_ib @ _sparse(rotation.T)).tocsr()
+    inertia = mesh_bb @ rotation.T
     constraint = -factor.solve(k_ib.toarray())
     coupling = m_ib.toarray() + m_ii @ constraint
     at_rest = speed_rpm == 0.0
@@ -130,10 +132,12 @@ def partition_at_boundary(
         constraint=constraint,
         coupling=coupling,
         stiffness=symmetric(k_bb + k_ib.T @ constraint),
-        mass=symmetric(m_bb + m_ib.T @ constraint + constraint.T @ coupling),
+        mass=symmetric(rotation @ inertia + m_ib.T @ constraint + constraint.T @ coupling),
         centrifugal=centrifugal,
-        coriolis=None if at_rest else _condensed_coriolis(boundary, constraint, coupling, m_ib, m_bb),
-        coriolis_inertia=None if at_rest or isotropic else _coriolis_inertia(boundary, constraint, m_ii, m_ib),
+        coriolis=None
+        if at_rest
+        else _condensed_coriolis(rotation, constraint, coupling, mesh_ib.T @ constraint + inertia),
+        coriolis_inertia=None if at_rest or isotropic else _coriolis_inertia(rotation, constraint, m_ii, mesh_ib),
         element=element,
         speed_rpm=speed_rpm,
         loads=loads,
@@ -141,28 +145,28 @@ def partition_at_boundary(
 
 
 def _condensed_coriolis(
-    boundary: BoundaryDofs,
+    rotation: NDArray[np.float64],
     constraint: NDArray[np.float64],
     coupling: NDArray[np.float64],
-    m_ib: csr_matrix,
-    m_bb: NDArray[np.float64],
+    at_boundary: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """C^T M A(C) (b, b) with the constraint modes C = (Psi, I) and their Coriolis accelerations A(C) at 1 rad/s."""
-    rotation = boundary.rotation
-    at_boundary = rotation @ coriolis_acceleration(rotation.T)
-    product = coupling.T @ coriolis_acceleration(constraint) + (m_ib.T @ constraint + m_bb).T @ at_boundary
+    """C^T M A(C) (b, b) with the constraint modes C and their Coriolis accelerations A(C) at 1 rad/s.
+
+    C is Psi inside and `rotation` (b, 3k) transposed at the nodes of the boundary; M C is `coupling` inside and
+    `at_boundary` (3k, b). The acceleration of a motion of the cut faces is in general none of their motions.
+    """
+    product = coupling.T @ coriolis_acceleration(constraint) + at_boundary.T @ coriolis_acceleration(rotation.T)
     return 0.5 * (product - product.T)  # takes away round-off; of an anisotropic mass it is (M A + A M) / 2
 
 
 def _coriolis_inertia(
-    boundary: BoundaryDofs,
+    rotation: NDArray[np.float64],
     constraint: NDArray[np.float64],
     m_ii: IsotropicMatrix | csr_matrix,
-    m_ib: csr_matrix,
+    mesh_ib: csr_matrix,
 ) -> NDArray[np.float64]:
     """Rows i of M A(C), (3i, b)."""
-    at_boundary = boundary.rotation @ coriolis_acceleration(boundary.rotation.T)
-    return np.asarray(m_ii @ coriolis_acceleration(constraint) + m_ib @ at_boundary)
+    return np.asarray(m_ii @ coriolis_acceleration(constraint) + mesh_ib @ coriolis_acceleration(rotation.T))
 
 
 def symmetric(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -184,22 +188,23 @@ def _stiffness_blocks(
     """Blocks ii and ib sparse, bb dense; boundary dofs in their frames."""
     ii, ib, bb = partitioned(matrix, interior, boundary, 3)
     rotation = boundary.rotation
-    return ii, (ib @ _sparse(rotation.T)).tocsr(), rotation @ bb.toarray() @ rotation.T
+    return ii, (ib @ _sparse(rotation.T)).tocsr(), rotation @ (bb @ rotation.T)
 
 
-def _isotropic_mass_blocks(
-    matrix: csr_matrix, interior: NDArray[np.int64], boundary: BoundaryDofs
-) -> tuple[IsotropicMatrix, csr_matrix, NDArray[np.float64]]:
-    """The same for a mass whose blocks of a pair of nodes are multiples of the identity."""
+def _mass_blocks(
+    matrix: csr_matrix, interior: NDArray[np.int64], boundary: BoundaryDofs, isotropic: bool
+) -> tuple[IsotropicMatrix | csr_matrix, csr_matrix, csr_matrix]:
+    """Blocks ii, ib and bb of the mass; boundary dofs along x, y, z.
+
+    An isotropic mass has multiples of the identity for pairs of nodes. Others have rotary inertias, lumped masses or
+    nodal frames.
+    """
     from scipy.sparse import identity, kron
 
+    if not isotropic:
+        return partitioned(matrix, interior, boundary, 3)
     ii, ib, bb = partitioned(IsotropicMatrix.of(matrix).pairs, interior, boundary, 1)
-    rotation = boundary.rotation
-    corner = rotation @ np.kron(bb.toarray(), np.eye(3)) @ rotation.T
-    return IsotropicMatrix(ii), (kron(ib, identity(3), format="csr") @ _sparse(rotation.T)).tocsr(), corner
-
-
-_general_mass_blocks = _stiffness_blocks  # any symmetric mass: rotary inertias, lumped masses, nodal frames
+    return IsotropicMatrix(ii), *(kron(block, identity(3), format="csr") for block in (ib, bb))
 
 
 def _sparse(matrix: NDArray[np.float64]) -> csr_matrix:

@@ -5,7 +5,8 @@ the static response of the modes left out. One static solution for each harmonic
 
     u = K^-1 (f + (h w)^2 M u_r - i h w C u_r),
 
-which for harmonic 0 is the exact static displacement. The solution of the full model itself,
+which for harmonic 0 is the exact static displacement. With a disk K is that of the wave of the harmonic. The solution
+of the full model itself,
 
     (K - (h w)^2 M + i h w C) u = f,    C = M Phi diag(2 zeta_m w_m) Phi^T M,
 
@@ -29,11 +30,13 @@ from rom.cyclic.expansion import expand_to_mesh
 from rom.cyclic.modal_model import ModalModel
 from rom.cyclic.receptance import RelativeReceptance
 from rom.cyclic.reduced_model import ReducedModel
+from rom.cyclic.ring_modes import RingModes
+from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.finite_elements.full_model import FullModel
-from rom.linear_algebra.factorisation import Factor, factorise
 from rom.linear_algebra.threads import one_blas_thread
 from rom.reduction.boundary_dofs import BoundaryChoice, choose_boundary_dofs
 from rom.reduction.load_vectors import LoadVectors
+from rom.stress.sector_statics import SectorStatics
 from rom.units import angular_speed
 
 if TYPE_CHECKING:
@@ -92,10 +95,12 @@ class MeshMotion:
         Its mesh.
     model : ReducedModel
         Its reduced model, with basis.
-    modal : ModalModel
+    modal : ModalModel or SectorModes
         The modes of the reduced model with damping.
     boundary : BoundaryChoice
         Excitation and contact dofs of the reduced model.
+    faces : CyclicFaces or None
+        Cut faces of a sector of a bladed disk.
 
     Raises
     ------
@@ -104,15 +109,20 @@ class MeshMotion:
     """
 
     def __init__(
-        self, full: FullModel, sector: SectorMesh, model: ReducedModel, modal: ModalModel, boundary: BoundaryChoice
+        self,
+        full: FullModel,
+        sector: SectorMesh,
+        reduced: tuple[ReducedModel, RingModes],
+        boundary: BoundaryChoice,
+        faces: CyclicFaces | None = None,
     ) -> None:
-        self.full, self.model, self.modal = full, model, modal
+        self.full, (self.model, self.modal) = full, reduced
         self.dofs = choose_boundary_dofs(full, sector, boundary)
         self.motion = self.dofs.motion(len(full.positions))
-        self.free = np.setdiff1d(np.arange(full.n_dofs), full.fixed)
         found = None if boundary.loads is None else boundary.loads(full)
         self.loads = LoadVectors() if found is None else found
-        self.factor: Factor = factorise(full.stiffness[self.free][:, self.free])
+        self.statics = SectorStatics(full, faces)
+        self.free = self.statics.free
 
     def static_force(self) -> NDArray[np.float64]:
         """External static force (N,) on the mesh: the centrifugal force at the speed of the model, and others, N."""
@@ -132,22 +142,23 @@ class MeshMotion:
         factors = dict(point.harmonic_factors)
         for h in self._receptance(point).excited_harmonics:
             if h < len(found):
-                found[h] += point.force * factors.get(h, 1.0) * self._unit_excitation(h)
+                found[h] += point.force * factors.get(h, 1.0) * self._unit_excitation(h, point.phase)
         return found
 
-    def _unit_excitation(self, harmonic: int) -> NDArray[Any]:
+    def _unit_excitation(self, harmonic: int, phase: float) -> NDArray[Any]:
         """Forces (N,) on the mesh of 1 N of excitation in a harmonic.
 
         What the reduced model has beyond the vectors on the mesh are forces on its modes, f = M Phi a.
         """
-        asked = self.modal.harmonic_forces.get(harmonic, self.modal.force)
+        modes = self.modal.at_phase(harmonic * phase)
+        asked = modes.harmonic_forces.get(harmonic, modes.force)
         force = self._given_excitation(harmonic)
-        rest = asked - self._shapes.T @ force
+        rest = asked - self._pushed(modes, force)
         if np.linalg.norm(rest) <= _SAME * np.linalg.norm(asked):
             return force
         if not self.loads.excitation:  # the force at one node is not the excitation
             force, rest = np.zeros_like(force), asked
-        return np.asarray(force + self.full.mass @ (self._shapes @ rest))
+        return np.asarray(force + self.full.mass @ self._expand(modes, rest))
 
     def _given_excitation(self, harmonic: int) -> NDArray[Any]:
         """The vector of the loads for a harmonic; without any the force at the loaded node."""
@@ -165,27 +176,25 @@ class MeshMotion:
     def at_speed(self) -> NDArray[np.float64]:
         """Static displacement (N,) of rotation alone, m: of a model at speed that of its equilibrium."""
         force = self.full.centrifugal * angular_speed(self.full.speed_rpm) ** 2
-        return np.real(self._static(force.astype(complex)))
+        return np.real(self.statics.solve(force.astype(complex), 0.0))
 
     @one_blas_thread()
     def expanded(self, point: SolvedPoint) -> Complex:
         """Displacement (H+1, N) expanded from the reduced model alone, m."""
-        return expand_to_mesh(self.model, self._coordinates(point) @ self.modal.shapes.T).reshape(
-            len(point.harmonics), -1
-        )
+        coordinates = self._receptance(point).reduced_coordinates(self._coordinates(point))
+        return expand_to_mesh(self.model, coordinates).reshape(len(point.harmonics), -1)
 
     @one_blas_thread()
     def corrected(self, point: SolvedPoint) -> Complex:
         """Displacement (H+1, N) with the static correction, m; harmonic 0 is that of the full model."""
-        coordinates = self._coordinates(point)
-        reduced = expand_to_mesh(self.model, coordinates @ self.modal.shapes.T).reshape(len(coordinates), -1)
-        damping = self._expand(coordinates * self.modal.damping)
-        found = self.forces(point)
+        coordinates, reduced, found = self._coordinates(point), self.expanded(point), self.forces(point)
         for row, h in enumerate(point.harmonics):
             if h:
-                inertia = (h * point.omega) ** 2 * reduced[row] - 1j * h * point.omega * damping[row]
+                modes = self.modal.at_phase(h * point.phase)
+                damping = self._expand(modes, modes.damping * coordinates[row, : modes.damping.size])
+                inertia = (h * point.omega) ** 2 * reduced[row] - 1j * h * point.omega * damping
                 found[row] += self.full.mass @ inertia
-            found[row] = self._static(found[row])
+            found[row] = self.statics.solve(found[row], h * point.phase)
         return found
 
     @one_blas_thread()
@@ -197,59 +206,51 @@ class MeshMotion:
         forces, found, largest = self.forces(point), start.copy(), 0.0
         for row, h in enumerate(point.harmonics):
             if h:
-                found[row], residual = self._harmonic(forces[row], start[row], h * point.omega)
+                found[row], residual = self._harmonic(forces[row], start[row], h * point.omega, h * point.phase)
                 largest = max(largest, residual)
         return found, largest
 
-    def _harmonic(self, force: Complex, start: Complex, omega: float) -> tuple[Complex, float]:
+    def _harmonic(self, force: Complex, start: Complex, omega: float, phase: float) -> tuple[Complex, float]:
         """Solution of one harmonic and its relative residual."""
         from scipy.sparse.linalg import LinearOperator, gmres
 
-        scale = float(np.linalg.norm(self._static(force)))
+        modes = self.modal.at_phase(phase)
+        scale = float(np.linalg.norm(self.statics.solve(force, phase)))
         if scale == 0.0:
             return np.zeros_like(start), 0.0
 
         def preconditioned(values: Complex) -> Complex:
             moved = np.zeros(self.full.n_dofs, complex)
             moved[self.free] = values
-            return self._static(self._dynamic(moved, omega))[self.free]
+            return self.statics.solve(self._dynamic(modes, moved, omega), phase)[self.free]
 
         size = len(self.free)
         operator = LinearOperator((size, size), preconditioned, dtype=complex)
-        rest = self._static(force - self._dynamic(start, omega))[self.free]
+        rest = self.statics.solve(force - self._dynamic(modes, start, omega), phase)[self.free]
         options: dict[str, Any] = {"rtol": 0.0, "atol": RESIDUAL * scale, "restart": 60}
         change, _ = gmres(operator, rest, maxiter=_MOST_ITERATIONS // 60, **options)
         found = start.copy()
         found[self.free] += change
-        left = self._static(force - self._dynamic(found, omega))
+        left = self.statics.solve(force - self._dynamic(modes, found, omega), phase)
         return found, float(np.linalg.norm(left)) / scale
 
-    def _dynamic(self, displacement: Complex, omega: float) -> Complex:
+    def _dynamic(self, modes: ModalModel, displacement: Complex, omega: float) -> Complex:
         """(K - w^2 M + i w C) u."""
         inertia = self.full.mass @ displacement
-        damped = self.full.mass @ self._expand(self.modal.damping * (inertia @ self._shapes))
+        damped = self.full.mass @ self._expand(modes, modes.damping * self._pushed(modes, inertia))
         return np.asarray(self.full.stiffness @ displacement - omega**2 * inertia + 1j * omega * damped)
 
-    @property
-    def _shapes(self) -> NDArray[np.float64]:
-        """Modes of the reduced model on the mesh (N, m)."""
-        if not hasattr(self, "_kept"):
-            assert self.model.basis is not None
-            self._kept = self.model.basis @ self.modal.shapes
-        return self._kept
+    def _expand(self, modes: ModalModel, coordinates: NDArray[Any]) -> NDArray[Any]:
+        """Displacement (N,) of modal coordinates (m,)."""
+        assert self.model.basis is not None
+        return np.asarray(self.model.basis @ (modes.shapes @ coordinates))
 
-    def _expand(self, coordinates: Complex) -> Complex:
-        """Displacements (..., N) of modal coordinates (..., m)."""
-        return np.asarray(coordinates @ self._shapes.T)
+    def _pushed(self, modes: ModalModel, force: NDArray[Any]) -> NDArray[Any]:
+        """Modal forces (m,) of forces (N,) on the mesh."""
+        assert self.model.basis is not None
+        return np.asarray(modes.shapes.conj().T @ (self.model.basis.T @ force))
 
     def _coordinates(self, point: SolvedPoint) -> Complex:
         """Modal coordinates (H+1, m) of the reduced model."""
         contact = point.contact_force.reshape(len(point.harmonics), -1)
         return self._receptance(point).modal_response(point.omega, contact)[0]
-
-    def _static(self, force: Complex) -> Complex:
-        """K^-1 f of a force (N,), zero on the clamped dofs."""
-        found = np.zeros(self.full.n_dofs, complex)
-        both = self.factor.solve(np.column_stack([force.real[self.free], force.imag[self.free]]))
-        found[self.free] = both[:, 0] + 1j * both[:, 1]
-        return found

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rom.cyclic.modal_model import ModalModel
 from rom.cyclic.reduced_model import ReducedModel
+from rom.cyclic.ring_modes import RingModes
+from rom.cyclic_sector.cyclic_faces import CyclicFaces
 from rom.finite_elements.discretisation import discretise
 from rom.finite_elements.full_model import FullModel
 from rom.finite_elements.material import Materials
@@ -141,13 +142,14 @@ def operating_stress(
     full: FullModel,
     sector: SectorMesh,
     materials: Materials,
-    reduced: tuple[ReducedModel, ModalModel],
+    reduced: tuple[ReducedModel, RingModes],
     boundary: BoundaryChoice,
     point: SolvedPoint,
     *,
     large_displacements: bool = True,
     temperature: float | Array | None = None,
     check: bool = True,
+    faces: CyclicFaces | None = None,
 ) -> OperatingStress:
     """Stress on the mesh at a solved point of a response curve.
 
@@ -159,7 +161,7 @@ def operating_stress(
         Its mesh.
     materials : Material or mapping of str to Material
         Its material, or its materials by name.
-    reduced : (ReducedModel, ModalModel)
+    reduced : (ReducedModel, ModalModel or SectorModes)
         The reduced model with its basis, and its modes with damping.
     boundary : BoundaryChoice
         Excitation and contact dofs of the reduced model.
@@ -172,6 +174,8 @@ def operating_stress(
         Temperature above the stress-free state, K, that the static force of the loads is of.
     check : bool
         Whether the harmonics are compared with a solution of the full model under the same forces.
+    faces : CyclicFaces, optional
+        Cut faces of a sector of a bladed disk. The stress at a node of a cut face is that of this sector's elements.
 
     Returns
     -------
@@ -200,7 +204,7 @@ def operating_stress(
     >>> stress.harmonics.shape[0], stress.model_error < 1e-4
     (2, True)
     """
-    motion = MeshMotion(full, sector, *reduced, boundary)
+    motion = MeshMotion(full, sector, reduced, boundary, faces)
     large = large_displacements and full.speed_rpm != 0.0
     base = motion.at_speed() if large else None
     heated = None if temperature is None else temperature_at_points(temperature, len(sector.points))

@@ -29,7 +29,7 @@ class RingMap:
         modal = receptance.modal
         engine_order = round(receptance.phase * (modal.n_blades or 1) / (2.0 * np.pi))
         ring = Ring(modal, self.contact, Excitation(engine_order, receptance.force))
-        modes = RetainedModes(ring, np.ones(modal.angular_frequency.size, dtype=bool))
+        modes = RetainedModes(ring, np.inf)
         return RingIntegrator(ring, self.omega, self.n_blades, self.steps, modes)
 
     @property

@@ -54,6 +54,7 @@ WRONG: dict[str, Any] = {
 
 
 WHOLE: dict[str, dict[str, Any]] = {  # sections that the small scene lacks
+    "disk": {"bore_radius": 0.2, "rim_width": 0.05, "profile": [[0.25, 0.02]]},
     "model": {"stiffness": "K.mtx", "mass": "M.mtx", "nodes": "nodes.csv", "n_blades": 12},
     "stress": {},
     "fatigue": {"endurance_limit": 3e8, "tensile_strength": 9e8, "factor": 1.5},

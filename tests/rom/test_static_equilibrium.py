@@ -126,7 +126,7 @@ def test_newton_converges_quadratically_to_the_equilibrium_found(blade):
     for _ in range(6):
         force, _ = rotating.unbalance(displacement, squared)
         errors.append(np.abs(displacement - found).max() / np.abs(found).max())
-        displacement[rotating.free] += factorise(rotating.on_free(rotating.stiffness(displacement, squared))).solve(
+        displacement[rotating.free] += factorise(rotating.projected(rotating.stiffness(displacement, squared))).solve(
             force
         )
     errors = np.array(errors)

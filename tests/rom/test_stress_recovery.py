@@ -219,7 +219,7 @@ def test_stress_under_contact_forces_on_the_face_is_that_of_calculix(tmp_path):
     full, boundary = assemble(sector, STEEL), BoundaryChoice()
     model = reduce_sector(full, sector, ReductionOptions(modes=3), boundary).model
     modal = modal_model(model, damping_ratio=0.01)
-    motion, point = MeshMotion(full, sector, model, modal, boundary), point_of(model, 1)
+    motion, point = MeshMotion(full, sector, (model, modal), boundary), point_of(model, 1)
     force = motion.forces(point)[0].real.reshape(-1, 3)
     from scipy.spatial import cKDTree
 
@@ -256,7 +256,7 @@ def test_the_motion_of_the_mesh_is_that_of_a_direct_solution_of_the_full_model()
     sector = box_sector((3, 3, 4))
     full = assemble(sector, STEEL, element="hex8")
     model, modal = reduced_of(full, sector, 10)
-    motion, point = MeshMotion(full, sector, model, modal, NODAL), point_of(model, 2)
+    motion, point = MeshMotion(full, sector, (model, modal), NODAL), point_of(model, 2)
     # forces on the mesh, from the definition: right f, left -f exp(-i h psi), each in its frame
     count = model.n_contacts
     for h in point.harmonics:
@@ -298,7 +298,7 @@ def test_forces_on_the_mesh_are_those_of_the_reduced_model():
         for changed in (model, with_modal_forces(model, {1: 2.0, 3: 1.0j}, added=name == "loads")):
             modal = modal_model(changed, rayleigh=(30.0, 2e-7))
             point = replace(point_of(changed, 3), harmonic_factors=((2, 0.3j), (3, -0.7)))
-            motion = MeshMotion(full, sector, changed, modal, boundary)
+            motion = MeshMotion(full, sector, (changed, modal), boundary)
             receptance = RelativeReceptance(modal, point.phase, point.harmonics, point.force, point.harmonic_factors)
             contact = (receptance.adjoint @ point.contact_force.reshape(4, -1, 1))[..., 0]
             exact = receptance.modal_force + contact

@@ -5,23 +5,27 @@ from element_meshes import with_mid_sides
 from rom_meshes import box, mesh_of_blocks
 from scipy.sparse import coo_matrix, kron
 
-from geometry import ContactFace, SectorMesh
+from geometry import ContactFace, ElementBlock, SectorMesh
+from rom.cyclic_sector.cyclic_faces import turn_about_axis
 
 BORE, RIM, TIP, TOP = 0.1, 0.25, 0.38, 0.39  # m
 
 
-def bladed_sector(n_sectors, held=True, slant=0.2):
+def bladed_sector(n_sectors, held=True, slant=0.2, divisions=(4, 5, 2, 6)):
     """A disk from bore to rim, a blade over its middle third, and a shroud that fills the pitch; sets as in a file.
 
-    The disk is the material "disk". The blade is slanted: waves towards +y and -y differ.
+    The disk is the material "disk". The blade is slanted: waves towards +y and -y differ. Divisions: of disk and
+    blade along the radius, axial, circumferential.
     """
-    radii = np.concatenate([np.linspace(BORE, RIM, 5), np.linspace(RIM, TIP, 6)[1:], np.linspace(TIP, TOP, 2)[1:]])
+    inner, outer, axial, around = divisions
+    ends = (np.linspace(BORE, RIM, inner + 1), np.linspace(RIM, TIP, outer + 1), np.linspace(TIP, TOP, 2))
+    radii = np.unique(np.concatenate(ends))
     share = np.linspace(0.0, 1.0, len(radii))
-    points, bricks = box((2, len(radii) - 1, 6), (1.0, 1.0, 1.0))
+    points, bricks = box((axial, len(radii) - 1, around), (1.0, 1.0, 1.0))
     centre = points[bricks].mean(axis=1)
-    layer, column = np.floor(centre[:, 1] * (len(radii) - 1)).astype(int), np.floor(6.0 * centre[:, 2]).astype(int)
-    disk, shroud = layer < 4, layer >= 9
-    kept = disk | shroud | ((column >= 2) & (column < 4))
+    layer, column = (np.floor(n * c).astype(int) for n, c in ((len(radii) - 1, centre[:, 1]), (around, centre[:, 2])))
+    disk, shroud = layer < inner, layer >= inner + outer
+    kept = disk | shroud | ((3 * column >= around) & (3 * column < 2 * around))
     used = np.unique(bricks[kept])
     place = np.full(len(points), -1)
     place[used] = np.arange(len(used))
@@ -107,3 +111,36 @@ def whole_wheel(full, faces):
 
     held = (3 * number[:, full.fixed[::3] // 3][..., None] + np.arange(3)).ravel()
     return stiffness.tocsc(), mass.tocsc(), np.unique(held), expanded
+
+
+def annular_sector(n_sectors, radii, thickness, divisions, bore="free"):
+    """A plain disk with curved edges of 20-node bricks; divisions along x, the radius and the angle."""
+    points, bricks = box(divisions, (1.0, 1.0, 1.0))
+    flat, blocks = with_mid_sides(points, [("hex20", bricks, "")])
+    radius, angle = radii[0] + (radii[1] - radii[0]) * flat[:, 1], 2.0 * np.pi / n_sectors * (flat[:, 2] - 0.5)
+    positions = np.column_stack([thickness * (0.5 - flat[:, 0]), radius * np.sin(angle), radius * np.cos(angle)])
+    ends = {}
+    for name, end in (("right", 1.0), ("left", 0.0)):
+        ends[f"cyclic_{name}"] = np.flatnonzero(np.abs(flat[:, 2] - end) < 1e-9)
+    ends["root"] = np.flatnonzero(flat[:, 1] < 1e-9) if bore == "clamped" else np.zeros(0, dtype=int)
+    for name, around in (("tip", 0.5), ("contact_right", 0.75), ("contact_left", 0.25)):  # on the rim, not in contact
+        ends[name] = np.argmin(np.abs(flat - [0.0, 1.0, around]).sum(axis=1), keepdims=True)
+    return _sector(positions, blocks, ends, n_sectors)
+
+
+def wheel_mesh(sector):
+    """All sectors in one mesh without cut faces, clamped where they are; shrouds touch and are not joined."""
+    count, n = sector.n_blades, len(sector.points)
+    right, left = (sector.node_sets[f"cyclic_{name}"] for name in ("right", "left"))
+    place = np.arange(count * n).reshape(count, n)
+    for j in range(count):
+        place[j, right] = (j + 1) % count * n + left
+    kept, place = np.unique(place, return_inverse=True)
+    place = place.reshape(count, n)
+    turned = [sector.points @ turn_about_axis(2.0 * np.pi * j / count).T for j in range(count)]
+    blocks = [
+        ElementBlock(block.kind, np.vstack([rows[block.nodes] for rows in place]), block.material)
+        for block in sector.blocks
+    ]
+    root = np.unique(place[:, sector.node_sets["root"]])
+    return _sector(np.vstack(turned)[kept], blocks, {"root": root, "tip": place[0, sector.node_sets["tip"]]}, 1)

@@ -1,0 +1,43 @@
+"""Checks of a scene with a bladed disk beyond the schema."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pipeline.errors import InputError, input_error, shown
+from pipeline.scene.reading import Member, SceneFile, key_in_file
+
+
+def unfit_beside_disk(file: SceneFile) -> Iterator[InputError]:
+    """A disk that nothing holds has no static response, which stresses need.
+
+    Yields
+    ------
+    InputError
+        As soon as it is found.
+    """
+    scene = file.first
+    if scene.disk is not None and scene.disk.bore == "free" and scene.with_stress:
+        section = "fatigue" if scene.stress is None else "stress"
+        yield input_error(file.path, section, 'given with disk.bore = "free"', 'disk.bore = "clamped"')
+
+
+def unfit_disk_keys(path: Path, member: Member) -> Iterator[InputError]:
+    """Keys of a member that do not fit a disk.
+
+    Yields
+    ------
+    InputError
+        As soon as it is found.
+    """
+    scene = member.scene
+    waves = scene.rom.nodal_diameters
+    if waves is None:
+        return
+    place = key_in_file(member, "rom.nodal_diameters")
+    if scene.disk is None and scene.mesh_file is None:
+        yield input_error(path, place, shown(list(waves)), "nothing without a disk")
+    elif scene.n_blades is not None and max(waves) > scene.n_blades // 2:
+        allowed = f"whole numbers, 0 to {scene.n_blades // 2} with {scene.n_blades} blades"
+        yield input_error(path, place, shown(list(waves)), allowed)
