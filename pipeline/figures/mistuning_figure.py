@@ -82,7 +82,8 @@ def _draw_factors(axes: Axes, result: MistuningResult) -> None:
         _draw_distribution(axes, result.linear.factor, LINEAR, f"{result.linear.state} contacts")
     axes.axvline(1.0, color=TUNED, linewidth=1.0, label="tuned")
     known = [*factors, *(() if result.linear is None else result.linear.factor)]
-    bound, look = f"Whitehead's bound, {result.bound:.3g}", {"color": BOUND, "linestyle": "--", "linewidth": 1.0}
+    bound = f"Whitehead's bound, {result.bound:.3g}"
+    look: dict[str, Any] = {"color": BOUND, "linestyle": "--", "linewidth": 1.0}
     if result.bound < FAR * np.nanmax(known):
         axes.axvline(result.bound, label=bound, **look)
     else:

@@ -159,6 +159,7 @@ def test_intervals_of_quantiles_hold_the_quantile() -> None:
     ("section", "response", "said"),
     [
         ({"frequency": [0.01, 0.02]}, {}, "mistuning.frequency: a list of 2, allowed: a list of 72 numbers"),
+        ({"linear_samples": -1}, {}, "mistuning.linear_samples: -1, allowed: a whole number, 0 to 100000"),
         ({"frequency": [0.9]}, {}, "mistuning.frequency[0]: 0.9, allowed: a list of numbers, -0.5 to 0.5"),
         (
             {"frequency_range": [300.0, 200.0]},
@@ -177,6 +178,14 @@ def test_what_does_not_fit_is_refused(
     status, _, error = shroud("validate", write_scene(tmp_path / "scene.toml", scene))
     assert status == 2
     assert said in error
+
+
+def test_a_disk_is_refused(tmp_path: Path) -> None:
+    disk = {"bore_radius": 0.1, "bore_width": 0.05, "rim_width": 0.04}
+    scene = small_scene() | {"mistuning": {}, "disk": disk}
+    status, _, error = shroud("validate", write_scene(tmp_path / "scene.toml", scene))
+    assert status == 2
+    assert "disk: given beside [mistuning], allowed: a blade clamped at its root, without [disk]" in error
 
 
 @pytest.mark.parametrize(
