@@ -18,6 +18,7 @@ from nonlinear.continuation.point_recording import PointRecorder
 from nonlinear.continuation.resonances import Resonances
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import continue_homotopy, periodic_start, solve_at
+from nonlinear.harmonic_balance.newton import NewtonResult
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
 from nonlinear.mistuned_ring.ring_balance import RingBalance
 from nonlinear.mistuned_ring.ring_peaks import RingPeak, ring_output, vibration_amplitudes, with_peak
@@ -232,21 +233,33 @@ class _Ring:
         self, continuation: RingContinuation, upwards: bool, progress: Progress | None
     ) -> list[SolutionPoint]:
         """The branch from one end of the range; none without a start."""
-        options = continuation.options
-        omega = options.omega_range[0 if upwards else 1]
-        tuned = periodic_start(self.tuned.balance, omega, self.static, self.tuned.options, self.contact)
-        if not tuned.converged:
+        found = self._low_start if upwards else self._high_start
+        if found is None:
             return []
+        omega, direction = continuation.options.omega_range[0 if upwards else 1], 1.0 if upwards else -1.0
+        first = continuation.solver.starting_point(found.solution, omega, direction, found.iterations)
+        return list(continuation.continue_branch(first, progress))
+
+    @cached_property
+    def _low_start(self) -> NewtonResult | None:
+        return self._start(self.tuned.options.omega_range[0])
+
+    @cached_property
+    def _high_start(self) -> NewtonResult | None:
+        return self._start(self.tuned.options.omega_range[1])
+
+    def _start(self, omega: float) -> NewtonResult | None:
+        """The solution at one end of the range, from the tuned one; None where none is found."""
+        options = self.tuned.options
+        tuned = periodic_start(self.tuned.balance, omega, self.static, options, self.contact)
+        if not tuned.converged:
+            return None
         rows = 2 * self.balance.n_harmonics + 1
         guess = np.tile(tuned.solution.reshape(rows, 1, -1), (1, self.balance.n_blades, 1)).reshape(-1)
         found = solve_at(self.balance, omega, guess, options)
         if not found.converged:
             found = continue_homotopy(self._scaled, omega, guess, options)
-        if not found.converged:
-            return []
-        direction = 1.0 if upwards else -1.0
-        first = continuation.solver.starting_point(found.solution, omega, direction, found.iterations)
-        return list(continuation.continue_branch(first, progress))
+        return found if found.converged else None
 
 
 def _assembled(
