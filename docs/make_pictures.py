@@ -103,6 +103,7 @@ def pictures() -> dict[str, Picture]:
             (DUMMY, UNCERTAIN, STYLE, "pipeline/figures/uncertainty_figure.py"),
             _uncertainty,
         ),
+        Picture("mistuning", (DUMMY, STYLE, "pipeline/figures/mistuning_figure.py"), _mistuning),
         Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/story.py"), _report),
         Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
         *(
@@ -173,6 +174,22 @@ def _of_straight_shrouds(figure: str) -> Maker:
         return True
 
     return make
+
+
+def _mistuning(path: Path) -> bool:
+    """Rings of the default blade under engine order 6, with contacts that slip."""
+    from pipeline import run_scene
+
+    scene = tomllib.loads((ROOT / DUMMY).read_text(encoding="utf-8"))
+    scene["excitation"]["engine_order"] = 6
+    scene["contact"]["interference"] = 5e-6
+    quiet = {"truncation": False, "time_integration": False, "detached": False}
+    scene["response"] |= {"frequency": [190.0, 290.0], "harmonics": 1, **quiet}
+    scene["mistuning"] = {"samples": 5, "linear_samples": 100}
+    del scene["render"], scene["sweep"]
+    run_scene(scene, OUT / "mistuning", until="figures", quiet=True)
+    shutil.copyfile(OUT / "mistuning" / "figures" / "mistuning.png", path)
+    return True
 
 
 def _check(path: Path) -> bool:

@@ -4,8 +4,8 @@ The sub-packages, each built on those before it: `contact` (contact forces), `ha
 `stability` (Floquet exponents), `time_integration` (rings of blades in time), `continuation` (points along a curve),
 `branches` (whole branches with peaks and bifurcations), `harmonic_selection` (truncation error),
 `residual_tractions` (bounds of the peak), `worst_motion` (the highest motion that persists), `nonlinear_modes`
-(frequency and damping over the amplitude). `response_solver` puts them together; `mode_agreement` compares nonlinear
-modes with a response curve.
+(frequency and damping over the amplitude), `mistuned_ring` (rings of blades that differ). `response_solver` puts
+them together; `mode_agreement` compares nonlinear modes with a response curve.
 
 A name is imported from its file when it is first asked for: options and limits need neither NumPy nor numba.
 
@@ -38,6 +38,11 @@ if TYPE_CHECKING:
     )
     from nonlinear.continuation.named_outputs import largest_lengths, output_components
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
+    from nonlinear.mistuned_ring.amplification import whitehead_bound
+    from nonlinear.mistuned_ring.linear_ring import LinearPeak, LinearRing
+    from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
+    from nonlinear.mistuned_ring.ring_peaks import RingPeak
+    from nonlinear.mistuned_ring.ring_response import MistunedResponse, mistuned_response
     from nonlinear.mode_agreement import PeakAgreement, PeakMotion, compare_with_peaks, peak_motions
     from nonlinear.nonlinear_modes.mode_following import harmonic_shares
     from nonlinear.nonlinear_modes.nonlinear_mode import ModeResonance, NonlinearMode, nonlinear_mode
@@ -88,7 +93,12 @@ __all__ = [
     "FoundSolution",
     "HarmonicBalance",
     "JointOptimum",
+    "LinearPeak",
+    "LinearRing",
     "LinearisedResidual",
+    "MistunedResponse",
+    "Mistuning",
+    "MistuningError",
     "ModeResonance",
     "NonlinearMode",
     "Optimum",
@@ -108,6 +118,7 @@ __all__ = [
     "RingLimits",
     "RingMotion",
     "RingPatterns",
+    "RingPeak",
     "RingRecord",
     "RingState",
     "SolutionSearch",
@@ -132,12 +143,14 @@ __all__ = [
     "integrate_ring",
     "largest_lengths",
     "least_samples",
+    "mistuned_response",
     "nonlinear_mode",
     "output_components",
     "peak_motions",
     "peak_sensitivity",
     "performance_curve",
     "punch_stiffness",
+    "whitehead_bound",
 ]
 
 _PLACES = {
@@ -211,6 +224,14 @@ _PLACES = {
     "RingState": "nonlinear.time_integration.ring",
     "StepError": "nonlinear.time_integration.residual_flexibility",
     "integrate_ring": "nonlinear.time_integration.ring_motion",
+    "Mistuning": "nonlinear.mistuned_ring.mistuning",
+    "MistuningError": "nonlinear.mistuned_ring.mistuning",
+    "MistunedResponse": "nonlinear.mistuned_ring.ring_response",
+    "mistuned_response": "nonlinear.mistuned_ring.ring_response",
+    "RingPeak": "nonlinear.mistuned_ring.ring_peaks",
+    "LinearRing": "nonlinear.mistuned_ring.linear_ring",
+    "LinearPeak": "nonlinear.mistuned_ring.linear_ring",
+    "whitehead_bound": "nonlinear.mistuned_ring.amplification",
 }
 
 

@@ -62,7 +62,7 @@ def periodic_start(
     for homotopy in _homotopies(balance, options, contact):
         if result.converged:
             break
-        result = _continue_homotopy(homotopy, omega, guess, options)
+        result = continue_homotopy(homotopy, omega, guess, options)
         iterations += result.iterations
     return replace(result, iterations=iterations)
 
@@ -89,7 +89,7 @@ def _homotopies(
     )
 
 
-def _continue_homotopy(homotopy: Homotopy, omega: float, guess: Array, options: SolverOptions) -> NewtonResult:
+def continue_homotopy(homotopy: Homotopy, omega: float, guess: Array, options: SolverOptions) -> NewtonResult:
     """Natural continuation of a homotopy from 0 to 1 with an adaptive increment."""
     result = solve_at(homotopy(0.0), omega, guess, options)
     iterations, solved, increment = result.iterations, 0.0, FIRST_INCREMENT

@@ -39,6 +39,10 @@ def figure_of(study: str) -> StudyFigure | None:
         from pipeline.figures.uncertainty_figure import uncertainty_figure
 
         return uncertainty_figure
+    if study == "mistuning":
+        from pipeline.figures.mistuning_figure import mistuning_figure
+
+        return mistuning_figure
     return None
 
 

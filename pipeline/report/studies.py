@@ -65,6 +65,10 @@ def section_of(study: str) -> Callable[[Any], StudySection] | None:
         from pipeline.report.uncertainty import uncertainty_section
 
         return uncertainty_section
+    if study == "mistuning":
+        from pipeline.report.mistuning import mistuning_section
+
+        return mistuning_section
     return None
 
 

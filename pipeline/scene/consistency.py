@@ -16,6 +16,7 @@ from pipeline.scene.loads_section import files_of
 from pipeline.scene.map_checks import unfit_map_keys
 from pipeline.scene.matrix_scene import unfit_beside_matrices, unfit_matrix_keys
 from pipeline.scene.mesh_file import check_mesh_file
+from pipeline.scene.mistuning_checks import unfit_mistuning_keys
 from pipeline.scene.nodal_table import force_table, temperature_table
 from pipeline.scene.optimum_checks import unfit_optimum_keys
 from pipeline.scene.reading import Member, SceneFile, key_in_file
@@ -66,6 +67,7 @@ def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:
         yield from unfit_optimum_keys(file)
         yield from unfit_map_keys(file)
         yield from unfit_uncertainty_keys(file)
+        yield from unfit_mistuning_keys(file)
     has_matrices = file.first.model is not None or "model" in broken.get(0, ())
     absent = set() if has_matrices else _absent_sections(file.first) - set(broken.get(0, ()))
     for section in BLADE_SECTIONS:
@@ -168,6 +170,7 @@ def check_scene_for_model(file: SceneFile, n_contacts: int, has_area: bool) -> N
         *unfit_map_keys(file, given_model=True),
         *unfit_uncertainty_keys(file),
         *unfit_backbone_keys(file),
+        *unfit_mistuning_keys(file),
     )
     for error in of_studies:
         raise error

@@ -45,6 +45,7 @@ from pipeline.scene.loads_section import (
 )
 from pipeline.scene.map_section import Map
 from pipeline.scene.mesh_section import Mesh
+from pipeline.scene.mistuning_section import Mistuning
 from pipeline.scene.model_section import Model
 from pipeline.scene.optimum_section import Optimum
 from pipeline.scene.pictures_section import Figures, Render
@@ -351,6 +352,7 @@ class Scene(Section):
     backbone: Backbone | None = _key("", "a table", None)
     map: Map | None = _key("", "a table", None)
     uncertainty: Uncertainty | None = _key("", "a table", None)
+    mistuning: Mistuning | None = _key("", "a table", None)
     render: Render | None = _key("", "a table", None)
     figures: Figures = _key("", "a table", Figures())
 
@@ -390,7 +392,7 @@ class Scene(Section):
         return None if self.blade is None else self.blade.n_blades
 
 
-STUDIES = ("optimum", "map", "backbone", "uncertainty")  # each has a section of its name
+STUDIES = ("optimum", "map", "backbone", "uncertainty", "mistuning")  # each has a section of its name
 NOT_SWEPT = ("stress", "fatigue", *STUDIES, "render", "figures")  # made of solved curves
 NOT_SWEPT_KEYS = (  # tables, and lists of tables
     "disk.profile",
@@ -420,6 +422,7 @@ SECTIONS: dict[str, type[Section]] = {
     "backbone": Backbone,
     "map": Map,
     "uncertainty": Uncertainty,
+    "mistuning": Mistuning,
     "render": Render,
     "figures": Figures,
 }

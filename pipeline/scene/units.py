@@ -42,6 +42,8 @@ UNITS = {
     "fatigue.tensile_strength": "Pa",
     "fatigue.yield_strength": "Pa",
     "uncertainty.limit": "m",
+    "mistuning.interference_deviation": "m",
+    "mistuning.frequency_range": "Hz",
 }
 _ENDINGS = {
     "degrees": "deg",

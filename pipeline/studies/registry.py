@@ -32,4 +32,8 @@ def study_named(name: str) -> Study:
         from pipeline.studies.uncertainty.uncertainty_study import UncertaintyStudy
 
         return UncertaintyStudy()
+    if name == "mistuning":
+        from pipeline.studies.mistuning.mistuning_study import MistuningStudy
+
+        return MistuningStudy()
     raise KeyError(name)

@@ -64,6 +64,7 @@ LAYERS = {
         {"worst_motion"},
         {"response_solver"},
         {"response_extension"},
+        {"mistuned_ring"},
         {"peak_curves"},
     ],
     "pipeline": [

@@ -61,6 +61,7 @@ WHOLE: dict[str, dict[str, Any]] = {  # sections that the small scene lacks
     "backbone": {"modes": [1], "nodal_diameters": [3], "amplitudes": [1e-6, 1e-3], "curves": [0]},
     "optimum": {"over": {"contact.interference": [-1e-5, 1e-5]}},
     "map": {"over": {"contact.interference": [-1e-5, 1e-5], "contact.friction": [0.2, 0.4]}, "values": 3},
+    "mistuning": {"frequency": [0.01] * 72, "frequency_range": [200.0, 300.0]},
     "uncertainty": {"parameter": [{"key": "contact.friction", "distribution": "normal", "deviation": 0.05}]},
 }
 TEXTS = ("stiffness", "mass", "nodes", "dofs", "stiffness_name", "mass_name", "centrifugal", "transformation")

@@ -1,0 +1,321 @@
+"""A mistuned ring whose contacts are linear springs: stuck, sliding or free.
+
+The displacement of blade j is T z_j, in its own time; T are a few vectors in the modal coordinates, the same for all
+blades. With the contact springs k_j of pair j,
+
+    (A_j - omega^2 T^T T + i omega T^T c T) z_j + U_j z_(j+1) + U_(j-1)^H z_(j-1) = T^T F,
+    A_j = T^T ((1 + delta_j) omega_m)^2 T + T^T (R^T k_j R + L^T k_(j-1) L) T,    U_j = -exp(i psi) T^T R^T k_j L T.
+
+T spans the modes of the tuned ring at all nodal diameters up to a multiple of the frequencies of interest, and the
+tuned responses at both ends of the range. Mistuning couples these with higher modes only to second order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
+from nonlinear.options import Excitation, OptionsError
+from rom import ModalModel, contact_springs
+
+HIGHEST = 3.0  # of the modes in T, relative to the upper end of the range
+INDEPENDENT = 1e-7  # smallest relative singular value of a vector of T
+BATCH = 64  # frequencies solved together
+PER_BANDWIDTH, LEAST, MOST = 4.0, 64, 20000  # frequencies of the search: in a half-power bandwidth, and in all
+ZOOMS, ZOOM_POINTS = 5, 17
+NEARLY_HIGHEST = 0.97  # of the largest sample
+
+
+@dataclass(frozen=True)
+class LinearPeak:
+    """The highest amplitude of any blade of a linear ring.
+
+    Attributes
+    ----------
+    frequency_hz : float
+        Frequency, Hz.
+    amplitude_m : float
+        Amplitude of the output in the harmonic of the excitation, m.
+    blade : int
+        Number of the blade, 0 ... N_b - 1.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`; a softer blade, stuck, vibrates with F / (c w):
+
+    >>> from nonlinear import LinearRing, Mistuning
+    >>> softer = Mistuning.of(12, frequency=[0.0, 0.0, -0.02] + 9 * [0.0])
+    >>> ring = LinearRing.of(modal, contact, excitation, softer, highest_hz=0.4)
+    >>> peak = ring.peak((0.3, 0.33))
+    >>> print(f"blade {peak.blade}: {peak.amplitude_m:.2f} m at {peak.frequency_hz:.4f} Hz")
+    blade 2: 25.12 m at 0.3167 Hz
+    """
+
+    frequency_hz: float
+    amplitude_m: float
+    blade: int
+
+
+@dataclass(frozen=True)
+class LinearRing:
+    """Harmonic 1 of a ring with linear contacts, in r coordinates a blade.
+
+    Attributes
+    ----------
+    mass, damping : (r, r) array
+        T^T T and T^T c T.
+    stiffness : (N_b, r, r) array
+        A_j.
+    coupling : (N_b, r, r) complex array
+        U_j.
+    force : (r,) complex array
+        T^T F.
+    output : (r,) array
+        The output of the coordinates.
+    bandwidth_hz : float
+        Smallest half-power bandwidth of the modes of the blade up to the upper end of the range, Hz.
+
+    Examples
+    --------
+    Six blades with springs of 0.01 N/m to their neighbours:
+
+    >>> from nonlinear import ContactParameters, Excitation, LinearRing, Mistuning
+    >>> from rom import ReducedModel, modal_model
+    >>> one, face = np.ones(1), np.eye(3, 1)
+    >>> blade = ReducedModel(np.eye(1), np.eye(1), face, np.zeros((1, 3)), one, {"tip": one}, face, n_blades=6)
+    >>> contact = ContactParameters.shared(1, normal_stiffness=0.0, tangential_stiffness=0.01, friction=1.0)
+    >>> problem = modal_model(blade, damping_ratio=0.01), contact, Excitation(engine_order=1, force=1.0)
+    >>> mistuning = Mistuning.of(6, frequency=[0.01, -0.01, 0.0, -0.01, 0.01, 0.0])
+    >>> ring = LinearRing.of(*problem, mistuning, highest_hz=0.165)
+    >>> ring.vibration([0.16]).shape
+    (1, 6)
+    """
+
+    mass: Array
+    damping: Array
+    stiffness: Array
+    coupling: ComplexArray
+    force: ComplexArray
+    output: Array
+    bandwidth_hz: float
+
+    @classmethod
+    def of(
+        cls,
+        modal: ModalModel,
+        contact: ContactParameters,
+        excitation: Excitation,
+        mistuning: Mistuning,
+        *,
+        highest_hz: float,
+        state: str = "stuck",
+        output: str = "tip",
+    ) -> LinearRing:
+        """The ring of a blade with its contacts in one linear state.
+
+        Parameters
+        ----------
+        modal : rom.ModalModel
+            Modes of the tuned blade with free contacts, with their damping.
+        contact : ContactParameters
+            Parameters of the nodes of the tuned pair.
+        excitation : Excitation
+            Engine order and force; its harmonic 1 is taken.
+        mistuning : Mistuning
+            Deviations of all blades; those of friction and interference have no effect.
+        highest_hz : float
+            Upper end of the frequencies of interest, Hz.
+        state : {"stuck", "sliding", "free"}
+            Contact springs kn and kt, kn alone, or none.
+        output : str
+            Name of the output.
+
+        Returns
+        -------
+        LinearRing
+            The ring.
+
+        Raises
+        ------
+        MistuningError
+            The number of blades differs from that of the model.
+        OptionsError
+            Another state.
+        """
+        if mistuning.n_blades != modal.n_blades:
+            raise MistuningError(f"mistuning: {mistuning.n_blades} blades, allowed: {modal.n_blades}, as the model")
+        if state not in ("stuck", "sliding", "free"):
+            raise OptionsError(f'state: {state!r}, allowed: "stuck", "sliding" or "free"')
+        normal = contact.normal_stiffness * (state != "free")
+        springs = contact_springs(modal.n_contacts, normal, contact.tangential_stiffness * (state == "stuck"))
+        tuned = _TunedBlade(modal, springs.reshape(-1), excitation)
+        basis = tuned.basis(2.0 * np.pi * highest_hz)
+        right, left = modal.right @ basis, (np.zeros_like(modal.right) if modal.left is None else modal.left) @ basis
+        factor = 1.0 + mistuning.stiffness[:, None, None]
+        ahead = np.exp(1j * tuned.phase(1))
+        ratios = 1.0 + mistuning.frequency
+        own = [basis.T @ (((ratio * modal.angular_frequency) ** 2)[:, None] * basis) for ratio in ratios]
+        at_right, at_left = ((face * tuned.springs[:, None]).T @ face for face in (right, left))
+        below = np.flatnonzero(modal.angular_frequency <= 2.0 * np.pi * highest_hz)
+        return cls(
+            mass=basis.T @ basis,
+            damping=basis.T @ (modal.damping[:, None] * basis),
+            stiffness=np.array(own) + factor * at_right + np.roll(factor, 1, axis=0) * at_left,
+            coupling=-ahead * factor * ((right * tuned.springs[:, None]).T @ left),
+            force=basis.T @ tuned.force,
+            output=modal.outputs[output] @ basis,
+            bandwidth_hz=float(modal.damping[below].min(initial=modal.damping[0])) / (2.0 * np.pi),
+        )
+
+    def vibration(self, frequency_hz: Array | list[float]) -> ComplexArray:
+        """Amplitude of the output of all blades, each in its own time.
+
+        Parameters
+        ----------
+        frequency_hz : (F,) sequence of float
+            Excitation frequencies, Hz.
+
+        Returns
+        -------
+        (F, N_b) complex array
+            Amplitudes, m.
+        """
+        omega = 2.0 * np.pi * np.asarray(frequency_hz, dtype=float)
+        parts = [self._solved(omega[first : first + BATCH]) for first in range(0, omega.size, BATCH)]
+        return np.concatenate([part @ self.output for part in parts])
+
+    def _solved(self, omega: Array) -> ComplexArray:
+        """z of all blades at a few frequencies, (F, N_b, r)."""
+        at = omega[:, None, None]
+        dynamic = 1j * at * self.damping - at**2 * self.mass
+        own = np.asarray(dynamic[:, None] + self.stiffness, dtype=np.complex128)
+        return solve_cyclic(own, self.coupling, np.broadcast_to(self.force, own.shape[:-1]))
+
+    def peak(self, frequency_hz: tuple[float, float]) -> LinearPeak:
+        """The highest amplitude of any blade between two frequencies.
+
+        Parameters
+        ----------
+        frequency_hz : (float, float)
+            Range, Hz.
+
+        Returns
+        -------
+        LinearPeak
+            Sampled four times in the half-power bandwidth, then solved for around the highest samples.
+        """
+        low, high = frequency_hz
+        wanted = PER_BANDWIDTH * (high - low) / max(self.bandwidth_hz, 1e-300)
+        grid = np.linspace(low, high, int(min(max(wanted, LEAST), MOST)) + 1)
+        top = np.abs(self.vibration(grid)).max(axis=1)
+        padded = np.pad(top, 1, constant_values=-np.inf)
+        local = (top >= padded[:-2]) & (top >= padded[2:]) & (top >= NEARLY_HIGHEST * top.max())
+        starts = np.flatnonzero(local).tolist()
+        found = [self._zoomed(float(grid[max(i - 1, 0)]), float(grid[min(i + 1, grid.size - 1)])) for i in starts]
+        return max(found, key=lambda peak: peak.amplitude_m)
+
+    def _zoomed(self, low: float, high: float) -> LinearPeak:
+        """The highest amplitude between two samples, by ever finer samples."""
+        for _ in range(ZOOMS):
+            grid = np.linspace(low, high, ZOOM_POINTS)
+            amplitude = np.abs(self.vibration(grid))
+            best, blade = divmod(int(np.argmax(amplitude)), amplitude.shape[1])
+            low, high = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, ZOOM_POINTS - 1)])
+        return LinearPeak(float(grid[best]), float(amplitude[best, blade]), blade)
+
+
+@dataclass(frozen=True)
+class _TunedBlade:
+    """The tuned blade with its springs, (3 n_c,), and its excitation."""
+
+    modal: ModalModel
+    springs: Array
+    excitation: Excitation
+
+    def phase(self, harmonic: int) -> float:
+        return harmonic * self.modal.phase(self.excitation.engine_order)
+
+    @property
+    def force(self) -> ComplexArray:
+        """Modal force of harmonic 1, (m,)."""
+        amplitude = self.excitation.force * dict(self.excitation.factors).get(1, 1.0)
+        return amplitude * self.modal.force.astype(complex)
+
+    def basis(self, highest: float) -> Array:
+        """T, (m, r), for frequencies up to `highest` (rad/s)."""
+        from scipy.linalg import eigh
+
+        modal, found = self.modal, []
+        if HIGHEST * highest >= modal.angular_frequency[-1]:
+            return np.eye(modal.angular_frequency.size)
+        for nodal_diameter in range((modal.n_blades or 1) // 2 + 1):
+            limits = (0.0, (HIGHEST * highest) ** 2)
+            found.append(eigh(self._stiffness(modal.phase(nodal_diameter)), subset_by_value=limits)[1])
+        stiffness = self._stiffness(self.phase(1))
+        for share in (0.0, 0.5):  # below the range of the modes: quasi-static parts of the response
+            response = np.linalg.solve(stiffness - (share * highest) ** 2 * np.eye(len(stiffness)), self.force)
+            found.append((response / np.linalg.norm(response))[:, None])
+        vectors = np.concatenate(found, axis=1)
+        left, values, _ = np.linalg.svd(np.concatenate([vectors.real, vectors.imag], axis=1), full_matrices=False)
+        return np.ascontiguousarray(left[:, values > INDEPENDENT * values[0]])
+
+    def _stiffness(self, phase: float) -> ComplexArray:
+        """Stiffness of the wave of a phase, with the springs, (m, m)."""
+        from rom import relative_contact_motion
+
+        relative = relative_contact_motion(self.modal.right, self.modal.left, phase)
+        found: ComplexArray = (relative.conj().T * self.springs) @ relative
+        found[np.diag_indices_from(found)] += self.modal.angular_frequency**2
+        return found
+
+
+def solve_cyclic(own: ComplexArray, after: ComplexArray, right: ComplexArray) -> ComplexArray:
+    """Solve own_j z_j + after_j z_(j+1) + after_(j-1)^H z_(j-1) = right_j around a ring, at F frequencies at once.
+
+    The last blade is taken out; the chain of the others is eliminated block by block.
+
+    Parameters
+    ----------
+    own : (F, N, r, r) complex array
+        Diagonal blocks.
+    after : (N, r, r) complex array
+        Blocks of the next blade, the same at all frequencies; N = 1 and 2: blocks that meet are added.
+    right : (F, N, r) complex array
+        Right-hand sides.
+
+    Returns
+    -------
+    (F, N, r) complex array
+        z.
+    """
+    count, size = right.shape[1], right.shape[2]
+    before = np.roll(after, 1, axis=0).conj().transpose(0, 2, 1)
+    chain = count - 1
+    beside = np.zeros((len(right), chain, size, size + 1), complex)  # for the last blade, and the right-hand side
+    onward = np.zeros((len(right), chain, size, size), complex)
+    beside[..., -1] = right[:, :chain]
+    end = np.concatenate([own[:, -1], right[:, -1, :, None]], axis=-1)
+    if not chain:
+        end[..., :-1] += after[0] + before[0]
+    else:
+        beside[:, 0, :, :-1] += before[0]
+        beside[:, -1, :, :-1] += after[chain - 1]
+        for k in range(chain):
+            pivot, rest = own[:, k], beside[:, k]
+            if k:
+                pivot = pivot - before[k] @ onward[:, k - 1]
+                rest = rest - before[k] @ beside[:, k - 1]
+            onto = np.zeros_like(pivot) if k == chain - 1 else np.broadcast_to(after[k], pivot.shape)
+            found = np.linalg.solve(pivot, np.concatenate([rest, onto], axis=-1))
+            beside[:, k], onward[:, k] = found[..., : size + 1], found[..., size + 1 :]
+        for k in range(chain - 2, -1, -1):
+            beside[:, k] -= onward[:, k] @ beside[:, k + 1]
+        end -= after[-1] @ beside[:, 0] + before[-1] @ beside[:, -1]
+    z = np.empty(right.shape, complex)
+    z[:, -1] = np.linalg.solve(end[..., :-1], end[..., -1:])[..., 0]
+    z[:, :chain] = beside[..., -1] - (beside[..., :-1] @ z[:, None, -1, :, None])[..., 0]
+    return z

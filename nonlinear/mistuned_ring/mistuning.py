@@ -1,0 +1,202 @@
+"""Deviations of the blades and of the contact pairs of a ring from the tuned ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nonlinear.contact.parameters import Array, ContactParameters
+
+
+class MistuningError(ValueError):
+    """A deviation out of its range; the message names it, its value and what is allowed.
+
+    Examples
+    --------
+    >>> from nonlinear import Mistuning, MistuningError
+    >>> try:
+    ...     Mistuning.of(3, frequency=[0.01, -0.02])
+    ... except MistuningError as error:
+    ...     print(error)
+    frequency: 2 values, allowed: 3, one for each blade
+    """
+
+
+@dataclass(frozen=True)
+class Mistuning:
+    """Deviations of N_b blades and of the contact pairs between them.
+
+    Attributes
+    ----------
+    frequency : (N_b,) array
+        Relative deviation delta_j of the natural frequencies of blade j, clamped and with free contacts: all its
+        frequencies are (1 + delta_j) times the tuned ones, with the tuned mode shapes and damping coefficients.
+    friction, stiffness : (N_b,) array
+        Relative deviations of the friction coefficient, and of kn and kt, at the pair of the right face of blade j
+        with the left face of blade j+1.
+    interference : (N_b,) array
+        Added to the interference of that pair, m.
+
+    Examples
+    --------
+    >>> from nonlinear import Mistuning
+    >>> Mistuning.of(3, frequency=[0.01, 0.0, -0.01]).frequency.tolist()
+    [0.01, 0.0, -0.01]
+    """
+
+    frequency: Array
+    friction: Array
+    stiffness: Array
+    interference: Array
+
+    def __post_init__(self) -> None:
+        """Check lengths, finiteness and ranges."""
+        n_blades = np.asarray(self.frequency).size
+        for name in (field.name for field in fields(self)):
+            values = np.asarray(getattr(self, name), dtype=float)
+            if values.shape != (n_blades,):
+                raise MistuningError(f"{name}: {values.size} values, allowed: {n_blades}, one for each blade")
+            if not np.isfinite(values).all():
+                raise MistuningError(f"{name}: {values.tolist()}, allowed: finite numbers")
+            least = float(values.min(initial=0.0))
+            if name != "interference" and least <= -1.0:
+                raise MistuningError(f"{name}: {least:g}, allowed: above -1")
+            object.__setattr__(self, name, values)
+
+    @classmethod
+    def of(
+        cls,
+        n_blades: int,
+        *,
+        frequency: ArrayLike = 0.0,
+        friction: ArrayLike = 0.0,
+        stiffness: ArrayLike = 0.0,
+        interference: ArrayLike = 0.0,
+    ) -> Mistuning:
+        """Build from deviations that may be one number for all.
+
+        Parameters
+        ----------
+        n_blades : int
+            Number of blades N_b.
+        frequency, friction, stiffness : float or (N_b,) array
+            Relative deviations.
+        interference : float or (N_b,) array
+            Deviation of the interference, m.
+
+        Returns
+        -------
+        Mistuning
+            The deviations.
+
+        Raises
+        ------
+        MistuningError
+            Another number of values than blades, or one out of its range.
+
+        Examples
+        --------
+        >>> from nonlinear import Mistuning
+        >>> Mistuning.of(2, friction=0.1).friction.tolist()
+        [0.1, 0.1]
+        """
+        given = (frequency, friction, stiffness, interference)
+        arrays = [np.asarray(values, dtype=float) for values in given]
+        for name, array in zip((field.name for field in fields(cls)), arrays, strict=True):
+            if array.ndim and array.shape != (n_blades,):
+                raise MistuningError(f"{name}: {array.size} values, allowed: {n_blades}, one for each blade")
+        return cls(*(np.full(n_blades, float(array)) if array.ndim == 0 else array for array in arrays))
+
+    @classmethod
+    def sampled(
+        cls,
+        n_blades: int,
+        seed: int,
+        *,
+        frequency: float = 0.0,
+        friction: float = 0.0,
+        stiffness: float = 0.0,
+        interference: float = 0.0,
+    ) -> Mistuning:
+        """Draw independent normal deviations of mean zero.
+
+        The same seed gives the same standard normal numbers for each quantity, whatever the other deviations.
+
+        Parameters
+        ----------
+        n_blades : int
+            Number of blades N_b.
+        seed : int
+            Seed of the random numbers.
+        frequency, friction, stiffness : float
+            Standard deviations of the relative deviations.
+        interference : float
+            Standard deviation of the interference, m.
+
+        Returns
+        -------
+        Mistuning
+            The deviations.
+
+        Raises
+        ------
+        MistuningError
+            A deviation drawn is out of its range: the standard deviation is too large.
+
+        Examples
+        --------
+        >>> from nonlinear import Mistuning
+        >>> drawn = Mistuning.sampled(1000, seed=1, frequency=0.01)
+        >>> print(f"{drawn.frequency.std():.4f}", drawn.friction.any())
+        0.0098 False
+        """
+        drawn = np.random.default_rng(seed).standard_normal((4, n_blades))
+        scales = np.array([frequency, friction, stiffness, interference])
+        return cls(*(scales[:, None] * drawn))
+
+    @property
+    def n_blades(self) -> int:
+        """Number of blades N_b."""
+        return self.frequency.size
+
+    def scaled(self, factor: float) -> Mistuning:
+        """The same pattern, with all deviations multiplied by a factor.
+
+        Parameters
+        ----------
+        factor : float
+            The factor; 0 is the tuned ring.
+
+        Returns
+        -------
+        Mistuning
+            The scaled deviations.
+        """
+        return Mistuning(*(factor * getattr(self, field.name) for field in fields(self)))
+
+    def contact(self, tuned: ContactParameters) -> ContactParameters:
+        """Contact parameters of all N_b n_c nodes of the ring.
+
+        Parameters
+        ----------
+        tuned : ContactParameters
+            Parameters of the n_c nodes of the tuned pair.
+
+        Returns
+        -------
+        ContactParameters
+            Pair after pair, in each the nodes in the order of `tuned`.
+        """
+        n, n_c = self.n_blades, tuned.n_contacts
+        stiffer, rougher = np.repeat(1.0 + self.stiffness, n_c), np.repeat(1.0 + self.friction, n_c)
+        return replace(
+            tuned,
+            normal_stiffness=np.tile(tuned.normal_stiffness, n) * stiffer,
+            tangential_stiffness=np.tile(tuned.tangential_stiffness, n) * stiffer,
+            friction=np.tile(tuned.friction, n) * rougher,
+            interference=np.tile(tuned.interference, n) + np.repeat(self.interference, n_c),
+            preload=np.tile(tuned.preload, n),
+            slider_origin=np.tile(tuned.slider_origin, (n, 1)),
+        )

@@ -1,0 +1,164 @@
+"""Receptance of the relative contact displacements of a ring of clamped blades with different frequencies.
+
+With the modal coordinates eta_j of blade j, all in the time of their own blade,
+
+    eta_j = (F + R^T f_j - exp(-i h psi) L^T f_(j-1)) / D_j,
+    D_j = ((1 + delta_j) omega_m)^2 + i h omega c_m - (h omega)^2,
+    d_j = R eta_j - exp(i h psi) L eta_(j+1),
+
+where R and L are the contact motions of the modes, f_j the force on the right face of blade j. So d_j depends on the
+forces f_(j-1), f_j and f_(j+1) alone: the receptance of the ring is block-tridiagonal and cyclic.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array
+from rom import ModalModel, RelativeReceptance
+
+
+class RingBlocks(NamedTuple):
+    """Blocks of the receptance: d_j = before[j] f_(j-1) + own[j] f_j + after[j] f_(j+1), (N_b, n_h, 3 n_c, 3 n_c)."""
+
+    before: ComplexArray
+    own: ComplexArray
+    after: ComplexArray
+
+
+@dataclass(frozen=True)
+class RingReceptance:
+    """The structure of a ring of clamped blades.
+
+    Attributes
+    ----------
+    tuned : rom.RelativeReceptance
+        The tuned blade with its phase psi, harmonics and excitation.
+    frequency_ratio : (N_b,) array
+        1 + delta_j.
+    """
+
+    tuned: RelativeReceptance
+    frequency_ratio: Array
+
+    @property
+    def blade(self) -> ModalModel:
+        """The modes of the tuned blade alone."""
+        assert isinstance(self.tuned.modal, ModalModel)  # a sector of a disk is refused before
+        return self.tuned.modal
+
+    @property
+    def n_blades(self) -> int:
+        """Number of blades N_b."""
+        return self.frequency_ratio.size
+
+    @cached_property
+    def _harmonics(self) -> Array:
+        return np.asarray(self.tuned.harmonics, dtype=float)
+
+    @cached_property
+    def _ahead(self) -> ComplexArray:
+        """exp(i h psi), (n_h, 1, 1)."""
+        ahead: ComplexArray = np.exp(1j * self._harmonics * self.tuned.phase)[:, None, None]
+        return ahead
+
+    @cached_property
+    def _squared(self) -> Array:
+        """((1 + delta_j) omega_m)^2, (N_b, m)."""
+        squared: Array = np.outer(self.frequency_ratio, self.blade.angular_frequency) ** 2
+        return squared
+
+    def _denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
+        """D_j, (n_h, N_b, m), and its derivative in omega, (n_h, 1, m)."""
+        h = self._harmonics[:, None]
+        rate = 1j * h * self.blade.damping
+        value = (rate * omega - (h * omega) ** 2)[:, None, :] + self._squared
+        derivative = (rate - 2.0 * h**2 * omega)[:, None, :]
+        return np.asarray(value, dtype=np.complex128), np.asarray(derivative, dtype=np.complex128)
+
+    def coordinates(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Modal coordinates of all blades under the excitation and the contact forces.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        force : (n_h, N_b, 3 n_c) complex array
+            f_j^(h) on the right faces, N.
+
+        Returns
+        -------
+        coordinates, derivatives : (n_h, N_b, m) complex arrays
+            eta_j, and its derivative in omega at constant forces.
+        """
+        value, derivative = self._denominators(omega)
+        found = (self.tuned.modal_force[:, None, :] + self.pushed(force)) / value
+        return found, -derivative * found / value
+
+    def increments(self, omega: float, force: ComplexArray) -> ComplexArray:
+        """Change of the modal coordinates, (n_h, N_b, m), by changes of the contact forces (n_h, N_b, 3 n_c)."""
+        found: ComplexArray = self.pushed(force) / self._denominators(omega)[0]
+        return found
+
+    def pushed(self, force: ComplexArray) -> ComplexArray:
+        """Modal forces R^T f_j - exp(-i h psi) L^T f_(j-1), (n_h, N_b, m), of forces (n_h, N_b, 3 n_c)."""
+        modal = self.blade
+        own: ComplexArray = force @ modal.right
+        if modal.left is None:
+            return own
+        return own - self._ahead.conj() * (np.roll(force, 1, axis=1) @ modal.left)
+
+    def relative(self, coordinates: ComplexArray) -> ComplexArray:
+        """Relative displacements d_j, (n_h, N_b, 3 n_c), of modal coordinates (n_h, N_b, m)."""
+        modal = self.blade
+        own: ComplexArray = coordinates @ modal.right.T
+        if modal.left is None:
+            return own
+        return own - self._ahead * np.roll(coordinates @ modal.left.T, -1, axis=1)
+
+    def response(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Relative displacements under the excitation and the contact forces.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        force : (n_h, N_b, 3 n_c) complex array
+            f_j^(h), N.
+
+        Returns
+        -------
+        displacement, derivative : (n_h, N_b, 3 n_c) complex arrays
+            d_j in m, and its derivative in omega at constant forces.
+        """
+        coordinates, derivative = self.coordinates(omega, force)
+        return self.relative(coordinates), self.relative(derivative)
+
+    def blocks(self, omega: float) -> RingBlocks:
+        """The blocks of the receptance.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        """
+        modal, n_dofs = self.blade, 3 * self.blade.n_contacts
+        inverse = 1.0 / self._denominators(omega)[0].transpose(1, 0, 2)
+        faces = modal.right if modal.left is None else np.concatenate([modal.right, modal.left])
+        both = np.empty((*inverse.shape[:2], len(faces), len(faces)), complex)
+        both.real = (faces * inverse.real[:, :, None, :]) @ faces.T
+        both.imag = (faces * inverse.imag[:, :, None, :]) @ faces.T
+        own = both[..., :n_dofs, :n_dofs]
+        if modal.left is None:
+            return RingBlocks(np.zeros_like(own), own, np.zeros_like(own))
+        following = np.roll(both, -1, axis=0)
+        return RingBlocks(
+            -self._ahead.conj() * both[..., :n_dofs, n_dofs:],
+            own + following[..., n_dofs:, n_dofs:],
+            -self._ahead * following[..., n_dofs:, :n_dofs],
+        )

@@ -1,0 +1,297 @@
+"""The nonlinear forced response of a mistuned ring over the frequency."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.continuation.arclength_continuation import Continuation
+from nonlinear.continuation.parameters import ContinuationParameters
+from nonlinear.continuation.point_recording import PointRecorder
+from nonlinear.continuation.resonances import Resonances
+from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.harmonic_balance.initial_solution import continue_homotopy, periodic_start, solve_at
+from nonlinear.harmonic_balance.newton import NewtonResult
+from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
+from nonlinear.mistuned_ring.ring_balance import RingBalance
+from nonlinear.mistuned_ring.ring_peaks import RingPeak, ring_output, vibration_amplitudes, with_peak
+from nonlinear.options import Excitation, OptionsError, SolverOptions
+from nonlinear.response_solver import build_continuation
+from rom import ModalModel, coupled_frequencies, one_blas_thread
+
+Progress = Callable[[float, int], None]
+STEPS = ContinuationParameters(target_deviation=0.2, max_mean_tangent_deviation=0.1)  # the kinks of many pairs
+FINER = 4.0  # ratio of the step limits of the first attempt and of the finer ones
+
+
+@dataclass(frozen=True)
+class RingRecorder(PointRecorder):
+    """Recorder of the points of a ring: nothing is added, the contact Jacobian is dropped."""
+
+    def record(self, point: SolutionPoint, exponents: bool = False) -> SolutionPoint:
+        """The point without its contact Jacobian."""
+        return point.changed(contact=point.contact.without_jacobian())
+
+
+@dataclass(frozen=True)
+class RingContinuation(Continuation):
+    """Continuation of the solutions of a ring in the frequency."""
+
+    @cached_property
+    def recorder(self) -> PointRecorder:
+        """Records points."""
+        return RingRecorder(self.options.output)
+
+
+@dataclass(frozen=True)
+class MistunedResponse:
+    """Forced response of a mistuned ring at P frequencies.
+
+    Attributes
+    ----------
+    frequency_hz : (P,) array
+        Frequencies, Hz, along the curve.
+    amplitude_m : (P, N_b) array
+        Amplitude of the vibration of the output about its mean, blade by blade, m.
+    output : (P, N_b, H+1) complex array
+        Fourier coefficients of the output, each in the time of its own blade, m.
+    iterations : (P,) int array
+        Newton iterations.
+    peak : RingPeak or None
+        The highest amplitude of any blade; None without points.
+    complete : bool
+        Whether the curve spans the frequency range.
+    message : str
+        How it ended.
+    harmonics : int
+        Number of harmonics H.
+    seconds : float
+        What it took, s.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`, a ring of 12 blades of which each rubs against the ground:
+
+    >>> from nonlinear import Mistuning, mistuned_response
+    >>> response = mistuned_response(modal, contact, excitation, options, Mistuning.of(12, frequency=0.01))
+    >>> response.complete, response.amplitude_m.shape == (response.frequency_hz.size, 12)
+    (True, True)
+    """
+
+    frequency_hz: Array
+    amplitude_m: Array
+    output: ComplexArray
+    iterations: NDArray[np.int64]
+    peak: RingPeak | None
+    complete: bool
+    message: str
+    harmonics: int
+    seconds: float
+
+    @property
+    def envelope_m(self) -> Array:
+        """Largest amplitude of any blade at each point, (P,), m."""
+        largest: Array = self.amplitude_m.max(axis=1, initial=0.0)
+        return largest
+
+
+def mistuned_response(
+    modal: ModalModel,
+    contact: ContactParameters,
+    excitation: Excitation,
+    options: SolverOptions,
+    mistuning: Mistuning | None = None,
+    progress: Progress | None = None,
+) -> MistunedResponse:
+    """The forced response of a ring of blades that differ, under an excitation that travels around it.
+
+    Parameters
+    ----------
+    modal : rom.ModalModel
+        Modes of the tuned blade, clamped, with free contacts, with their damping.
+    contact : ContactParameters
+        Parameters of the n_c contact nodes of the tuned pair.
+    excitation : Excitation
+        Engine order and force.
+    options : SolverOptions
+        Frequency range, harmonics, tolerances. No stability, truncation error and isolated branches are computed.
+    mistuning : Mistuning, optional
+        Deviations of all blades of the ring; None: the tuned ring, of which one blade is solved for.
+    progress : callable, optional
+        Called with the frequency (Hz) and the number of points at each new point.
+
+    Returns
+    -------
+    MistunedResponse
+        The branch from one end of the frequency range; where it is not complete, its message says why.
+
+    Raises
+    ------
+    MistuningError
+        The model has another number of blades, says none, or is a sector of a disk.
+    OptionsError
+        The number of harmonics is "auto", or the method "static-first".
+
+    Examples
+    --------
+    Twelve blades, each with contact springs of 0.01 N/m to its neighbours, of which one has a frequency 2 % higher:
+
+    >>> from nonlinear import ContactParameters, Excitation, Mistuning, SolverOptions, mistuned_response
+    >>> from rom import ReducedModel, modal_model
+    >>> one, face = np.ones(1), np.eye(3, 1)
+    >>> blade = ReducedModel(np.eye(1), np.eye(1), face, np.zeros((1, 3)), one, {"tip": one}, face, n_blades=12)
+    >>> values = {"normal_stiffness": 0.0, "tangential_stiffness": 0.01, "friction": 1.0, "preload": 1e3}
+    >>> contact, options = ContactParameters.shared(1, **values), SolverOptions((0.155, 0.165))
+    >>> ring = modal_model(blade, damping_ratio=0.005), contact, Excitation(engine_order=3, force=1.0), options
+    >>> tuned = mistuned_response(*ring).peak.amplitude_m
+    >>> response = mistuned_response(*ring, Mistuning.of(12, frequency=[0.02] + 11 * [0.0]))
+    >>> print(f"{response.peak.amplitude_m / tuned:.3f}")
+    1.490
+    """
+    if options.method != "coupled":
+        raise OptionsError(f'method: {options.method!r}, allowed for a mistuned ring: "coupled"')
+    options = replace(options, harmonics=options.fixed_harmonics, stability="folds")
+    pattern = Mistuning.of(1) if mistuning is None else mistuning
+    if mistuning is not None and mistuning.n_blades != modal.n_blades:
+        known = "the model of a ring" if modal.n_blades is None else f"{modal.n_blades}, as the model"
+        raise MistuningError(f"mistuning: of {mistuning.n_blades} blades, allowed: {known}")
+    if not isinstance(modal, ModalModel):
+        raise MistuningError("mistuning: of a sector with cut faces, allowed: a blade clamped at its root")
+    started = time.perf_counter()
+    with one_blas_thread():
+        tuned, _, static = build_continuation(modal, contact, excitation, options)
+        problem = _Ring(tuned, contact, pattern, static)
+        points, complete, message = problem.traced(progress)
+        response = _assembled(problem.continuation(options), points, options)
+    seconds = max(0.0, time.perf_counter() - started)
+    return replace(response, complete=complete, message=message, seconds=seconds)
+
+
+@dataclass(frozen=True)
+class _Ring:
+    """A mistuned ring and the tuned blade that its first solution starts from."""
+
+    tuned: Continuation
+    contact: ContactParameters
+    mistuning: Mistuning
+    static: Array
+
+    @cached_property
+    def balance(self) -> RingBalance:
+        return self._scaled(1.0)
+
+    def continuation(self, options: SolverOptions) -> RingContinuation:
+        """The continuation of the ring, with no step across a resonance of the tuned ring."""
+        return RingContinuation(self.balance, options, self._resonances, parameters=STEPS)
+
+    @cached_property
+    def _resonances(self) -> Resonances:
+        """Frequencies of the tuned ring with free and with stuck contacts, at all nodal diameters."""
+        contact, modal = self.contact, self.balance.ring.blade
+        low, high = self.tuned.options.omega_range
+        n_blades = modal.n_blades or 1
+        kn, kt = contact.normal_stiffness, contact.tangential_stiffness
+        found = [modal.angular_frequency]
+        for nodal_diameter in range(n_blades // 2 + 1):
+            phase = modal.phase(nodal_diameter)
+            found.append(coupled_frequencies(modal, phase, normal=kn, tangential=kt, highest=high))
+        values = np.unique(np.concatenate(found))
+        inside = tuple(values[(values > low) & (values < high)].tolist())
+        return Resonances(inside, inside)
+
+    def _scaled(self, factor: float) -> RingBalance:
+        options = self.tuned.options
+        return RingBalance.of(self.tuned.balance.receptance, self.contact, self.mistuning.scaled(factor), options)
+
+    def traced(self, progress: Progress | None) -> tuple[list[SolutionPoint], bool, str]:
+        """The points of the most complete attempt in rising frequency, whether they span the range, a message."""
+        options = self.tuned.options
+        finer = replace(options, max_step=options.max_step / FINER, min_step=options.min_step / FINER)
+        longest: list[SolutionPoint] = []
+        said = []
+        for upwards, attempt in ((True, options), (False, options), (True, finer), (False, finer)):
+            points = self._from_end(self.continuation(attempt), upwards, progress)
+            limit = options.omega_range[1 if upwards else 0]
+            if points and abs(points[-1].omega - limit) <= 1e-12 * limit:
+                low, high = options.frequency_hz
+                return points, True, f"complete: {low:g} to {high:g} Hz in {len(points)} points"
+            end = f"ended at {points[-1].omega / (2.0 * np.pi):.6g} Hz" if points else "found no start"
+            said.append(f"the curve from the {'low' if upwards else 'high'} end {end}")
+            longest = points if len(points) > len(longest) else longest
+            if len(points) >= options.max_points:
+                break
+        return longest, False, "; ".join(said)
+
+    def _from_end(
+        self, continuation: RingContinuation, upwards: bool, progress: Progress | None
+    ) -> list[SolutionPoint]:
+        """The branch from one end of the range; none without a start."""
+        found = self._low_start if upwards else self._high_start
+        if found is None:
+            return []
+        omega, direction = continuation.options.omega_range[0 if upwards else 1], 1.0 if upwards else -1.0
+        first = continuation.solver.starting_point(found.solution, omega, direction, found.iterations)
+        return list(continuation.continue_branch(first, progress))
+
+    @cached_property
+    def _low_start(self) -> NewtonResult | None:
+        return self._start(self.tuned.options.omega_range[0])
+
+    @cached_property
+    def _high_start(self) -> NewtonResult | None:
+        return self._start(self.tuned.options.omega_range[1])
+
+    def _start(self, omega: float) -> NewtonResult | None:
+        """The solution at one end of the range, from the tuned one; None where none is found."""
+        options = self.tuned.options
+        tuned = periodic_start(self.tuned.balance, omega, self.static, options, self.contact)
+        if not tuned.converged:
+            return None
+        rows = 2 * self.balance.n_harmonics + 1
+        guess = np.tile(tuned.solution.reshape(rows, 1, -1), (1, self.balance.n_blades, 1)).reshape(-1)
+        found = solve_at(self.balance, omega, guess, options)
+        if not found.converged:
+            found = continue_homotopy(self._scaled, omega, guess, options)
+        return found if found.converged else None
+
+
+def _assembled(
+    continuation: RingContinuation, points: list[SolutionPoint], options: SolverOptions
+) -> MistunedResponse:
+    """The response of the points, with its highest maximum located."""
+    balance = continuation.balance
+    assert isinstance(balance, RingBalance)
+    outputs = [ring_output(point, options.output) for point in points]
+    amplitude = vibration_amplitudes(np.array(outputs)) if points else np.empty((0, balance.n_blades))
+    index = None
+    if points:
+        points, index = with_peak(continuation, points, amplitude, options.output)
+    if index is not None:
+        outputs.insert(index, ring_output(points[index], options.output))
+        amplitude = np.insert(amplitude, index, vibration_amplitudes(outputs[index]), axis=0)
+    frequency_hz = np.array([point.omega for point in points]) / (2.0 * np.pi)
+    return MistunedResponse(
+        frequency_hz=frequency_hz,
+        amplitude_m=amplitude,
+        output=np.array(outputs).reshape(len(points), balance.n_blades, balance.n_harmonics + 1),
+        iterations=np.array([point.iterations for point in points], dtype=np.int64),
+        peak=_peak(frequency_hz, amplitude, index) if points else None,
+        complete=False,
+        message="",
+        harmonics=balance.n_harmonics,
+        seconds=0.0,
+    )
+
+
+def _peak(frequency_hz: Array, amplitude: Array, index: int | None) -> RingPeak:
+    """The peak at the located point; at the largest sample where there is none."""
+    at = int(np.argmax(amplitude.max(axis=1))) if index is None else index
+    blade = int(np.argmax(amplitude[at]))
+    return RingPeak(float(frequency_hz[at]), float(amplitude[at, blade]), blade, amplitude[at], at, index is not None)
