@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Request
 
 KEYWORDS = (
-    "name title accuracy blade shroud material materials mesh model rom load "
-    "contact excitation response output stress fatigue optimum render figures sweep"
+    "name title accuracy blade shroud disk material materials mesh model rom load contact excitation response output "
+    "stress fatigue optimum backbone map uncertainty mistuning render figures sweep"
 )
 
 
