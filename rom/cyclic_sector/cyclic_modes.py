@@ -47,7 +47,8 @@ class CyclicModes:
     Attributes
     ----------
     nodal_diameter : int
-        Number of nodal diameters n; the wave runs towards +y.
+        Number of nodal diameters n. Sector j + 1 is ahead of sector j by the phase n phi: with exp(i w t) the wave
+        runs towards -y, against the rotation.
     omega : (m,) array
         Natural frequencies, rad/s, ascending; rigid motions have 0.
     shapes : (N, m) array

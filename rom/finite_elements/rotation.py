@@ -92,16 +92,9 @@ def stiffen_by_rotation(
     >>> bool(tilt @ stiffness @ tilt > tilt @ full.stiffness @ tilt)
     True
     """
-    require_between("load", "speed_rpm", speed_rpm, -math.inf, math.inf, "must be a finite number (rev/min)")
-    if equilibrium not in EQUILIBRIA:
-        raise RomParameterError("load", "equilibrium", equilibrium, f"must be one of {', '.join(EQUILIBRIA)}")
+    _check(full, sector, speed_rpm, equilibrium, cut_faces_move=motion is not None)
     if speed_rpm == 0.0:
         return full
-    if full.speed_rpm != 0.0:
-        raise RomParameterError("load", "speed_rpm", full.speed_rpm, "only a model at rest can be set in rotation")
-    if motion is None and len(sector.node_sets.get("cyclic_right", ())):
-        allowed = "must come with the motion of the cut faces of the disk (motion = static_motion(full, faces))"
-        raise RomParameterError("load", "speed_rpm", speed_rpm, allowed)
     discretisation = discretise(sector, full.element)
     rotating = RotatingBody.of(ElasticBody.of(discretisation, material), full, motion)
     squared = angular_speed(speed_rpm) ** 2
@@ -113,8 +106,22 @@ def stiffen_by_rotation(
         displacement = _at_equilibrium(rotating, speed_rpm)
     stiffness = rotating.stiffness(displacement, squared, stress)
     force = full.centrifugal.copy()
-    force[rotating.free] = (stiffness @ displacement)[rotating.free] / squared  # reactions of cut faces included
+    force[rotating.free] = (stiffness @ displacement)[rotating.free] / squared  # what neighbours exert included
     return replace(full, stiffness=stiffness, centrifugal=force, speed_rpm=float(speed_rpm))
+
+
+def _check(full: FullModel, sector: SectorMesh, speed_rpm: float, equilibrium: str, *, cut_faces_move: bool) -> None:
+    """Check what `stiffen_by_rotation` is given. Raises RomParameterError."""
+    require_between("load", "speed_rpm", speed_rpm, -math.inf, math.inf, "must be a finite number (rev/min)")
+    if equilibrium not in EQUILIBRIA:
+        raise RomParameterError("load", "equilibrium", equilibrium, f"must be one of {', '.join(EQUILIBRIA)}")
+    if speed_rpm == 0.0:
+        return
+    if full.speed_rpm != 0.0:
+        raise RomParameterError("load", "speed_rpm", full.speed_rpm, "only a model at rest can be set in rotation")
+    if not cut_faces_move and len(sector.node_sets.get("cyclic_right", ())):
+        allowed = "must come with the motion of the cut faces of the disk (motion = static_motion(full, faces))"
+        raise RomParameterError("load", "speed_rpm", speed_rpm, allowed)
 
 
 def _at_equilibrium(rotating: RotatingBody, speed_rpm: float) -> NDArray[np.float64]:

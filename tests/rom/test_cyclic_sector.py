@@ -67,7 +67,7 @@ def test_frequencies_of_a_bladed_disk_are_those_of_calculix(diameter, tmp_path):
 
 @pytest.mark.parametrize("sector", [bladed_sector(6), solid_disk(6)], ids=["bladed", "no bore"])
 def test_all_nodal_diameters_together_are_the_wheel(sector):
-    """Every frequency of the wheel once; a wave of one nodal diameter is a mode of it, and runs towards +y."""
+    """Every frequency of the wheel once; a wave of one nodal diameter is a mode of it, in its direction."""
     full = assemble(sector, {"": STEEL, "disk": STEEL}, None)
     faces = cyclic_faces(full, sector)
     stiffness, mass, held, expanded = whole_wheel(full, faces)
