@@ -63,8 +63,7 @@ def stiffen_by_rotation(
     equilibrium : {"nonlinear", "linear"}
         The static equilibrium.
     motion : (N, f) CSR matrix, optional
-        Displacements u = T z that are admissible, those of the free dofs by default. A sector with cut faces needs
-        the motions that are the same in all sectors, see `static_motion`.
+        Admissible displacements u = T z: `static_motion` of a sector with cut faces; of the free dofs by default.
 
     Returns
     -------
@@ -75,8 +74,8 @@ def stiffen_by_rotation(
     Raises
     ------
     RomParameterError
-        A value is not allowed, the model is at speed already, `motion` is missing for a sector with cut faces, or
-        there is no equilibrium within the strains of linear elasticity.
+        A value is not allowed, the model is at speed already, `motion` is missing, or there is no equilibrium within
+        the strains of linear elasticity.
     FactorisationError
         The structure is not held.
 
@@ -95,15 +94,11 @@ def stiffen_by_rotation(
     _check(full, sector, speed_rpm, equilibrium, cut_faces_move=motion is not None)
     if speed_rpm == 0.0:
         return full
-    discretisation = discretise(sector, full.element)
+    discretisation, squared = discretise(sector, full.element), angular_speed(speed_rpm) ** 2
     rotating = RotatingBody.of(ElasticBody.of(discretisation, material), full, motion)
-    squared = angular_speed(speed_rpm) ** 2
-    stress = None
-    if equilibrium == "linear":
-        displacement = squared * centrifugal_displacement(full, motion=motion)
-        stress = stress_at_quadrature(discretisation, material, displacement)
-    else:
-        displacement = _at_equilibrium(rotating, speed_rpm)
+    linear = equilibrium == "linear"
+    displacement = squared * centrifugal_displacement(full, motion=motion) if linear else _found(rotating, speed_rpm)
+    stress = stress_at_quadrature(discretisation, material, displacement) if linear else None
     stiffness = rotating.stiffness(displacement, squared, stress)
     force = full.centrifugal.copy()
     force[rotating.free] = (stiffness @ displacement)[rotating.free] / squared  # what neighbours exert included
@@ -124,7 +119,7 @@ def _check(full: FullModel, sector: SectorMesh, speed_rpm: float, equilibrium: s
         raise RomParameterError("load", "speed_rpm", speed_rpm, allowed)
 
 
-def _at_equilibrium(rotating: RotatingBody, speed_rpm: float) -> NDArray[np.float64]:
+def _found(rotating: RotatingBody, speed_rpm: float) -> NDArray[np.float64]:
     """Displacement (N,) of the static equilibrium at large displacements, m."""
     found = static_equilibrium(rotating, angular_speed(speed_rpm) ** 2)
     if found is None:

@@ -168,8 +168,7 @@ def operating_stress(
     point : SolvedPoint
         Frequency, excitation and contact forces.
     large_displacements : bool
-        Whether the static equilibrium at speed is one at large displacements: its Cauchy stress is then exact and all
-        else is linearised about it. Otherwise strains are small.
+        Whether the equilibrium at speed is one at large displacements, of exact Cauchy stress, else of small strains.
     temperature : float or (V,) array, optional
         Temperature above the stress-free state, K, that the static force of the loads is of.
     check : bool
@@ -189,7 +188,7 @@ def operating_stress(
 
     Examples
     --------
-    A point without contact forces, far below resonance. The full model agrees within 1e-4:
+    A point without contact forces, far below resonance:
 
     >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
     >>> from rom import (BoundaryChoice, Material, ReductionOptions, SolvedPoint, assemble, modal_model,
@@ -200,13 +199,11 @@ def operating_stress(
     >>> model = reduce_sector(full, sector, ReductionOptions(modes=8), nodal).model
     >>> point = SolvedPoint(100.0, 0.0, 10.0, np.zeros((2, model.n_contacts, 3), complex))
     >>> reduced = model, modal_model(model, damping_ratio=0.01)
-    >>> stress = operating_stress(full, sector, steel, reduced, nodal, point)
-    >>> stress.harmonics.shape[0], stress.model_error < 1e-4
-    (2, True)
+    >>> operating_stress(full, sector, steel, reduced, nodal, point).model_error < 1e-4
+    True
     """
     motion = MeshMotion(full, sector, reduced, boundary, faces)
-    large = large_displacements and full.speed_rpm != 0.0
-    base = motion.at_speed() if large else None
+    base = motion.at_speed() if large_displacements and full.speed_rpm != 0.0 else None
     heated = None if temperature is None else temperature_at_points(temperature, len(sector.points))
     recovery = StressRecovery.of(discretise(sector, full.element), materials, base, heated)
     near = _surroundings(full, sector, motion, recovery, boundary)

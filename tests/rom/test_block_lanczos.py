@@ -48,6 +48,23 @@ def test_eigenvalues_that_appear_several_times(width):
     np.testing.assert_allclose(shapes @ shapes.T, np.eye(count), atol=1e-12)
 
 
+def test_a_hermitian_ring_of_masses():
+    """Complex: a ring of unit cells at a phase, with couplings turned in the complex plane; dense eigenvalues."""
+    n, count, rng = 120, 12, np.random.default_rng(5)
+    turned = diags([-np.exp(0.7j) * np.ones(n - 1), [-np.exp(0.4j)]], [1, -(n - 1)])
+    stiffness = (turned + turned.conj().T + diags(2.1 + rng.random(n))).tocsr()
+    coupling = 0.2j * diags([np.ones(n - 1)], [1])
+    mass = (coupling + coupling.conj().T + diags(1.0 + rng.random(n))).tocsr()
+    factor = factorise(stiffness)
+    start = rng.standard_normal((4, n)) + 1j * rng.standard_normal((4, n))
+    squared, shapes = lowest_eigenpairs(lambda rows: factor.solve(rows.T).T, mass, start, count, 1e-9)
+    np.testing.assert_allclose(
+        squared, eigh(stiffness.toarray(), mass.toarray(), eigvals_only=True)[:count], rtol=1e-10
+    )
+    np.testing.assert_allclose(shapes.conj() @ (mass @ shapes.T), np.eye(count), atol=1e-10)
+    np.testing.assert_allclose(stiffness @ shapes.T, (mass @ shapes.T) * squared, atol=1e-7)
+
+
 @pytest.mark.parametrize("width", [1, 2])
 def test_a_block_narrower_than_an_eigenvalue_is_often(width):
     """Of copies beyond its width some may be missing, by round-off or not; nothing is there that should not be."""

@@ -26,6 +26,7 @@ from rom import (
     natural_frequencies,
     read_reduced_model,
     reduce_sector,
+    wave_errors,
     write_reduced_model,
 )
 
@@ -120,6 +121,15 @@ def test_one_reduction_serves_all_nodal_diameters(held, tmp_path):
         errors.append(largest)
     assert errors[1] < 2e-4
     assert errors[1] < 0.3 * errors[0]
+    said = wave_errors(model, choice.interface, 6)
+    assert dict(zip(said.nodal_diameters, said.sampled, strict=True)) == dict.fromkeys((0, 2, 8, 12), True) | {
+        4: False
+    }
+    exact = cyclic_modes(full, faces, 4, 6).frequency_hz
+    assert said.largest_unsampled == pytest.approx(
+        np.max(natural_frequencies(model, np.pi / 3.0, count=6) / exact - 1.0), rel=1e-3
+    )
+    assert said.largest_unsampled <= said.largest < 2e-4
     write_reduced_model(tmp_path / "rom.h5", model)
     again = read_reduced_model(tmp_path / "rom.h5")
     assert np.array_equal(natural_frequencies(again, 0.5), natural_frequencies(model, 0.5))
@@ -128,6 +138,20 @@ def test_one_reduction_serves_all_nodal_diameters(held, tmp_path):
         every = np.sort(modes.at(diameter).angular_frequency / (2.0 * np.pi))[:6]
         np.testing.assert_allclose(every, natural_frequencies(again, np.pi * diameter / 12, count=6), 1e-7, 0.3)
     np.testing.assert_array_equal(modes.at(-3).shapes, modes.at(3).shapes.conj())
+
+
+def test_without_cholmod_the_reduction_is_the_same():
+    """Then each nodal diameter has a factor of its own, and the static motions of the faces those of all nodes."""
+    sector = bladed_sector(12, divisions=(2, 2, 1, 3))
+    full = assemble(sector, {"": STEEL, "disk": STEEL}, None)
+    faces, nodal = cyclic_faces(full, sector), BoundaryChoice(contact_dofs="nodal")
+    found = []
+    for backend in ("auto", "superlu"):
+        choice = interface_motion(full, sector, faces, nodal, InterfaceOptions(modes=6), backend=backend)
+        options = ReductionOptions(modes=10, store_basis=False, backend=backend)
+        model = reduce_sector(full, sector, options, choice).model
+        found.append(natural_frequencies(model, np.pi / 6.0, count=8))
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
 
 
 def test_a_rigid_disk_is_a_clamped_blade():
