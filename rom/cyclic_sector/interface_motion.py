@@ -227,16 +227,17 @@ def _principal(columns: NDArray[np.float64], tolerance: float) -> NDArray[np.flo
 
 
 def _joined(sector: CondensedSector, left: NDArray[np.int64], patterns: NDArray[np.float64]) -> InterfaceMotion:
-    """The motions on both faces; nodes on the axis keep all of theirs."""
+    """The motions on both faces; nodes on the axis keep all of theirs, nodes clamped on the other face have none."""
     faces = sector.faces
     right = faces.right[np.isin(faces.left, left)]
     axis = faces.axis[~sector.held.reshape(-1, 3)[faces.axis].any(axis=1)]
+    clamped = np.setdiff1d(np.flatnonzero(sector.held.reshape(-1, 3).any(axis=1)), sector.full.fixed // 3)
     r, a, k = patterns.shape[1], len(axis), len(left)
     turned = np.einsum("ij,kjr->kir", faces.turn, patterns.reshape(k, 3, r)).reshape(3 * k, r)
-    rows = np.zeros((2 * r + 3 * a, 3 * (2 * k + a)))
+    rows = np.zeros((2 * r + 3 * a, 3 * (2 * k + a + len(clamped))))
     rows[:r, : 3 * k], rows[r : 2 * r, 3 * k : 6 * k] = patterns.T, turned.T
-    rows[2 * r :, 6 * k :] = np.eye(3 * a)
+    rows[2 * r :, 6 * k : 6 * k + 3 * a] = np.eye(3 * a)
     at_right, at_left = np.zeros((2, r + 3 * a, 2 * r + 3 * a))
     at_left[:r, :r] = at_right[:r, r : 2 * r] = np.eye(r)
     at_right[r:, 2 * r :], at_left[r:, 2 * r :] = np.eye(3 * a), np.kron(np.eye(a), faces.turn)
-    return InterfaceMotion(np.concatenate([left, right, axis]), rows, at_right, at_left)
+    return InterfaceMotion(np.concatenate([left, right, axis, clamped]), rows, at_right, at_left)

@@ -4,16 +4,21 @@ import calculix
 import calculix_blocks
 import numpy as np
 import pytest
+from rom_meshes import NODAL
 from wheels import annular_sector, wheel_mesh
 
 from rom import (
     Material,
+    ReductionOptions,
     assemble,
     cyclic_faces,
     cyclic_modes,
+    interface_motion,
     modes_by_nodal_diameter,
+    reduce_sector,
     static_motion,
     stiffen_by_rotation,
+    wave_errors,
 )
 from rom.finite_elements.rotation import coriolis_acceleration
 
@@ -41,6 +46,17 @@ def test_nodes_that_are_clamped_on_one_cut_face_are_clamped_on_the_other(backend
     found = modes_by_nodal_diameter(full, cyclic_faces(full, sector), diameters, 5, backend=backend)
     for modes in found:
         np.testing.assert_allclose(modes.frequency_hz, SEGDYN[modes.nodal_diameter], rtol=1e-5)
+
+
+def test_a_reduced_sector_clamped_on_one_cut_face():
+    """Its nodes on the other face are clamped in the reduced model too."""
+    sector = annular_sector(12, (0.1, 1.0), 0.1, (2, 4, 2), "clamped")
+    sector.node_sets["root"] = np.setdiff1d(sector.node_sets["root"], sector.node_sets["cyclic_left"])
+    full = assemble(sector, STEEL, None)
+    choice = interface_motion(full, sector, cyclic_faces(full, sector), NODAL)
+    model = reduce_sector(full, sector, ReductionOptions(modes=60, store_basis=False), choice).model
+    errors = wave_errors(model, choice.interface, 6).errors
+    assert np.all((errors > -1e-8) & (errors < 3e-4))  # from above, as a reduced model should
 
 
 def test_annular_plate():
