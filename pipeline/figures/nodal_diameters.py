@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rom import ModeFamilies, ReducedModel
 
 SHARES = "plasma"  # colours of the disk's share of the strain energy
+LISTED = 4  # engine orders that the legend names
 NAMES = 0.1  # of the width of the diagram, at each end
 
 
@@ -45,7 +46,9 @@ def nodal_diameter_figure(curve: PlottedCurve, title: str, orders: Collection[in
     low, high = curve.scene.response.frequency
     axes.axhspan(low, high, color="0.95", zorder=0, label="range of the response")
     excited = sorted(set(orders) or {curve.scene.excitation.engine_order})
-    name = f"excited by engine order{f's {excited[0]} to' if len(excited) > 1 else ''} {excited[-1]}"
+    few = ", ".join(map(str, excited))
+    numbers = few if len(excited) <= LISTED else f"{excited[0]} to {excited[-1]}"
+    name = f"excited by engine order{'s' * (len(excited) > 1)} {numbers}"
     for number, diameter in enumerate(sorted({aliased(order, model.n_blades) for order in excited})):
         axes.axvline(diameter, color="0.6", linewidth=0.8, zorder=0.5, label=name if number == 0 else None)
     if curve.scene.load.speed_rpm > 0.0:
