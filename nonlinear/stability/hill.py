@@ -192,6 +192,8 @@ class HillEigenproblem:
         from scipy.linalg import lu_factor, lu_solve
 
         matrix, descriptor = self.linearised(shift)
+        if not len(descriptor):  # no pole is retained: there is no exponent
+            return complex("nan"), None
         beside = shift * (1.0 + ROUND_OFF) + ROUND_OFF
         factors = lu_factor(matrix - beside * descriptor, check_finite=False)
         x = np.ones(len(descriptor), dtype=complex) if state is None else state
