@@ -8,6 +8,7 @@ MOST_PERIODS = 8  # after which a motion that repeats itself still counts as per
 REPEATS = 5e-3  # difference of two states, relative to the vibration, that is none
 SAME_AMPLITUDE = 0.01  # relative change of the largest amplitude from window to window in a settled motion
 SAME_SCATTER = 0.1  # the same of the scatter
+SAME_MEAN = 0.05  # the same of the mean over periods and blades, which shows a slow change that the largest hides
 NO_SCATTER = 5e-3  # scatter, relative to the amplitude, that is none
 
 
@@ -36,7 +37,7 @@ def repeats_after(ends: Array) -> int:
 
 
 def same_statistics(before: Array, after: Array) -> bool:
-    """Whether two windows of a motion have the same largest amplitude and the same scatter.
+    """Whether two windows of a motion have the same largest amplitude, the same scatter and the same mean.
 
     Parameters
     ----------
@@ -46,4 +47,5 @@ def same_statistics(before: Array, after: Array) -> bool:
     largest = after.max()
     scatter = [float(window.max() - window.min()) for window in (before, after)]
     same = abs(scatter[1] - scatter[0]) <= SAME_SCATTER * scatter[1] or max(scatter) <= NO_SCATTER * largest
+    same = same and abs(after.mean() - before.mean()) <= SAME_MEAN * after.mean()
     return bool(abs(largest - before.max()) <= SAME_AMPLITUDE * largest and same)

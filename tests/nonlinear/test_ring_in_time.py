@@ -184,10 +184,13 @@ def test_only_what_repeats_itself_is_periodic():
 
 
 def test_windows_of_a_settled_motion_agree():
-    """A growing or decaying amplitude has not settled, nor has a scatter that changes."""
+    """A growing or decaying amplitude has not settled, nor has a scatter or a mean that changes."""
     rng = np.random.default_rng(5)
     wild = 1.0 + 0.2 * rng.random((400, 4))
     assert same_statistics(wild[:200], wild[200:])
     assert not same_statistics(wild[:200], 1.03 * wild[200:])
     assert not same_statistics(np.full((60, 4), 1.0), np.full((60, 4), 0.98))
     assert not same_statistics(wild[:200], 1.2 - 0.7 * (1.2 - wild[200:]))
+    share = rng.random((400, 4))  # its square has the same largest and smallest values
+    assert same_statistics(0.2 + share[:200], 0.2 + share[200:])
+    assert not same_statistics(0.2 + share[:200], 0.2 + share[200:] ** 2)
