@@ -103,6 +103,7 @@ def pictures() -> dict[str, Picture]:
             (DUMMY, UNCERTAIN, STYLE, "pipeline/figures/uncertainty_figure.py"),
             _uncertainty,
         ),
+        Picture("bladed_disk", ("docs/bladed_disk.md#disk_effect", STYLE), _disk_effect),
         Picture("mistuning", (DUMMY, STYLE, "pipeline/figures/mistuning_figure.py"), _mistuning),
         Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/story.py"), _report),
         Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
@@ -145,6 +146,16 @@ def _drawn(module: str, function: str) -> Maker:
         return True
 
     return make
+
+
+def _disk_effect(path: Path) -> bool:
+    """The curves of the benchmark, solved where they are not stored."""
+    study = import_module("disk_effect")
+    for figure in study.FIGURES:
+        for disk in (False, True):
+            study.results_of(figure, disk, study.OUT / study.NAME / f"{figure}_{disk}")
+    study.draw(study.OUT / study.NAME, path)
+    return True
 
 
 def _of_run(scene: str, name: str) -> Maker:
