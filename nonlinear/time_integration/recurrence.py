@@ -12,13 +12,15 @@ SAME_MEAN = 0.05  # the same of the mean over periods and blades, which shows a 
 NO_SCATTER = 5e-3  # scatter, relative to the amplitude, that is none
 
 
-def repeats_after(ends: Array) -> int:
+def repeats_after(ends: Array, vibration: float = 0.0) -> int:
     """Number of periods after which a motion repeats itself over the whole window; 0: it does not.
 
     Parameters
     ----------
     ends : (P, ...) float
         States at the ends of the P periods of the window.
+    vibration : float
+        Size of the whole vibration, where the states are those of a part of it that may vanish.
 
     Returns
     -------
@@ -26,7 +28,7 @@ def repeats_after(ends: Array) -> int:
         1 for a motion with the period of the excitation, 2 after a period doubling, ..., 8 at most.
     """
     flat = ends.reshape(len(ends), -1)
-    scale = np.linalg.norm(flat, axis=1).max()
+    scale = max(float(np.linalg.norm(flat, axis=1).max()), vibration)
     if scale == 0.0:
         return 1
     for periods in range(1, min(MOST_PERIODS, len(flat) // 4) + 1):
@@ -37,7 +39,7 @@ def repeats_after(ends: Array) -> int:
 
 
 def same_statistics(before: Array, after: Array) -> bool:
-    """Whether two windows of a motion have the same largest amplitude, the same scatter and the same mean.
+    """Whether two windows of a motion have the same largest amplitude and the same scatter.
 
     Parameters
     ----------
@@ -47,5 +49,15 @@ def same_statistics(before: Array, after: Array) -> bool:
     largest = after.max()
     scatter = [float(window.max() - window.min()) for window in (before, after)]
     same = abs(scatter[1] - scatter[0]) <= SAME_SCATTER * scatter[1] or max(scatter) <= NO_SCATTER * largest
-    same = same and abs(after.mean() - before.mean()) <= SAME_MEAN * after.mean()
     return bool(abs(largest - before.max()) <= SAME_AMPLITUDE * largest and same)
+
+
+def same_mean(before: Array, after: Array) -> bool:
+    """Whether two windows of a motion have the same mean amplitude.
+
+    Parameters
+    ----------
+    before, after : (P, q) float
+        As in `same_statistics`.
+    """
+    return bool(abs(after.mean() - before.mean()) <= SAME_MEAN * after.mean())

@@ -8,7 +8,7 @@ import numpy as np
 
 from nonlinear.contact.parameters import Array
 from nonlinear.time_integration.growth import DIFFERENCES, growth_rate
-from nonlinear.time_integration.recurrence import repeats_after, same_statistics
+from nonlinear.time_integration.recurrence import repeats_after, same_mean, same_statistics
 from nonlinear.time_integration.residual_flexibility import RETENTION
 from nonlinear.time_integration.ring import Ring, RingState
 from nonlinear.time_integration.ring_integrator import RingIntegrator, RingRecord
@@ -27,6 +27,8 @@ FLAT = 1.1  # ratio of the largest and the smallest distance in the last windows
 FLAT_WINDOWS = 3  # their number
 MISSING = 0.5  # growth (of the logarithm) that the growth rate measured before would have made in these windows
 CALM = 0.01  # change from period to period, relative to the disturbance, of a motion that has settled
+IRREGULAR = 3  # windows of the same largest amplitude and scatter, after which the mean may differ; or joined
+SAME_LARGEST = 0.03  # relative change of the largest amplitude of so many windows in an irregular motion
 SMALLER = 1e-3  # factor on the disturbance where a ring leaves before its growth rate is measured
 
 
@@ -233,7 +235,8 @@ def integrate_ring(
 def _final_window(march: _March, stays: bool, limits: RingLimits) -> dict[str, Any]:
     """What `RingMotion` tells about the final window, and the envelope."""
     window, envelope = min(limits.window, march.periods), march.envelope
-    repeats = 1 if stays else repeats_after(march.last_ends(window))
+    vibration = march.integrator.vibration(march.state)
+    repeats = 1 if stays else repeats_after(march.last_ends(window), vibration)
     return {
         "amplitude_m": float(envelope[-window:].max()),
         "lowest_m": float(envelope[-window:].min()),
@@ -352,13 +355,24 @@ def _enlarged(home: RingState, state: RingState, factor: float) -> RingState:
 
 
 def _settle(march: _March, limits: RingLimits) -> bool:
-    """Follow a ring until a window of its motion agrees with the one before; False: the periods did not suffice."""
+    """Follow a ring until a window of its motion agrees with the one before; False: the periods did not suffice.
+
+    A mean that still changes tells of a motion that relaxes; where it goes on changing the motion is irregular. So is
+    one whose largest amplitude differs from window to window: it has settled where that of several windows does not.
+    """
     march.go(limits.window)
+    agreed = 0
     while march.periods + limits.window <= limits.most_periods:
         march.go(limits.window)
         before, after = march.envelope[-2 * limits.window :].reshape(2, limits.window, -1)
-        if same_statistics(before, after):
+        same = same_statistics(before, after)
+        agreed += same
+        if same and (same_mean(before, after) or agreed >= IRREGULAR):
             return True
         if max(before.max(), after.max()) < limits.floor_m:
             return False
-    return False
+    several = IRREGULAR * limits.window
+    if march.periods < 2 * several:
+        return False
+    before, after = march.envelope[-2 * several :].reshape(2, several, -1)
+    return same_mean(before, after) and abs(after.max() / before.max() - 1.0) <= SAME_LARGEST

@@ -42,13 +42,14 @@ class Bisection:
     separator: NDArray[np.int64]
 
 
-def nested_dissection(matrix: csr_matrix, from_size: int = DISSECT_FROM) -> NDArray[np.int64] | None:
+def nested_dissection(matrix: csr_matrix, from_size: int | None = None) -> NDArray[np.int64] | None:
     """Elimination order (n,) of the unknowns of a symmetric matrix; None where METIS does not pay.
 
-    There are three unknowns for each node; the nodes are ordered, and their unknowns with them. None for a
-    matrix below a size, for a number of unknowns that is not a multiple of three, and where pymetis is missing.
+    There are three unknowns for each node; the nodes are ordered, and their unknowns with them. None for a matrix of
+    fewer than `from_size` unknowns (by default `DISSECT_FROM`), for a number of unknowns that is not a multiple of
+    three, and where pymetis is missing.
     """
-    if matrix.shape[0] < from_size or not _can_dissect(matrix):
+    if matrix.shape[0] < (DISSECT_FROM if from_size is None else from_size) or not _can_dissect(matrix):
         return None
     return _unknowns(_dissected(*_node_graph(matrix)))
 
