@@ -83,7 +83,7 @@ def ways_to_solve(balance: Any, unknown: Any, omega: float, vectors: Any) -> dic
     from scipy.sparse import csc_array
     from scipy.sparse.linalg import splu
 
-    from nonlinear.mistuned_ring.ring_balance import by_pair
+    from nonlinear.mistuned_ring.pair_order import by_pair
 
     column, row, right = vectors
     seconds: dict[str, Any] = {}

@@ -39,7 +39,9 @@ if TYPE_CHECKING:
     from nonlinear.continuation.named_outputs import largest_lengths, output_components
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
     from nonlinear.mistuned_ring.amplification import whitehead_bound
-    from nonlinear.mistuned_ring.linear_ring import LinearPeak, LinearRing
+    from nonlinear.mistuned_ring.linear_peak import LinearPeak
+    from nonlinear.mistuned_ring.linear_ring import LinearRing
+    from nonlinear.mistuned_ring.linear_sectors import LinearSectors
     from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
     from nonlinear.mistuned_ring.ring_peaks import RingPeak
     from nonlinear.mistuned_ring.ring_response import MistunedResponse, mistuned_response
@@ -95,6 +97,7 @@ __all__ = [
     "JointOptimum",
     "LinearPeak",
     "LinearRing",
+    "LinearSectors",
     "LinearisedResidual",
     "MistunedResponse",
     "Mistuning",
@@ -230,7 +233,8 @@ _PLACES = {
     "mistuned_response": "nonlinear.mistuned_ring.ring_response",
     "RingPeak": "nonlinear.mistuned_ring.ring_peaks",
     "LinearRing": "nonlinear.mistuned_ring.linear_ring",
-    "LinearPeak": "nonlinear.mistuned_ring.linear_ring",
+    "LinearPeak": "nonlinear.mistuned_ring.linear_peak",
+    "LinearSectors": "nonlinear.mistuned_ring.linear_sectors",
     "whitehead_bound": "nonlinear.mistuned_ring.amplification",
 }
 

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes, modes_by_nodal_diameter
     from rom.cyclic_sector.family_rows import mode_families
     from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
+    from rom.cyclic_sector.part_stiffness import blade_stiffness
     from rom.cyclic_sector.static_motion import static_motion
     from rom.cyclic_sector.wave_errors import WaveErrors, wave_errors
     from rom.errors import (
@@ -136,6 +137,7 @@ __all__ = [
     "WaveSuperelement",
     "angular_speed",
     "assemble",
+    "blade_stiffness",
     "centrifugal_displacement",
     "contact_areas",
     "contact_springs",
@@ -276,6 +278,7 @@ _PLACES = {
     "load_full_model": "rom.files.full_model_file",
     "load_sector": "rom.files.sector_file",
     "modal_model": "rom.cyclic.ring_modes",
+    "blade_stiffness": "rom.cyclic_sector.part_stiffness",
     "mode_families": "rom.cyclic_sector.family_rows",
     "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",

@@ -58,4 +58,5 @@ class BorderedSystem:
         """
         scaled, scaled_omega = self.factors.solve(np.zeros(self.size), 1.0)
         tangent = self.metric.unit((scaled * self.metric.length, scaled_omega * self.metric.omega))
-        return tangent, self.sign, self.sign * int(np.sign(scaled_omega))
+        side = 0 if np.isnan(scaled_omega) else int(np.sign(scaled_omega))  # NaN of a singular system
+        return tangent, self.sign, self.sign * side

@@ -2,7 +2,8 @@
 
 The last block of the ring and the border are taken out. What is left is a chain of N - 1 blocks, eliminated by the
 block LU factorisation D_k = A_kk - A_(k,k-1) D_(k-1)^-1 A_(k-1,k) [1]_. The Schur complement of the chain is one
-dense matrix of the size of a block and the border. Cost: about 9 N b^3 multiplications for blocks of size b.
+dense matrix of the size of a block and the border. Cost: about N b^2 (9 b + 4 w) multiplications for blocks of size b
+and a border of width w.
 
 Inside a block the elimination pivots, across blocks it does not: each solution is corrected with its residual, and is
 NaN where that does not converge.
@@ -14,7 +15,6 @@ References
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -80,7 +80,7 @@ class _Lu(NamedTuple):
 
 @dataclass(frozen=True)
 class CyclicBlockFactors:
-    """Factors of a block-tridiagonal cyclic matrix A, bordered by a column and a row.
+    """Factors of a block-tridiagonal cyclic matrix A, bordered by w columns and rows.
 
     ::
 
@@ -91,49 +91,49 @@ class CyclicBlockFactors:
     ----------
     matrix : CyclicBlocks
         A.
-    column, row : (N, b) array
-        c and t.
-    corner : float
+    column, row : (N, b, w) array
+        c and the transpose of t.
+    corner : (w, w) array
         e.
     pivots : tuple of _Lu
         D_k of the chain, N - 1.
     onward : (N - 1, b, b) array
         D_k^-1 A_(k,k+1).
-    coupling : (N - 1, b, b + 1) array
+    coupling : (N - 1, b, b + w) array
         The chain's solution for the columns of the last block and of the border.
     schur : _Lu
-        The Schur complement, b + 1 rows.
+        The Schur complement, b + w rows.
     """
 
     matrix: CyclicBlocks
     column: Array
     row: Array
-    corner: float
+    corner: Array
     pivots: tuple[_Lu, ...]
     onward: Array
     coupling: Array
     schur: _Lu
 
     @classmethod
-    def of(cls, matrix: CyclicBlocks, column: Array, row: Array, corner: float) -> CyclicBlockFactors:
+    def of(cls, matrix: CyclicBlocks, column: Array, row: Array, corner: Array) -> CyclicBlockFactors:
         """Factorise; a singular system solves to NaN.
 
         Parameters
         ----------
         matrix : CyclicBlocks
             A.
-        column, row : (N, b) array
-            c and t.
-        corner : float
+        column, row : (N, b, w) array
+            c and the transpose of t.
+        corner : (w, w) array
             e.
         """
-        count, size = column.shape
-        chain = count - 1
-        beside = np.zeros((chain, size, size + 1))
-        beside[..., -1] = column[:chain]
+        count, size, width = column.shape
+        chain, wide = count - 1, size + width
+        beside = np.zeros((chain, size, wide))
+        beside[..., size:] = column[:chain]
         if chain:
-            beside[0, :, :-1] += matrix.before[0]
-            beside[-1, :, :-1] += matrix.after[chain - 1]
+            beside[0, :, :size] += matrix.before[0]
+            beside[-1, :, :size] += matrix.after[chain - 1]
         pivots, onward = [], np.zeros((chain, size, size))
         with np.errstate(all="ignore"):
             for k in range(chain):
@@ -144,18 +144,16 @@ class CyclicBlockFactors:
                 pivots.append(_Lu.of(own))
                 last = k == chain - 1
                 found = pivots[k].solve(beside[k] if last else np.hstack([beside[k], matrix.after[k]]))
-                beside[k] = found[:, : size + 1]
-                onward[k] = 0.0 if last else found[:, size + 1 :]
+                beside[k] = found[:, :wide]
+                onward[k] = 0.0 if last else found[:, wide:]
             for k in range(chain - 2, -1, -1):
                 beside[k] -= onward[k] @ beside[k + 1]
-        schur = np.empty((size + 1, size + 1))
-        schur[:-1, :-1], schur[:-1, -1] = matrix.own[-1], column[-1]
-        schur[-1, :-1], schur[-1, -1] = row[-1], corner
+        schur = np.block([[matrix.own[-1], column[-1]], [row[-1].T, corner]])
         if chain:
-            schur[:-1] -= matrix.after[-1] @ beside[0] + matrix.before[-1] @ beside[-1]
-            schur[-1] -= np.einsum("kb,kbq->q", row[:chain], beside)
+            schur[:size] -= matrix.after[-1] @ beside[0] + matrix.before[-1] @ beside[-1]
+            schur[size:] -= row[:chain].reshape(-1, width).T @ beside.reshape(-1, wide)
         else:
-            schur[:-1, :-1] += matrix.before[0] + matrix.after[0]
+            schur[:size, :size] += matrix.before[0] + matrix.after[0]
         return cls(matrix, column, row, corner, tuple(pivots), onward, beside, _Lu.of(schur))
 
     @property
@@ -163,38 +161,38 @@ class CyclicBlockFactors:
         """Sign of the determinant of the bordered matrix."""
         return int(np.prod([lu.sign for lu in self.pivots])) * self.schur.sign
 
-    def solve(self, right: Array, last: float) -> tuple[Array, float]:
-        """Solution (x, z) for the right-hand side (b (N, b), b_e), corrected to round-off; NaN if it fails."""
-        whole = math.hypot(float(np.linalg.norm(right)), last)
+    def solve(self, right: Array, last: Array) -> tuple[Array, Array]:
+        """Solution (x, z) for the right-hand side (b (N, b), b_e (w,)), corrected to round-off; NaN if it fails."""
+        whole = np.hypot(np.linalg.norm(right), np.linalg.norm(last))
         with np.errstate(all="ignore"):
-            x, z = self._eliminated(right, last)
-            size = math.inf
+            x, z = self.eliminated(right, last)
+            size = np.inf
             for _ in range(CORRECTIONS):
-                residual = right - self.matrix.times(x[..., None])[..., 0] - z * self.column
-                residual_last = last - float(np.vdot(self.row, x)) - self.corner * z
-                previous, size = size, math.hypot(float(np.linalg.norm(residual)), residual_last)
+                residual = right - self.matrix.times(x[..., None])[..., 0] - self.column @ z
+                residual_last = last - np.einsum("kbw,kb->w", self.row, x) - self.corner @ z
+                previous, size = size, np.hypot(np.linalg.norm(residual), np.linalg.norm(residual_last))
                 if not size > ROUND_OFF * whole or not size < 0.5 * previous:
                     break
-                dx, dz = self._eliminated(residual, residual_last)
+                dx, dz = self.eliminated(residual, residual_last)
                 x, z = x + dx, z + dz
         if not min(size, previous) <= SOLVED * whole:
-            return np.full_like(x, np.nan), math.nan
+            return np.full_like(x, np.nan), np.full_like(z, np.nan)
         return x, z
 
-    def _eliminated(self, right: Array, last: float) -> tuple[Array, float]:
-        """The solution of the factors alone."""
-        chain = len(self.pivots)
+    def eliminated(self, right: Array, last: Array) -> tuple[Array, Array]:
+        """The solution of the factors alone, not corrected."""
+        chain, size = len(self.pivots), right.shape[1]
         x = np.empty_like(right)
         for k in range(chain):
             rest = right[k] - self.matrix.before[k] @ x[k - 1] if k else right[k]
             x[k] = self.pivots[k].solve(rest)
         for k in range(chain - 2, -1, -1):
             x[k] -= self.onward[k] @ x[k + 1]
-        reduced = np.append(right[-1], last)
+        reduced = np.concatenate([right[-1], last])
         if chain:
-            reduced[:-1] -= self.matrix.after[-1] @ x[0] + self.matrix.before[-1] @ x[chain - 1]
-            reduced[-1] -= np.vdot(self.row[:chain], x[:chain])
+            reduced[:size] -= self.matrix.after[-1] @ x[0] + self.matrix.before[-1] @ x[chain - 1]
+            reduced[size:] -= np.einsum("kbw,kb->w", self.row[:chain], x[:chain])
         end = self.schur.solve(reduced)
-        x[-1] = end[:-1]
+        x[-1] = end[:size]
         x[:chain] -= self.coupling @ end
-        return x, float(end[-1])
+        return x, end[size:]

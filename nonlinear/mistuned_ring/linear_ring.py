@@ -12,12 +12,14 @@ tuned responses at both ends of the range. Mistuning couples these with higher m
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.mistuned_ring.linear_peak import LinearPeak, highest_peak
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
 from nonlinear.options import Excitation, OptionsError
 from rom import ModalModel, contact_springs
@@ -25,39 +27,6 @@ from rom import ModalModel, contact_springs
 HIGHEST = 3.0  # of the modes in T, relative to the upper end of the range
 INDEPENDENT = 1e-7  # smallest relative singular value of a vector of T
 BATCH = 64  # frequencies solved together
-PER_BANDWIDTH, LEAST, MOST = 4.0, 64, 20000  # frequencies of the search: in a half-power bandwidth, and in all
-ZOOMS, ZOOM_POINTS = 5, 17
-NEARLY_HIGHEST = 0.97  # of the largest sample
-
-
-@dataclass(frozen=True)
-class LinearPeak:
-    """The highest amplitude of any blade of a linear ring.
-
-    Attributes
-    ----------
-    frequency_hz : float
-        Frequency, Hz.
-    amplitude_m : float
-        Amplitude of the output in the harmonic of the excitation, m.
-    blade : int
-        Number of the blade, 0 ... N_b - 1.
-
-    Examples
-    --------
-    With the names of the example of `forced_response`; a softer blade, stuck, vibrates with F / (c w):
-
-    >>> from nonlinear import LinearRing, Mistuning
-    >>> softer = Mistuning.of(12, frequency=[0.0, 0.0, -0.02] + 9 * [0.0])
-    >>> ring = LinearRing.of(modal, contact, excitation, softer, highest_hz=0.4)
-    >>> peak = ring.peak((0.3, 0.33))
-    >>> print(f"blade {peak.blade}: {peak.amplitude_m:.2f} m at {peak.frequency_hz:.4f} Hz")
-    blade 2: 25.12 m at 0.3167 Hz
-    """
-
-    frequency_hz: float
-    amplitude_m: float
-    blade: int
 
 
 @dataclass(frozen=True)
@@ -68,14 +37,16 @@ class LinearRing:
     ----------
     mass, damping : (r, r) array
         T^T T and T^T c T.
-    stiffness : (N_b, r, r) array
-        A_j.
-    coupling : (N_b, r, r) complex array
-        U_j.
+    blade : (r, r) array
+        T^T omega_m^2 T.
+    springs : tuple of three (r, r) arrays
+        T^T R^T k R T, T^T L^T k L T and -exp(i psi) T^T R^T k L T of the tuned springs.
     force : (r,) complex array
         T^T F.
     output : (r,) array
         The output of the coordinates.
+    mistuning : Mistuning
+        Deviations of all blades; those of friction and interference have no effect.
     bandwidth_hz : float
         Smallest half-power bandwidth of the modes of the blade up to the upper end of the range, Hz.
 
@@ -97,10 +68,11 @@ class LinearRing:
 
     mass: Array
     damping: Array
-    stiffness: Array
-    coupling: ComplexArray
+    blade: Array
+    springs: tuple[Array, Array, ComplexArray]
     force: ComplexArray
     output: Array
+    mistuning: Mistuning
     bandwidth_hz: float
 
     @classmethod
@@ -155,21 +127,46 @@ class LinearRing:
         tuned = _TunedBlade(modal, springs.reshape(-1), excitation)
         basis = tuned.basis(2.0 * np.pi * highest_hz)
         right, left = modal.right @ basis, (np.zeros_like(modal.right) if modal.left is None else modal.left) @ basis
-        factor = 1.0 + mistuning.stiffness[:, None, None]
-        ahead = np.exp(1j * tuned.phase(1))
-        ratios = 1.0 + mistuning.frequency
-        own = [basis.T @ (((ratio * modal.angular_frequency) ** 2)[:, None] * basis) for ratio in ratios]
         at_right, at_left = ((face * tuned.springs[:, None]).T @ face for face in (right, left))
         below = np.flatnonzero(modal.angular_frequency <= 2.0 * np.pi * highest_hz)
         return cls(
             mass=basis.T @ basis,
             damping=basis.T @ (modal.damping[:, None] * basis),
-            stiffness=np.array(own) + factor * at_right + np.roll(factor, 1, axis=0) * at_left,
-            coupling=-ahead * factor * ((right * tuned.springs[:, None]).T @ left),
+            blade=basis.T @ ((modal.angular_frequency**2)[:, None] * basis),
+            springs=(at_right, at_left, -np.exp(1j * tuned.phase(1)) * ((right * tuned.springs[:, None]).T @ left)),
             force=basis.T @ tuned.force,
             output=modal.outputs[output] @ basis,
+            mistuning=mistuning,
             bandwidth_hz=float(modal.damping[below].min(initial=modal.damping[0])) / (2.0 * np.pi),
         )
+
+    def with_mistuning(self, mistuning: Mistuning) -> LinearRing:
+        """The same ring with other deviations.
+
+        Parameters
+        ----------
+        mistuning : Mistuning
+            Deviations of all blades.
+
+        Returns
+        -------
+        LinearRing
+            The ring.
+        """
+        return replace(self, mistuning=mistuning)
+
+    @cached_property
+    def _stiffness(self) -> Array:
+        """A_j, (N_b, r, r)."""
+        ratio = (1.0 + self.mistuning.frequency)[:, None, None] ** 2
+        factor = 1.0 + self.mistuning.stiffness[:, None, None]
+        at_right, at_left, _ = self.springs
+        return ratio * self.blade + factor * at_right + np.roll(factor, 1, axis=0) * at_left
+
+    @cached_property
+    def _coupling(self) -> ComplexArray:
+        """U_j, (N_b, r, r)."""
+        return np.asarray((1.0 + self.mistuning.stiffness)[:, None, None] * self.springs[2], dtype=complex)
 
     def vibration(self, frequency_hz: Array | list[float]) -> ComplexArray:
         """Amplitude of the output of all blades, each in its own time.
@@ -192,8 +189,8 @@ class LinearRing:
         """z of all blades at a few frequencies, (F, N_b, r)."""
         at = omega[:, None, None]
         dynamic = 1j * at * self.damping - at**2 * self.mass
-        own = np.asarray(dynamic[:, None] + self.stiffness, dtype=np.complex128)
-        return solve_cyclic(own, self.coupling, np.broadcast_to(self.force, own.shape[:-1]))
+        own = np.asarray(dynamic[:, None] + self._stiffness, dtype=np.complex128)
+        return solve_cyclic(own, self._coupling, np.broadcast_to(self.force, own.shape[:-1]))
 
     def peak(self, frequency_hz: tuple[float, float]) -> LinearPeak:
         """The highest amplitude of any blade between two frequencies.
@@ -208,24 +205,7 @@ class LinearRing:
         LinearPeak
             Sampled four times in the half-power bandwidth, then solved for around the highest samples.
         """
-        low, high = frequency_hz
-        wanted = PER_BANDWIDTH * (high - low) / max(self.bandwidth_hz, 1e-300)
-        grid = np.linspace(low, high, int(min(max(wanted, LEAST), MOST)) + 1)
-        top = np.abs(self.vibration(grid)).max(axis=1)
-        padded = np.pad(top, 1, constant_values=-np.inf)
-        local = (top >= padded[:-2]) & (top >= padded[2:]) & (top >= NEARLY_HIGHEST * top.max())
-        starts = np.flatnonzero(local).tolist()
-        found = [self._zoomed(float(grid[max(i - 1, 0)]), float(grid[min(i + 1, grid.size - 1)])) for i in starts]
-        return max(found, key=lambda peak: peak.amplitude_m)
-
-    def _zoomed(self, low: float, high: float) -> LinearPeak:
-        """The highest amplitude between two samples, by ever finer samples."""
-        for _ in range(ZOOMS):
-            grid = np.linspace(low, high, ZOOM_POINTS)
-            amplitude = np.abs(self.vibration(grid))
-            best, blade = divmod(int(np.argmax(amplitude)), amplitude.shape[1])
-            low, high = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, ZOOM_POINTS - 1)])
-        return LinearPeak(float(grid[best]), float(amplitude[best, blade]), blade)
+        return highest_peak(self.vibration, self.bandwidth_hz, frequency_hz)
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,11 @@
 """Harmonic balance of a mistuned ring: the relative displacements of all N_b contact pairs.
 
-    R_j^(h) = d_j^(h) - d_lin,j^(h)(omega) - sum_k G_jk^(h)(omega) f_k^(h)(d_k) = 0,    k = j-1, j, j+1.
+    R_j^(h) = d_j^(h) - d_lin,j^(h)(omega) - sum_k G_jk^(h)(omega) f_k^(h)(d_k) = 0.
 
-The contact forces of a pair depend on its own displacement only, so that the Jacobian is block-tridiagonal and cyclic
-like the receptance, with blocks of 3 n_c (2H+1) unknowns.
+The contact forces of a pair depend on its own displacement only. Of clamped blades k = j-1, j, j+1, and the Jacobian
+is block-tridiagonal and cyclic like the receptance, with blocks of 3 n_c (2H+1) unknowns. Through a disk all pairs
+move each other; there the strains on which the deviating stiffness of the blades acts are unknowns like the
+displacements, and their forces are among the f.
 """
 
 from __future__ import annotations
@@ -13,21 +15,29 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
-from nonlinear.contact.parameters import Array, ContactForces, ContactParameters
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.harmonic_balance.dense_factors import DenseFactors
 from nonlinear.harmonic_balance.residual import (
     STATIC_RESOLUTION,
+    BorderedFactors,
     HarmonicBalance,
     LinearisedResidual,
     has_odd_harmonics_only,
 )
+from nonlinear.mistuned_ring.blade_springs import WithBladeSprings
 from nonlinear.mistuned_ring.cyclic_blocks import CyclicBlockFactors, CyclicBlocks
 from nonlinear.mistuned_ring.mistuning import Mistuning
+from nonlinear.mistuned_ring.pair_order import by_pair, from_pairs, pair_force_change, real_product
 from nonlinear.mistuned_ring.ring_receptance import RingReceptance
+from nonlinear.mistuned_ring.sector_factors import SectorFactors
+from nonlinear.mistuned_ring.sector_ring import SectorRing
 from nonlinear.options import SolverOptions
-from rom import RelativeReceptance
+
+SMALLEST_ITERATIVE = 800  # unknowns of a ring with a disk from which GMRES is faster than a dense factorisation
 
 
 @dataclass(frozen=True)
@@ -45,47 +55,76 @@ class RingFactors:
     def solve(self, right: Array, last: float) -> tuple[Array, float]:
         """Solution (x (n,), z) for the right-hand side (b (n,), b_e); NaN for a singular system."""
         n_blades = len(self.factors.column)
-        solution, z = self.factors.solve(by_pair(right, self.n_rows, n_blades), last)
-        return from_pairs(solution, self.n_rows), z
+        solution, z = self.factors.solve(by_pair(right, self.n_rows, n_blades), np.array([last]))
+        return from_pairs(solution, self.n_rows), float(z[0])
 
 
 @dataclass(frozen=True)
 class LinearisedRing(LinearisedResidual):
     """The residual of a ring and its derivatives at one state; see `LinearisedResidual`."""
 
+    balance: RingBalance
+
     @cached_property
-    def blocks(self) -> CyclicBlocks:
-        """The blocks of dR/dx; rows and columns of a block in the order coefficient, node, component."""
-        balance = self.balance
-        assert isinstance(balance, RingBalance)
-        n_blades, n_rows = balance.n_blades, 2 * balance.n_harmonics + 1
+    def force_jacobian(self) -> Array:
+        """df/dx of the nodes, as `ContactForces.jacobian`; zero in the even harmonics of an odd balance."""
         jacobian = self.contact.jacobian
-        if balance.odd:
+        if self.balance.odd:
             jacobian = jacobian.copy()
             jacobian[..., 3::4, :] = jacobian[..., 4::4, :] = 0.0
             jacobian[..., 3::4] = jacobian[..., 4::4] = 0.0
-        change = _force_change(jacobian, n_blades)
-        blocks = balance.ring.blocks(self.omega)
-        own = -_product(blocks.own, change)
+        return jacobian
+
+    @cached_property
+    def blocks(self) -> CyclicBlocks:
+        """The blocks of dR/dx of clamped blades; rows and columns of a block: coefficient, node, component."""
+        balance, ring = self.balance, self.balance.structure
+        assert isinstance(ring, RingReceptance)
+        n_blades, n_rows = balance.n_blades, 2 * balance.n_harmonics + 1
+        change = pair_force_change(self.force_jacobian, n_blades)
+        blocks = ring.blocks(self.omega)
+        own = -real_product(blocks.own, change)
         own[:, np.arange(own.shape[1]), np.arange(own.shape[1])] += 1.0
-        if balance.ring.blade.left is None:
+        if ring.blade.left is None:
             return CyclicBlocks(np.zeros_like(own), own, np.zeros_like(own))
-        before = -_product(blocks.before, np.roll(change, 1, axis=0))
-        after = -_product(blocks.after, np.roll(change, -1, axis=0))
+        before = -real_product(blocks.before, np.roll(change, 1, axis=0))
+        after = -real_product(blocks.after, np.roll(change, -1, axis=0))
         assert own.shape == (n_blades, n_rows * balance.pair_dofs, n_rows * balance.pair_dofs)
         return CyclicBlocks(before, own, after)
+
+    def times(self, change: Array) -> Array:
+        """dR/dx times a change of the unknown (n,): no matrix is formed."""
+        balance = self.balance
+        forces = np.einsum("kabij,jkb->ika", self.force_jacobian, balance.displacement(change), optimize=True)
+        increments = balance.structure.increments(self.omega, balance.by_harmonic(forces))
+        moved = to_real(balance.structure.relative(increments).reshape(balance.n_harmonics + 1, -1))
+        found: Array = change - moved.reshape(-1)
+        return found
 
     @cached_property
     def jacobian(self) -> Array:
         """dR/dx, (n, n), in the order of the unknowns: for checks, as it is large."""
-        balance = self.balance
-        assert isinstance(balance, RingBalance)
-        n_rows = 2 * balance.n_harmonics + 1
-        places = by_pair(np.arange(balance.size, dtype=float), n_rows, balance.n_blades)
-        order = np.argsort(places.reshape(-1))
-        return self.blocks.dense()[np.ix_(order, order)]
+        return np.stack([self.times(column) for column in np.eye(self.balance.size)], axis=1)
 
-    def factorise(self, column: Array, row: Array, corner: float) -> RingFactors:
+    @cached_property
+    def coupling(self) -> tuple[Array, NDArray[np.intp]]:
+        """G df/dx of sectors joined at a disk, (n, n), and the indices of its columns: all."""
+        balance, ring = self.balance, self.balance.structure
+        assert isinstance(ring, SectorRing)
+        count, n_rows = balance.n_blades, 2 * balance.n_harmonics + 1
+        change, size = pair_force_change(self.force_jacobian, count), n_rows * balance.pair_dofs
+        found = np.empty((count, size, count, size))
+        pairs = np.arange(count)
+        for distance, block in enumerate(ring.flexibility(self.omega)):
+            before = (pairs - distance) % count
+            found[pairs, :, before] = real_product(np.broadcast_to(block, (count, *block.shape)), change[before])
+        indices = np.arange(balance.size)
+        place = indices.reshape(n_rows, count, -1).transpose(1, 0, 2).reshape(-1)
+        whole = np.empty((balance.size, balance.size))
+        whole[np.ix_(place, place)] = found.reshape(balance.size, balance.size)
+        return whole, indices
+
+    def factorise(self, column: Array, row: Array, corner: float) -> BorderedFactors:
         """Factors of the bordered Jacobian [dR/dx, c; t, e].
 
         Parameters
@@ -96,71 +135,74 @@ class LinearisedRing(LinearisedResidual):
             e.
         """
         balance = self.balance
-        assert isinstance(balance, RingBalance)
-        n_rows = 2 * balance.n_harmonics + 1
-        own_column, own_row = (by_pair(values, n_rows, balance.n_blades) for values in (column, row))
-        return RingFactors(CyclicBlockFactors.of(self.blocks, own_column, own_row, corner), n_rows)
+        if isinstance(balance.structure, SectorRing):
+            if balance.size < SMALLEST_ITERATIVE:
+                return DenseFactors.of(self.coupling, column, row, corner)
+            return SectorFactors(self, column, row, corner)
+        n_rows, end = 2 * balance.n_harmonics + 1, np.array([[corner]])
+        own_column, own_row = (by_pair(values, n_rows, balance.n_blades)[..., None] for values in (column, row))
+        return RingFactors(CyclicBlockFactors.of(self.blocks, own_column, own_row, end), n_rows)
 
 
 @dataclass(frozen=True, kw_only=True)
 class RingBalance(HarmonicBalance):
-    """The balance of all contact pairs of a ring of clamped blades.
+    """The balance of all contact pairs of a ring.
 
     The unknown holds the real Fourier coefficients of all d_j, each in the time of blade j: rows (0, Re 1, Im 1, ...)
-    of 3 n_c N_b numbers, pair after pair.
+    of 3 n_nodes N_b numbers, pair after pair. With a disk the strains of blade j follow d_j.
 
     Attributes
     ----------
-    frequency_ratio : (N_b,) array
-        1 + delta_j.
+    structure : RingReceptance or SectorRing
+        Clamped blades, or sectors joined at a disk.
     """
 
-    frequency_ratio: Array
+    structure: RingReceptance | SectorRing
 
     @classmethod
     def of(
-        cls, receptance: RelativeReceptance, contact: ContactParameters, mistuning: Mistuning, options: SolverOptions
+        cls,
+        structure: RingReceptance | SectorRing,
+        contact: ContactParameters,
+        mistuning: Mistuning,
+        options: SolverOptions,
     ) -> RingBalance:
         """The balance of a mistuned ring.
 
         Parameters
         ----------
-        receptance : rom.RelativeReceptance
-            The tuned blade, with the harmonics and the excitation.
+        structure : RingReceptance or SectorRing
+            The blades, with the harmonics and the excitation.
         contact : ContactParameters
             Parameters of the n_c nodes of the tuned pair.
         mistuning : Mistuning
-            Deviations of blades and pairs.
+            Deviations of blades and pairs; those of clamped blades are in `structure`.
         options : SolverOptions
             How the contact forces are integrated.
         """
-        ring = mistuning.contact(contact)
-        return cls(
-            receptance=receptance,
-            element=contact_element(ring, len(receptance.harmonics) - 1, options),
-            odd=has_odd_harmonics_only(receptance, ring),
-            frequency_ratio=1.0 + mistuning.frequency,
-        )
+        ring, receptance = mistuning.contact(contact), structure.tuned
+        element = contact_element(ring, len(receptance.harmonics) - 1, options)
+        if structure.n_nodes > contact.n_contacts:
+            stiffness = (1.0 + mistuning.frequency) ** 2 - 1.0
+            n_strain = structure.n_nodes - contact.n_contacts
+            element = WithBladeSprings(element, contact.n_contacts, n_strain, stiffness)
+        odd = has_odd_harmonics_only(receptance, ring)
+        return cls(receptance=receptance, element=element, odd=odd, structure=structure)
 
     @property
     def n_blades(self) -> int:
         """Number of blades N_b."""
-        return self.frequency_ratio.size
+        return self.structure.n_blades
 
     @property
     def pair_dofs(self) -> int:
-        """Relative displacements of a pair, 3 n_c."""
-        return 3 * self.receptance.modal.n_contacts
+        """Displacements and strains of a pair, 3 n_nodes."""
+        return 3 * self.structure.n_nodes
 
     @property
     def n_contacts(self) -> int:
-        """Number of contact nodes of all pairs, N_b n_c."""
-        return self.n_blades * self.receptance.modal.n_contacts
-
-    @cached_property
-    def ring(self) -> RingReceptance:
-        """The structure."""
-        return RingReceptance(self.receptance, self.frequency_ratio)
+        """Number of nodes of all pairs."""
+        return self.n_blades * self.structure.n_nodes
 
     def evaluate(self, unknown: Array, omega: float) -> LinearisedRing:
         """Residual and derivatives.
@@ -173,57 +215,17 @@ class RingBalance(HarmonicBalance):
             Excitation frequency, rad/s.
         """
         contact = self.forces(unknown)
-        response, derivative = self.ring.response(omega, self.pair_forces(contact))
+        response, derivative = self.structure.response(omega, self.by_harmonic(contact.force))
         rows = response.shape[0]
         residual = unknown - to_real(response.reshape(rows, -1)).reshape(-1)
         return LinearisedRing(self, omega, residual, -to_real(derivative.reshape(rows, -1)).reshape(-1), contact)
 
-    def pair_forces(self, contact: ContactForces) -> ComplexArray:
-        """Fourier coefficients of the contact forces by pair, (H+1, N_b, 3 n_c), N."""
-        force = to_complex(contact.force.reshape(contact.force.shape[0], -1))
-        return force.reshape(force.shape[0], self.n_blades, -1)
+    def by_harmonic(self, force: Array) -> ComplexArray:
+        """Fourier coefficients by pair, (H+1, N_b, 3 n_nodes), of real ones (2H+1, N_b n_nodes, 3), N."""
+        found = to_complex(force.reshape(force.shape[0], -1))
+        return found.reshape(found.shape[0], self.n_blades, -1)
 
     @cached_property
     def static_resolution(self) -> float:
         """Static relative displacement (m) of all pairs that is round-off; see `HarmonicBalance`."""
-        blade = self.ring.blade
-        free = np.abs(self.receptance.modal_force[0] / blade.angular_frequency**2)
-        one = float(np.linalg.norm(np.abs(blade.right) @ free))
-        return STATIC_RESOLUTION * math.sqrt(self.n_blades) * one
-
-
-def by_pair(values: Array, n_rows: int, n_blades: int) -> Array:
-    """Values in the order coefficient, pair, dof as (N_b, coefficients and dofs)."""
-    return np.ascontiguousarray(values.reshape(n_rows, n_blades, -1).transpose(1, 0, 2)).reshape(n_blades, -1)
-
-
-def from_pairs(values: Array, n_rows: int) -> Array:
-    """The inverse of `by_pair`."""
-    return values.reshape(len(values), n_rows, -1).transpose(1, 0, 2).reshape(-1)
-
-
-def _force_change(jacobian: Array, n_blades: int) -> ComplexArray:
-    """df/dx of the nodes of each pair: (N_b, H+1, n_c, 3, 3 (2H+1)) complex force coefficients."""
-    nodes, rows = jacobian.shape[0], jacobian.shape[3]
-    by_row = jacobian.transpose(0, 3, 1, 4, 2).reshape(nodes, rows, 3, 3 * rows)
-    change = np.zeros((nodes, (rows + 1) // 2, 3, 3 * rows), complex)
-    change[:, 0] = by_row[:, 0]
-    change.real[:, 1:], change.imag[:, 1:] = by_row[:, 1::2], by_row[:, 2::2]
-    return change.reshape(n_blades, nodes // n_blades, *change.shape[1:]).transpose(0, 2, 1, 3, 4)
-
-
-def _product(receptance: ComplexArray, change: ComplexArray) -> Array:
-    """G df/dx of all pairs, (N_b, b, b), rows and columns in the order coefficient, node, component.
-
-    `receptance` : (N_b, H+1, 3 n_c, 3 n_c); `change`: see `_force_change`.
-    """
-    n_blades, n_h, dofs, _ = receptance.shape
-    n_c = dofs // 3
-    faces = receptance.reshape(n_blades, n_h, dofs, n_c, 3).transpose(0, 1, 3, 2, 4)
-    moved = faces @ change  # (N_b, H+1, node of the force, dof, coefficient and component of its displacement)
-    rows = 2 * n_h - 1
-    real = np.empty((n_blades, rows, dofs, rows, n_c, 3))
-    split = moved.reshape(n_blades, n_h, n_c, dofs, rows, 3).transpose(0, 1, 3, 4, 2, 5)
-    real[:, 0] = split[:, 0].real
-    real[:, 1::2], real[:, 2::2] = split[:, 1:].real, split[:, 1:].imag
-    return real.reshape(n_blades, rows * dofs, rows * dofs)
+        return STATIC_RESOLUTION * math.sqrt(self.n_blades) * float(np.linalg.norm(self.structure.free_static_motion))

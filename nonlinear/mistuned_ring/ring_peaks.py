@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nonlinear.branches.special_point_location import locate_zero
-from nonlinear.contact.fourier import ComplexArray, to_complex
+from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import largest_amplitude
@@ -16,6 +16,7 @@ from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.mistuned_ring.ring_balance import RingBalance
 
 NEARLY_HIGHEST = 0.97  # of the largest sample: a maximum whose largest sample is lower is not the highest one
+UNCERTAIN = 5e-3  # relative error of the height expected of a maximum between two points
 
 
 @dataclass(frozen=True)
@@ -59,9 +60,8 @@ class RingPeak:
 def ring_output(point: SolutionPoint, output: str) -> ComplexArray:
     """Fourier coefficients of an output of all blades, each in its own time: (N_b, H+1), m."""
     balance = ring_of(point)
-    coordinates, _ = balance.ring.coordinates(point.omega, balance.pair_forces(point.contact))
-    found: ComplexArray = (coordinates @ balance.ring.blade.outputs[output]).T
-    return found
+    coordinates, _ = balance.structure.coordinates(point.omega, balance.by_harmonic(point.contact.force))
+    return balance.structure.output(output, coordinates)
 
 
 def ring_of(point: SolutionPoint) -> RingBalance:
@@ -79,8 +79,8 @@ def vibration_amplitudes(harmonics: ComplexArray) -> Array:
     return np.array([largest_amplitude(row).value for row in rows]).reshape(harmonics.shape[:-1])
 
 
-def amplitude_slope(point: SolutionPoint, output: str, blade: int) -> float:
-    """Derivative of the amplitude of one blade with respect to the arc length, m.
+def amplitude_slopes(point: SolutionPoint, output: str) -> Array:
+    """Derivatives of the amplitudes of all blades with respect to the arc length, (N_b,), m.
 
     With the coefficients x_h of the output and the angle theta at which its vibration is largest, dA/ds =
     sign(x(theta)) Re sum_h dx_h/ds exp(i h theta).
@@ -88,16 +88,20 @@ def amplitude_slope(point: SolutionPoint, output: str, blade: int) -> float:
     balance = ring_of(point)
     jacobian = balance.forces(point.unknown).jacobian  # that of a recorded point is not kept
     dx_ds = balance.displacement(point.tangent[0])
-    dforce = to_complex(np.einsum("kabij,jkb->ika", jacobian, dx_ds).reshape(dx_ds.shape[0], -1))
-    ring, shape = balance.ring, balance.ring.blade.outputs[output]
-    force = balance.pair_forces(point.contact)
-    value, by_omega = ring.coordinates(point.omega, force)
-    by_force = ring.increments(point.omega, dforce.reshape(force.shape))
-    harmonics, change = value[:, blade] @ shape, (by_force + by_omega * point.tangent[1])[:, blade] @ shape
-    harmonics[0] = change[0] = 0.0
-    amplitude = largest_amplitude(harmonics)
-    order = np.arange(change.size)
-    return float(amplitude.sign * (change * np.exp(1j * order * amplitude.angle)).sum().real)
+    dforce = balance.by_harmonic(np.einsum("kabij,jkb->ika", jacobian, dx_ds))
+    ring = balance.structure
+    value, by_omega = ring.coordinates(point.omega, balance.by_harmonic(point.contact.force))
+    by_force = ring.increments(point.omega, dforce)
+    harmonics = ring.output(output, value)
+    changes = ring.output(output, by_force + by_omega * point.tangent[1])
+    harmonics[:, 0] = changes[:, 0] = 0.0
+    order = np.arange(changes.shape[1])
+    largest = [largest_amplitude(row) for row in harmonics]
+    rates = [
+        each.sign * (change * np.exp(1j * order * each.angle)).sum().real
+        for each, change in zip(largest, changes, strict=True)
+    ]
+    return np.array(rates)
 
 
 def with_peak(
@@ -117,14 +121,13 @@ def with_peak(
         Name of the output.
     """
     best, place, height = None, -1, 0.0
-    for index, blade in _candidates(amplitudes):
+    for expected, first, blade in _expected_maxima(points, amplitudes, output):
+        if expected < (1.0 - UNCERTAIN) * height:
+            break
 
         def slope(point: SolutionPoint, blade: int = blade) -> float:
-            return amplitude_slope(point, output, blade)
+            return float(amplitude_slopes(point, output)[blade])
 
-        first = index if slope(points[index]) > 0.0 else index - 1
-        if not 0 <= first < len(points) - 1:
-            continue
         found = locate_zero(continuation, points[first], points[first + 1], slope)
         if found is None:
             continue
@@ -134,6 +137,32 @@ def with_peak(
     if best is None or height < amplitudes.max():
         return list(points), None
     return [*points[:place], best, *points[place:]], place
+
+
+def _expected_maxima(points: Sequence[SolutionPoint], amplitudes: Array, output: str) -> list[tuple[float, int, int]]:
+    """(height, index of the point before, blade) of maxima that may be the highest, the highest first.
+
+    The height is that of the cubic with the amplitudes and slopes of the points on both sides.
+    """
+    slopes: dict[int, Array] = {}
+
+    def slope(index: int, blade: int) -> float:
+        if index not in slopes:
+            slopes[index] = amplitude_slopes(points[index], output)
+        return float(slopes[index][blade])
+
+    found = []
+    for index, blade in _candidates(amplitudes):
+        first = index if slope(index, blade) > 0.0 else index - 1
+        if not 0 <= first < len(points) - 1:
+            continue
+        length = points[first + 1].arc - points[first].arc
+        rates = length * slope(first, blade), length * slope(first + 1, blade)
+        at = np.linspace(0.0, 1.0, 101)
+        rise = amplitudes[first + 1, blade] - amplitudes[first, blade]
+        cubic = rates[0] * at * (1.0 - at) ** 2 - rates[1] * at**2 * (1.0 - at) + rise * at**2 * (3.0 - 2.0 * at)
+        found.append((float(amplitudes[first, blade] + cubic.max()), first, blade))
+    return sorted(found, reverse=True)
 
 
 def _candidates(amplitudes: Array) -> list[tuple[int, int]]:

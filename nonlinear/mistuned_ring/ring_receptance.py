@@ -57,6 +57,11 @@ class RingReceptance:
         """Number of blades N_b."""
         return self.frequency_ratio.size
 
+    @property
+    def n_nodes(self) -> int:
+        """Number of contact nodes of a pair."""
+        return self.blade.n_contacts
+
     @cached_property
     def _harmonics(self) -> Array:
         return np.asarray(self.tuned.harmonics, dtype=float)
@@ -120,6 +125,16 @@ class RingReceptance:
         if modal.left is None:
             return own
         return own - self._ahead * np.roll(coordinates @ modal.left.T, -1, axis=1)
+
+    def output(self, name: str, coordinates: ComplexArray) -> ComplexArray:
+        """An output of all blades, each in its own time, (N_b, n_h), of modal coordinates (n_h, N_b, m)."""
+        found: ComplexArray = (coordinates @ self.blade.outputs[name]).T
+        return found
+
+    @cached_property
+    def free_static_motion(self) -> Array:
+        """Static motion of one side without contact, (3 n_c,), m: each mode with its sign left out."""
+        return np.abs(self.blade.right) @ np.abs(self.blade.static_force / self.blade.angular_frequency**2)
 
     def response(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Relative displacements under the excitation and the contact forces.

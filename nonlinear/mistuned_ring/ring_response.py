@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.fourier import ComplexArray, to_real
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.parameters import ContinuationParameters
@@ -22,9 +22,12 @@ from nonlinear.harmonic_balance.newton import NewtonResult
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
 from nonlinear.mistuned_ring.ring_balance import RingBalance
 from nonlinear.mistuned_ring.ring_peaks import RingPeak, ring_output, vibration_amplitudes, with_peak
+from nonlinear.mistuned_ring.ring_receptance import RingReceptance
+from nonlinear.mistuned_ring.sector_ring import SectorRing
+from nonlinear.mistuned_ring.strain_directions import strain_directions
 from nonlinear.options import Excitation, OptionsError, SolverOptions
 from nonlinear.response_solver import build_continuation
-from rom import ModalModel, coupled_frequencies, one_blas_thread
+from rom import ModalModel, RingModes, SectorModes, coupled_frequencies, one_blas_thread
 
 Progress = Callable[[float, int], None]
 STEPS = ContinuationParameters(target_deviation=0.2, max_mean_tangent_deviation=0.1)  # the kinks of many pairs
@@ -103,7 +106,7 @@ class MistunedResponse:
 
 
 def mistuned_response(
-    modal: ModalModel,
+    modal: RingModes,
     contact: ContactParameters,
     excitation: Excitation,
     options: SolverOptions,
@@ -114,8 +117,8 @@ def mistuned_response(
 
     Parameters
     ----------
-    modal : rom.ModalModel
-        Modes of the tuned blade, clamped, with free contacts, with their damping.
+    modal : rom.ModalModel or rom.SectorModes
+        Modes of the tuned blade, clamped, or of the tuned sector of a disk, with free contacts, with their damping.
     contact : ContactParameters
         Parameters of the n_c contact nodes of the tuned pair.
     excitation : Excitation
@@ -135,7 +138,8 @@ def mistuned_response(
     Raises
     ------
     MistuningError
-        The model has another number of blades, says none, or is a sector of a disk.
+        The model has another number of blades, or says none, or blades on a disk differ and the model does not know
+        their stiffness.
     OptionsError
         The number of harmonics is "auto", or the method "static-first".
 
@@ -162,16 +166,39 @@ def mistuned_response(
     if mistuning is not None and mistuning.n_blades != modal.n_blades:
         known = "the model of a ring" if modal.n_blades is None else f"{modal.n_blades}, as the model"
         raise MistuningError(f"mistuning: of {mistuning.n_blades} blades, allowed: {known}")
-    if not isinstance(modal, ModalModel):
-        raise MistuningError("mistuning: of a sector with cut faces, allowed: a blade clamped at its root")
+    check_blades(modal, pattern)
     started = time.perf_counter()
     with one_blas_thread():
         tuned, _, static = build_continuation(modal, contact, excitation, options)
-        problem = _Ring(tuned, contact, pattern, static)
+        problem = _Ring(tuned, contact, pattern, static, _strain(tuned, contact, pattern))
         points, complete, message = problem.traced(progress)
         response = _assembled(problem.continuation(options), points, options)
     seconds = max(0.0, time.perf_counter() - started)
     return replace(response, complete=complete, message=message, seconds=seconds)
+
+
+def check_blades(modal: RingModes, mistuning: Mistuning) -> None:
+    """Check that a model knows the stiffness of its blades, where they differ on a disk.
+
+    Raises
+    ------
+    MistuningError
+        It does not.
+    """
+    if isinstance(modal, SectorModes) and mistuning.frequency.any() and modal.model.blade_stiffness is None:
+        raise MistuningError(
+            "frequency: blades on a disk that differ, allowed: with blade_stiffness in the reduced model"
+        )
+
+
+def _strain(tuned: Continuation, contact: ContactParameters, mistuning: Mistuning) -> Array:
+    """The strains on which the deviating stiffness of blades on a disk acts, (t, n); none of clamped blades."""
+    receptance = tuned.balance.receptance
+    if isinstance(receptance.modal, ModalModel):
+        return np.zeros((0, 0))
+    if not mistuning.frequency.any():
+        return np.zeros((0, receptance.modal.model.size))
+    return strain_directions(receptance, contact, tuned.options.omega_range[1])
 
 
 @dataclass(frozen=True)
@@ -182,6 +209,7 @@ class _Ring:
     contact: ContactParameters
     mistuning: Mistuning
     static: Array
+    strain: Array
 
     @cached_property
     def balance(self) -> RingBalance:
@@ -194,21 +222,32 @@ class _Ring:
     @cached_property
     def _resonances(self) -> Resonances:
         """Frequencies of the tuned ring with free and with stuck contacts, at all nodal diameters."""
-        contact, modal = self.contact, self.balance.ring.blade
+        contact, modal = self.contact, self.tuned.balance.receptance.modal
         low, high = self.tuned.options.omega_range
         n_blades = modal.n_blades or 1
         kn, kt = contact.normal_stiffness, contact.tangential_stiffness
-        found = [modal.angular_frequency]
+        found = []
         for nodal_diameter in range(n_blades // 2 + 1):
             phase = modal.phase(nodal_diameter)
+            found.append(modal.at(nodal_diameter).angular_frequency)
             found.append(coupled_frequencies(modal, phase, normal=kn, tangential=kt, highest=high))
         values = np.unique(np.concatenate(found))
         inside = tuple(values[(values > low) & (values < high)].tolist())
         return Resonances(inside, inside)
 
     def _scaled(self, factor: float) -> RingBalance:
-        options = self.tuned.options
-        return RingBalance.of(self.tuned.balance.receptance, self.contact, self.mistuning.scaled(factor), options)
+        options, receptance = self.tuned.options, self.tuned.balance.receptance
+        mistuning = self.mistuning.scaled(factor)
+        structure: RingReceptance | SectorRing
+        if isinstance(receptance.modal, ModalModel):
+            structure = RingReceptance(receptance, 1.0 + mistuning.frequency)
+        else:
+            structure = self._sectors
+        return RingBalance.of(structure, self.contact, mistuning, options)
+
+    @cached_property
+    def _sectors(self) -> SectorRing:
+        return SectorRing(self.tuned.balance.receptance, self.mistuning.n_blades, self.strain)
 
     def traced(self, progress: Progress | None) -> tuple[list[SolutionPoint], bool, str]:
         """The points of the most complete attempt in rising frequency, whether they span the range, a message."""
@@ -254,12 +293,25 @@ class _Ring:
         tuned = periodic_start(self.tuned.balance, omega, self.static, options, self.contact)
         if not tuned.converged:
             return None
-        rows = 2 * self.balance.n_harmonics + 1
-        guess = np.tile(tuned.solution.reshape(rows, 1, -1), (1, self.balance.n_blades, 1)).reshape(-1)
+        guess = self._repeated(tuned.solution, omega)
         found = solve_at(self.balance, omega, guess, options)
         if not found.converged:
             found = continue_homotopy(self._scaled, omega, guess, options)
         return found if found.converged else None
+
+    def _repeated(self, tuned: Array, omega: float) -> Array:
+        """The unknown of the tuned ring from that of one blade (n,), with the strains of its blades."""
+        balance, count = self.balance, self.balance.n_blades
+        own = tuned.reshape(2 * balance.n_harmonics + 1, 1, -1)
+        guess = np.zeros((len(own), count, balance.pair_dofs))
+        guess[:, :, : own.shape[2]] = own
+        if balance.pair_dofs > own.shape[2]:
+            force = np.zeros_like(guess)
+            force[:, :, : own.shape[2]] = self.tuned.balance.forces(tuned).force.reshape(own.shape)
+            moved, _ = balance.structure.response(omega, balance.by_harmonic(force))
+            strain = to_real(moved.reshape(len(moved), -1)).reshape(guess.shape)
+            guess[:, :, own.shape[2] :] = strain[:, :, own.shape[2] :]
+        return guess.reshape(-1)
 
 
 def _assembled(

@@ -29,6 +29,7 @@ SHORT_NAMES = {
     "contact_area": "CAREA",
     "cyclic_right": "CYCRIGHT",
     "cyclic_left": "CYCLEFT",
+    "blade_stiffness": "KBLADE",
     "force_excitation": "FEXC",
     "force_centrifugal": "FCENT",
     "force_static": "FSTATIC",

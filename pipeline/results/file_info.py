@@ -201,5 +201,6 @@ def _optional(model: ReducedModel) -> list[str]:
         "force/centrifugal": model.force_centrifugal,
         "force/static": model.force_static,
         "coriolis": model.coriolis,
+        "blade_stiffness": model.blade_stiffness,
     }
     return [name for name, array in arrays.items() if array is not None]

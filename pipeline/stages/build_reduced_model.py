@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.stages.disk_reduction import with_interface, write_families
+from pipeline.stages.disk_reduction import with_blade_stiffness, with_interface, write_families
 from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.scene_loads import scene_loads, with_modal_excitation, with_static_loads
 from pipeline.stages.scene_materials import scene_materials
@@ -83,6 +83,7 @@ def make_reduced_model(
         made = reduce_sector(source, sector, ReductionOptions(modes, limit, basis), boundary, augment=True)
     model = with_modal_excitation(scene, made.model)
     if joined is not None:
+        model = with_blade_stiffness(joined, sector, materials, model)
         write_families(folder, joined, sector, materials, model)
         model = model if store_basis else replace(model, basis=None)
     write_reduced_model(folder / REDUCED_MODEL, model)

@@ -1,7 +1,8 @@
-"""What the reduction of a sector with cut faces adds: their motions, and the rows that name its modes."""
+"""What the reduction of a sector with cut faces adds: their motions, the blade's stiffness, names of modes."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,17 +29,31 @@ def with_interface(full: FullModel, sector: SectorMesh, scene: Scene, boundary: 
     return interface_motion(full, sector, faces, boundary, InterfaceOptions(scene.rom.nodal_diameters))
 
 
+def with_blade_stiffness(
+    full: FullModel, sector: SectorMesh, materials: Material | dict[str, Material], model: ReducedModel
+) -> ReducedModel:
+    """A reduced model with its basis and the stiffness of its blade, which mistuning changes."""
+    from rom import blade_stiffness
+
+    assert model.basis is not None
+    return replace(model, blade_stiffness=blade_stiffness(full, sector, materials, model.basis, _rim_radius(sector)))
+
+
 def write_families(
     folder: Path, full: FullModel, sector: SectorMesh, materials: Material | dict[str, Material], model: ReducedModel
 ) -> None:
-    """Write the rows of a reduced model with its basis; the disk ends at the largest radius of the cut faces."""
-    import numpy as np
-
+    """Write the rows of a reduced model with its basis that name its modes."""
     from rom import mode_families, new_hdf5
 
     assert model.basis is not None
-    cut = np.concatenate([sector.points[sector.node_sets[name]] for name in CUTS])
-    rim = float(np.hypot(cut[:, 1], cut[:, 2]).max())
-    families = mode_families(full, sector, materials, model.basis, rim)
+    families = mode_families(full, sector, materials, model.basis, _rim_radius(sector))
     with new_hdf5(folder / FILE) as file:
         file["airfoil"], file["disk"] = families.airfoil, families.disk
+
+
+def _rim_radius(sector: SectorMesh) -> float:
+    """Where the disk ends: at the largest radius of the cut faces."""
+    import numpy as np
+
+    cut = np.concatenate([sector.points[sector.node_sets[name]] for name in CUTS])
+    return float(np.hypot(cut[:, 1], cut[:, 2]).max())

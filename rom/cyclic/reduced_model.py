@@ -81,6 +81,8 @@ class ReducedModel:
     cyclic_right, cyclic_left : (r, n) array or None
         Motions of the two cut faces at which the sector is joined to its neighbours, those of the left one turned by
         one pitch; in a travelling wave cyclic_right @ q = exp(i psi) cyclic_left @ q. None: joined by contacts alone.
+    blade_stiffness : (n, n) array or None
+        The part of `stiffness` that is the elastic stiffness of the blade; needed where blades on a disk differ.
     wave_blocks : mapping of int to WaveBlock
         Coordinates that each nodal diameter has for itself, in a model made of one superelement for each.
     basis : (N, n) array or None
@@ -129,6 +131,7 @@ class ReducedModel:
     force_harmonics: Mapping[int, Array | ComplexArray] = field(default_factory=dict)
     cyclic_right: Array | None = None
     cyclic_left: Array | None = None
+    blade_stiffness: Array | None = None
     wave_blocks: Mapping[int, WaveBlock] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -151,6 +154,7 @@ class ReducedModel:
             "force/centrifugal": (self.force_centrifugal, (n,)),
             "force/static": (self.force_static, (n,)),
             "coriolis": (self.coriolis, (n, n)),
+            "blade_stiffness": (self.blade_stiffness, (n, n)),
             "cyclic/right": (self.cyclic_right, (joined, n)),
             "cyclic/left": (self.cyclic_left, (joined, n)),
             **{f"output/{name}": (vector, (n,)) for name, vector in self.outputs.items()},
@@ -161,6 +165,8 @@ class ReducedModel:
                 _check_array(name, np.asarray(array), shape)
         _check_symmetric("mass", self.mass)
         _check_symmetric("stiffness", self.stiffness)
+        if self.blade_stiffness is not None:
+            _check_symmetric("blade_stiffness", self.blade_stiffness)
         if self.coriolis is not None:
             _check_symmetric("coriolis", self.coriolis, skew=True)
         if any(not 2 <= h <= HIGHEST_HARMONIC for h in self.force_harmonics):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,19 +9,15 @@ from numpy.typing import NDArray
 
 from rom.cyclic.mode_families import ModeFamilies
 from rom.cyclic.mode_names import section_motion
-from rom.finite_elements.assembly import elastic_matrices
-from rom.finite_elements.discretisation import discretise
-from rom.finite_elements.full_model import FullModel, node_dofs
+from rom.cyclic_sector.part_stiffness import part_stiffness, within_rim
+from rom.finite_elements.full_model import FullModel
 from rom.finite_elements.material import Materials
 from rom.linear_algebra.threads import one_blas_thread
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
-
     from geometry import SectorMesh
 
 _NONE = 1e-14  # of the largest eigenvalue of the disk's stiffness: no strain of it
-_ON_RIM = 1e-6  # of the radius of the rim
 
 
 @one_blas_thread()
@@ -66,29 +61,12 @@ def mode_families(
     (['1D', '2D'], True)
     """
     positions = full.positions
-    inside = np.hypot(positions[:, 1], positions[:, 2]) <= (1.0 + _ON_RIM) * rim_radius
+    inside = within_rim(full, rim_radius)
     below = min(float(sector.points[face.nodes, 2].min()) for face in (sector.right, sector.left))
     airfoil = np.flatnonzero(~inside & (positions[:, 2] < below))
     displacement = basis.T.reshape(basis.shape[1], -1, 3)
     sections = section_motion(positions[airfoil], displacement[:, airfoil])
-    moved = basis[node_dofs(np.flatnonzero(inside)).ravel()]
-    values, vectors = np.linalg.eigh(moved.T @ (_disk_stiffness(full, sector, material, inside) @ moved))
+    values, vectors = np.linalg.eigh(part_stiffness(full, sector, material, basis, inside, disk=True))
     kept = values > _NONE * values[-1]
     rows = np.sqrt(values[kept])[:, None] * vectors[:, kept].T
     return ModeFamilies(sections.reshape(len(sections), -1).T.copy(), rows)
-
-
-def _disk_stiffness(
-    full: FullModel, sector: SectorMesh, material: Materials, inside: NDArray[np.bool_]
-) -> csr_matrix:
-    """Elastic stiffness of the elements of the disk, on the dofs of its nodes."""
-    mesh = discretise(sector, full.element)
-    chosen = [(block, inside[block.nodes].all(axis=1)) for block in mesh.blocks]
-    blocks = tuple(
-        replace(block, nodes=block.nodes[rows], vertices=block.vertices[rows], geometry=block.geometry[rows])
-        for block, rows in chosen
-        if rows.any()
-    )
-    dofs = node_dofs(np.flatnonzero(inside)).ravel()
-    stiffness: csr_matrix = elastic_matrices(replace(mesh, blocks=blocks), material)[0][dofs][:, dofs]
-    return stiffness

@@ -27,6 +27,7 @@ _OPTIONAL = {
     "coriolis": "coriolis",
     "cyclic_right": "cyclic/right",
     "cyclic_left": "cyclic/left",
+    "blade_stiffness": "blade_stiffness",
     "basis": "basis",
 }
 _WAVE = "nodal_diameter"  # group of a superelement for each
@@ -41,7 +42,7 @@ _OF_A_WAVE = (
     "basis",
 )
 _CONTACT = ("contact/position", "contact/right", "contact/left")
-_MATRICES = ("mass", "stiffness", *_CONTACT, "coriolis", "cyclic/right", "cyclic/left", "basis")
+_MATRICES = ("mass", "stiffness", *_CONTACT, "coriolis", "cyclic/right", "cyclic/left", "blade_stiffness", "basis")
 _REQUIRED = {
     "mass": "mass",
     "stiffness": "stiffness",

@@ -27,6 +27,7 @@ def sector_with_disk(n_blades, n_contacts=2, ground=2.0, seed=7):
     stiffness = np.zeros((size, size))
     stiffness[:n, :n] = blade.stiffness
     stiffness += (tip - root).T @ clamp @ (tip - root) - tip.T @ clamp @ tip
+    blade_stiffness = stiffness.copy()
     left, right = np.eye(3, size, n), np.eye(3, size, n + 3)
     skewed = rng.normal(size=(3, 3))
     joint = 6.0 * np.eye(3) + skewed @ skewed.T
@@ -44,6 +45,7 @@ def sector_with_disk(n_blades, n_contacts=2, ground=2.0, seed=7):
         outputs={"tip": np.pad(blade.outputs["tip"], (0, 6))},
         cyclic_right=right,
         cyclic_left=left,
+        blade_stiffness=blade_stiffness,
         **wider,
     )
 

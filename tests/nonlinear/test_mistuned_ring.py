@@ -19,6 +19,7 @@ from nonlinear import (
 )
 from nonlinear.harmonic_balance.initial_solution import solve_at
 from nonlinear.mistuned_ring.ring_balance import RingBalance
+from nonlinear.mistuned_ring.ring_receptance import RingReceptance
 from rom import ModalModel, ReducedModel, RelativeReceptance, modal_model
 
 Array = np.ndarray
@@ -61,7 +62,9 @@ def test_jacobian_and_its_bordered_factors(n_blades: int) -> None:
     contact = ContactParameters.shared(2, **CONTACT, interference=1e-4)
     mistuning = Mistuning.sampled(n_blades, 3, frequency=0.05, friction=0.1, stiffness=0.1, interference=1e-5)
     receptance = RelativeReceptance(modal, modal.phase(5), (0, 1, 2), 1.0)
-    balance = RingBalance.of(receptance, contact, mistuning, replace(OPTIONS, harmonics=2))
+    balance = RingBalance.of(
+        RingReceptance(receptance, 1.0 + mistuning.frequency), contact, mistuning, replace(OPTIONS, harmonics=2)
+    )
     x, direction, right, column, row = rng.standard_normal((5, balance.size))
     x, omega = 1e-4 * x, 300.0
     linearised = balance.evaluate(x, omega)
@@ -91,7 +94,8 @@ def test_without_deviations_it_is_the_cyclic_curve() -> None:
     assert curve.slipping.any()
     assert curve.separating.any()
     receptance = RelativeReceptance(modal, modal.phase(2), (0, 1, 2, 3), 3.0)
-    balance, rng = RingBalance.of(receptance, contact, Mistuning.of(5), OPTIONS), np.random.default_rng(0)
+    balance = RingBalance.of(RingReceptance(receptance, np.ones(5)), contact, Mistuning.of(5), OPTIONS)
+    rng = np.random.default_rng(0)
     for index in range(0, curve.points, 5):
         found = curve.relative_displacement[index].reshape(4, 1, -1) * np.ones((1, 5, 1))
         rows = np.concatenate([found[:1].real, np.stack([found[1:].real, found[1:].imag], axis=1).reshape(6, 5, -1)])
@@ -234,10 +238,3 @@ def test_what_does_not_fit_is_refused() -> None:
         Mistuning.of(2, friction=-1.5)
     with pytest.raises(MistuningError, match=r"frequency: .*nan.*, allowed: finite numbers"):
         Mistuning.of(2, frequency=[0.0, np.nan])
-    rim = np.array([[2.0, -1.0, -1.0], [-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]]) + 0.1 * np.eye(3)
-    left, right, blade = np.eye(3)
-    face, cut = np.outer([1.0, 0.0, 0.0], blade), {"cyclic_right": right[None], "cyclic_left": left[None]}
-    sector = ReducedModel(np.eye(3), rim, face, np.zeros((1, 3)), blade, {"tip": blade}, face, n_blades=6, **cut)
-    modes = modal_model(sector, damping_ratio=0.01)
-    with pytest.raises(MistuningError, match="sector with cut faces, allowed: a blade clamped at its root"):
-        mistuned_response(modes, *problem[1:], options, Mistuning.of(6))

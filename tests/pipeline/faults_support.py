@@ -2,6 +2,7 @@
 
 import os
 import resource
+import signal
 import subprocess
 import sys
 import time
@@ -52,7 +53,13 @@ def start(*arguments: object, mark: str = "", **options: object) -> subprocess.P
     command = [sys.executable, "-m", "pipeline", *(str(a) for a in arguments)]
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "SHROUD_TEST_MARK": mark}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen(command, env=environment, start_new_session=True, **(pipes | options))
+    process = {"start_new_session": True, "preexec_fn": heeding_hang_up}
+    return subprocess.Popen(command, env=environment, **(process | pipes | options))
+
+
+def heeding_hang_up() -> None:
+    """SIGHUP as a terminal has it, also where the tests run under nohup."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def alive(mark: str) -> list[int]:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,9 +19,17 @@ from pipeline.studies.mistuning.mistuning_result import LinearRings, RingCurve, 
 from pipeline.studies.study import StudyError
 
 if TYPE_CHECKING:
-    from nonlinear import ContactParameters, Excitation, LinearPeak, LinearRing, MistunedResponse, Mistuning
+    from nonlinear import (
+        ContactParameters,
+        Excitation,
+        LinearPeak,
+        LinearRing,
+        LinearSectors,
+        MistunedResponse,
+        Mistuning,
+    )
     from nonlinear import SolverOptions as Options
-    from rom import ModalModel
+    from rom import RingModes
 
 DEVIATIONS, BANDWIDTHS = 6.0, 12.0  # half range of the linear peaks about the tuned one
 ABOVE = 1.1  # upper end of the frequencies of linear rings over that of the range
@@ -40,7 +48,7 @@ class RingProblem:
     """
 
     keys: MistuningKeys
-    modal: ModalModel
+    modal: RingModes
     contact: ContactParameters
     excitation: Excitation
     options: Options
@@ -63,18 +71,20 @@ class RingProblem:
         StudyError
             The model does not say how many blades the ring has, or a list has another number.
         """
-        from rom import ModalModel, read_reduced_model
+        from rom import SectorModes, read_reduced_model
 
         modal, contact, excitation, options = nonlinear_problem(scene, read_reduced_model(rom, with_basis=False))
-        if not isinstance(modal, ModalModel):
-            raise StudyError(
-                "mistuned rings of a bladed disk are not computed; a blade clamped at its root is needed"
-            )
         if modal.n_blades is None:
             raise StudyError("the reduced model does not say how many blades the ring has (n_blades)")
         if keys.frequency is not None and len(keys.frequency) != modal.n_blades:
             found, needed = len(keys.frequency), modal.n_blades
             raise StudyError(f"mistuning.frequency: a list of {found}, allowed: one of {needed}, as the model")
+        differ = keys.frequency_deviation if keys.frequency is None else any(keys.frequency)
+        if isinstance(modal, SectorModes) and differ and modal.model.blade_stiffness is None:
+            raise StudyError(
+                "blades on a disk that differ need blade_stiffness in the reduced model; without it allowed: "
+                "mistuning.frequency_deviation = 0"
+            )
         limits = keys.frequency_range or options.frequency_hz
         return cls(keys, modal, contact, excitation, replace(options, harmonics=keys.harmonics, frequency_hz=limits))
 
@@ -132,23 +142,28 @@ class RingProblem:
         tuned = self._tuned_linear(state)
         half = self._half_range(tuned.frequency_hz)
         low, high = max(tuned.frequency_hz - half, 0.1 * tuned.frequency_hz), tuned.frequency_hz + half
+        ring = self._linear(state, high)
         factors = [
-            self._linear(self.mistuning(seed), state, high).peak((low, high)).amplitude_m / tuned.amplitude_m
+            ring.with_mistuning(self.mistuning(seed)).peak((low, high)).amplitude_m / tuned.amplitude_m
             for seed in self.seeds(self.keys.linear_samples, linear=True)
         ]
         found = np.array(factors)
         seconds = round(max(0.0, time.perf_counter() - started), 3)
         return LinearRings(state, tuned.frequency_hz, tuned.amplitude_m, found, factor_quantiles(found), seconds)
 
-    def _linear(self, mistuning: Mistuning, state: str, highest_hz: float) -> LinearRing:
-        from nonlinear import LinearRing
+    def _linear(self, state: str, highest_hz: float) -> LinearRing | LinearSectors:
+        """The tuned ring with linear contacts."""
+        from nonlinear import LinearRing, LinearSectors, Mistuning
+        from rom import ModalModel
 
-        parts = self.modal, self.contact, self.excitation, mistuning
-        return LinearRing.of(*parts, highest_hz=ABOVE * highest_hz, state=state, output=self.options.output)
+        parts = self.contact, self.excitation, Mistuning.of(self.n_blades)
+        keys: Any = {"highest_hz": ABOVE * highest_hz, "state": state, "output": self.options.output}
+        if isinstance(self.modal, ModalModel):
+            return LinearRing.of(self.modal, *parts, **keys)
+        return LinearSectors.of(self.modal, *parts, **keys)
 
     def _tuned_linear(self, state: str) -> LinearPeak:
         """The highest peak of the tuned ring near a natural frequency in the range; else near the next one above."""
-        from nonlinear import Mistuning
         from rom import coupled_frequencies
 
         low, high = self.options.frequency_hz
@@ -159,14 +174,16 @@ class RingProblem:
         chosen = inside if inside.size else natural[natural > low][:1]
         if not chosen.size:
             raise StudyError(f"no natural frequency with {state} contacts above {low:g} Hz")
-        ring = self._linear(Mistuning.of(self.n_blades), state, float(chosen[-1]))
+        ring = self._linear(state, float(chosen[-1]))
         half = np.minimum(BANDWIDTHS * ring.bandwidth_hz, 0.5 * chosen)
         found = [ring.peak((float(f - half_f), float(f + half_f))) for f, half_f in zip(chosen, half, strict=True)]
         return max(found, key=lambda peak: peak.amplitude_m)
 
     def _half_range(self, frequency_hz: float) -> float:
         """How far from the tuned peak the highest one of a ring may lie, Hz."""
-        keys, damping = self.keys, self.modal.damping / self.modal.angular_frequency
+        first = self.modal.at_phase(self.modal.phase(self.excitation.engine_order))
+        moving = first.angular_frequency > 0.0
+        keys, damping = self.keys, (first.damping[moving] / first.angular_frequency[moving])
         own = keys.frequency_deviation if keys.frequency is None else float(np.abs(keys.frequency).max())
         spread = DEVIATIONS * math.hypot(own, 0.5 * keys.stiffness_deviation)
         return frequency_hz * max(spread, BANDWIDTHS * float(damping[0]))

@@ -1,0 +1,384 @@
+"""A mistuned ring of sectors joined at a disk whose contacts are linear springs: stuck, sliding or free.
+
+In the wave l, each in the time of its own blade, the sectors move as V_l a_l: V_l are the modes of the tuned ring
+with the springs up to a multiple of the frequencies of interest, and in the wave 0 its response. The other modes
+follow as they do near the upper end of the range. With x_j = N^(-1/2) sum_l exp(2 pi i j l / N) V_l a_l, and P the
+strains of the blades and springs whose stiffness deviates by the factors E,
+
+    sum_k (K_lk + W_l^H Y_k) a_k,    W_l = N^(-1/2) exp(2 pi i j l / N) P V_l,    Y = (1 + E R)^-1 E W,
+
+where R is the flexibility of the other modes under forces on the strains, a block-circulant matrix.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.mistuned_ring.linear_peak import LinearPeak, highest_peak
+from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
+from nonlinear.mistuned_ring.strain_directions import strain_directions
+from nonlinear.options import Excitation, OptionsError
+from rom import ModalModel, RelativeReceptance, SectorModes, contact_springs, relative_contact_motion
+
+HIGHEST = 3.0  # of the modes, relative to the upper end of the range
+NEAR = 0.9  # where the other modes are taken at, relative to the upper end of the range
+INDEPENDENT = 1e-7  # smallest part of a response that the modes do not have, relative to it
+ITERATIONS, CONVERGED = 60, 1e-13  # of the damping between modes
+BATCH = 256  # frequencies solved together
+
+
+@dataclass(frozen=True)
+class LinearSectors:
+    """Harmonic 1 of a ring of sectors joined at a disk, with linear contacts, in the motions a of all waves.
+
+    Attributes
+    ----------
+    wave : (A,) int array
+        Wave l of each motion.
+    stiffness, damping, mass : (A, A) complex array
+        Matrices of the tuned ring.
+    strain : (p, A) complex array
+        P V: strains of the blade, then those of the contact springs.
+    residual, residual_output : (N, p, p) and (N, p) complex arrays
+        Flexibility of the other modes of each wave, for the strains and for the output, under forces on the strains.
+    force, output : (A,) complex array
+        Force on the motions, and output of each in the sector 0, not divided by N^(1/2).
+    mistuning : Mistuning
+        Deviations of all blades; those of friction and interference have no effect.
+    bandwidth_hz : float
+        Smallest half-power bandwidth of the modes up to the upper end of the range, Hz.
+
+    Examples
+    --------
+    Blades of 1 kg on 1 MN/m, on rims of 1 kg that springs of 1 MN/m join, all contacts free:
+
+    >>> from nonlinear import ContactParameters, Excitation, LinearSectors, Mistuning
+    >>> from rom import ReducedModel, modal_model
+    >>> rim = 1e6 * np.array([[2.0, -1.0, -1.0], [-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]]) + 1e5 * np.diag([1.0, 1.0, 0.0])
+    >>> left, right, blade = np.eye(3)
+    >>> face, cut = np.outer([1.0, 0.0, 0.0], blade), {"cyclic_right": right[None], "cyclic_left": left[None]}
+    >>> foot = np.array([[0.5, 0.0, -0.5], [0.0, 0.0, 0.0], [-0.5, 0.0, 0.5]])
+    >>> stiffness = rim + 1e6 * np.outer(blade - left, blade - left)
+    >>> cut["blade_stiffness"] = 1e6 * np.outer(blade - left, blade - left)
+    >>> tip, place = {"tip": blade}, np.zeros((1, 3))
+    >>> model = ReducedModel(np.eye(3), stiffness, face, place, blade, tip, face, n_blades=12, **cut)
+    >>> contact = ContactParameters.shared(1, normal_stiffness=0.0, tangential_stiffness=1e5, friction=1.0)
+    >>> problem = modal_model(model, damping_ratio=0.002), contact, Excitation(engine_order=3, force=1.0)
+    >>> ring = LinearSectors.of(*problem, Mistuning.of(12), highest_hz=160.0)
+    >>> softer = ring.with_mistuning(Mistuning.of(12, frequency=[-0.02] + 11 * [0.0]))
+    >>> bool(softer.peak((100.0, 160.0)).amplitude_m > ring.peak((100.0, 160.0)).amplitude_m)
+    True
+    """
+
+    wave: NDArray[np.intp]
+    stiffness: ComplexArray
+    damping: ComplexArray
+    mass: ComplexArray
+    strain: ComplexArray
+    residual: ComplexArray
+    residual_output: ComplexArray
+    force: ComplexArray
+    output: ComplexArray
+    mistuning: Mistuning
+    bandwidth_hz: float
+    _n_contacts: int
+
+    @classmethod
+    def of(
+        cls,
+        modal: SectorModes,
+        contact: ContactParameters,
+        excitation: Excitation,
+        mistuning: Mistuning,
+        *,
+        highest_hz: float,
+        state: str = "stuck",
+        output: str = "tip",
+    ) -> LinearSectors:
+        """The ring of a sector with its contacts in one linear state.
+
+        Parameters
+        ----------
+        modal : rom.SectorModes
+            Modes of the tuned sector with free contacts, with their damping.
+        contact : ContactParameters
+            Parameters of the nodes of the tuned pair.
+        excitation : Excitation
+            Engine order and force; its harmonic 1 is taken.
+        mistuning : Mistuning
+            Deviations of all blades; those of friction and interference have no effect.
+        highest_hz : float
+            Upper end of the frequencies of interest, Hz.
+        state : {"stuck", "sliding", "free"}
+            Contact springs kn and kt, kn alone, or none.
+        output : str
+            Name of the output.
+
+        Returns
+        -------
+        LinearSectors
+            The ring.
+
+        Raises
+        ------
+        MistuningError
+            The number of blades differs from that of the model, or blades differ and the model does not know their
+            stiffness.
+        OptionsError
+            Another state.
+        """
+        if state not in ("stuck", "sliding", "free"):
+            raise OptionsError(f'state: {state!r}, allowed: "stuck", "sliding" or "free"')
+        normal = contact.normal_stiffness * (state != "free")
+        springs = contact_springs(modal.n_contacts, normal, contact.tangential_stiffness * (state == "stuck"))
+        highest, phase = 2.0 * np.pi * highest_hz, modal.phase(excitation.engine_order)
+        rows = np.zeros((0, modal.model.size))
+        if modal.model.blade_stiffness is not None:
+            receptance = RelativeReceptance(modal, phase, (0, 1), excitation.force)
+            rows = strain_directions(receptance, contact, highest)
+        waves = [
+            _Wave(modal.at_phase(own), own, springs.reshape(-1), rows, highest, output)
+            for own in phase + 2.0 * np.pi * np.arange(modal.n_blades) / modal.n_blades
+        ]
+        motions = [wave.motions(response=number == 0) for number, wave in enumerate(waves)]
+        pairs = list(zip(waves, motions, strict=True))
+        numbers = np.repeat(np.arange(modal.n_blades), [own.shape[1] for own in motions])
+        force = np.zeros(numbers.size, complex)
+        amplitude = excitation.force * dict(excitation.factors).get(1, 1.0) * np.sqrt(modal.n_blades)
+        force[numbers == 0] = amplitude * (motions[0].conj().T @ waves[0].modes.force)
+        return cls(
+            wave=numbers,
+            stiffness=_diagonal([own.conj().T @ wave.stiffness @ own for wave, own in pairs]),
+            damping=_diagonal([(own.conj().T * wave.modes.damping) @ own for wave, own in pairs]),
+            mass=_diagonal([own.conj().T @ own for own in motions]),
+            strain=np.concatenate([wave.strain @ own for wave, own in pairs], axis=1),
+            residual=np.array([wave.residual(wave.strain, own) for wave, own in pairs]),
+            residual_output=np.array([wave.residual(wave.output[None], own)[0] for wave, own in pairs]),
+            force=force,
+            output=np.concatenate([wave.output @ own for wave, own in pairs]),
+            mistuning=Mistuning.of(modal.n_blades),
+            bandwidth_hz=_bandwidth_hz(waves),
+            _n_contacts=modal.n_contacts,
+        )._checked(mistuning, len(rows) > 0)
+
+    def _checked(self, mistuning: Mistuning, known: bool) -> LinearSectors:
+        """The ring with deviations that its model allows."""
+        count = self.mistuning.n_blades
+        if mistuning.n_blades != count:
+            raise MistuningError(f"mistuning: {mistuning.n_blades} blades, allowed: {count}, as the model")
+        if mistuning.frequency.any() and not known:
+            raise MistuningError(
+                "frequency: blades on a disk that differ, allowed: with blade_stiffness in the reduced model"
+            )
+        return self.with_mistuning(mistuning)
+
+    def with_mistuning(self, mistuning: Mistuning) -> LinearSectors:
+        """The same ring with other deviations.
+
+        Parameters
+        ----------
+        mistuning : Mistuning
+            Deviations of all blades.
+
+        Returns
+        -------
+        LinearSectors
+            The ring.
+        """
+        return replace(self, mistuning=mistuning)
+
+    @cached_property
+    def _turn(self) -> ComplexArray:
+        """N^(-1/2) exp(2 pi i j l / N) of the motions, (N, A)."""
+        count = self.mistuning.n_blades
+        found: ComplexArray = np.exp(2j * np.pi * np.outer(np.arange(count), self.wave) / count) / np.sqrt(count)
+        return found
+
+    @cached_property
+    def _deviations(self) -> tuple[Array, NDArray[np.intp]]:
+        """E (N, p) of the strains that deviate in some sector, and their numbers."""
+        n_springs = 3 * self._n_contacts
+        blade = np.repeat(
+            ((1.0 + self.mistuning.frequency) ** 2 - 1.0)[:, None], len(self.strain) - n_springs, axis=1
+        )
+        springs = np.repeat(self.mistuning.stiffness[:, None], n_springs, axis=1)
+        every = np.concatenate([blade, springs], axis=1)
+        some = np.flatnonzero(every.any(axis=0))
+        return every[:, some], some
+
+    @cached_property
+    def _modes(self) -> tuple[Array, ComplexArray, ComplexArray]:
+        """Squared natural frequencies (A,), mass-normalised motions (A, A) and their outputs (N, A)."""
+        from scipy.linalg import eigh
+
+        deviation, some = self._deviations
+        strain = self._turn[:, None, :] * self.strain[some]
+        force = _followed(deviation, strain, self.residual[:, some][:, :, some])
+        added = strain.reshape(-1, self.wave.size).conj().T @ force.reshape(-1, self.wave.size)
+        squared, motions = eigh(self.stiffness + (added + added.conj().T) / 2.0, self.mass)
+        moved = self.residual_output[:, None, some] @ np.fft.fft(force, axis=0, norm="ortho")
+        output = self._turn * self.output - np.fft.ifft(moved[:, 0], axis=0, norm="ortho")
+        return squared, motions, output @ motions
+
+    def vibration(self, frequency_hz: Array | list[float]) -> ComplexArray:
+        """Amplitude of the output of all blades, each in its own time.
+
+        Parameters
+        ----------
+        frequency_hz : (F,) sequence of float
+            Excitation frequencies, Hz.
+
+        Returns
+        -------
+        (F, N_b) complex array
+            Amplitudes, m.
+        """
+        omega = 2.0 * np.pi * np.asarray(frequency_hz, dtype=float)
+        squared, motions, rows = self._modes
+        damping, force = motions.conj().T @ self.damping @ motions, motions.conj().T @ self.force
+        parts = [
+            _damped(squared, damping, force, omega[first : first + BATCH]) for first in range(0, omega.size, BATCH)
+        ]
+        return (rows @ np.concatenate(parts, axis=1)).T
+
+    def peak(self, frequency_hz: tuple[float, float]) -> LinearPeak:
+        """The highest amplitude of any blade between two frequencies.
+
+        Parameters
+        ----------
+        frequency_hz : (float, float)
+            Range, Hz.
+
+        Returns
+        -------
+        LinearPeak
+            Sampled four times in the half-power bandwidth, then solved for around the highest samples.
+        """
+        return highest_peak(self.vibration, self.bandwidth_hz, frequency_hz)
+
+
+def _damped(squared: Array, damping: ComplexArray, force: ComplexArray, omega: Array) -> ComplexArray:
+    """Coordinates (A, F) of the undamped modes at frequencies (F,), with the damping between the modes.
+
+    That part is small: it is brought in step by step, and where these do not converge the whole system is solved.
+    """
+    own = squared[:, None] - omega**2 + 1j * omega * damping.diagonal().real[:, None]
+    between = damping - np.diag(damping.diagonal().real)
+    found = force[:, None] / own
+    for _ in range(ITERATIONS):
+        new = (force[:, None] - 1j * omega * (between @ found)) / own
+        change = np.abs(new - found).max()
+        found = new
+        if not change > CONVERGED * np.abs(found).max():
+            return np.asarray(found, dtype=complex)
+    at = omega[:, None, None]
+    whole = np.diag(squared) + 1j * at * damping - at**2 * np.eye(squared.size)
+    solved = np.linalg.solve(whole, np.broadcast_to(force, (omega.size, force.size))[..., None])
+    return np.asarray(solved[..., 0].T, dtype=complex)
+
+
+def _followed(deviation: Array, strain: ComplexArray, residual: ComplexArray) -> ComplexArray:
+    """Y = (1 + E R)^-1 E W, (N, p, A), of E (N, p), W (N, p, A) and R of the waves (N, p, p)."""
+    own = deviation[:, :, None]
+    found = own * strain
+    for _ in range(ITERATIONS):
+        followed = np.fft.ifft(residual @ np.fft.fft(found, axis=0, norm="ortho"), axis=0, norm="ortho")
+        new = own * (strain - followed)
+        change = np.abs(new - found).max(initial=0.0)
+        found = new
+        if not change > CONVERGED * np.abs(found).max(initial=0.0):
+            return found
+    count, size = deviation.shape
+    turn = np.exp(2j * np.pi * np.arange(count)[:, None] * np.arange(count) / count) / np.sqrt(count)
+    whole = np.einsum("jl,lpq,kl->jpkq", turn, residual, turn.conj()).reshape(count * size, -1)
+    system = np.eye(count * size) + deviation.reshape(-1, 1) * whole
+    solved = np.linalg.solve(system, (own * strain).reshape(count * size, -1))
+    return np.asarray(solved.reshape(strain.shape), dtype=complex)
+
+
+def _bandwidth_hz(waves: list[_Wave]) -> float:
+    """Smallest half-power bandwidth of the modes up to the frequencies of interest, Hz; 0 without damping."""
+    damping = np.concatenate([wave.modes.damping[wave.modes.angular_frequency <= wave.highest] for wave in waves])
+    smallest = float(damping[damping > 0.0].min(initial=np.inf))
+    return (smallest if np.isfinite(smallest) else 0.0) / (2.0 * np.pi)
+
+
+def _diagonal(blocks: list[ComplexArray]) -> ComplexArray:
+    from scipy.linalg import block_diag
+
+    found: ComplexArray = block_diag(*blocks).astype(complex)
+    return found
+
+
+@dataclass(frozen=True)
+class _Wave:
+    """The tuned sector in one wave, with springs (3 n_c,), rows of strains (t, n) and the output asked for."""
+
+    modes: ModalModel
+    phase: float
+    springs: Array
+    rows: Array
+    highest: float
+    name: str
+
+    @cached_property
+    def relative(self) -> ComplexArray:
+        """Relative contact motion of the modes, (3 n_c, m)."""
+        return relative_contact_motion(self.modes.right, self.modes.left, self.phase)
+
+    @cached_property
+    def strain(self) -> ComplexArray:
+        """P: strains of the blade and of the springs for unit modal coordinates, (t + 3 n_c, m)."""
+        springs = np.sqrt(self.springs)[:, None] * self.relative
+        return np.concatenate([self.rows @ self.modes.shapes, springs])
+
+    @property
+    def output(self) -> ComplexArray:
+        """The output of the modes, (m,)."""
+        return np.asarray(self.modes.outputs[self.name], dtype=complex)
+
+    @cached_property
+    def stiffness(self) -> ComplexArray:
+        """Stiffness in the modes with the springs, (m, m)."""
+        found: ComplexArray = (self.relative.conj().T * self.springs) @ self.relative
+        found[np.diag_indices_from(found)] += self.modes.angular_frequency**2
+        return found
+
+    @cached_property
+    def _solved(self) -> tuple[Array, ComplexArray, int]:
+        """Squared natural frequencies with the springs, the modes, and the number of low ones."""
+        squared, shapes = np.linalg.eigh(self.stiffness)
+        return squared, shapes, int(np.count_nonzero(squared <= (HIGHEST * self.highest) ** 2))
+
+    def motions(self, response: bool) -> ComplexArray:
+        """V (m, k): the low modes, with the response of the others to the excitation if asked for."""
+        squared, shapes, count = self._solved
+        found = np.asarray(shapes[:, :count], dtype=complex)
+        if not response or count == len(shapes):
+            return found
+        others, force = shapes[:, count:], shapes[:, count:].conj().T @ self.modes.force
+        for share in (0.1, 0.5):  # below the range of the modes: quasi-static parts of the response
+            motion = others @ (force / (squared[count:] - (share * self.highest) ** 2))
+            rest = motion - found @ (found.conj().T @ motion)
+            if np.linalg.norm(rest) > INDEPENDENT * np.linalg.norm(motion):
+                found = np.concatenate([found, (rest / np.linalg.norm(rest))[:, None]], axis=1)
+        return found
+
+    def residual(self, rows: ComplexArray, motions: ComplexArray) -> ComplexArray:
+        """Flexibility (q, p) of what is not in the motions (m, k), for rows (q, m), under forces on the strains."""
+        squared, shapes, count = self._solved
+        others = shapes[:, count:]
+        near = (NEAR * self.highest) ** 2
+        found: ComplexArray = ((rows @ others) / (squared[count:] - near)) @ (self.strain @ others).conj().T
+        extra = motions[:, count:]
+        if extra.shape[1]:
+            dynamic = extra.conj().T @ self.stiffness @ extra - near * np.eye(extra.shape[1])
+            inner = np.linalg.solve(dynamic, (self.strain @ extra).conj().T)
+            found = found - (rows @ extra) @ inner
+        return found

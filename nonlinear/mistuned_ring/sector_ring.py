@@ -1,0 +1,246 @@
+"""Receptance of a ring of sectors joined at a disk, whose blades differ.
+
+A force on one sector moves all of them, through the disk. In the wave l of a ring of N sectors, each in the time of
+its own blade, the sectors have the phase h psi + 2 pi l / N from one to the next and modes of their own. With the
+discrete Fourier transform over the sectors, x_j = N^(-1/2) sum_l exp(2 pi i j l / N) x_l,
+
+    eta_l = (F_l + B_l^H f_l) / D_l,    D_l = omega_l^2 + i h omega c_l - (h omega)^2,    d_l = B_l eta_l,
+
+where F_l is there in the wave 0 alone. The stiffness by which blade j differs acts like more contact nodes, with
+linear springs: B_l holds the rows Q^T S of `strain_directions` below those of the contact motion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array
+from rom import RelativeReceptance, SectorModes, WaveModes
+
+if TYPE_CHECKING:
+    from nonlinear.mistuned_ring.sector_factors import NearFactors
+
+
+class WaveChoice(NamedTuple):
+    """Some modes of the waves of one harmonic."""
+
+    wave: NDArray[np.intp]  # (w,) number l
+    mode: NDArray[np.intp]  # (w,) number of the mode
+
+
+@dataclass(frozen=True)
+class SectorRing:
+    """The structure of a ring of sectors joined at a disk.
+
+    Attributes
+    ----------
+    tuned : rom.RelativeReceptance
+        The tuned sector with its phase psi, harmonics and excitation.
+    n_blades : int
+        Number N of sectors: that of the ring, or 1 where all move alike.
+    strain : (t, n) array
+        Rows of the strains that mistuning needs, for unit reduced coordinates; t a multiple of three, or 0.
+    """
+
+    tuned: RelativeReceptance
+    n_blades: int
+    strain: Array
+
+    @property
+    def modal(self) -> SectorModes:
+        """The modes of the tuned sector."""
+        assert isinstance(self.tuned.modal, SectorModes)
+        return self.tuned.modal
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes of a pair, those of the strain counted."""
+        return self.modal.n_contacts + len(self.strain) // 3
+
+    @property
+    def neighbours_only(self) -> bool:
+        """Whether a force moves its own pair and the neighbouring ones alone."""
+        return self.n_blades <= 3
+
+    @cached_property
+    def _harmonics(self) -> Array:
+        return np.asarray(self.tuned.harmonics, dtype=float)
+
+    @cached_property
+    def _phases(self) -> Array:
+        """Phases of the waves, (n_h, N), rad."""
+        own = 2.0 * np.pi * np.arange(self.n_blades) / self.n_blades
+        return self._harmonics[:, None] * self.tuned.phase + own
+
+    @cached_property
+    def waves(self) -> WaveModes:
+        """Modes of all waves of all harmonics, n_h N rows; rigid motions have no static response."""
+        return self.modal.waves(self._phases.ravel(), np.repeat(self._harmonics != 0.0, self.n_blades).tolist())
+
+    @cached_property
+    def motion(self) -> ComplexArray:
+        """B_l: relative contact motion and strain of the modes, (n_h, N, 3 n_nodes, m)."""
+        waves = self.waves
+        found = np.zeros((len(waves.relative), 3 * self.n_nodes, waves.relative.shape[2]), complex)
+        found[:, : waves.relative.shape[1]] = waves.relative
+        if len(self.strain):
+            for row, phase in zip(found[:, waves.relative.shape[1] :], self._phases.ravel(), strict=True):
+                shapes = self.modal.at_phase(float(phase)).shapes
+                row[:, : shapes.shape[1]] = self.strain @ shapes
+        return found.reshape(*self._phases.shape, *found.shape[1:])
+
+    @cached_property
+    def adjoint(self) -> ComplexArray:
+        """B_l^H, (n_h, N, m, 3 n_nodes)."""
+        return np.ascontiguousarray(self.motion.conj().transpose(0, 1, 3, 2))
+
+    @cached_property
+    def _force(self) -> ComplexArray:
+        """Modal forces of the waves, (n_h, N, m): the wave 0 holds those of the tuned sector."""
+        found = np.zeros((*self._phases.shape, self.motion.shape[-1]), complex)
+        own = self.tuned.modal_force[:, : found.shape[2]]
+        found[:, 0, : own.shape[1]] = np.sqrt(self.n_blades) * own
+        return found
+
+    def denominators(self, omega: float) -> tuple[ComplexArray, ComplexArray]:
+        """D_l and its derivative in omega, (n_h, N, m).
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        """
+        shape = (*self._phases.shape, -1)
+        h = self._harmonics[:, None, None]
+        rate = 1j * h * self.waves.damping.reshape(shape)
+        value = rate * omega + (self.waves.angular_frequency.reshape(shape) ** 2 - (h * omega) ** 2)
+        return np.asarray(value, complex), np.asarray(rate - 2.0 * h**2 * omega, complex)
+
+    def coordinates(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Modal coordinates of all waves under the excitation and the forces at the nodes.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        force : (n_h, N, 3 n_nodes) complex array
+            Forces of the pairs, N.
+
+        Returns
+        -------
+        coordinates, derivatives : (n_h, N, m) complex arrays
+            eta_l, and its derivative in omega at constant forces.
+        """
+        value, derivative = self.denominators(omega)
+        found = (self._force + self._pushed(force)) / value
+        return found, -derivative * found / value
+
+    def increments(self, omega: float, force: ComplexArray) -> ComplexArray:
+        """Change of the modal coordinates, (n_h, N, m), by changes of the forces (n_h, N, 3 n_nodes)."""
+        found: ComplexArray = self._pushed(force) / self.denominators(omega)[0]
+        return found
+
+    def _pushed(self, force: ComplexArray) -> ComplexArray:
+        found: ComplexArray = (self.adjoint @ np.fft.fft(force, axis=1, norm="ortho")[..., None])[..., 0]
+        return found
+
+    def relative(self, coordinates: ComplexArray) -> ComplexArray:
+        """Relative displacements and strains of the pairs, (n_h, N, 3 n_nodes), of modal coordinates (n_h, N, m)."""
+        found: ComplexArray = np.fft.ifft((self.motion @ coordinates[..., None])[..., 0], axis=1, norm="ortho")
+        return found
+
+    def response(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Motion of the nodes under the excitation and the forces, and its derivative in omega, (n_h, N, 3 n_nodes).
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        force : (n_h, N, 3 n_nodes) complex array
+            Forces of the pairs, N.
+        """
+        coordinates, derivative = self.coordinates(omega, force)
+        return self.relative(coordinates), self.relative(derivative)
+
+    def output(self, name: str, coordinates: ComplexArray) -> ComplexArray:
+        """An output of all blades, each in its own time, (N, n_h), of modal coordinates (n_h, N, m)."""
+        rows = self._output_rows(name)
+        return np.fft.ifft((rows * coordinates).sum(axis=-1), axis=1, norm="ortho").T
+
+    def _output_rows(self, name: str) -> ComplexArray:
+        if name not in self._outputs:
+            rows = np.zeros((self._phases.size, self.motion.shape[-1]), complex)
+            for row, phase in zip(rows, self._phases.ravel(), strict=True):
+                own = self.modal.at_phase(float(phase)).outputs[name]
+                row[: own.size] = own
+            self._outputs[name] = rows.reshape(*self._phases.shape, -1)
+        return self._outputs[name]
+
+    @cached_property
+    def _outputs(self) -> dict[str, ComplexArray]:
+        return {}
+
+    @cached_property
+    def factors(self) -> dict[int, NearFactors]:
+        """The last factors of a bordered Jacobian by its size, for the states that follow."""
+        return {}
+
+    @cached_property
+    def free_static_motion(self) -> Array:
+        """Static motion of one side without contact, (3 n_c,), m: each mode with its sign left out."""
+        still = self.modal.at(0)
+        moving = still.angular_frequency > 0.0
+        return np.abs(still.right[:, moving]) @ np.abs(
+            still.static_force[moving] / still.angular_frequency[moving] ** 2
+        )
+
+    def near_flexibility(
+        self, omega: float, chosen: list[WaveChoice], size: int
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """Flexibility of a pair, under forces on the pair before it, on itself and on the pair after it.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+        chosen : list of WaveChoice
+            For each harmonic the modes that are left out.
+        size : int
+            Number of dofs of a pair, the first ones, on which forces act.
+
+        Returns
+        -------
+        before, own, after : (n_h, 3 n_nodes, size) complex arrays
+            m/N. Pairs that are the same, of rings of one or two, are counted once.
+        """
+        weight = 1.0 / self.denominators(omega)[0]
+        for row, (wave, mode) in zip(weight, chosen, strict=True):
+            row[wave, mode] = 0.0
+        every = (self.motion * weight[:, :, None]) @ self.adjoint[..., :size]
+        count = self.n_blades
+        turn = np.exp(2j * np.pi * np.multiply.outer((1, 0, -1), np.arange(count)) / count) / count
+        before, own, after = np.einsum("pl,hlab->phab", turn, every)
+        nothing = np.zeros_like(own)
+        return before if count > 1 else nothing, own, after if count > 2 else nothing
+
+    def flexibility(self, omega: float) -> ComplexArray:
+        """Flexibility of a pair under forces on the pairs 0, 1, 2, ... before it.
+
+        Parameters
+        ----------
+        omega : float
+            Excitation frequency, rad/s.
+
+        Returns
+        -------
+        (N, n_h, 3 n_nodes, 3 n_nodes) complex array
+            m/N.
+        """
+        every = (self.motion / self.denominators(omega)[0][:, :, None]) @ self.adjoint
+        return np.fft.ifft(every, axis=1).transpose(1, 0, 2, 3)

@@ -1,0 +1,105 @@
+"""Elastic stiffness of a part of a sector: its disk, or its blade."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom.finite_elements.assembly import elastic_matrices
+from rom.finite_elements.discretisation import discretise
+from rom.finite_elements.full_model import FullModel, node_dofs
+from rom.finite_elements.material import Materials
+from rom.linear_algebra.threads import one_blas_thread
+
+if TYPE_CHECKING:
+    from geometry import SectorMesh
+
+_ON_RIM = 1e-6  # of the radius of the rim
+
+
+def within_rim(full: FullModel, rim_radius: float) -> NDArray[np.bool_]:
+    """Which nodes lie on the rim or within it, (n_nodes,)."""
+    inside: NDArray[np.bool_] = np.hypot(full.positions[:, 1], full.positions[:, 2]) <= (1.0 + _ON_RIM) * rim_radius
+    return inside
+
+
+def part_stiffness(
+    full: FullModel,
+    sector: SectorMesh,
+    material: Materials,
+    basis: NDArray[np.float64],
+    inside: NDArray[np.bool_],
+    *,
+    disk: bool,
+) -> NDArray[np.float64]:
+    """Elastic stiffness of the elements of the disk or of the blade in reduced coordinates, (n, n).
+
+    Parameters
+    ----------
+    full, sector, material, basis
+        As in `blade_stiffness`.
+    inside : (n_nodes,) array of bool
+        Nodes of the disk. Its elements have no other ones.
+    disk : bool
+        The elements of the disk; else all others.
+    """
+    mesh = discretise(sector, full.element)
+    chosen = [(block, inside[block.nodes].all(axis=1) == disk) for block in mesh.blocks]
+    blocks = tuple(
+        replace(block, nodes=block.nodes[rows], vertices=block.vertices[rows], geometry=block.geometry[rows])
+        for block, rows in chosen
+        if rows.any()
+    )
+    used = np.unique(np.concatenate([block.nodes.ravel() for block in blocks]))
+    dofs = node_dofs(used).ravel()
+    stiffness = elastic_matrices(replace(mesh, blocks=blocks), material)[0][dofs][:, dofs]
+    moved = basis[dofs]
+    found: NDArray[np.float64] = moved.T @ (stiffness @ moved)
+    return (found + found.T) / 2
+
+
+@one_blas_thread()
+def blade_stiffness(
+    full: FullModel, sector: SectorMesh, material: Materials, basis: NDArray[np.float64], rim_radius: float
+) -> NDArray[np.float64]:
+    """The elastic stiffness of the blade in the reduced coordinates of a sector of a disk.
+
+    With (1 + delta)^2 times this part the frequencies of the blade, clamped at the rim and at rest, are (1 + delta)
+    times as high: a mistuned blade.
+
+    Parameters
+    ----------
+    full : FullModel
+        The full model.
+    sector : SectorMesh
+        Its mesh.
+    material : Material or mapping of str to Material
+        Its material, or its materials as in `assemble`.
+    basis : (N, n) array
+        Mesh displacements of the reduced coordinates, `ReducedModel.basis`.
+    rim_radius : float
+        Outer radius of the disk, m: its elements have no node beyond it. All others are those of the blade.
+
+    Returns
+    -------
+    (n, n) array
+        The stiffness, N/m for coordinates in m.
+
+    Examples
+    --------
+    Of a blade the lowest part of which is called its disk:
+
+    >>> from geometry import BladeParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, ReductionOptions, assemble, blade_stiffness, reduce_sector
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector, steel = build_sector(blade, shroud, MeshParameters(size=0.02)), Material(2e11, 0.3, 7800.0)
+    >>> full = assemble(sector, steel, element="hex8")
+    >>> model = reduce_sector(full, sector, ReductionOptions(modes=4)).model
+    >>> own = blade_stiffness(full, sector, steel, model.basis, rim_radius=0.34)
+    >>> bool(np.linalg.eigvalsh(model.stiffness - own)[0] > -1e-9 * np.abs(own).max())  # the rest is that of the disk
+    True
+    """
+    return part_stiffness(full, sector, material, basis, within_rim(full, rim_radius), disk=False)
