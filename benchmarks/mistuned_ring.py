@@ -2,10 +2,12 @@
 
     python benchmarks/mistuned_ring.py                  # 12 to 144 blades, some minutes
     python benchmarks/mistuned_ring.py --blades 12 24
+    python benchmarks/mistuned_ring.py --disk           # blades on the disk of scenes/disk.toml
 
 The default blade with slipping contacts, one harmonic, an engine order of a quarter of the number of blades: so the
 tuned ring is the same for every number of blades. Each number is measured in a process of its own; seconds are those
-of the processor. Writes mistuned_ring.csv and mistuned_ring.md into out/bench/mistuned_ring.
+of the processor. Writes mistuned_ring.csv and mistuned_ring.md, or mistuned_disk.csv and mistuned_disk.md, into
+out/bench/mistuned_ring.
 """
 
 from __future__ import annotations
@@ -17,10 +19,11 @@ from dataclasses import replace
 from typing import Any
 
 from problems import built_mesh, curve_problem, scene_with
-from tables import in_a_process, machine_facts, options_of, peak_memory_gb, table_of, write_results
+from tables import ROOT, in_a_process, machine_facts, options_of, peak_memory_gb, table_of, write_results
 
 BLADES = (12, 24, 48, 72, 144)
 INTERFERENCE, RANGE, DEVIATION = 2e-6, (256.0, 270.0), 0.01  # m, Hz: slip above the peak; of the frequencies
+DISK, DISK_RANGE = ROOT / "scenes" / "disk.toml", (195.0, 215.0)  # Hz: the blades vibrate with free contacts
 MOST_DENSE = 2500  # unknowns, above which the dense and the sparse factorisation take minutes
 
 
@@ -30,15 +33,18 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--blades", type=int, nargs="+", default=list(BLADES), help="numbers of blades, multiples of 4"
     )
+    parser.add_argument("--disk", action="store_true", help="blades on a disk, at their resonance with free contacts")
     options = parser.parse_args(arguments)
-    scene = scene_with(options.scene, {"contact.interference": INTERFERENCE})
+    source = DISK if options.disk else options.scene
+    name = "mistuned_disk" if options.disk else "mistuned_ring"
+    scene = scene_with(source, {"contact.interference": INTERFERENCE})
     rows = []
     with built_mesh(scene) as mesh:
         for blades in options.blades:
-            rows.append(in_a_process("mistuned_ring", options.scene, mesh.reduced().file, blades))
+            rows.append(in_a_process("mistuned_ring", source, mesh.reduced().file, blades))
             print(f"{blades} blades: {rows[-1]['s a point']:.3g} s a point", file=sys.stderr)
-    facts = "; ".join(f"{name}: {text}" for name, text in machine_facts().items())
-    write_results(options.out, "mistuned_ring", rows, f"# Mistuned rings\n\n{facts}.\n\n{table_of(rows)}\n")
+    facts = "; ".join(f"{fact}: {text}" for fact, text in machine_facts().items())
+    write_results(options.out, name, rows, f"# Mistuned rings\n\n{facts}.\n\n{table_of(rows)}\n")
     return 0
 
 
@@ -48,12 +54,19 @@ def measure(scene_file: str, model_file: str, blades: int) -> dict[str, Any]:
 
     from nonlinear import Mistuning, mistuned_response
     from nonlinear.mistuned_ring.ring_balance import RingBalance
-    from rom import RelativeReceptance, one_blas_thread
+    from nonlinear.mistuned_ring.ring_receptance import RingReceptance
+    from nonlinear.mistuned_ring.sector_ring import SectorRing
+    from nonlinear.mistuned_ring.strain_directions import strain_directions
+    from rom import ModalModel, RelativeReceptance, one_blas_thread
 
     scene = scene_with(scene_file, {"contact.interference": INTERFERENCE})
     problem = curve_problem(model_file, scene)
-    modal, excitation = replace(problem.modal, n_blades=blades), replace(problem.excitation, engine_order=blades // 4)
-    options = replace(problem.options, frequency_hz=RANGE, harmonics=1)
+    excitation = replace(problem.excitation, engine_order=blades // 4)
+    if clamped := isinstance(problem.modal, ModalModel):
+        modal = replace(problem.modal, n_blades=blades)
+    else:  # the same waves, at other phases
+        modal = replace(problem.modal, model=replace(problem.modal.model, n_blades=blades))
+    options = replace(problem.options, frequency_hz=RANGE if clamped else DISK_RANGE, harmonics=1)
     mistuning = Mistuning.sampled(blades, 1, frequency=DEVIATION)
     with one_blas_thread():
         mistuned_response(modal, problem.contact, excitation, options)  # compiles the kernels
@@ -61,10 +74,17 @@ def measure(scene_file: str, model_file: str, blades: int) -> dict[str, Any]:
         found = mistuned_response(modal, problem.contact, excitation, options, mistuning)
         seconds = time.process_time() - start
         receptance = RelativeReceptance(modal, modal.phase(excitation.engine_order), (0, 1), excitation.force)
-        balance = RingBalance.of(receptance, problem.contact, mistuning, options)
+        structure: RingReceptance | SectorRing
+        if clamped:
+            structure = RingReceptance(receptance, 1.0 + mistuning.frequency)
+        else:
+            strain = strain_directions(receptance, problem.contact, options.omega_range[1])
+            structure = SectorRing(receptance, blades, strain)
+        balance = RingBalance.of(structure, problem.contact, mistuning, options)
         rng = np.random.default_rng(0)
         unknown = 5e-6 * rng.standard_normal(balance.size)
-        ways = ways_to_solve(balance, unknown, 2.0 * np.pi * RANGE[0], rng.standard_normal((3, balance.size)))
+        vectors, omega = rng.standard_normal((3, balance.size)), 2.0 * np.pi * sum(options.frequency_hz) / 2.0
+        ways = (ways_to_solve if clamped else with_a_disk)(balance, unknown, omega, vectors)
     return {
         "blades": blades,
         "unknowns": balance.size,
@@ -105,6 +125,28 @@ def ways_to_solve(balance: Any, unknown: Any, omega: float, vectors: Any) -> dic
         assert np.abs(solved[:-1] - exact[0]).max() < 1e-8 * np.abs(solved).max()
         sparse = csc_array(bordered)
         timed(seconds, "sparse s", lambda: splu(sparse).solve(full))
+    return seconds
+
+
+def with_a_disk(balance: Any, unknown: Any, omega: float, vectors: Any) -> dict[str, Any]:
+    """Processor seconds of the factors and of a solution by GMRES at one state, and of a dense solution."""
+    import numpy as np
+
+    from nonlinear.harmonic_balance.dense_factors import DenseFactors
+    from nonlinear.mistuned_ring.sector_factors import SectorFactors
+
+    column, row, right = vectors
+    seconds: dict[str, Any] = {}
+    linearised = balance.evaluate(unknown, omega)
+    factors = SectorFactors(linearised, column, row, 1.0)
+    near = timed(seconds, "factors s", lambda: factors.near)
+    seconds["modes in the border"] = near.strain.shape[2] // 2
+    found = timed(seconds, "GMRES s", lambda: factors.solve(right, 0.5))
+    seconds["dense s"] = "-"
+    if balance.size <= MOST_DENSE:
+        dense = timed(seconds, "dense s", lambda: DenseFactors.of(linearised.coupling, column, row, 1.0))
+        exact = dense.solve(right, 0.5)[0]
+        assert np.abs(exact - found[0]).max() < 1e-5 * np.abs(exact).max()
     return seconds
 
 

@@ -53,6 +53,8 @@ class LinearSectors:
         Deviations of all blades; those of friction and interference have no effect.
     bandwidth_hz : float
         Smallest half-power bandwidth of the modes up to the upper end of the range, Hz.
+    n_springs : int
+        Number of strains of the contact springs, the last ones.
 
     Examples
     --------
@@ -87,7 +89,7 @@ class LinearSectors:
     output: ComplexArray
     mistuning: Mistuning
     bandwidth_hz: float
-    _n_contacts: int
+    n_springs: int
 
     @classmethod
     def of(
@@ -137,15 +139,7 @@ class LinearSectors:
             raise OptionsError(f'state: {state!r}, allowed: "stuck", "sliding" or "free"')
         normal = contact.normal_stiffness * (state != "free")
         springs = contact_springs(modal.n_contacts, normal, contact.tangential_stiffness * (state == "stuck"))
-        highest, phase = 2.0 * np.pi * highest_hz, modal.phase(excitation.engine_order)
-        rows = np.zeros((0, modal.model.size))
-        if modal.model.blade_stiffness is not None:
-            receptance = RelativeReceptance(modal, phase, (0, 1), excitation.force)
-            rows = strain_directions(receptance, contact, highest)
-        waves = [
-            _Wave(modal.at_phase(own), own, springs.reshape(-1), rows, highest, output)
-            for own in phase + 2.0 * np.pi * np.arange(modal.n_blades) / modal.n_blades
-        ]
+        waves = _waves(modal, contact, excitation, springs.reshape(-1), 2.0 * np.pi * highest_hz, output)
         motions = [wave.motions(response=number == 0) for number, wave in enumerate(waves)]
         pairs = list(zip(waves, motions, strict=True))
         numbers = np.repeat(np.arange(modal.n_blades), [own.shape[1] for own in motions])
@@ -164,15 +158,15 @@ class LinearSectors:
             output=np.concatenate([wave.output @ own for wave, own in pairs]),
             mistuning=Mistuning.of(modal.n_blades),
             bandwidth_hz=_bandwidth_hz(waves),
-            _n_contacts=modal.n_contacts,
-        )._checked(mistuning, len(rows) > 0)
+            n_springs=springs.size,
+        )._checked(mistuning)
 
-    def _checked(self, mistuning: Mistuning, known: bool) -> LinearSectors:
+    def _checked(self, mistuning: Mistuning) -> LinearSectors:
         """The ring with deviations that its model allows."""
         count = self.mistuning.n_blades
         if mistuning.n_blades != count:
             raise MistuningError(f"mistuning: {mistuning.n_blades} blades, allowed: {count}, as the model")
-        if mistuning.frequency.any() and not known:
+        if mistuning.frequency.any() and len(self.strain) == self.n_springs:
             raise MistuningError(
                 "frequency: blades on a disk that differ, allowed: with blade_stiffness in the reduced model"
             )
@@ -203,7 +197,7 @@ class LinearSectors:
     @cached_property
     def _deviations(self) -> tuple[Array, NDArray[np.intp]]:
         """E (N, p) of the strains that deviate in some sector, and their numbers."""
-        n_springs = 3 * self._n_contacts
+        n_springs = self.n_springs
         blade = np.repeat(
             ((1.0 + self.mistuning.frequency) ** 2 - 1.0)[:, None], len(self.strain) - n_springs, axis=1
         )
@@ -261,6 +255,22 @@ class LinearSectors:
             Sampled four times in the half-power bandwidth, then solved for around the highest samples.
         """
         return highest_peak(self.vibration, self.bandwidth_hz, frequency_hz)
+
+
+def _waves(
+    modal: SectorModes,
+    contact: ContactParameters,
+    excitation: Excitation,
+    springs: Array,
+    highest: float,
+    output: str,
+) -> list[_Wave]:
+    """The tuned sector in all waves, each in the time of its own blade, with springs (3 n_c,)."""
+    phase, rows = modal.phase(excitation.engine_order), np.zeros((0, modal.model.size))
+    if modal.model.blade_stiffness is not None:
+        rows = strain_directions(RelativeReceptance(modal, phase, (0, 1), excitation.force), contact, highest)
+    phases = phase + 2.0 * np.pi * np.arange(modal.n_blades) / modal.n_blades
+    return [_Wave(modal.at_phase(float(own)), float(own), springs, rows, highest, output) for own in phases]
 
 
 def _damped(squared: Array, damping: ComplexArray, force: ComplexArray, omega: Array) -> ComplexArray:

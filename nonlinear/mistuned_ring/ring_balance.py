@@ -37,7 +37,7 @@ from nonlinear.mistuned_ring.sector_factors import SectorFactors
 from nonlinear.mistuned_ring.sector_ring import SectorRing
 from nonlinear.options import SolverOptions
 
-SMALLEST_ITERATIVE = 800  # unknowns of a ring with a disk from which GMRES is faster than a dense factorisation
+SMALLEST_ITERATIVE = 400  # unknowns of a ring with a disk from which GMRES is faster than a dense factorisation
 
 
 @dataclass(frozen=True)

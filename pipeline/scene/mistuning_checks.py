@@ -23,10 +23,6 @@ def unfit_mistuning_keys(file: SceneFile, n_blades: int | None = None) -> Iterat
     section, blades = scene.mistuning, n_blades if n_blades is not None else scene.n_blades
     if section is None:
         return
-    if scene.disk is not None:
-        yield input_error(
-            file.path, "disk", "given beside [mistuning]", "a blade clamped at its root, without [disk]"
-        )
     if section.frequency is not None and blades is not None and len(section.frequency) != blades:
         found, allowed = f"a list of {len(section.frequency)}", f"a list of {blades} numbers, one for each blade"
         yield input_error(file.path, "mistuning.frequency", found, allowed)

@@ -180,12 +180,48 @@ def test_what_does_not_fit_is_refused(
     assert said in error
 
 
-def test_a_disk_is_refused(tmp_path: Path) -> None:
-    disk = {"bore_radius": 0.1, "bore_width": 0.05, "rim_width": 0.04}
-    scene = small_scene() | {"mistuning": {}, "disk": disk}
-    status, _, error = shroud("validate", write_scene(tmp_path / "scene.toml", scene))
-    assert status == 2
-    assert "disk: given beside [mistuning], allowed: a blade clamped at its root, without [disk]" in error
+def sector_model(path: Path, *, known: bool = True) -> Path:
+    """A mass on a spring that stands on a rim, as the reduced model of a sector; the masses of the rim join it."""
+    left, right, blade = np.eye(3)
+    own = np.outer(blade - left, blade - left)
+    rim = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, 0.0]])
+    face, place = np.outer([1.0, 0.0, 0.0], blade), np.zeros((1, 3))
+    sector = {"cyclic_right": right[None], "cyclic_left": left[None], "blade_stiffness": own if known else None}
+    mass = np.diag([2.0, 2.0, 1.0])
+    model = ReducedModel(mass, 5.0 * rim + own, face, place, blade, {"tip": blade}, face, n_blades=6, **sector)
+    write_reduced_model(path, model)
+    return path
+
+
+def test_rings_on_a_disk(tmp_path: Path) -> None:
+    """Their factors are those of the solver; blades that differ need their stiffness in the model."""
+    from nonlinear import ContactParameters, Excitation, LinearSectors, Mistuning, SolverOptions, mistuned_response
+    from rom import modal_model, read_reduced_model
+
+    deviations = [0.01, -0.01, 0.0, 0.02, 0.0, -0.02]
+    scene = ring_scene(frequency=deviations, frequency_range=[0.14, 0.18], linear_samples=1)
+    run_scene(scene, tmp_path / "out", rom=sector_model(tmp_path / "sector.h5"))
+    found = read_result(tmp_path / "out")
+    modal = modal_model(read_reduced_model(tmp_path / "sector.h5"), damping_ratio=0.005)
+    values = {"normal_stiffness": 0.0, "tangential_stiffness": 0.1, "friction": 1.0, "preload": 0.2}
+    problem = modal, ContactParameters.shared(1, **values), Excitation(engine_order=1, force=0.1)
+    mistuning, options = Mistuning.of(6, frequency=deviations), SolverOptions((0.14, 0.18))
+    tuned, ring = mistuned_response(*problem, options).peak, mistuned_response(*problem, options, mistuning).peak
+    assert tuned is not None
+    assert ring is not None
+    assert found.rings[0].factor == pytest.approx(ring.amplitude_m / tuned.amplitude_m, rel=1e-9)
+    assert found.rings[0].factor > 1.01
+    assert found.linear is not None
+    assert 1.0 < found.linear.factor[0] < found.bound
+    stuck, same = (LinearSectors.of(*problem, each, highest_hz=0.25) for each in (mistuning, Mistuning.of(6)))
+    range_hz = (0.9 * found.linear.tuned_hz, 1.1 * found.linear.tuned_hz)
+    factor = stuck.peak(range_hz).amplitude_m / same.peak(range_hz).amplitude_m
+    assert found.linear.factor[0] == pytest.approx(factor, rel=1e-6)
+    (tmp_path / "scene.toml").write_text(to_toml(scene))
+    rom = sector_model(tmp_path / "unknown.h5", known=False)
+    status, _, error = shroud("respond", tmp_path / "scene.toml", "--rom", rom, "--out", tmp_path / "other")
+    assert status == 1
+    assert "blades on a disk that differ need blade_stiffness in the reduced model; without it allowed: " in error
 
 
 @pytest.mark.parametrize(

@@ -41,6 +41,7 @@ DATASETS = (
     "force/centrifugal",
     "force/static",
     "coriolis",
+    "blade_stiffness",
     "output/tip",
     "basis",
 )

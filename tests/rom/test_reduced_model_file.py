@@ -20,6 +20,7 @@ ARRAYS = (
     "force_centrifugal",
     "force_static",
     "coriolis",
+    "blade_stiffness",
     "basis",
 )
 

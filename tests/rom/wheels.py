@@ -80,10 +80,11 @@ def _sector(positions, blocks, sets, n_sectors):
     return SectorMesh(mesh.points, mesh.blocks, sets, *faces, n_sectors)
 
 
-def whole_wheel(full, faces):
+def whole_wheel(full, faces, sectors=None):
     """Stiffness and mass of the wheel without symmetry, its clamped dofs, and the expansion of waves.
 
-    The expansion takes the displacements (N,) of a sector and a phase, and gives those of the wheel.
+    `sectors` are the full models of the sectors, where these differ. The expansion takes the displacements (N,) of a
+    sector and a phase, and gives those of the wheel.
     """
     n, count = len(full.positions), faces.n_sectors
     shared = np.full(n, -1)  # the node of the next sector that a node of this one is
@@ -98,10 +99,10 @@ def whole_wheel(full, faces):
     size = number.max() + 1
     stiffness = mass = 0
     turns = [np.linalg.matrix_power(faces.turn, j) for j in range(count)]
-    for rows, turn in zip(number, turns, strict=True):
+    for rows, turn, own in zip(number, turns, sectors or count * [full], strict=True):
         place = coo_matrix((np.ones(n), (np.arange(n), rows)), (n, size))
         here = kron(place, turn.T).tocsr()  # displacements of the sector in its own axes
-        stiffness, mass = stiffness + here.T @ full.stiffness @ here, mass + here.T @ full.mass @ here
+        stiffness, mass = stiffness + here.T @ own.stiffness @ here, mass + here.T @ own.mass @ here
 
     def expanded(shape, phase):
         found = np.zeros((size, 3), complex)
