@@ -10,8 +10,8 @@ cyclic,
     [ -D^-1 B^H df/dd     I + D^-1 S^H k S    0 ] [ z ],    s = S z + S_near df/dd d.
     [ t                   0                   e ] [ y ]
 
-Its factors, also those of a state nearby, precondition GMRES [1]_ on
-the whole system, so that the solution is that of the whole system.
+Its factors, also those of a state nearby, precondition GMRES [1]_ on the whole system, so that the solution is that of
+the whole system.
 
 References
 ----------
@@ -162,15 +162,15 @@ class SectorFactors:
         """Solution (x (n,), y) for the right-hand side (b (n,), b_e); NaN for a singular system."""
         whole = np.append(right, last)
         before = self._kept.get(right.size)
-        found = None if before is None else self._solved(whole, before, PATIENCE)
+        found = None if before is None else self._solved(whole, before, PATIENCE, 10.0 * SOLVED)
         if found is None:
-            found = self._solved(whole, self.near, ITERATIONS)
+            found = self._solved(whole, self.near, ITERATIONS, ENOUGH)
         if found is None:
             return np.full(right.shape, np.nan), np.nan
         return found[:-1], float(found[-1])
 
-    def _solved(self, whole: Array, near: NearFactors, iterations: int) -> Array | None:
-        """The solution (n + 1,) with these factors; None where so many iterations do not reach it."""
+    def _solved(self, whole: Array, near: NearFactors, iterations: int, enough: float) -> Array | None:
+        """The solution (n + 1,) with these factors; None where so many iterations leave a larger residual."""
         from scipy.sparse.linalg import LinearOperator, gmres
 
         def times(vector: Array) -> Array:
@@ -182,7 +182,6 @@ class SectorFactors:
                 return None
             found = near.solve(gmres(operator, whole, rtol=SOLVED, restart=iterations, maxiter=1)[0])
             left = np.linalg.norm(whole - self._times(found))
-        enough = SOLVED * 10.0 if iterations == PATIENCE else ENOUGH
         return found if left <= enough * np.linalg.norm(whole) else None
 
     def _times(self, vector: Array) -> Array:
