@@ -105,6 +105,7 @@ def pictures() -> dict[str, Picture]:
         ),
         Picture("bladed_disk", ("docs/bladed_disk.md#disk_effect", STYLE), _disk_effect),
         Picture("mistuning", (DUMMY, STYLE, "pipeline/figures/mistuning_figure.py"), _mistuning),
+        Picture("mistuned_disk", (DISK, STYLE, "pipeline/figures/mistuning_figure.py"), _mistuned_disk),
         Picture("report", (DUMMY, STYLE, "pipeline/report/templates", "pipeline/report/story.py"), _report),
         Picture("first_blade_shrouds", (f"{tutorials}/first_blade.md",), _of_page("first_blade")),
         *(
@@ -189,17 +190,31 @@ def _of_straight_shrouds(figure: str) -> Maker:
 
 def _mistuning(path: Path) -> bool:
     """Rings of the default blade under engine order 6, with contacts that slip."""
+    values = {"engine_order": 6, "interference": 5e-6, "frequency": [190.0, 290.0], "samples": 5}
+    return _rings(DUMMY, path, **values)
+
+
+def _mistuned_disk(path: Path) -> bool:
+    """Rings of the blade on its disk under engine order 2: the disk carries the vibration around."""
+    values = {"engine_order": 2, "interference": 5e-6, "frequency": [190.0, 230.0], "samples": 4}
+    return _rings(DISK, path, **values)
+
+
+def _rings(
+    source: str, path: Path, engine_order: int, interference: float, frequency: list[float], samples: int
+) -> bool:
+    """Rings of the blade of a scene with one harmonic."""
     from pipeline import run_scene
 
-    scene = tomllib.loads((ROOT / DUMMY).read_text(encoding="utf-8"))
-    scene["excitation"]["engine_order"] = 6
-    scene["contact"]["interference"] = 5e-6
+    scene = tomllib.loads((ROOT / source).read_text(encoding="utf-8"))
+    scene["excitation"]["engine_order"] = engine_order
+    scene["contact"]["interference"] = interference
     quiet = {"truncation": False, "time_integration": False, "detached": False}
-    scene["response"] |= {"frequency": [190.0, 290.0], "harmonics": 1, **quiet}
-    scene["mistuning"] = {"samples": 5, "linear_samples": 100}
+    scene["response"] |= {"frequency": frequency, "harmonics": 1, **quiet}
+    scene["mistuning"] = {"samples": samples, "linear_samples": 100}
     del scene["render"], scene["sweep"]
-    run_scene(scene, OUT / "mistuning", until="figures", quiet=True)
-    shutil.copyfile(OUT / "mistuning" / "figures" / "mistuning.png", path)
+    run_scene(scene, OUT / path.stem, until="figures", quiet=True)
+    shutil.copyfile(OUT / path.stem / "figures" / "mistuning.png", path)
     return True
 
 
