@@ -104,6 +104,42 @@ def test_engine_orders_are_folded_at_half_the_number_of_blades(reduced: Path) ->
     assert figure.axes[1].get_ylabel().startswith("share of the disk")
 
 
+def test_resonance_crossings_of_each_engine_order(reduced: Path) -> None:
+    """In summary.json against the lists of frequencies there, in the diagram with the same numbers."""
+    model = summary_of(reduced)["models"][0]
+    scene = read_scene(reduced.parent / "scene.toml").first
+    low, high = scene.response.frequency
+    limits = {
+        order: list(zip(model["free_at_order_hz"][order], model["stuck_hz"][order], strict=True))
+        for order in ("2", "36", "70")
+    }
+    inside = [
+        (int(order), mode, model["free_names"][order][mode - 1], free, stuck)
+        for order, modes in limits.items()
+        for mode, (free, stuck) in enumerate(modes, start=1)
+        if free <= high and stuck >= low
+    ]
+    crossings = sorted(model["crossings"], key=lambda each: (each["engine_order"], each["mode"]))
+    keys = ("engine_order", "mode", "name", "free_hz", "stuck_hz")
+    assert [tuple(each[key] for key in keys) for each in crossings if each["range_distance"] == 0.0] == inside
+    assert {each["wave"] for each in crossings if each["engine_order"] == 70} == {"forward"}
+    for each in crossings:
+        assert each["nodal_diameter"] == {2: 2, 70: 2, 36: 36}[each["engine_order"]]
+        assert each["free_rpm"] * each["engine_order"] == pytest.approx(60.0 * each["free_hz"], rel=1e-12)
+    curve: Any = SimpleNamespace(
+        rom=reduced / model["rom"],
+        scene=scene,
+        contact_parameters=lambda count: contact_parameters(scene.contact, count, None),
+    )
+    figure = nodal_diameter_figure(curve, "wheel", {2, 70, 36})
+    assert figure is not None
+    listed = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert [line.split(":")[0] for line in listed] == [
+        f"EO {order}, { {2: 'backward', 36: 'standing', 70: 'forward'}[order] }, {name}"
+        for order, _, name, *_ in inside
+    ]
+
+
 def test_a_stiff_and_heavy_disk_is_a_clamp(tmp_path: Path) -> None:
     """From the scene to the peak of the curve: a disk hardly moves that is thousands of times stiffer and heavier."""
     rigid = STEEL | {"young_modulus": 1e15, "density": 3.7e7}
