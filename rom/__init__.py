@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
     from rom.cyclic_sector.static_motion import static_motion
     from rom.cyclic_sector.wave_errors import WaveErrors, wave_errors
+    from rom.cyclic_sector.wave_reference import wave_reference
     from rom.errors import (
         FactorisationError,
         FullModelFileError,
@@ -210,6 +211,7 @@ __all__ = [
     "wave_coordinates",
     "wave_direction",
     "wave_errors",
+    "wave_reference",
     "why_unreadable",
     "with_modal_forces",
     "write_matrices",
@@ -217,6 +219,7 @@ __all__ = [
 ]
 
 _PLACES = {
+    "wave_reference": "rom.cyclic_sector.wave_reference",
     "ResonanceCrossing": "rom.cyclic.resonance_crossings",
     "excited_nodal_diameter": "rom.cyclic.resonance_crossings",
     "resonance_crossings": "rom.cyclic.resonance_crossings",

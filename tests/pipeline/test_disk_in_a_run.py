@@ -1,6 +1,9 @@
 """A blade on its disk in a run: its waves, its limits, the same sector from a mesh file, and what is refused."""
 
+import json
+import shutil
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -9,8 +12,12 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, summary_of, write_scene
 
-from geometry import write_mesh
+import pipeline.verify.advised_mesh
+import pipeline.verify.compare
+import pipeline.verify.other_mesh
+from geometry import build_sector, write_mesh
 from pipeline.figures.nodal_diameters import nodal_diameter_figure
+from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.reading import read_scene
 from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.mode_families_file import read_families
@@ -213,10 +220,38 @@ def test_disks_that_do_not_fit_are_refused(tmp_path: Path, changes: dict[str, An
     assert "Traceback" not in error
 
 
-def test_verify_has_no_reference_for_a_disk(reduced: Path) -> None:
-    status, _, error = shroud("verify", reduced.parent / "scene.toml", "--out", reduced)
-    assert status == 2
-    assert "disk: given, allowed: a scene without it: shroud verify has no reference model of a bladed disk" in error
+def test_verify_measures_against_the_whole_mesh_in_the_wave_excited(
+    reduced: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Frequencies with free contacts against modes of both meshes at 2 nodal diameters, which order 70 excites."""
+    monkeypatch.setattr(pipeline.verify.other_mesh, "_MOST_ELEMENTS", 10)  # so that the other mesh is a coarser one
+    monkeypatch.setattr(pipeline.verify.advised_mesh, "_HALVINGS", 0)
+    monkeypatch.setattr(pipeline.verify.advised_mesh, "MOST_DOFS", 10)  # one mesh is tried
+    shutil.copytree(reduced / "store", tmp_path / "store")
+    tolerance, rest = 3e-4, ("--out", tmp_path, "--json", "--quiet")
+    file = write_scene(tmp_path / "scene.toml", disk_scene(excitation__engine_order=70))
+    status, said, error = shroud("verify", file, *rest, "--tolerance", tolerance)
+    assert (status, error) == (0, "")
+    found = json.loads(said)
+    assert found["problems"] == []
+    (case,), (advice,) = found["cases"], found["advice"]
+    scene, materials = read_scene(file).first, {"": Material(**STEEL), "disk": Material(**SOFT)}
+    blade, tip, mesh = geometry_parameters(scene)
+    coarse = replace(mesh, size=case["other"]["size"])
+    assert coarse.size > mesh.size
+    free = case["joints"][0]
+    for name, chosen in (("full_hz", mesh), ("other_hz", coarse)):
+        sector = build_sector(blade, tip, chosen, disk_parameters(scene))
+        full = assemble(sector, materials, "hex8")
+        exact = cyclic_modes(full, cyclic_faces(full, sector), 2, 4).frequency_hz[free["first_mode"] - 1 :]
+        np.testing.assert_allclose(free[name][: len(exact)], exact[: len(free[name])], rtol=1e-6)
+    assert case["static"] < 1e-6
+    assert advice["needed_modes"] > 12
+    monkeypatch.setattr(pipeline.verify.compare, "other_sector", lambda *_: 1 / 0)
+    enough = disk_scene(rom__modes=advice["needed_modes"], excitation__engine_order=70)
+    _, said, _ = shroud("verify", write_scene(tmp_path / "enough.toml", enough), *rest)
+    after = json.loads(said)["cases"][0]
+    assert after["receptance_error"] < 1.1 * tolerance < case["receptance_error"]
 
 
 def lumped() -> ReducedModel:
