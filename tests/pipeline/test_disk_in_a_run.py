@@ -188,6 +188,53 @@ def test_the_same_sector_from_a_mesh_file(reduced: Path, tmp_path: Path) -> None
     np.testing.assert_allclose(found["stuck_hz"]["2"], made["stuck_hz"]["2"], rtol=1e-4)
 
 
+def test_a_free_disk_from_a_mesh_file(tmp_path: Path) -> None:
+    """Frequencies of the whole mesh and responses at 0, 1 and 2 nodal diameters, as with a disk made here."""
+    quick = {"response__frequency": [190.0, 345.0], "response__truncation": False, "response__detached": False}
+    quick |= {"sweep": {"excitation.engine_order": [0, 1, 2]}}
+    file = write_scene(tmp_path / "made.toml", disk_scene(disk=DISK | {"bore": "free"}, **quick))
+    assert shroud("run", file, "--out", tmp_path / "made", "--until", "respond")[0] == 0
+    made = summary_of(tmp_path / "made")
+    sector = load_sector((tmp_path / "made" / made["models"][0]["mesh"]).parent / SECTOR)
+    write_mesh(tmp_path / "wheel.inp", sector, {"": STEEL, "disk": SOFT})
+    mesh: dict[str, Any] = {"file": "wheel.inp", "n_blades": 72, "contact_grid": [2, 2], "bore": "free"}
+    mesh["sets"] = {"contact_right": "face_right", "contact_left": "face_left", "tip": "tip"}
+    own = disk_scene(disk=None, blade=None, shroud=None, mesh=mesh, **quick)
+    own = {name: value for name, value in own.items() if value is not None}
+    status, _, error = shroud(
+        "run", write_scene(tmp_path / "own.toml", own), "--out", tmp_path / "own", "--until", "respond"
+    )
+    assert status == 0, error
+    assert "wheel.inp: the disk is free: nothing holds it" in error
+    found = summary_of(tmp_path / "own")
+    read = load_sector((tmp_path / "own" / found["models"][0]["mesh"]).parent / SECTOR)
+    materials = {"": Material(**STEEL), "MATERIAL": Material(**STEEL), "disk": Material(**SOFT)}
+    wholes = [assemble(each, materials) for each in (sector, read)]
+    assert wholes[1].fixed.size == 0
+    for n, rigid in ((0, 2), (1, 2), (2, 0)):
+        before, after = (
+            cyclic_modes(full, cyclic_faces(full, each), n, 6).frequency_hz
+            for full, each in zip(wholes, (sector, read), strict=True)
+        )
+        np.testing.assert_allclose(after[rigid:], before[rigid:], rtol=1e-9)
+        assert np.all(after[:rigid] < 1e-2 * after[rigid])
+        pairs = [summary["models"][0]["stuck_hz"][str(n)][rigid:6] for summary in (made, found)]
+        np.testing.assert_allclose(pairs[1], pairs[0], rtol=1e-5)
+    for before, after in zip(made["curves"], found["curves"], strict=True):
+        assert after["peak_frequency_hz"] == pytest.approx(before["peak_frequency_hz"], rel=2e-5)  # flat
+        assert after["peak_amplitude_m"] == pytest.approx(before["peak_amplitude_m"], rel=1e-5)
+    assert (
+        280.0 < made["curves"][2]["peak_frequency_hz"] < 290.0
+    )  # a resonance
+    status, _, error = shroud("validate", write_scene(tmp_path / "stress.toml", own | {"stress": {}}))
+    assert status == 2
+    assert 'stress: given with mesh.bore = "free", allowed: mesh.bore = "clamped"' in error
+    with_root = own | {"mesh": mesh | {"sets": mesh["sets"] | {"root": "bore"}}}
+    status, _, error = shroud("validate", write_scene(tmp_path / "root.toml", with_root))
+    assert status == 2
+    assert 'mesh.sets.root: "bore", allowed: must not be named with bore = "free"' in error
+
+
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
