@@ -223,9 +223,7 @@ def test_a_free_disk_from_a_mesh_file(tmp_path: Path) -> None:
     for before, after in zip(made["curves"], found["curves"], strict=True):
         assert after["peak_frequency_hz"] == pytest.approx(before["peak_frequency_hz"], rel=2e-5)  # flat
         assert after["peak_amplitude_m"] == pytest.approx(before["peak_amplitude_m"], rel=1e-5)
-    assert (
-        280.0 < made["curves"][2]["peak_frequency_hz"] < 290.0
-    )  # a resonance
+    assert 280.0 < made["curves"][2]["peak_frequency_hz"] < 290.0  # a resonance
     status, _, error = shroud("validate", write_scene(tmp_path / "stress.toml", own | {"stress": {}}))
     assert status == 2
     assert 'stress: given with mesh.bore = "free", allowed: mesh.bore = "clamped"' in error
