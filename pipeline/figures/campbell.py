@@ -11,7 +11,7 @@ from pipeline.figures.crossing_marks import COLOUR, draw_list, list_height
 from pipeline.figures.data import Array, PlottedCurve
 from pipeline.figures.spectra import LOOKS, MODES, apart, spectrum
 from pipeline.figures.style import subplots, write_heading
-from pipeline.stages.engine_order_crossings import FEWEST, by_speed
+from pipeline.stages.engine_orders import FEWEST, by_speed
 from pipeline.stages.mode_families_file import read_families
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.figures.data import PlottedCurve
 from pipeline.figures.spectra import spectrum
-from pipeline.stages.engine_order_crossings import excited_orders
-from pipeline.stages.natural_frequencies import COUNT
+from pipeline.stages.engine_orders import COUNT, excited_orders
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ from pipeline.figures.crossing_marks import draw_crossings, list_height, numbere
 from pipeline.figures.data import PlottedCurve
 from pipeline.figures.spectra import LOOKS, MODES, apart, spectrum
 from pipeline.figures.style import subplots, write_heading
-from pipeline.stages.engine_order_crossings import excited_orders
+from pipeline.stages.engine_orders import excited_orders
 from pipeline.stages.mode_families_file import read_families
 
 if TYPE_CHECKING:

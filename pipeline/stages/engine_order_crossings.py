@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any
 
+from pipeline.stages.engine_orders import FEWEST, by_speed, excited_orders
 from pipeline.stages.natural_frequencies import stored_frequencies
 
 if TYPE_CHECKING:
@@ -13,31 +14,6 @@ if TYPE_CHECKING:
     from pipeline.stages.model_chain import BuiltModel
     from pipeline.store.content_store import Store
     from rom import ResonanceCrossing
-
-SPEED = "load.speed_rpm"
-FEWEST = 3  # speeds needed for a Campbell diagram
-
-
-class Swept(Protocol):
-    """Something with the values of the swept keys."""
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        """Swept keys and values."""
-
-
-Of = TypeVar("Of", bound=Swept)
-
-
-def excited_orders(scene: Scene, engine_order: int | None = None) -> list[tuple[int, tuple[float, float]]]:
-    """Engine orders of the excitation with their frequency ranges, Hz; a multiple h has h times the range.
-
-    `engine_order` takes the place of that of the scene.
-    """
-    low, high = scene.response.frequency
-    order = scene.excitation.engine_order if engine_order is None else engine_order
-    multiples = sorted({1, *(item.order for item in scene.excitation.harmonic)})
-    return [(h * order, (h * low, h * high)) for h in multiples]
 
 
 def crossing_entries(store: Store, model: BuiltModel, scene: Scene) -> list[dict[str, Any]]:
@@ -51,17 +27,6 @@ def crossing_entries(store: Store, model: BuiltModel, scene: Scene) -> list[dict
         for each in resonance_crossings(order, values["n_blades"], *limits, range_hz, scene.load.speed_rpm):
             entries.append(_entry(each, "" if names is None else names[each.mode - 1]))
     return entries
-
-
-def by_speed(items: Sequence[Of]) -> dict[float, Of]:
-    """Those that differ from the first one only in the speed, by speed (rev/min)."""
-    first = {key: value for key, value in items[0].parameters.items() if key != SPEED}
-    chosen: dict[float, Of] = {}
-    for item in items:
-        others = {key: value for key, value in item.parameters.items() if key != SPEED}
-        if SPEED in item.parameters and others == first:
-            chosen.setdefault(float(item.parameters[SPEED]), item)
-    return chosen
 
 
 def campbell_entries(

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.stages.code_fingerprint import code_fingerprint
+from pipeline.stages.engine_orders import COUNT
 from pipeline.stages.mode_families_file import read_families
 from pipeline.stages.scene_to_solver import contact_on_model
 from pipeline.store.fingerprints import fingerprint
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from pipeline.stages.model_chain import BuiltModel
     from pipeline.store.content_store import Store
 
-COUNT = 10
 FILE = "frequencies.json"
 
 

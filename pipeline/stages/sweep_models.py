@@ -12,7 +12,8 @@ from pipeline.stages.build_reduced_model import REDUCED_MODEL
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.coriolis_error import stored_coriolis_error
-from pipeline.stages.engine_order_crossings import campbell_entries, crossing_entries, excited_orders
+from pipeline.stages.engine_order_crossings import campbell_entries, crossing_entries
+from pipeline.stages.engine_orders import excited_orders
 from pipeline.stages.mesh_findings import own_findings
 from pipeline.stages.modal_truncation import larger, stored_truncation_error
 from pipeline.stages.model_chain import BuiltModel, ModelChain
