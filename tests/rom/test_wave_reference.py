@@ -34,7 +34,7 @@ RANGE = (200.0, 2000.0)
 
 def wheel(bore: str) -> tuple[FullModel, SectorMesh]:
     blade, shroud = BladeParameters(N_BLADES, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
-    disk, steel = DiskParameters(0.2, 0.03, bore=bore), Material(2e11, 0.3, 7800.0)
+    disk, steel = DiskParameters(0.26, 0.03, bore=bore), Material(2e11, 0.3, 7800.0)
     sector = build_sector(blade, shroud, MeshParameters(size=0.02, contact_grid=(1, 1)), disk)
     return assemble(sector, {"": steel, "disk": steel}, element="hex8"), sector
 
