@@ -44,7 +44,7 @@ def _table(crossings: Sequence[dict[str, Any]]) -> CrossingTable:
     for each in ordered:
         inside = each["range_distance"] == 0.0
         number += inside
-        speeds = "-" if each["free_rpm"] is None else f"{each['free_rpm']:.5g} to {each['stuck_rpm']:.5g}"
+        speeds = "-" if each["free_rpm"] is None else f"{_speed(each['free_rpm'])} to {_speed(each['stuck_rpm'])}"
         rows.append(
             (
                 str(number) if inside else "-",
@@ -60,6 +60,11 @@ def _table(crossings: Sequence[dict[str, Any]]) -> CrossingTable:
             )
         )
     return CrossingTable(headings, tuple(rows[:MOST_ROWS]), max(len(rows) - MOST_ROWS, 0))
+
+
+def _speed(value: float) -> str:
+    """A speed with five digits, or all before the point."""
+    return f"{value:.0f}" if value >= 1e4 else f"{value:.5g}"
 
 
 def _percent(distance: float) -> str:
