@@ -44,6 +44,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 QUIET_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run")
 STYLE, LINE = "pipeline/figures/style.py", "pipeline/figures/curve_line.py"
 CURVES = (STYLE, LINE, "pipeline/figures/response.py", "pipeline/figures/curve_marks.py")
+MARKS = "pipeline/figures/crossing_marks.py"
 DUMMY, DISK = "scenes/dummy.toml", "scenes/disk.toml"
 UNCERTAIN = "docs/uncertainty.toml"  # its section [uncertainty]
 
@@ -65,17 +66,17 @@ def pictures() -> dict[str, Picture]:
         Picture("figure6", ("scenes/figure6.toml", *CURVES), _of_run("figure6", "figures/response.png")),
         Picture(
             "campbell",
-            ("scenes/campbell.toml", STYLE, "pipeline/figures/campbell.py"),
+            ("scenes/campbell.toml", STYLE, "pipeline/figures/campbell.py", MARKS),
             _of_run("campbell", "figures/campbell.png"),
         ),
         Picture(
             "nodal_diameters",
-            (DUMMY, STYLE, "pipeline/figures/nodal_diameters.py"),
+            (DUMMY, STYLE, "pipeline/figures/nodal_diameters.py", MARKS),
             _of_run("dummy", "figures/nodal_diameters.png"),
         ),
         Picture(
             "disk_nodal_diameters",
-            (DISK, STYLE, "pipeline/figures/nodal_diameters.py", "rom/cyclic/mode_families.py"),
+            (DISK, STYLE, "pipeline/figures/nodal_diameters.py", MARKS, "rom/cyclic/mode_families.py"),
             _of_run("disk", "figures/nodal_diameters.png"),
         ),
         Picture(

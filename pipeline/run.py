@@ -33,6 +33,7 @@ from pipeline.stages.stage_log import StageLog
 from pipeline.stages.stage_names import Stage
 from pipeline.stages.sweep_models import (
     Models,
+    campbell_summary,
     given_model_key,
     model_summaries,
 )
@@ -150,6 +151,7 @@ def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
         if Stage.RESPOND in request.wanted:
             _respond(run, models, outcome)
         outcome.models = model_summaries(run, models, outcome)
+        outcome.campbell = campbell_summary(run, models, outcome)
         if Stage.RESPOND in request.wanted:
             _publish(run, models, outcome)
         _study(run, models, outcome)
@@ -327,6 +329,7 @@ def _summary(run: Run, outcome: RunOutcome) -> dict[str, Any]:
         "response": outcome.response,
         TABLE_HASH: None if table is None else table.fingerprint(),
         "models": outcome.models,
+        "campbell": outcome.campbell,
         "pictures": outcome.pictures,
         "stress": outcome.stress,
         "studies": {name: {"file": study.file, "seconds": study.seconds} for name, study in outcome.studies.items()},

@@ -28,6 +28,13 @@ if TYPE_CHECKING:
     from rom.cyclic.natural_frequencies import gyroscopic_frequencies, mode_shapes, natural_frequencies
     from rom.cyclic.receptance import RelativeReceptance
     from rom.cyclic.reduced_model import ReducedModel
+    from rom.cyclic.resonance_crossings import (
+        ResonanceCrossing,
+        excited_nodal_diameter,
+        resonance_crossings,
+        speed_crossings,
+        wave_direction,
+    )
     from rom.cyclic.ring_modes import RingModes, modal_model
     from rom.cyclic.sector_modes import SectorModes
     from rom.cyclic.wave_modes import WaveModes
@@ -39,6 +46,7 @@ if TYPE_CHECKING:
     from rom.cyclic_sector.part_stiffness import blade_stiffness
     from rom.cyclic_sector.static_motion import static_motion
     from rom.cyclic_sector.wave_errors import WaveErrors, wave_errors
+    from rom.cyclic_sector.wave_reference import wave_reference
     from rom.errors import (
         FactorisationError,
         FullModelFileError,
@@ -125,6 +133,7 @@ __all__ = [
     "Reduction",
     "ReductionOptions",
     "RelativeReceptance",
+    "ResonanceCrossing",
     "RingModes",
     "RomParameterError",
     "SectorModes",
@@ -146,6 +155,7 @@ __all__ = [
     "cyclic_faces",
     "cyclic_modes",
     "element_warnings",
+    "excited_nodal_diameter",
     "expand_to_mesh",
     "factorise",
     "full_reference",
@@ -185,9 +195,11 @@ __all__ = [
     "reduce_to_tolerance",
     "reduction_errors",
     "relative_contact_motion",
+    "resonance_crossings",
     "save_full_model",
     "save_sector",
     "singular_vertices",
+    "speed_crossings",
     "spring_stiffness",
     "static_error",
     "static_motion",
@@ -199,7 +211,9 @@ __all__ = [
     "traction_force",
     "von_mises",
     "wave_coordinates",
+    "wave_direction",
     "wave_errors",
+    "wave_reference",
     "why_unreadable",
     "with_modal_forces",
     "write_matrices",
@@ -207,6 +221,12 @@ __all__ = [
 ]
 
 _PLACES = {
+    "wave_reference": "rom.cyclic_sector.wave_reference",
+    "ResonanceCrossing": "rom.cyclic.resonance_crossings",
+    "excited_nodal_diameter": "rom.cyclic.resonance_crossings",
+    "resonance_crossings": "rom.cyclic.resonance_crossings",
+    "speed_crossings": "rom.cyclic.resonance_crossings",
+    "wave_direction": "rom.cyclic.resonance_crossings",
     "wave_coordinates": "rom.cyclic.cyclic_symmetry",
     "static_motion": "rom.cyclic_sector.static_motion",
     "wave_errors": "rom.cyclic_sector.wave_errors",

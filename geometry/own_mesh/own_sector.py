@@ -102,7 +102,7 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
     cuts = cut_faces(mesh, choice, outside)
     mesh, right, left, rotation, found = _turned(mesh, choice, without_cuts(mesh, cuts, outside))
     joined, of_cuts = ({}, []) if cuts is None else paired_cuts(mesh.points, mesh, cuts, choice.n_blades)
-    root, how = _root(mesh, choice, outside, right, left)
+    root, how = _root(mesh, choice, outside, (right, left), joined=cuts is not None)
     pair = pair_faces(_surface(mesh, right), _surface(mesh, left), choice)
     faces = contact_faces(pair, choice.contact_grid, root)
     sector = _assembled(
@@ -151,9 +151,19 @@ def _turned(
 
 
 def _root(
-    mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides, right: ElementSides, left: ElementSides
+    mesh: ImportedMesh,
+    choice: SectorChoice,
+    outside: ElementSides,
+    faces: tuple[ElementSides, ElementSides],
+    *,
+    joined: bool,
 ) -> tuple[IntArray, list[str]]:
-    """Clamped nodes, and how they were found; OwnMeshError where a contact face is clamped."""
+    """Clamped nodes, none with a free bore, and how they were found; OwnMeshError where a contact face is clamped.
+
+    `faces`: right and left contact face; `joined`: whether the sector has cut faces.
+    """
+    if choice.bore == "free":
+        return _nothing_held(choice, joined)
     notes = []
     if "root" in choice.sets:
         root = nodes_with_mid_sides(mesh, "root", choice.sets["root"], outside)
@@ -162,8 +172,9 @@ def _root(
         root = surface.nodes(mesh.blocks)
         radius = np.hypot(*mesh.points[root, 1:].T)
         where = f"radius {radius.min():.4g} to {radius.max():.4g} m"
-        notes.append(f"root found: the innermost surface, {len(surface)} element sides at {where}")
-    for role, face in ((_RIGHT, right), (_LEFT, left)):
+        free = '; bore = "free" leaves it free' if joined else ""
+        notes.append(f"root found: the innermost surface, {len(surface)} element sides at {where}{free}")
+    for role, face in zip((_RIGHT, _LEFT), faces, strict=True):
         held = np.isin(side_corners(mesh.blocks, face), root)
         if held.all(axis=1).any():
             told = f"must not hold a contact face: {int(held.all(axis=1).sum())} sides of {role} are in it"
@@ -174,6 +185,16 @@ def _root(
         told = f"must hold the blade: three nodes that are not on one line; it has {len(root)}"
         raise OwnMeshError("mesh.sets.root", choice.sets.get("root"), told)
     return root, notes
+
+
+def _nothing_held(choice: SectorChoice, joined: bool) -> tuple[IntArray, list[str]]:
+    """No clamped nodes, and a note; OwnMeshError for a blade alone, and where a root is named."""
+    if not joined:
+        told = "needs the cut faces of a disk, cyclic_right and cyclic_left: a blade alone is clamped at its root"
+        raise OwnMeshError("mesh.bore", choice.bore, told)
+    if "root" in choice.sets:
+        raise OwnMeshError("mesh.sets.root", choice.sets["root"], 'must not be named with bore = "free"')
+    return np.zeros(0, dtype=np.int64), ["the disk is free: nothing holds it"]
 
 
 def _assembled(

@@ -13,6 +13,7 @@ from geometry.sector import FloatArray
 from geometry.units import UNIT_SYSTEMS
 
 SETS = ("root", "contact_right", "contact_left", "tip", "cyclic_right", "cyclic_left")
+BORES = ("clamped", "free")
 _MOST_POINTS = 40  # in a direction of the contact grid
 
 
@@ -40,6 +41,8 @@ class SectorChoice:
     tolerance : float or None
         Largest distance between a face and the opposite face of the neighbour, in the unit of the file. None: 5 % of
         the square root of the area of the face.
+    bore : {"clamped", "free"}
+        Whether the nodes of `root` are held. "free": nothing is; for the sector of a disk, joined at its cut faces.
 
     Raises
     ------
@@ -61,6 +64,7 @@ class SectorChoice:
     sets: Mapping[str, str] = field(default_factory=dict)
     contact_grid: tuple[int, int] | None = (3, 3)
     tolerance: float | None = None
+    bore: str = "clamped"
 
     def __post_init__(self) -> None:
         if self.unit not in UNIT_SYSTEMS:
@@ -74,6 +78,8 @@ class SectorChoice:
             raise OwnMeshError("mesh.axis", self.axis, "must be three finite numbers, not all 0")
         if np.shape(self.axis_point) != (3,) or not np.isfinite(self.axis_point).all():
             raise OwnMeshError("mesh.axis_point", self.axis_point, "must be three finite numbers")
+        if self.bore not in BORES:
+            raise OwnMeshError("mesh.bore", self.bore, f"must be one of {', '.join(BORES)}")
         for name in self.sets:
             if name not in SETS:
                 raise OwnMeshError(

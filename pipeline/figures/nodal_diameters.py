@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.figures.crossing_marks import draw_crossings, list_height, numbered_crossings
 from pipeline.figures.data import PlottedCurve
-from pipeline.figures.spectra import LOOKS, MODES, aliased, apart, spectrum
+from pipeline.figures.spectra import LOOKS, MODES, apart, spectrum
 from pipeline.figures.style import subplots, write_heading
+from pipeline.stages.engine_orders import excited_orders
 from pipeline.stages.mode_families_file import read_families
 
 if TYPE_CHECKING:
@@ -28,31 +30,35 @@ def nodal_diameter_figure(curve: PlottedCurve, title: str, orders: Collection[in
     """A line for each mode and contact condition over nodal diameters 0 .. N_b / 2; the excited ones are marked.
 
     With a disk the modes of free shrouds have names, and the colour of the disk's share of the strain energy. At a
-    steady speed the engine orders make the folded line of the interference diagram.
+    steady speed the engine orders make the folded line of the interference diagram. Bars with numbers: resonance
+    crossings in the frequency range.
     None for a single blade against ground. The steady speed and the contact stiffness are those of `curve`; `orders`
     are the engine orders of the sweep, without any that of `curve`.
     """
-    from rom import read_reduced_model
+    from rom import excited_nodal_diameter, read_reduced_model
 
     model = read_reduced_model(curve.rom, with_basis=False)
     if model.n_blades is None:
         return None
     known, families = sorted(model.wave_blocks), read_families(curve.rom)
     diameters = np.array(known or range(model.n_blades // 2 + 1))
-    figure, axes = subplots(size=(7.2, 4.8))
+    asked = set(orders) or {curve.scene.excitation.engine_order}
+    crossings = numbered_crossings(curve, model, families, asked)
+    figure, axes = subplots(size=(7.2, 4.8 + list_height(len(crossings))))
     top = _draw_states(axes, model, curve, diameters)
     if families is not None:
         _draw_families(axes, model, families, diameters, top)
     low, high = curve.scene.response.frequency
     axes.axhspan(low, high, color="0.95", zorder=0, label="range of the response")
-    excited = sorted(set(orders) or {curve.scene.excitation.engine_order})
+    excited = sorted({multiple for order in asked for multiple, _ in excited_orders(curve.scene, order)})
     few = ", ".join(map(str, excited))
     numbers = few if len(excited) <= LISTED else f"{excited[0]} to {excited[-1]}"
     name = f"excited by engine order{'s' * (len(excited) > 1)} {numbers}"
-    for number, diameter in enumerate(sorted({aliased(order, model.n_blades) for order in excited})):
+    for number, diameter in enumerate(sorted({excited_nodal_diameter(order, model.n_blades) for order in excited})):
         axes.axvline(diameter, color="0.6", linewidth=0.8, zorder=0.5, label=name if number == 0 else None)
     if curve.scene.load.speed_rpm > 0.0:
         _draw_engine_orders(axes, model.n_blades, curve.scene.load.speed_rpm, excited, top)
+    draw_crossings(axes, crossings, int(diameters[-1]), 1.05 * top)
     write_heading(axes, title)
     axes.set(xlabel="nodal diameter", ylabel="natural frequency [Hz]")
     axes.set_ylim(0.0, 1.05 * top)
@@ -61,7 +67,7 @@ def nodal_diameter_figure(curve: PlottedCurve, title: str, orders: Collection[in
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=9)
     else:  # beside the diagram there are names and colours
         axes.set_xlim(-NAMES * diameters[-1], (1.0 + NAMES) * diameters[-1])
-        figure.legend(loc="outside lower center", ncols=3, fontsize=9)
+        axes.legend(loc="upper left", bbox_to_anchor=(-0.13, -0.12), ncols=3, fontsize=8.5)
     return figure
 
 
@@ -102,13 +108,15 @@ def _draw_families(
 
 def _draw_engine_orders(axes: Axes, n_blades: int, speed_rpm: float, excited: Sequence[int], top: float) -> None:
     """The line f = EO n / 60 folded at half the number of blades, with the excited orders on it."""
+    from rom import excited_nodal_diameter
+
     per_order = speed_rpm / 60.0
     orders = np.arange(int(1.05 * top / per_order) + 2)
-    folded = [aliased(int(order), n_blades) for order in orders]
+    folded = [excited_nodal_diameter(int(order), n_blades) for order in orders]
     name = f"engine orders at {speed_rpm:g} rev/min"
     axes.plot(folded, orders * per_order, color="#009E73", linewidth=1.0, zorder=2.0, label=name)
     shown = [order for order in excited if order * per_order <= 1.05 * top]
-    places = [aliased(order, n_blades) for order in shown]
+    places = [excited_nodal_diameter(order, n_blades) for order in shown]
     heights = [order * per_order for order in shown]
     axes.plot(places, heights, "s", color="#009E73", markersize=5.0, zorder=4.0)
     for order, place, height in zip(shown, places, heights, strict=True):

@@ -22,7 +22,11 @@ LOOKS: dict[str, dict[str, Any]] = {
 
 
 def spectrum(
-    model: ReducedModel, curve: PlottedCurve, nodal_diameter: int, states: Collection[str] = tuple(LOOKS)
+    model: ReducedModel,
+    curve: PlottedCurve,
+    nodal_diameter: int,
+    states: Collection[str] = tuple(LOOKS),
+    modes: int = MODES,
 ) -> dict[str, Array]:
     """Lowest natural frequencies (Hz) by state of the shrouds: normal springs only when sliding, all when stuck."""
     from rom import natural_frequencies
@@ -34,14 +38,8 @@ def spectrum(
         "sliding": {"normal": contact.normal_stiffness},
         "stuck": {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness},
     }
-    count = min(MODES, model.size)
+    count = min(modes, model.size)
     return {name: natural_frequencies(model, phase, count=count, **springs[name]) for name in states}
-
-
-def aliased(engine_order: int, n_blades: int) -> int:
-    """The nodal diameter, 0 .. N_b / 2, that an engine order excites."""
-    folded = engine_order % n_blades
-    return min(folded, n_blades - folded)
 
 
 def apart(heights: Array, names: Sequence[str], top: float) -> list[tuple[float, str]]:

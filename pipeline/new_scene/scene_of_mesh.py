@@ -111,6 +111,11 @@ def _mesh_lines(file: str, guess: Guess) -> list[str]:
         *(_keys({"n_blades": blades}, {"n_blades": "of the ring"}) if blades is not None else []),
         *_keys({"axis": guess.axis}, {"axis": "engine axis in the file"}),
         *_keys({"contact_grid": [3, 3]}, {"contact_grid": "contact nodes on a face, along it and along the radius"}),
+        *(
+            ['# bore = "free"               # nothing holds the disk: without a root']
+            if "cyclic_right" in guess.sets
+            else []
+        ),
         "",
         "[mesh.sets]                   # node sets or surfaces of the file; what is left out is found by geometry",
         *(f"{role} = {json.dumps(chosen, ensure_ascii=False)}" for role, chosen in guess.sets.items()),

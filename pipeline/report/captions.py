@@ -25,10 +25,14 @@ _OTHERS = {
         "dots in the corner of a cell: it may be higher."
     ),
     "nodal_diameters": (
-        "Natural frequencies against nodal diameter; excitation and frequency range are marked. With a disk: modes "
+        "Natural frequencies against nodal diameter; excitation and frequency range are marked. Bars: resonance "
+        "crossings from free to stuck shrouds, numbered as in the table. With a disk: modes "
         "by their names (F flap, E edge, T torsion, R radial, D disk), in colours the disk's share of strain energy."
     ),
-    "campbell": "Campbell diagram: natural frequencies against speed, with the lines of the engine orders.",
+    "campbell": (
+        "Campbell diagram: natural frequencies against speed, with the lines of the engine orders. Diamonds: "
+        "resonance crossings."
+    ),
     "outputs": "Largest values of the further outputs over a period against frequency, their means included.",
     "hysteresis_sweep": (
         "Hysteresis loops of one contact node, each curve at its own peak; curves without contact are left out."

@@ -142,14 +142,13 @@ def _model(source: ReportSource) -> list[ErrorRow]:
     )
     if not errors:
         rows = (("contact dofs", contact_mean), ("mesh error", mesh_mean))
-        waves = _waves(source)
-        missing = "not measured; shroud verify takes no disk" if waves else not_measured
-        return [modes, *waves, *(ErrorRow(name, missing, UNKNOWN, meaning) for name, meaning in rows)]
+        return [modes, *_waves(source), *(ErrorRow(name, not_measured, UNKNOWN, meaning) for name, meaning in rows)]
     contact = [each.contact_frequency for each in errors if not math.isnan(each.contact_frequency)]
     known = [each.mesh_frequency for each in errors if not math.isnan(each.mesh_frequency)]
     mesh = max(known, default=math.nan)
     return [
         modes,
+        *_waves(source),
         ErrorRow(
             "contact dofs",
             f"{share(max(contact))} of a frequency" if contact else "not known (stiffness node by node)",

@@ -19,6 +19,7 @@ from pipeline.figures.trend import has_few_lines
 from pipeline.report.captions import captions
 from pipeline.report.charts import charts
 from pipeline.report.contacts import FaceCycle, face_cycle
+from pipeline.report.crossing_rows import campbell_table, crossing_tables
 from pipeline.report.drawings import loops_drawing, ring_drawing
 from pipeline.report.error_budget import error_rows
 from pipeline.report.load_rows import output_rows
@@ -111,7 +112,8 @@ def _content(source: ReportSource, attempts: Attempts) -> dict[str, Any]:
         "charts": charts_of,
         "chart_data": _json(charts_of),
         "figures": _figures(source, attempts, points),
-        "frequencies": frequency_tables(source),
+        "frequencies": list(zip(frequency_tables(source), crossing_tables(source), strict=True)),
+        "campbell": campbell_table(source.campbell),
         "facts": _facts(source, model),
         "ring": _ring(model, attempts),
         "stills": _stills(source, attempts),

@@ -39,6 +39,8 @@ class ReportSource:
         Reduced model of each member of the sweep, by its index.
     model_rows : sequence of dict
         `models` of summary.json.
+    campbell : sequence of dict
+        `campbell` of summary.json.
     pictures : mapping of str to bytes
         Figures and stills that the page may show, by their names in `out`.
     stress : sequence of dict
@@ -62,6 +64,7 @@ class ReportSource:
     curves: Sequence[CurveResult]
     models: Mapping[int, BuiltModel | None]
     model_rows: Sequence[dict[str, Any]]
+    campbell: Sequence[dict[str, Any]]
     pictures: Mapping[str, bytes]
     stress: Sequence[dict[str, Any]]
     studies: Mapping[str, StudyOutcome]
@@ -97,6 +100,7 @@ class ReportSource:
                 ],
                 "models": {str(index): model.key for index, model in self.models.items() if model is not None},
                 "rows": list(self.model_rows),
+                "campbell": list(self.campbell),
                 "pictures": {name: content_fingerprint(content) for name, content in self.pictures.items()},
                 "stress": list(self.stress),
                 "studies": {name: study.key for name, study in self.studies.items()},
@@ -125,6 +129,7 @@ def report_source(run: Run, models: Models, outcome: RunOutcome) -> ReportSource
         curves=outcome.curves,
         models=models,
         model_rows=outcome.models,
+        campbell=outcome.campbell,
         pictures={
             name: (run.request.out / name).read_bytes()
             for name in outcome.pictures

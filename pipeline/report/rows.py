@@ -256,6 +256,7 @@ def _rows_of_file(scene: Scene) -> list[tuple[str, str]]:
         ("blades of the ring", str(mesh.n_blades)),
         ("mesh file", Path(mesh.file or "").name),
         ("unit, engine axis in the file", f"{mesh.unit}, {axis}"),
+        *([("bore of the disk", "free")] if mesh.bore == "free" else []),
         ("materials", "; ".join(stated) or "those of the file"),
         ("speed", f"{scene.load.speed_rpm:g} rev/min"),
     ]

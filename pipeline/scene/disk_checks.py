@@ -18,9 +18,10 @@ def unfit_beside_disk(file: SceneFile) -> Iterator[InputError]:
         As soon as it is found.
     """
     scene = file.first
-    if scene.disk is not None and scene.disk.bore == "free" and scene.with_stress:
-        section = "fatigue" if scene.stress is None else "stress"
-        yield input_error(file.path, section, 'given with disk.bore = "free"', 'disk.bore = "clamped"')
+    for name, part in (("disk", scene.disk), ("mesh", scene.mesh)):
+        if part is not None and part.bore == "free" and scene.with_stress:
+            section = "fatigue" if scene.stress is None else "stress"
+            yield input_error(file.path, section, f'given with {name}.bore = "free"', f'{name}.bore = "clamped"')
 
 
 def unfit_disk_keys(path: Path, member: Member) -> Iterator[InputError]:

@@ -79,6 +79,11 @@ class Mesh(Section):
         LENGTH,
         None,
     )
+    bore: Literal["clamped", "free"] = key(
+        "whether the root of a mesh from a file is held; free: of the sector of a disk alone",
+        '"clamped" or "free"',
+        "clamped",
+    )
     sets: MeshSets = key("sets of the file by what they are", "a table [mesh.sets]", MeshSets())
 
     @field_validator("size", "n_blades")
@@ -99,7 +104,7 @@ class Mesh(Section):
             raise ValueError("nothing beside mesh.file, whose elements are used as they are")
         return value
 
-    @field_validator("n_blades", "unit", "axis", "axis_point", "tolerance", "sets")
+    @field_validator("n_blades", "unit", "axis", "axis_point", "tolerance", "bore", "sets")
     @classmethod
     def _of_a_file(cls, value: Any, info: ValidationInfo) -> Any:
         if value != _default(cls, info) and "file" in info.data and info.data["file"] is None:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 REDUCED_MODEL = "rom.h5"
 AUGMENTED_MODEL = "augmented.h5"
 FACTS = "facts.json"
+MOTIONS = "cut_face_motions"  # in the facts of the sector of a disk
 FREQUENCIES = 6  # of each wave, compared with those of the whole mesh
 
 
@@ -101,7 +102,7 @@ def _facts(made: Reduction, boundary: BoundaryChoice) -> dict[str, Any]:
     facts |= {"n_contacts": model.n_contacts, "modes": made.modes, "highest_mode_hz": made.highest_mode_hz}
     if model.cyclic_right is not None:
         waves = wave_errors(model, boundary.interface, FREQUENCIES)
-        facts |= {"cut_face_motions": len(model.cyclic_right), "wave_error": waves.largest}
+        facts |= {MOTIONS: len(model.cyclic_right), "wave_error": waves.largest}
         facts["wave_error_at"] = list(waves.nodal_diameters)
     return facts
 

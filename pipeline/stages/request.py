@@ -144,6 +144,8 @@ class RunOutcome:
         One for every member of the sweep.
     models : list of dict
         Entries of `models` in summary.json.
+    campbell : list of dict
+        Entries of `campbell` in summary.json.
     pictures : list of str
         Figures and renders by their names in the output folder.
     stress : list of dict
@@ -166,6 +168,7 @@ class RunOutcome:
 
     curves: list[CurveResult] = field(default_factory=list)
     models: list[dict[str, Any]] = field(default_factory=list)
+    campbell: list[dict[str, Any]] = field(default_factory=list)
     pictures: list[str] = field(default_factory=list)
     stress: list[dict[str, Any]] = field(default_factory=list)
     studies: dict[str, StudyOutcome] = field(default_factory=dict)

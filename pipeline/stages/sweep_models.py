@@ -12,6 +12,8 @@ from pipeline.stages.build_reduced_model import REDUCED_MODEL
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.coriolis_error import stored_coriolis_error
+from pipeline.stages.engine_order_crossings import campbell_entries, crossing_entries
+from pipeline.stages.engine_orders import excited_orders
 from pipeline.stages.mesh_findings import own_findings
 from pipeline.stages.modal_truncation import larger, stored_truncation_error
 from pipeline.stages.model_chain import BuiltModel, ModelChain
@@ -83,6 +85,7 @@ def models_of_blade(run: Run, outcome: RunOutcome) -> Models:
 def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[str, Any]]:
     """Entries of `models` in summary.json: one for every reduced model and contact stiffness in the sweep."""
     entries: dict[tuple[str, float, float], dict[str, Any]] = {}
+    known: set[tuple[Any, ...]] = set()
     for member in run.request.scene.members:
         model = models[member.index]
         if model is None:
@@ -91,22 +94,37 @@ def model_summaries(run: Run, models: Models, outcome: RunOutcome) -> list[dict[
             values = stored_frequencies(run.store, model, member.scene)
             coriolis = stored_coriolis_error(run.store, model, member.scene)
             errors = {**stored_truncation_error(run.store, model, member.scene), "coriolis_error": coriolis}
+            case = model.key, values["normal_stiffness"], values["tangential_stiffness"]
+            excited = (case, member.scene.load.speed_rpm, *excited_orders(member.scene))
+            crossings = [] if excited in known else crossing_entries(run.store, model, member.scene)
         except StorageError:
             raise
         except Exception as error:  # the curves stand without them
             outcome.problems.append(f"natural frequencies: {reason_of(error)}")
             continue
         order = str(member.scene.excitation.engine_order)
-        case = model.key, values["normal_stiffness"], values["tangential_stiffness"]
         entry = entries.setdefault(case, {**_entry(run.request.out, model, values), **errors})
         entry |= larger(entry, errors)
         entry["sliding_hz"][order] = values["sliding_hz"]
         entry["stuck_hz"][order] = values["stuck_hz"]
+        entry["crossings"] += crossings
+        known.add(excited)
         if values["each_wave"]:
             entry.setdefault("free_at_order_hz", {})[order] = values["free_hz"]
         if "free_names" in values:
             entry.setdefault("free_names", {})[order] = values["free_names"]
     return list(entries.values())
+
+
+def campbell_summary(run: Run, models: Models, outcome: RunOutcome) -> list[dict[str, Any]]:
+    """Entries of `campbell` in summary.json: crossings of the engine order over the speeds of the sweep."""
+    try:
+        return campbell_entries(run.store, models, run.request.scene.members)
+    except StorageError:
+        raise
+    except Exception as error:  # the curves stand without them
+        outcome.problems.append(f"Campbell diagram: {reason_of(error)}")
+        return []
 
 
 def _build(run: Run, chain: ModelChain, member: Member) -> BuiltModel | None:
@@ -130,6 +148,7 @@ def _entry(out: Path, model: BuiltModel, values: dict[str, Any]) -> dict[str, An
         "free_hz": values["free_hz"],
         "sliding_hz": {},
         "stuck_hz": {},
+        "crossings": [],
     }
 
 

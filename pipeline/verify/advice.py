@@ -165,6 +165,8 @@ def _mode_changes(errors: Sequence[ModelErrors], rom: Rom, tolerance: float, nee
         return [f"lower rom.tolerance from {rom.tolerance:g} to {tolerance:g} {because}"]
     if needed is None:
         return [f'set rom.modes = "auto" and a larger rom.tolerance: this one needs over 1000 modes {because}']
+    if needed <= errors[0].modes:  # with a disk: the motions of the cut faces
+        return [f"name the excited nodal diameters in rom.nodal_diameters {because}"]
     if rom.frequency_limit is not None:
         return [f"set rom.modes = {needed} in place of rom.frequency_limit {because}"]
     return [f"raise rom.modes from {errors[0].modes} to {needed} {because}"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.scene.geometry_parameters import geometry_parameters
+from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.schema import Scene
 from pipeline.verify.compare import ORDER
 from pipeline.verify.model_errors import ModelErrors
@@ -124,7 +124,7 @@ def _mesh(scene: Scene, size: float, grid: tuple[int, int]) -> SectorMesh:
     from geometry import build_sector
 
     blade, shroud, mesh = geometry_parameters(scene)
-    return build_sector(blade, shroud, replace(mesh, size=size, contact_grid=grid))
+    return build_sector(blade, shroud, replace(mesh, size=size, contact_grid=grid), disk_parameters(scene))
 
 
 def _distinct(groups: np.ndarray) -> int:

@@ -14,6 +14,7 @@ from pipeline.scene.reading import Member
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_full_model import FULL_MODEL
 from pipeline.stages.build_mesh import SECTOR
+from pipeline.stages.build_reduced_model import MOTIONS
 from pipeline.stages.cache_keys import linear_operation_inputs, model_keys, rotation_inputs
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.model_chain import BuiltModel, ModelChain
@@ -194,11 +195,12 @@ def distinct_cases(run: Run, models: Models) -> list[Case]:
         model, scene = models[member.index], member.scene
         if model is not None:
             key = model.key, fingerprint(linear_operation_inputs(scene))
-            cases.setdefault(key, Case(member, model, _label(member), _blade_key(run, scene)))
+            cases.setdefault(key, Case(member, model, _label(member), _blade_key(scene, MOTIONS in model.facts)))
     return list(cases.values())
 
 
-def _blade_key(run: Run, scene: Scene) -> str:
+def _blade_key(scene: Scene, joined: bool) -> str:
+    """Hash of what the full models depend on; that of a bladed disk is `joined` and holds for one engine order."""
     return fingerprint(
         {
             "assemble": model_keys(scene).assemble,
@@ -208,6 +210,7 @@ def _blade_key(run: Run, scene: Scene) -> str:
             "contact_dofs": scene.rom.contact_dofs,
             "node_by_node": node_by_node(scene),
             "highest": scene.response.frequency[1],
+            "wave": [scene.excitation.engine_order, scene.rom.nodal_diameters] if joined else None,
         }
     )
 

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import reason_of
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_reduced_model import at_speed, boundary_choice
+from pipeline.stages.disk_reduction import with_interface
 from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.scene_materials import scene_materials
 from pipeline.stages.scene_to_solver import (
@@ -43,7 +44,6 @@ Frequencies = tuple[float, ...]  # natural, Hz
 # one below: the projection gains where it can follow the next odd deformation of the face.
 _GRIDS = ((2, 2), (3, 3), (4, 3), (4, 4), (6, 4), (6, 6))
 _MARGIN = 0.8  # the other grid comes with another mesh
-NO_REFERENCE = "shroud verify has no reference model of a bladed disk"
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> 
     modes : int
         Its fixed-interface modes.
     """
-    from rom import linear_errors, linear_responses, read_reduced_model, static_error
+    from rom import linear_errors, linear_responses, read_reduced_model
 
     assert scene.mesh is not None
     size, element = mesh_of(scene, blade.sector)
@@ -147,10 +147,19 @@ def model_errors(scene: Scene, blade: BladeReference, rom: Path, modes: int) -> 
         other=None if blade.other is None else blade.other.mesh,
         reason=blade.reason,
         convergence=_convergence(size, element, blade.other),
-        static=static_error(model, blade.reference.flexibility),
+        static=_static_error(model, blade.reference, operation.phase),
         equilibrium=_equilibrium_error(blade, operation, exact),
         joints=tuple(_joint(*each) for each in zip(errors, exact, found, on_face, elsewhere, strict=True)),
     )
+
+
+def _static_error(model: ReducedModel, reference: FullReference, phase: float) -> float:
+    """Relative error of the contact flexibility; NaN where nothing holds the disk."""
+    from rom import static_error
+
+    if reference.flexibility is None:
+        return math.nan
+    return static_error(model, reference.flexibility, min(phase, 2.0 * math.pi - phase))
 
 
 def _equilibrium_error(
@@ -213,13 +222,16 @@ def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -
     first = scenes[0]
     sector, full = _loaded(first, files)
     materials = scene_materials(first, files.sector)
+    boundary = boundary_choice(first, sector, materials)
+    if is_joined(sector):
+        boundary = with_interface(full, sector, first, boundary)
     try:
         return reduce_to_tolerance(
             full,
             sector,
             tolerance,
             [linear_operation(scene, sector) for scene in scenes],
-            boundary_choice(first, sector, materials),
+            boundary,
             store_basis=False,
         ).modes
     except RomParameterError:
@@ -228,12 +240,9 @@ def needed_modes(scenes: Sequence[Scene], files: BladeFiles, tolerance: float) -
 
 def _loaded(scene: Scene, files: BladeFiles) -> tuple[SectorMesh, FullModel]:
     """Mesh and full model at the scene's speed."""
-    from geometry import ParameterError
     from rom import load_full_model, load_sector
 
     sector = load_sector(files.sector)
-    if is_joined(sector):
-        raise ParameterError("mesh", "file", scene.mesh_file, f"a mesh without cut faces: {NO_REFERENCE}")
     return sector, at_speed(load_full_model(files.full), sector, scene, scene_materials(scene, files.sector))
 
 
@@ -246,11 +255,14 @@ def _nonlinear_reference(scene: Scene, files: BladeFiles) -> FullReference | Non
 
 
 def _reference(scene: Scene, files: BladeFiles, sector: SectorMesh, full: FullModel) -> FullReference:
-    from rom import full_reference
+    from rom import excited_nodal_diameter, full_reference, wave_reference
 
     choice = boundary_choice(scene, sector, scene_materials(scene, files.sector))
-    highest = scene.response.frequency[1]
-    return full_reference(full, sector, highest, choice, with_face=not node_by_node(scene))
+    highest, with_face = scene.response.frequency[1], not node_by_node(scene)
+    if is_joined(sector):  # of the wave that the engine order excites
+        diameter = excited_nodal_diameter(scene.excitation.engine_order, sector.n_blades)
+        return wave_reference(full, sector, diameter, highest, choice, with_face=with_face)
+    return full_reference(full, sector, highest, choice, with_face=with_face)
 
 
 def node_by_node(scene: Scene) -> bool:

@@ -8,8 +8,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from pipeline.scene.geometry_parameters import geometry_parameters
+from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.schema import Scene
+from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.mesh_findings import elements_by_kind, mean_size
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ _MOST_STEPS = 4
 _LEAST_GAIN = 1.5  # in elements: different sizes may give the same mesh
 _MOST_POINTS = 60_000  # of a finer mesh of a file
 _MOST_ELEMENTS = 6_000  # some 90 000 dofs, so that verifying takes about as long as the run itself
+_OF_DISK = 0.5  # of these numbers with a disk: its waves are complex
 
 
 def other_sector(scene: Scene, elements: int) -> tuple[float, str, SectorMesh]:
@@ -35,19 +37,21 @@ def other_sector(scene: Scene, elements: int) -> tuple[float, str, SectorMesh]:
     from geometry import build_sector
 
     blade, shroud, mesh = geometry_parameters(scene)
+    disk = disk_parameters(scene)
     assert scene.mesh is not None
     element = scene.mesh.element
+    most = _MOST_ELEMENTS if disk is None else _OF_DISK * _MOST_ELEMENTS
     for steps in range(1, _MOST_STEPS + 1):
         size = mesh.size * _STEP**steps
-        sector = build_sector(blade, shroud, replace(mesh, size=size))
-        if sector.n_elements > _MOST_ELEMENTS:
+        sector = build_sector(blade, shroud, replace(mesh, size=size), disk)
+        if sector.n_elements > most:
             break
         if sector.n_elements >= _LEAST_GAIN * elements:
             # Compared with linear hexahedra, quadratic ones of nearly the same size are as good as exact.
             return size, "hex20" if element == "hex8" else element, sector
     for steps in range(1, _MOST_STEPS + 1):
         size = mesh.size / _STEP**steps
-        sector = build_sector(blade, shroud, replace(mesh, size=size))
+        sector = build_sector(blade, shroud, replace(mesh, size=size), disk)
         if _LEAST_GAIN * sector.n_elements <= elements:
             return size, element, sector
     raise RuntimeError("element sizes nearby give the same mesh")
@@ -63,9 +67,11 @@ def finer_sector(own: SectorMesh) -> tuple[float, str, SectorMesh]:
     """
     from geometry import subdivided
 
-    growth = 8 * len(own.points)
-    if growth > _MOST_POINTS:
-        raise RuntimeError(f"one with half the element size would have some {growth} nodes, {_MOST_POINTS} at most")
+    growth, most = 8 * len(own.points), _MOST_POINTS
+    if is_joined(own):
+        most = round(_OF_DISK * most)
+    if growth > most:
+        raise RuntimeError(f"one with half the element size would have some {growth} nodes, {most} at most")
     finer = subdivided(own)
     return mean_size(finer), kinds_of(finer), finer
 

@@ -19,7 +19,6 @@ from pipeline.stages.sweep_models import models_of_blade
 from pipeline.store.output_folder import working_store
 from pipeline.verify.advice import Remedies, advice, within, worst_mesh
 from pipeline.verify.cases import Case, VerifiedCase, Verifier, distinct_cases
-from pipeline.verify.compare import NO_REFERENCE
 
 
 @dataclass(frozen=True)
@@ -83,8 +82,6 @@ def verify(file: SceneFile, out: Path, tolerance: float | None, force: bool, rep
         allowed = "a table [blade] (a given reduced model or [model] has no mesh to be measured against)"
         raise input_error(file.path, "blade", "missing", allowed)
     check_scene(file)
-    if file.first.disk is not None:
-        raise input_error(file.path, "disk", "given", f"a scene without it: {NO_REFERENCE}")
     request = Request(file, out, "reduce", force)
     with working_store(out, force, reporter) as store, open_executor(request, store, reporter) as executor:
         run, outcome = Run(request, store, StageLog(), reporter, executor), RunOutcome()

@@ -34,7 +34,8 @@ class WaveSuperelement:
         Displacement of the right and left contact nodes, rows t1, t2, n of each node; left None: contact against
         ground.
     force_excitation : (m,) array
-        Generalised force of 1 N of excitation.
+        Generalised force of 1 N of excitation. In the wave of -n, which a load that is real on the blade excites
+        alike, it is the conjugate.
     outputs : mapping of str to (m,) array
         Displacement NAME = outputs[NAME] @ z; "tip" is the default output.
     force_harmonics : mapping of int to (m,) array
@@ -66,7 +67,12 @@ class WaveSuperelement:
 
 
 def model_of_waves(
-    waves: Mapping[int, WaveSuperelement], n_blades: int, position: Array, area: Array | None = None
+    waves: Mapping[int, WaveSuperelement],
+    n_blades: int,
+    position: Array,
+    area: Array | None = None,
+    *,
+    vibration_only: bool = False,
 ) -> ReducedModel:
     """One reduced model from superelements of several nodal diameters.
 
@@ -80,6 +86,8 @@ def model_of_waves(
         Positions of the right contact nodes, m.
     area : (n_c,) array, optional
         Tributary areas of the contact nodes, m^2.
+    vibration_only : bool
+        Whether n = 0 may be missing: the model has linear vibration in the waves given, and no static displacement.
 
     Returns
     -------
@@ -103,15 +111,14 @@ def model_of_waves(
     >>> [natural_frequencies(model, k * np.pi / 6).round(3).tolist() for k in (0, 3, 9)]
     [[159.155], [318.31], [318.31]]
     """
-    _check(waves, n_blades)
+    _check(waves, n_blades, vibration_only)
     blocks, first = {}, 0
     for n, wave in sorted(waves.items()):
         real = 2 * n % n_blades == 0
         blocks[n] = WaveBlock(first, len(wave.mass), real)
         first += (1 if real else 2) * len(wave.mass)
     ordered = [(waves[n], blocks[n]) for n in blocks]
-    still = waves[0]
-    rows = {name: [wave.outputs[name] for wave, _ in ordered] for name in still.outputs}
+    still = waves[min(waves)]
     without_bases = any(wave.basis is None for wave, _ in ordered)
     return ReducedModel(
         mass=_diagonal([wave.mass for wave, _ in ordered], blocks),
@@ -121,13 +128,10 @@ def model_of_waves(
         contact_position=position,
         contact_area=area,
         force_excitation=_force([wave.force_excitation for wave, _ in ordered], blocks),
-        outputs={name: _rows(parts, blocks) for name, parts in rows.items()},
-        force_harmonics={
-            h: _force([wave.force_harmonics.get(h, np.zeros(len(wave.mass))) for wave, _ in ordered], blocks)
-            for h in sorted({h for wave, _ in ordered for h in wave.force_harmonics})
-        },
-        force_static=_static(still.force_static, first),
-        force_centrifugal=_static(still.force_centrifugal, first),
+        outputs={name: _rows([wave.outputs[name] for wave, _ in ordered], blocks) for name in still.outputs},
+        force_harmonics=_harmonics([wave for wave, _ in ordered], blocks),
+        force_static=_static(still.force_static, first) if 0 in waves else None,
+        force_centrifugal=_static(still.force_centrifugal, first) if 0 in waves else None,
         basis=None if without_bases else _rows([wave.basis for wave, _ in ordered], blocks),
         n_blades=n_blades,
         wave_blocks=blocks,
@@ -157,10 +161,11 @@ def superelements_of(model: ReducedModel) -> dict[int, WaveSuperelement]:
     return found
 
 
-def _check(waves: Mapping[int, WaveSuperelement], n_blades: int) -> None:
-    if 0 not in waves:
+def _check(waves: Mapping[int, WaveSuperelement], n_blades: int, vibration_only: bool) -> None:
+    if 0 not in waves and not (vibration_only and waves):
         raise ReducedModelError("nodal_diameter/0: missing; it holds the static displacement")
-    still = waves[0]
+    least = min(waves)
+    still = waves[least]
     for n, wave in waves.items():
         name = f"nodal_diameter/{n}"
         if not 0 <= n <= n_blades // 2:
@@ -175,7 +180,7 @@ def _check(waves: Mapping[int, WaveSuperelement], n_blades: int) -> None:
             if 2 * n % n_blades == 0 and np.abs(np.imag(matrix)).max(initial=0.0) > scale:
                 raise ReducedModelError(f"{name}/{part}: complex, allowed: real in a wave of {n} nodal diameters")
         if set(wave.outputs) != set(still.outputs):
-            raise ReducedModelError(f"{name}/output: other names than in nodal_diameter/0, allowed: the same")
+            raise ReducedModelError(f"{name}/output: other names than in nodal_diameter/{least}, allowed: the same")
         if (wave.contact_left is None) != (still.contact_left is None):
             raise ReducedModelError(f"{name}/contact/left: allowed: in all nodal diameters, or in none")
         _check_shapes(name, wave)
@@ -223,10 +228,21 @@ def _rows(parts: list[Any], blocks: Mapping[int, WaveBlock]) -> Array:
 
 
 def _force(parts: list[NDArray[Any]], blocks: Mapping[int, WaveBlock]) -> NDArray[Any]:
-    """Forces (n,) of which those in a wave, times T^H, are the forces (m,) given."""
-    found = [block.coordinates @ part for part, block in zip(parts, blocks.values(), strict=True)]
+    """Forces (n,) of which those in a wave, times T^H, are the forces (m,) given; in that of -n their conjugates."""
+    found = [
+        np.asarray(part) if block.real else 2.0 * np.real(block.coordinates @ part)
+        for part, block in zip(parts, blocks.values(), strict=True)
+    ]
     whole: NDArray[Any] = np.concatenate(found)
     return whole if np.any(np.imag(whole)) else np.real(whole)
+
+
+def _harmonics(waves: list[WaveSuperelement], blocks: Mapping[int, WaveBlock]) -> dict[int, NDArray[Any]]:
+    """Forces (n,) of the harmonics of the excitation; none in a wave that does not name one."""
+    named = sorted({h for wave in waves for h in wave.force_harmonics})
+    return {
+        h: _force([wave.force_harmonics.get(h, np.zeros(len(wave.mass))) for wave in waves], blocks) for h in named
+    }
 
 
 def _static(force: Array | None, size: int) -> Array | None:

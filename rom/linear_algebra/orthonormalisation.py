@@ -53,17 +53,15 @@ def svqb(
     return (directions / roots) / lengths[:, None], (roots * directions).conj().T * lengths
 
 
-def orthonormal_combinations(
-    gram: NDArray[np.float64], before: NDArray[np.float64] | None = None
-) -> NDArray[np.float64]:
-    """Combinations (k, r), r <= k, of k vectors with Gram matrix (k, k) that are orthonormal.
+def orthonormal_combinations(gram: NDArray[Any], before: NDArray[np.float64] | None = None) -> NDArray[Any]:
+    """Combinations (k, r), r <= k, of k vectors with Gram matrix (k, k), real or Hermitian, that are orthonormal.
 
     before (k,): squared lengths of the vectors before they were made orthogonal to others. A vector of which next to
     nothing is left is round-off; it is left out.
     """
-    squared = np.maximum(np.diag(gram), 0.0)
+    squared = np.maximum(np.diag(gram).real, 0.0)
     used = squared > (0.0 if before is None else _LOST**2 * before)
     found, _ = svqb(gram[np.ix_(used, used)], np.sqrt(squared[used]), _DEPENDENT)
-    combinations = np.zeros((len(gram), found.shape[1]))
+    combinations = np.zeros((len(gram), found.shape[1]), found.dtype)
     combinations[used] = found
     return combinations

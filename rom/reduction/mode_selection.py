@@ -221,4 +221,6 @@ def _first_coordinates(model: ReducedModel, count: int) -> ReducedModel:
         outputs={name: vector[:count] for name, vector in model.outputs.items()},
         force_harmonics={h: vector[:count] for h, vector in model.force_harmonics.items()},
         force_static=None if model.force_static is None else model.force_static[:count],
+        cyclic_right=None if model.cyclic_right is None else model.cyclic_right[:, :count],
+        cyclic_left=None if model.cyclic_left is None else model.cyclic_left[:, :count],
     )

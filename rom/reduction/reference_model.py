@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rom.cyclic.cyclic_symmetry import in_wave
 from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import ReducedModelError, RomParameterError
 from rom.finite_elements.full_model import FullModel
@@ -39,12 +40,12 @@ if TYPE_CHECKING:
 
     from geometry import SectorMesh
 
-_FIRST_GUESS = 24
-_MOST_MODES = 384
+FIRST_GUESS = 24
+MOST_MODES = 384
 # Mortar that stands for springs spread over the face, along t1 and along the radius: on a steel face of 12 x 5 mm its
 # frequencies are within 0.02 % of those with the shape functions of all nodes up to kn = 1e10 N/m, tied within 0.1 %.
 _LEAST_ON_FACE = (8, 6)
-_BEYOND = 3.0  # highest mode over the highest frequency of interest, at least
+BEYOND = 3.0  # highest mode over the highest frequency of interest, at least
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,9 @@ class FullReference:
     ----------
     model : ReducedModel
         Responds like the full model at the boundary dofs.
-    flexibility : (6 n_c, 6 n_c) array
-        Displacements of right, then left contact dofs for unit forces there, m/N; solved on the mesh itself.
+    flexibility : (6 n_c, 6 n_c) array or None
+        Displacements of right, then left contact dofs for unit forces there, m/N; solved on the mesh itself. Of a
+        sector of a disk those in the wave of the reference, complex; None where nothing holds the disk.
     modes : int
         Free natural modes of the full model in `model`.
     face : ReducedModel or None
@@ -78,7 +80,7 @@ class FullReference:
     """
 
     model: ReducedModel
-    flexibility: NDArray[np.float64]
+    flexibility: NDArray[Any] | None
     modes: int
     face: ReducedModel | None = None
     face_grid: Grid = (0, 0)
@@ -164,7 +166,7 @@ def full_reference(
     True
     """
     dofs = choose_boundary_dofs(full, sector, boundary)
-    face = _spread_over_face(full, sector) if with_face else None
+    face = spread_over_face(full, sector) if with_face else None
     loads = None if boundary.loads is None else boundary.loads(full)
     given = dofs, loads if loads is not None and loads.size else None
     return _reference(full, sector.n_blades, highest_hz, given, face, backend)
@@ -262,7 +264,7 @@ def _added(vectors: NDArray[np.float64], basis: NDArray[np.float64], mass: csr_m
     return vectors @ orthonormal_combinations(vectors.T @ (mass @ vectors), before)
 
 
-def _spread_over_face(full: FullModel, sector: SectorMesh) -> tuple[ContactDofs, Grid] | None:
+def spread_over_face(full: FullModel, sector: SectorMesh) -> tuple[ContactDofs, Grid] | None:
     """Contact dofs of a mortar finer than the contact grid, and its grid; None where the mesh has no faces for it."""
     try:
         along, radial = contact_grid(sector.right)
@@ -274,17 +276,17 @@ def _spread_over_face(full: FullModel, sector: SectorMesh) -> tuple[ContactDofs,
 
 def _modes_beyond(mass: csr_matrix, factor: Factor, highest_hz: float) -> ModalBasis:
     """The lowest free modes, up to three times the highest frequency of interest at least."""
-    count = _FIRST_GUESS
+    count = FIRST_GUESS
     while True:
         modes = lowest_modes(mass, factor, count)
-        if len(modes) < count or modes.omega[-1] > 2.0 * np.pi * _BEYOND * highest_hz:
+        if len(modes) < count or modes.omega[-1] > 2.0 * np.pi * BEYOND * highest_hz:
             return modes
-        if count >= _MOST_MODES:
+        if count >= MOST_MODES:
             raise RomParameterError("response", "frequency", highest_hz, f"a range below {count} modes of the blade")
         count *= 2
 
 
-def static_error(model: ReducedModel, flexibility: NDArray[np.float64]) -> float:
+def static_error(model: ReducedModel, flexibility: NDArray[Any], phase: float = 0.0) -> float:
     """Relative error of the static contact flexibility of a model, in the Frobenius norm.
 
     Only round-off for a reduced model whose boundary dofs hold the contact dofs.
@@ -295,6 +297,8 @@ def static_error(model: ReducedModel, flexibility: NDArray[np.float64]) -> float
         The model.
     flexibility : (6 n_c, 6 n_c) array
         The exact flexibility, m/N, as in `FullReference`.
+    phase : float
+        Inter-blade phase angle, rad, of a sector of a disk.
 
     Raises
     ------
@@ -314,6 +318,9 @@ def static_error(model: ReducedModel, flexibility: NDArray[np.float64]) -> float
     """
     if model.contact_left is None:
         raise ReducedModelError("contact/left: missing, allowed: a blade with both faces")
-    rows = np.vstack([model.contact_right, model.contact_left])
-    found = rows @ np.linalg.solve(model.stiffness, rows.T)
+    rows: NDArray[Any] = np.vstack([model.contact_right, model.contact_left])
+    stiffness, wave = model.stiffness, model.wave(phase)
+    if wave is not None:
+        rows, stiffness = rows @ wave, in_wave(stiffness, wave)
+    found = rows @ np.linalg.solve(stiffness, rows.conj().T)
     return float(np.linalg.norm(found - flexibility) / np.linalg.norm(flexibility))

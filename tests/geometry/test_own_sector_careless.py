@@ -158,6 +158,8 @@ CASES = {
     "a point missing": (replace(FULL, points=FULL.points * np.nan), choice(), "a node that is not finite"),
     "grid of 0": (FULL, {"contact_grid": (0, 3)}, "mesh.contact_grid = .*whole numbers from 1"),
     "unknown role": (FULL, {"sets": {"tips": "TIP"}}, "mesh.sets.tips = 'TIP': the sets of a sector are root"),
+    "a blade alone that nothing holds": (FULL, {"bore": "free"}, "mesh.bore = 'free': needs the cut faces of a disk"),
+    "a bore that is neither": (FULL, {"bore": "held"}, "mesh.bore = 'held': must be one of clamped, free"),
     "tolerance below 0": (FULL, {"tolerance": -1.0}, "mesh.tolerance = -1.0: must be above 0"),
     "faces not found": (FULL, SectorChoice(71), "mesh.sets.contact_right: name the faces: .* with n_blades = 72"),
     "faces not unique": (

@@ -1,6 +1,9 @@
 """A blade on its disk in a run: its waves, its limits, the same sector from a mesh file, and what is refused."""
 
+import json
+import shutil
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -9,8 +12,12 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, summary_of, write_scene
 
-from geometry import write_mesh
+import pipeline.verify.advised_mesh
+import pipeline.verify.compare
+import pipeline.verify.other_mesh
+from geometry import build_sector, write_mesh
 from pipeline.figures.nodal_diameters import nodal_diameter_figure
+from pipeline.scene.geometry_parameters import disk_parameters, geometry_parameters
 from pipeline.scene.reading import read_scene
 from pipeline.stages.build_mesh import SECTOR
 from pipeline.stages.mode_families_file import read_families
@@ -24,6 +31,7 @@ from rom import (
     cyclic_modes,
     load_sector,
     model_of_waves,
+    modes_by_nodal_diameter,
     read_reduced_model,
     write_reduced_model,
 )
@@ -104,6 +112,42 @@ def test_engine_orders_are_folded_at_half_the_number_of_blades(reduced: Path) ->
     assert figure.axes[1].get_ylabel().startswith("share of the disk")
 
 
+def test_resonance_crossings_of_each_engine_order(reduced: Path) -> None:
+    """In summary.json against the lists of frequencies there, in the diagram with the same numbers."""
+    model = summary_of(reduced)["models"][0]
+    scene = read_scene(reduced.parent / "scene.toml").first
+    low, high = scene.response.frequency
+    limits = {
+        order: list(zip(model["free_at_order_hz"][order], model["stuck_hz"][order], strict=True))
+        for order in ("2", "36", "70")
+    }
+    inside = [
+        (int(order), mode, model["free_names"][order][mode - 1], free, stuck)
+        for order, modes in limits.items()
+        for mode, (free, stuck) in enumerate(modes, start=1)
+        if free <= high and stuck >= low
+    ]
+    crossings = sorted(model["crossings"], key=lambda each: (each["engine_order"], each["mode"]))
+    keys = ("engine_order", "mode", "name", "free_hz", "stuck_hz")
+    assert [tuple(each[key] for key in keys) for each in crossings if each["range_distance"] == 0.0] == inside
+    assert {each["wave"] for each in crossings if each["engine_order"] == 70} == {"forward"}
+    for each in crossings:
+        assert each["nodal_diameter"] == {2: 2, 70: 2, 36: 36}[each["engine_order"]]
+        assert each["free_rpm"] * each["engine_order"] == pytest.approx(60.0 * each["free_hz"], rel=1e-12)
+    curve: Any = SimpleNamespace(
+        rom=reduced / model["rom"],
+        scene=scene,
+        contact_parameters=lambda count: contact_parameters(scene.contact, count, None),
+    )
+    figure = nodal_diameter_figure(curve, "wheel", {2, 70, 36})
+    assert figure is not None
+    listed = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert [line.split(":")[0] for line in listed] == [
+        f"EO {order}, { {2: 'backward', 36: 'standing', 70: 'forward'}[order] }, {name}"
+        for order, _, name, *_ in inside
+    ]
+
+
 def test_a_stiff_and_heavy_disk_is_a_clamp(tmp_path: Path) -> None:
     """From the scene to the peak of the curve: a disk hardly moves that is thousands of times stiffer and heavier."""
     rigid = STEEL | {"young_modulus": 1e15, "density": 3.7e7}
@@ -145,6 +189,53 @@ def test_the_same_sector_from_a_mesh_file(reduced: Path, tmp_path: Path) -> None
     np.testing.assert_allclose(found["stuck_hz"]["2"], made["stuck_hz"]["2"], rtol=1e-4)
 
 
+def test_a_free_disk_from_a_mesh_file(tmp_path: Path) -> None:
+    """Frequencies of the whole mesh and responses at 0, 1 and 2 nodal diameters, as with a disk made here."""
+    quick = {"response__frequency": [190.0, 345.0], "response__truncation": False, "response__detached": False}
+    quick |= {"response__stability": "wave", "response__time_integration": False}
+    quick |= {"sweep": {"excitation.engine_order": [0, 1, 2]}}
+    file = write_scene(tmp_path / "made.toml", disk_scene(disk=DISK | {"bore": "free"}, **quick))
+    assert shroud("run", file, "--out", tmp_path / "made", "--until", "respond")[0] == 0
+    made = summary_of(tmp_path / "made")
+    sector = load_sector((tmp_path / "made" / made["models"][0]["mesh"]).parent / SECTOR)
+    write_mesh(tmp_path / "wheel.inp", sector, {"": STEEL, "disk": SOFT})
+    mesh: dict[str, Any] = {"file": "wheel.inp", "n_blades": 72, "contact_grid": [2, 2], "bore": "free"}
+    mesh["sets"] = {"contact_right": "face_right", "contact_left": "face_left", "tip": "tip"}
+    own = disk_scene(disk=None, blade=None, shroud=None, mesh=mesh, **quick)
+    own = {name: value for name, value in own.items() if value is not None}
+    status, _, error = shroud(
+        "run", write_scene(tmp_path / "own.toml", own), "--out", tmp_path / "own", "--until", "respond"
+    )
+    assert status == 0, error
+    assert "wheel.inp: the disk is free: nothing holds it" in error
+    found = summary_of(tmp_path / "own")
+    read = load_sector((tmp_path / "own" / found["models"][0]["mesh"]).parent / SECTOR)
+    materials = {"": Material(**STEEL), "MATERIAL": Material(**STEEL), "disk": Material(**SOFT)}
+    wholes = [assemble(each, materials) for each in (sector, read)]
+    assert wholes[1].fixed.size == 0
+    modes = [
+        modes_by_nodal_diameter(full, cyclic_faces(full, each), (0, 1, 2), 5)
+        for full, each in zip(wholes, (sector, read), strict=True)
+    ]
+    for n, rigid in ((0, 2), (1, 2), (2, 0)):
+        before, after = (each[n].frequency_hz for each in modes)
+        np.testing.assert_allclose(after[rigid:], before[rigid:], rtol=1e-9)
+        assert np.all(after[:rigid] < 1e-2 * after[rigid])
+        pairs = [summary["models"][0]["stuck_hz"][str(n)][rigid:6] for summary in (made, found)]
+        np.testing.assert_allclose(pairs[1], pairs[0], rtol=1e-5)
+    for before, after in zip(made["curves"], found["curves"], strict=True):
+        assert after["peak_frequency_hz"] == pytest.approx(before["peak_frequency_hz"], rel=2e-5)  # flat
+        assert after["peak_amplitude_m"] == pytest.approx(before["peak_amplitude_m"], rel=1e-5)
+    assert 280.0 < made["curves"][2]["peak_frequency_hz"] < 290.0  # a resonance
+    status, _, error = shroud("validate", write_scene(tmp_path / "stress.toml", own | {"stress": {}}))
+    assert status == 2
+    assert 'stress: given with mesh.bore = "free", allowed: mesh.bore = "clamped"' in error
+    with_root = own | {"mesh": mesh | {"sets": mesh["sets"] | {"root": "bore"}}}
+    status, _, error = shroud("validate", write_scene(tmp_path / "root.toml", with_root))
+    assert status == 2
+    assert 'mesh.sets.root: "bore", allowed: must not be named with bore = "free"' in error
+
+
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
@@ -177,10 +268,38 @@ def test_disks_that_do_not_fit_are_refused(tmp_path: Path, changes: dict[str, An
     assert "Traceback" not in error
 
 
-def test_verify_has_no_reference_for_a_disk(reduced: Path) -> None:
-    status, _, error = shroud("verify", reduced.parent / "scene.toml", "--out", reduced)
-    assert status == 2
-    assert "disk: given, allowed: a scene without it: shroud verify has no reference model of a bladed disk" in error
+def test_verify_measures_against_the_whole_mesh_in_the_wave_excited(
+    reduced: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Frequencies with free contacts against modes of both meshes at 2 nodal diameters, which order 70 excites."""
+    monkeypatch.setattr(pipeline.verify.other_mesh, "_MOST_ELEMENTS", 10)  # so that the other mesh is a coarser one
+    monkeypatch.setattr(pipeline.verify.advised_mesh, "_HALVINGS", 0)
+    monkeypatch.setattr(pipeline.verify.advised_mesh, "MOST_DOFS", 10)  # one mesh is tried
+    shutil.copytree(reduced / "store", tmp_path / "store")
+    tolerance, rest = 3e-4, ("--out", tmp_path, "--json", "--quiet")
+    file = write_scene(tmp_path / "scene.toml", disk_scene(excitation__engine_order=70))
+    status, said, error = shroud("verify", file, *rest, "--tolerance", tolerance)
+    assert (status, error) == (0, "")
+    found = json.loads(said)
+    assert found["problems"] == []
+    (case,), (advice,) = found["cases"], found["advice"]
+    scene, materials = read_scene(file).first, {"": Material(**STEEL), "disk": Material(**SOFT)}
+    blade, tip, mesh = geometry_parameters(scene)
+    coarse = replace(mesh, size=case["other"]["size"])
+    assert coarse.size > mesh.size
+    free = case["joints"][0]
+    for name, chosen in (("full_hz", mesh), ("other_hz", coarse)):
+        sector = build_sector(blade, tip, chosen, disk_parameters(scene))
+        full = assemble(sector, materials, "hex8")
+        exact = cyclic_modes(full, cyclic_faces(full, sector), 2, 4).frequency_hz[free["first_mode"] - 1 :]
+        np.testing.assert_allclose(free[name][: len(exact)], exact[: len(free[name])], rtol=1e-6)
+    assert case["static"] < 1e-6
+    assert advice["needed_modes"] > 12
+    monkeypatch.setattr(pipeline.verify.compare, "other_sector", lambda *_: 1 / 0)
+    enough = disk_scene(rom__modes=advice["needed_modes"], excitation__engine_order=70)
+    _, said, _ = shroud("verify", write_scene(tmp_path / "enough.toml", enough), *rest)
+    after = json.loads(said)["cases"][0]
+    assert after["receptance_error"] < 1.1 * tolerance < case["receptance_error"]
 
 
 def lumped() -> ReducedModel:

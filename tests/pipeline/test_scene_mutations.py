@@ -67,7 +67,9 @@ WHOLE: dict[str, dict[str, Any]] = {  # sections that the small scene lacks
 TEXTS = ("stiffness", "mass", "nodes", "dofs", "stiffness_name", "mass_name", "centrifugal", "transformation")
 INSTEAD_OF_BLADE = ("blade", "shroud", "mesh", "material")  # what [model] takes the place of
 # Keys of a mesh from a file, which do not go with those of a mesh made here: the schema does not say it.
-OF_A_MESH_FILE = {("mesh", key) for key in ("file", "n_blades", "unit", "axis", "axis_point", "tolerance", "sets")}
+OF_A_MESH_FILE = {
+    ("mesh", key) for key in ("file", "n_blades", "unit", "axis", "axis_point", "tolerance", "bore", "sets")
+}
 
 
 @pytest.fixture(scope="module")

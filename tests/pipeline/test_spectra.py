@@ -10,11 +10,13 @@ from pipeline_support import small_scene, write_scene
 from pipeline.figures.campbell import campbell_figure
 from pipeline.figures.data import PlottedCurve, plotted_curves
 from pipeline.figures.nodal_diameters import nodal_diameter_figure
-from pipeline.figures.spectra import aliased
 from pipeline.process.progress import Reporter
 from pipeline.run import execute
 from pipeline.scene.reading import read_scene
+from pipeline.scene.schema import Scene
+from pipeline.stages.engine_orders import excited_orders
 from pipeline.stages.request import Request, RunOutcome
+from rom import excited_nodal_diameter
 
 pytestmark = pytest.mark.xdist_group("spectra")  # one worker: what the module makes is made once
 
@@ -54,6 +56,48 @@ def test_campbell_lines_are_the_frequencies_of_the_summary(outcome: RunOutcome, 
     assert "36" in rays  # the excited engine order
 
 
+def test_campbell_crossings_lie_on_the_ray_and_on_the_frequencies(
+    outcome: RunOutcome, curves: list[PlottedCurve]
+) -> None:
+    order = 36
+    found = outcome.summary["campbell"]
+    assert {entry["contact"] for entry in found} == {"free", "sliding", "stuck"}
+    for entry in found:
+        assert entry["frequency_hz"] == pytest.approx(order * entry["speed_rpm"] / 60.0, rel=1e-12)
+        model = outcome.models[0]  # the crossings are below 4000 rev/min, where rotation changes little
+        state = entry["contact"]
+        at_rest = (model["free_hz"] if state == "free" else model[f"{state}_hz"]["36"])[entry["mode"] - 1]
+        assert at_rest < entry["frequency_hz"] < 1.2 * at_rest
+    figure = campbell_figure(curves, "title")
+    assert figure is not None
+    marks = sorted(tuple(point.get_offsets()[0]) for point in figure.axes[0].collections if len(point.get_offsets()))
+    shown = [e for e in found if e["mode"] <= 4 and e["contact"] != "sliding"]
+    expected = sorted((e["speed_rpm"], e["frequency_hz"]) for e in shown)
+    np.testing.assert_allclose(np.array(marks), np.array(expected), rtol=1e-9)
+
+
+def test_peaks_lie_between_the_limits_of_the_modes_that_are_crossed(outcome: RunOutcome) -> None:
+    for curve, model in zip(outcome.summary["curves"], outcome.models, strict=True):
+        inside = [each for each in model["crossings"] if each["range_distance"] == 0.0]
+        peak = curve["peak_frequency_hz"]
+        assert any(0.99 * each["free_hz"] <= peak <= 1.01 * each["stuck_hz"] for each in inside)
+    still, turning = outcome.models[0]["crossings"], outcome.models[1]["crossings"]
+    assert all(each["margin"] is None for each in still)
+    order = 36 * SPEEDS[1] / 60.0  # 2400 Hz, above the range: its nearest mode is listed too
+    nearest = min(turning, key=lambda each: abs(each["margin"]))
+    limits = (nearest["free_hz"], nearest["stuck_hz"])
+    side = 0 if limits[0] > order else 1
+    expected = 0.0 if limits[0] <= order <= limits[1] else limits[side] / order - 1.0
+    assert nearest["margin"] == pytest.approx(expected, abs=1e-12)
+
+
+def test_multiples_of_the_engine_order_have_multiples_of_the_range() -> None:
+    tables = small_scene(excitation__harmonic=[{"order": 3}, {"order": 2, "amplitude": 0.5}])
+    scene = Scene.model_validate(tables)
+    assert excited_orders(scene) == [(36, (300.0, 700.0)), (72, (600.0, 1400.0)), (108, (900.0, 2100.0))]
+    assert excited_orders(scene, 5)[1] == (10, (600.0, 1400.0))
+
+
 def test_two_speeds_make_no_campbell_diagram(curves: list[PlottedCurve]) -> None:
     assert campbell_figure(curves[:2], "title") is None
 
@@ -71,4 +115,13 @@ def test_nodal_diameters(curves: list[PlottedCurve]) -> None:
 
 
 def test_engine_orders_fold_onto_nodal_diameters() -> None:
-    assert [aliased(order, 72) for order in (0, 4, 36, 37, 68, 72, 76, 108)] == [0, 4, 36, 35, 4, 0, 4, 36]
+    assert [excited_nodal_diameter(order, 72) for order in (0, 4, 36, 37, 68, 72, 76, 108)] == [
+        0,
+        4,
+        36,
+        35,
+        4,
+        0,
+        4,
+        36,
+    ]

@@ -1,0 +1,217 @@
+"""Reference of reduced disk sectors: a model that responds like the whole mesh in the waves of one nodal diameter.
+
+As `full_reference`, with the matrices T_n^H K T_n and T_n^H M T_n of the wave (`cyclic_modes`): free natural modes
+far beyond the frequencies of interest, static responses to forces at the boundary dofs, and the quasi-static
+responses to the inertia of those. It shares nothing with the motions of the cut faces of a reduced sector.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom.cyclic.reduced_model import ReducedModel
+from rom.cyclic.wave_superelement import WaveSuperelement, model_of_waves
+from rom.cyclic_sector.condensed_sector import CondensedSector
+from rom.cyclic_sector.cyclic_faces import cyclic_faces
+from rom.cyclic_sector.cyclic_modes import CyclicModes, WaveProblem
+from rom.errors import RomParameterError
+from rom.finite_elements.full_model import FullModel
+from rom.linear_algebra.orthonormalisation import orthonormal_combinations
+from rom.linear_algebra.threads import one_blas_thread
+from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice, BoundaryDofs, choose_boundary_dofs
+from rom.reduction.boundary_selection import boundary_selection
+from rom.reduction.contact_dofs import ContactDofs
+from rom.reduction.load_vectors import LoadVectors
+from rom.reduction.reference_model import BEYOND, FIRST_GUESS, MOST_MODES, FullReference, spread_over_face
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+    from geometry import SectorMesh
+
+COLUMNS = 64  # of motions at once
+
+
+@one_blas_thread()
+def wave_reference(
+    full: FullModel,
+    sector: SectorMesh,
+    nodal_diameter: int,
+    highest_hz: float,
+    boundary: BoundaryChoice = AT_TIP,
+    *,
+    backend: str = "auto",
+    with_face: bool = False,
+) -> FullReference:
+    """The reference of a sector of a bladed disk at one nodal diameter, for frequencies up to `highest_hz`.
+
+    Parameters
+    ----------
+    full : FullModel
+        The full model.
+    sector : SectorMesh
+        Its mesh, with the sets `cyclic_right` and `cyclic_left`.
+    nodal_diameter : int
+        Number of nodal diameters n. The waves of other nodal diameters are not in the reference.
+    highest_hz : float
+        Highest frequency of interest, Hz.
+    boundary : BoundaryChoice
+        Excitation and contact dofs.
+    backend : str
+        Backend of the factorisation, see `factorise`.
+    with_face : bool
+        As in `full_reference`.
+
+    Returns
+    -------
+    FullReference
+        The reference; `flexibility` (6 n_c, 6 n_c) is that of the wave, complex but for n = 0 and half the number of
+        sectors, and None where a rigid motion has no static response.
+
+    Raises
+    ------
+    RomParameterError
+        There are too many modes in the range, or there is no such nodal diameter.
+    FactorisationError
+        The structure is not stable.
+
+    Examples
+    --------
+    >>> from geometry import BladeParameters, DiskParameters, MeshParameters, ShroudParameters, build_sector
+    >>> from rom import Material, assemble, cyclic_faces, cyclic_modes, natural_frequencies, wave_reference
+    >>> blade, shroud = BladeParameters(40, 0.3, 0.1, 0.02, 0.008), ShroudParameters(45.0, 0.01, 0.04, 0.01)
+    >>> sector = build_sector(blade, shroud, MeshParameters(size=0.02), DiskParameters(0.1, 0.03))
+    >>> steel = Material(2e11, 0.3, 7800.0)
+    >>> full = assemble(sector, {"": steel, "disk": steel}, element="hex8")
+    >>> reference = wave_reference(full, sector, nodal_diameter=3, highest_hz=1000.0)
+    >>> found = natural_frequencies(reference.model, 2 * np.pi * 3 / 40, count=2)
+    >>> np.allclose(found, cyclic_modes(full, cyclic_faces(full, sector), 3, 2).frequency_hz, rtol=1e-6)
+    True
+    """
+    dofs = choose_boundary_dofs(full, sector, replace(boundary, interface=None))
+    loads = None if boundary.loads is None else boundary.loads(full)
+    given = dofs, loads if loads is not None and loads.size else None
+    condensed = CondensedSector(full, cyclic_faces(full, sector), backend)
+    wave = _Wave(WaveProblem(condensed, nodal_diameter), *given, highest_hz)
+    reference = FullReference(wave.model(wave.basis, dofs.contact), wave.flexibility, len(wave.modes.omega))
+    face = spread_over_face(full, sector) if with_face else None
+    if face is None:
+        return reference
+    return replace(reference, face=wave.model(wave.extended(face[0]), face[0]), face_grid=face[1])
+
+
+@dataclass(frozen=True)
+class _Wave:
+    """The sector in the waves of one nodal diameter: motions (N, m) of all nodes that the wave has."""
+
+    problem: WaveProblem
+    dofs: BoundaryDofs
+    loads: LoadVectors | None
+    highest_hz: float
+
+    @property
+    def _full(self) -> FullModel:
+        return self.problem.sector.full
+
+    @cached_property
+    def motion(self) -> csr_matrix:
+        """Boundary dofs (b, N) of the motions."""
+        return self.dofs.motion(len(self._full.positions)).tocsr()
+
+    @cached_property
+    def modes(self) -> CyclicModes:
+        """The lowest free modes, up to three times the highest frequency of interest at least."""
+        count = FIRST_GUESS
+        while True:
+            modes = self.problem.modes(count)
+            if len(modes.omega) < count or modes.omega[-1] > 2.0 * np.pi * BEYOND * self.highest_hz:
+                return modes
+            if count >= MOST_MODES:
+                allowed = f"a range below {count} modes of the sector"
+                raise RomParameterError("response", "frequency", self.highest_hz, allowed)
+            count *= 2
+
+    @cached_property
+    def _static(self) -> NDArray[Any]:
+        """Responses (N, k) to forces at the boundary dofs, then to the loads; of K + s M where nothing holds."""
+        forces = self.motion.T.toarray()
+        if self.loads is not None:
+            forces = np.hstack([forces, self.loads.columns()])
+        return self.problem.static_response(forces)
+
+    @property
+    def flexibility(self) -> NDArray[Any] | None:
+        """Motions (6 n_c, 6 n_c) of the contact dofs for unit forces there, m/N; None if nothing holds the disk."""
+        contact = 6 * self.dofs.n_contacts
+        return None if self.problem.sector.shift else np.asarray(self.motion[:contact] @ self._static[:, :contact])
+
+    @cached_property
+    def basis(self) -> NDArray[Any]:
+        """Modes, the rest of static responses, quasi-static responses to their inertia, orthonormal (N, m)."""
+        mass = self.problem.sector.mass
+        first = self._without_modes(self._static)
+        second = self._without_modes(self.problem.static_response(_product(mass, first)))
+        vectors = np.hstack([self.modes.shapes, first, second])
+        return np.asarray(vectors @ orthonormal_combinations(_inner(vectors, mass, vectors)))
+
+    def extended(self, contact: ContactDofs) -> NDArray[Any]:
+        """The basis, and behind it what the responses to forces at other contact dofs add."""
+        mass, basis = self.problem.sector.mass, self.basis
+        vectors = self._without_modes(self.problem.static_response(contact.motion.toarray().T))
+        before = np.diag(_inner(vectors, mass, vectors)).real
+        for _ in range(2):  # little may be left: orthogonal to round-off
+            vectors -= basis @ _inner(basis, mass, vectors)
+        return np.hstack([basis, vectors @ orthonormal_combinations(_inner(vectors, mass, vectors), before)])
+
+    def _without_modes(self, vectors: NDArray[Any]) -> NDArray[Any]:
+        shapes = self.modes.shapes
+        return np.asarray(vectors - shapes @ _inner(shapes, self.problem.sector.mass, vectors))
+
+    def model(self, basis: NDArray[Any], contact: ContactDofs) -> ReducedModel:
+        """The sector in a basis (N, m), with these contact dofs."""
+        given = boundary_selection(self.dofs, self.motion @ basis)
+        selected = given | {"force_excitation": given["force_excitation"].conj()}
+        if self.loads is not None:  # a force f is T^H f, an output o u is o T z
+            rows = self.loads.selection(selected, lambda vector: vector @ basis)
+            selected = self.loads.selection(selected, lambda vector: basis.conj().T @ vector)
+            selected["outputs"] = rows["outputs"]
+        right, left = np.split(np.asarray(contact.motion @ basis), 2)
+        mass, stiffness = (
+            _hermitian(_inner(basis, matrix, basis), self.problem.is_real)
+            for matrix in (self.problem.sector.mass, self._full.stiffness)
+        )
+        wave = WaveSuperelement(
+            mass=mass,
+            stiffness=stiffness,
+            contact_right=right,
+            contact_left=left,
+            force_excitation=selected["force_excitation"],
+            outputs=selected["outputs"],
+        )
+        n, n_blades = self.problem.nodal_diameter, self.problem.sector.faces.n_sectors
+        return model_of_waves({n: wave}, n_blades, contact.position, contact.area, vibration_only=True)
+
+
+def _product(matrix: Any, columns: NDArray[Any]) -> NDArray[Any]:
+    """A product of a real matrix (N, N) with real or complex columns (N, k)."""
+    columns = np.ascontiguousarray(columns)
+    return np.asarray(matrix @ columns.view(float)).view(columns.dtype)
+
+
+def _inner(left: NDArray[Any], matrix: Any, right: NDArray[Any]) -> NDArray[Any]:
+    """U^H A V (m, k) of motions U (N, m) and V (N, k) by columns of V: motions take much of the memory."""
+    found = np.empty((left.shape[1], right.shape[1]), np.result_type(left, right))
+    for first in range(0, right.shape[1], COLUMNS):
+        part = slice(first, first + COLUMNS)
+        found[:, part] = (left.T @ _product(matrix, right[:, part]).conj()).conj()
+    return found
+
+
+def _hermitian(matrix: NDArray[Any], real: bool) -> NDArray[Any]:
+    found = 0.5 * (matrix + matrix.conj().T)
+    return np.real(found) if real else found
