@@ -10,8 +10,8 @@ cyclic,
     [ -D^-1 B^H df/dd     I + D^-1 S^H k S    0 ] [ z ],    s = S z + S_near df/dd d.
     [ t                   0                   e ] [ y ]
 
-Its factors, also those of a state nearby, precondition GMRES [1]_ on the whole system, so that the solution is that of
-the whole system.
+Its factors, also those of a state nearby, precondition GMRES [1]_ on the whole system, so that the solution is that
+of the whole system.
 
 References
 ----------
