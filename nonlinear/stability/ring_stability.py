@@ -1,7 +1,7 @@
 """Perturbations of all nodal diameters of the ring: the least stable Floquet exponent of one point.
 
-All nodal diameters are scanned with few modes (`PatternScan`); with a disk, whose modes differ from wave to wave,
-each with its own (`every_eigenvalue`). What leads there is refined with the matrices of its own kappa.
+All nodal diameters are scanned with few modes (`PatternScan`), with a disk each with modes of its own (`SectorScan`).
+What leads there is refined with the matrices of its own kappa.
 """
 
 from dataclasses import dataclass, field, replace
@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from nonlinear.stability.every_pattern import every_eigenvalue
 from nonlinear.stability.floquet import NEUTRAL, OVERLAP, FloquetAnalysis, converged
 from nonlinear.stability.full_scan import FullScan
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.pattern_scan import PatternScan
 from nonlinear.stability.point_contact import PointContact
+from nonlinear.stability.sector_scan import SectorScan
 from rom import RingModes, SectorModes
 
 SCAN_ERROR = 0.005  # of an eigenvalue that leads a scan, in units of omega, before it is refined
@@ -187,13 +187,17 @@ class RingStability:
 
     def _approximate(self, point: PointContact) -> list[tuple[complex, int]]:
         if isinstance(self.wave.problem.modal, SectorModes):
-            return every_eigenvalue({k: self._problem(k) for k in range(1, self.n_blades // 2 + 1)}, point)
+            return self._sector_scan.eigenvalues(point)
         found = self._scan.eigenvalues(point) if self._scan.applies(point.omega) else []
         return found or self._full_scan.eigenvalues(point)
 
     @cached_property
     def _scan(self) -> PatternScan:
         return PatternScan(self.wave.few_modes, self.wave.sampler.parameters, self.n_blades)
+
+    @cached_property
+    def _sector_scan(self) -> SectorScan:
+        return SectorScan(self.wave.problem, self.wave.sampler.parameters, self.n_blades)
 
     @cached_property
     def _full_scan(self) -> FullScan:
