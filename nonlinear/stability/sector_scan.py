@@ -23,7 +23,7 @@ from nonlinear.stability.reduced_problem import NEAREST, near_poles
 from nonlinear.stability.wave_flexibility import WaveFlexibility, series
 from rom import SectorModes
 
-HIGHEST = 2.0  # of the lowest modes, over the highest frequency of a perturbation
+HIGHEST = 1.5  # of the lowest modes, over the highest frequency of a perturbation
 RATIO = 1.25  # from one such frequency to the next
 AT_ONCE = 8e6  # bytes of the matrices of the nodal diameters that are solved for at once
 MATRICES = 6  # of them a nodal diameter has

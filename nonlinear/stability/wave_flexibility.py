@@ -21,8 +21,8 @@ from nonlinear.stability.block_matrices import HarmonicBlocks, Matrix
 from nonlinear.stability.modal_condensation import CondensedModes, poles_and_residues
 from rom import SectorModes, relative_contact_motion
 
-NEGLIGIBLE_MOTION = 3e-3  # singular value of phi_m / omega_m times the square root of the contact stiffness
-NEGLIGIBLE_DEVIATION = 3e-3  # of a wave's flexibility from the mean of all waves, times the contact stiffness
+NEGLIGIBLE_MOTION = 0.01  # singular value of phi_m / omega_m times the square root of the contact stiffness
+NEGLIGIBLE_DEVIATION = 0.01  # of a wave's flexibility from the mean of all waves, times the contact stiffness
 ABOVE = 10.0  # frequency of modes that fill a row, as a multiple of the highest one
 TERMS = 4  # of the series: 1, -s^2, -s, s^4
 
