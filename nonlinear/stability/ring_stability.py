@@ -125,6 +125,8 @@ class RingStability:
         values, diameters = (np.array([item[part] for item in left]) for part in (0, 1))
         for _ in range(min(MAX_REFINED, len(left))):
             rates = errors.corrected(values, diameters)
+            if self._has_disk:  # errors of neighbouring nodal diameters, with other modes, differ
+                rates = np.maximum(rates, values.real)
             index = int(np.argmax(rates))
             if best is not None:
                 highest = best.exponent.real / contact.omega
@@ -186,10 +188,14 @@ class RingStability:
         return PointContact(contact.jacobian, contact.omega, memory)
 
     def _approximate(self, point: PointContact) -> list[tuple[complex, int]]:
-        if isinstance(self.wave.problem.modal, SectorModes):
+        if self._has_disk:
             return self._sector_scan.eigenvalues(point)
         found = self._scan.eigenvalues(point) if self._scan.applies(point.omega) else []
         return found or self._full_scan.eigenvalues(point)
+
+    @property
+    def _has_disk(self) -> bool:
+        return isinstance(self.wave.problem.modal, SectorModes)
 
     @cached_property
     def _scan(self) -> PatternScan:
