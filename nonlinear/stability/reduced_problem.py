@@ -110,7 +110,7 @@ class ReducedProblem:
         rise = (np.sqrt(modal.angular_frequency**2 + stiffness) - modal.angular_frequency) / omega
         poles = self.poles[0] / omega
         highest = p.retention_harmonic + p.retention_radius
-        return near_poles(poles, rise, self.harmonics[:, None, None] + centre, highest)
+        return near_poles(poles, self.harmonics[:, None, None] + centre, ABOVE, rise + MARGIN, highest)
 
     def condensed_around(self, centre: float, retained: NDArray[np.bool_], omega: float) -> CondensedPoles:
         """The poles in sigma - i `centre`, those `retained` (S, 2, q) as states, at `omega` (rad/s)."""
@@ -160,25 +160,28 @@ class ReducedProblem:
         return product.reshape(size * modes, size * modes)
 
 
-def near_poles(poles: ComplexArray, rise: Array, middle: Array, highest: float) -> NDArray[np.bool_]:
+def near_poles(poles: ComplexArray, middle: Array, above: float, below: Array, highest: float) -> NDArray[np.bool_]:
     """Which poles (..., 2, q) may come near the `middle` of a slice, all in units of omega.
+
+    Contacts move the poles above the real axis up, those below down.
 
     Parameters
     ----------
     poles : (..., S, 2, q)
         Two of each mode in each harmonic h.
-    rise : (..., q)
-        Largest rise of the natural frequencies by the contacts: it moves the poles above the real axis up, those
-        below down.
     middle : (S, 1, 1)
         h + c, c the middle of the slice.
+    above : float
+        Largest distance of a pole that lies beyond the middle in the sense in which contacts move it.
+    below : (..., q)
+        Largest distance of one that lies on the other side, 2 at most.
     highest : float
         Largest distance from 0.
     """
     distance = poles.imag - middle
     distance = np.where(poles.imag >= 0.0, distance, -distance)
     low = np.abs(poles) <= highest
-    return np.asarray((distance <= ABOVE) & (distance >= -np.minimum(rise + MARGIN, FARTHEST)) & low)
+    return np.asarray((distance <= above) & (distance >= -np.minimum(below, FARTHEST)) & low)
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ SCAN_ERROR = 0.005  # of an eigenvalue that leads a scan, in units of omega, bef
 SAME_RATE = 0.1  # relative difference of two rates that is left where it does not matter to the stability
 FAMILY = 0.05  # distance of two eigenvalues of one family of neighbouring nodal diameters
 OFF_AXIS = 1e-3j  # from a real eigenvalue of the scan to a complex pair near it
-MAX_REFINED = 12  # eigenvalues of one point
+MAX_REFINED = 12  # eigenvalues of one point; with a disk all those that grow in the scan, until one grows
 
 
 class PatternExponent(NamedTuple):
@@ -123,16 +123,20 @@ class RingStability:
         best, point = None, self._point(contact)
         left, errors = self._approximate(point), ScanErrors()
         values, diameters = (np.array([item[part] for item in left]) for part in (0, 1))
-        for _ in range(min(MAX_REFINED, len(left))):
+        for number in range(len(left)):
             rates = errors.corrected(values, diameters)
             if self._has_disk:  # errors of neighbouring nodal diameters, with other modes, differ
                 rates = np.maximum(rates, values.real)
             index = int(np.argmax(rates))
+            may_grow = self._has_disk and values[index].real > NEUTRAL
             if best is not None:
                 highest = best.exponent.real / contact.omega
+                may_grow = may_grow and highest <= NEUTRAL
                 in_doubt = highest <= NEUTRAL and values[index].real > -SCAN_ERROR
                 if rates[index] <= highest + (0.0 if in_doubt else SAME_RATE * abs(highest)):
                     break
+            if number >= MAX_REFINED and not may_grow:
+                break
             sigma, k = complex(values[index]), int(diameters[index])
             values, diameters = np.delete(values, index), np.delete(diameters, index)
             found = self._refined(point, sigma, k)

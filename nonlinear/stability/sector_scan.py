@@ -27,6 +27,7 @@ HIGHEST = 1.5  # of the lowest modes, over the highest frequency of a perturbati
 RATIO = 1.25  # from one such frequency to the next
 AT_ONCE = 8e6  # bytes of the matrices of the nodal diameters that are solved for at once
 MATRICES = 6  # of them a nodal diameter has
+RETAINED = 1.3  # distance of retained poles: those of a resonant mode in the harmonics beside its own are 1 away
 OUTSIDE = 10.0j  # pole of a state that is none
 
 
@@ -204,8 +205,9 @@ class _Waves:
     def _states(self, centre: float, omega: float, highest_pole: float) -> "_States":
         """The poles retained."""
         poles, residues = (part / omega for part in self.poles)
-        retained = near_poles(poles, self.rise / omega, self.harmonics[:, None, None] + centre, highest_pole)
-        distance = poles - 1j * (self.harmonics[:, None, None] + centre)
+        middle = self.harmonics[:, None, None] + centre
+        retained = near_poles(poles, middle, RETAINED, RETAINED + self.rise / omega, highest_pole)
+        distance = poles - 1j * middle
         count, q = len(retained), retained.shape[-1]
         flat = retained.reshape(count, -1)
         order = np.argsort(~flat, axis=1, kind="stable")[:, : flat.sum(axis=1).max()]

@@ -21,8 +21,8 @@ from nonlinear.stability.block_matrices import HarmonicBlocks, Matrix
 from nonlinear.stability.modal_condensation import CondensedModes, poles_and_residues
 from rom import SectorModes, relative_contact_motion
 
-NEGLIGIBLE_MOTION = 0.01  # singular value of phi_m / omega_m times the square root of the contact stiffness
-NEGLIGIBLE_DEVIATION = 0.01  # of a wave's flexibility from the mean of all waves, times the contact stiffness
+NEGLIGIBLE_MOTION = 0.1  # singular value of phi_m / omega_m times the square root of the contact stiffness
+NEGLIGIBLE_DEVIATION = 0.03  # of a wave's flexibility from the mean of all waves, times the contact stiffness
 ABOVE = 10.0  # frequency of modes that fill a row, as a multiple of the highest one
 TERMS = 4  # of the series: 1, -s^2, -s, s^4
 
@@ -116,11 +116,10 @@ class WaveFlexibility:
         """
         values, derivatives = series(self.mean[:, active][:, :, active], s, omega)
         shared = np.kron(np.eye(s.size), self.shared[active])
-        first, size = int(static), int(np.count_nonzero(active))
+        first = int(static)
         none = np.zeros((0, 0), dtype=complex)
         blocks, changes = (
-            HarmonicBlocks(part[0] if static else none, part[first:].reshape(-1, size, size))
-            for part in (values, derivatives)
+            HarmonicBlocks(part[0] if static else none, part[first:]) for part in (values, derivatives)
         )
         return CondensedModes(np.zeros((shared.shape[1],) * 2), shared.T, shared, blocks, changes)
 

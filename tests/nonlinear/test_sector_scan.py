@@ -8,7 +8,7 @@ from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmon
 from nonlinear.contact.fourier import to_real
 from nonlinear.stability import sector_scan
 from nonlinear.stability.floquet import NEUTRAL, FloquetAnalysis, converged
-from nonlinear.stability.ring_stability import SAME_RATE, LinearisedContact, RingStability
+from nonlinear.stability.ring_stability import MAX_REFINED, SAME_RATE, LinearisedContact, RingStability
 from nonlinear.stability.sector_scan import SectorScan
 from nonlinear.stability.wave_flexibility import NEGLIGIBLE_DEVIATION, WaveFlexibility, series
 from rom import modal_model, relative_contact_motion
@@ -68,6 +68,8 @@ def test_the_verdict_is_that_of_all_nodal_diameters(n_blades, harmonics, interfe
     assert len(points) > 2 * stride
     for contact in points[::stride]:
         highest = max(least_stable(analysis, contact) for analysis in single)
+        spurious = [value for value, _ in ring.approximate(contact) if value.real > highest + 0.02]
+        assert len(spurious) <= MAX_REFINED / 3
         found = ring.leading(contact)
         rate = -np.inf if found is None else found.exponent.real / contact.omega
         assert (rate > NEUTRAL) == (highest > NEUTRAL)
