@@ -19,7 +19,7 @@ from nonlinear.stability.condensed_loop import condensed_flexibility
 from nonlinear.stability.hill import HillProblem, touching_nodes
 from nonlinear.stability.pattern_scan import OVERLAP, WIDTH
 from nonlinear.stability.point_contact import PointContact
-from nonlinear.stability.reduced_problem import NEAREST, near_poles
+from nonlinear.stability.reduced_problem import ABOVE, MARGIN, NEAREST, near_poles
 from nonlinear.stability.wave_flexibility import WaveFlexibility, series
 from rom import SectorModes
 
@@ -27,7 +27,8 @@ HIGHEST = 1.5  # of the lowest modes, over the highest frequency of a perturbati
 RATIO = 1.25  # from one such frequency to the next
 AT_ONCE = 8e6  # bytes of the matrices of the nodal diameters that are solved for at once
 MATRICES = 6  # of them a nodal diameter has
-RETAINED = 1.3  # distance of retained poles: those of a resonant mode in the harmonics beside its own are 1 away
+BESIDE = 1.3  # distance of poles that are states too where their error as a flexibility is not negligible
+NEGLIGIBLE_ERROR = 3e-3  # times the contact stiffness
 OUTSIDE = 10.0j  # pole of a state that is none
 
 
@@ -166,6 +167,11 @@ class _Waves:
         return rise[self.number][:, :, None]
 
     @cached_property
+    def stiffening(self) -> Array:
+        """What contact springs add at most to the squares of the natural frequencies, (K, S, 1, q) (rad/s)^2."""
+        return self.flexibility.stiffening[self.number][:, :, None]
+
+    @cached_property
     def deviation(self) -> ComplexArray:
         """Terms of the flexibility of the other modes less the mean, (K, S, 4, p, p)."""
         return self.flexibility.deviation[self.number]
@@ -206,8 +212,11 @@ class _Waves:
         """The poles retained."""
         poles, residues = (part / omega for part in self.poles)
         middle = self.harmonics[:, None, None] + centre
-        retained = near_poles(poles, middle, RETAINED, RETAINED + self.rise / omega, highest_pole)
         distance = poles - 1j * middle
+        retained = near_poles(poles, middle, ABOVE, self.rise / omega + MARGIN, highest_pole)
+        error = np.abs(residues) * self.stiffening * (WIDTH / 2.0) ** 2
+        beside = near_poles(poles, middle, BESIDE, BESIDE + self.rise / omega, highest_pole)
+        retained |= beside & (error > NEGLIGIBLE_ERROR * np.abs(distance) ** 3)
         count, q = len(retained), retained.shape[-1]
         flat = retained.reshape(count, -1)
         order = np.argsort(~flat, axis=1, kind="stable")[:, : flat.sum(axis=1).max()]

@@ -96,9 +96,14 @@ class WaveFlexibility:
         return poles_and_residues(self.angular_frequency, self.damping, np.ones(len(self.damping)))
 
     @cached_property
+    def stiffening(self) -> Array:
+        """What contact springs add at most to the squares of the natural frequencies, (N_b, q) (rad/s)^2."""
+        return np.asarray(np.sum(np.abs(self.motion) ** 2, axis=1))
+
+    @cached_property
     def stiffened(self) -> Array:
         """The highest that contact springs can raise the natural frequencies to, (N_b, q) rad/s."""
-        return np.asarray(np.sqrt(self.angular_frequency**2 + np.sum(np.abs(self.motion) ** 2, axis=1)))
+        return np.asarray(np.sqrt(self.angular_frequency**2 + self.stiffening))
 
     def structure(self, active: NDArray[np.bool_], s: ComplexArray, omega: float, static: bool) -> CondensedModes:
         """The mean flexibility of the waves, with y as outputs and the forces on these as inputs; no states.
