@@ -25,6 +25,7 @@ SCAN_ERROR = 0.005  # of an eigenvalue that leads a scan, in units of omega, bef
 SAME_RATE = 0.1  # relative difference of two rates that is left where it does not matter to the stability
 FAMILY = 0.05  # distance of two eigenvalues of one family of neighbouring nodal diameters
 OFF_AXIS = 1e-3j  # from a real eigenvalue of the scan to a complex pair near it
+KEPT_PROBLEMS = 16  # with a disk, each with modes of its own
 MAX_REFINED = 12  # eigenvalues of one point; with a disk all those that grow in the scan, until one grows
 
 
@@ -226,6 +227,8 @@ class RingStability:
     def _problem(self, k: int) -> HillProblem:
         """The problem of nodal diameter k with all modes."""
         if k not in self._problems:
+            if self._has_disk and len(self._problems) >= KEPT_PROBLEMS:
+                self._problems.clear()
             self._problems[k] = replace(self.wave.problem, kappa=2.0 * np.pi * k / self.n_blades)
         return self._problems[k]
 
