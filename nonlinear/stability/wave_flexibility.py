@@ -136,7 +136,7 @@ def series(terms: Matrix, s: ComplexArray, omega: float) -> tuple[ComplexArray, 
     ----------
     terms : (4, n, n) or (..., S, 4, n, n)
         Factors of 1, -s^2, -s and s^4, of all harmonics or of each.
-    s : (S,)
+    s : (S,) or (..., S)
         Of the harmonics, 1/s.
     omega : float
         Excitation frequency, rad/s.
@@ -146,11 +146,11 @@ def series(terms: Matrix, s: ComplexArray, omega: float) -> tuple[ComplexArray, 
     (..., S, n, n) twice
         The flexibility and its derivative.
     """
-    powers = np.stack([np.ones_like(s), -(s**2), -s, s**4], axis=1)
-    changes = omega * np.stack([np.zeros_like(s), -2.0 * s, -np.ones_like(s), 4.0 * s**3], axis=1)
+    powers = np.stack([np.ones_like(s), -(s**2), -s, s**4], axis=-1)
+    changes = omega * np.stack([np.zeros_like(s), -2.0 * s, -np.ones_like(s), 4.0 * s**3], axis=-1)
     flat = terms.reshape(*terms.shape[:-2], -1)
     shape = (*(terms.shape[:-3] or s.shape), *terms.shape[-2:])
-    value, change = ((factors[:, None, :] @ flat).reshape(shape) for factors in (powers, changes))
+    value, change = ((factors[..., None, :] @ flat).reshape(shape) for factors in (powers, changes))
     return value, change
 
 

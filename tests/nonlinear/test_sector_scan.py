@@ -7,6 +7,7 @@ from lumped_disk import sector_with_disk
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance, forced_response
 from nonlinear.contact.fourier import to_real
 from nonlinear.stability import sector_scan
+from nonlinear.stability.axis_interpolation import AxisInterpolation
 from nonlinear.stability.floquet import NEUTRAL, FloquetAnalysis, converged
 from nonlinear.stability.ring_stability import MAX_REFINED, SAME_RATE, LinearisedContact, RingStability
 from nonlinear.stability.sector_scan import SectorScan
@@ -95,6 +96,18 @@ def test_the_shared_motions_have_the_flexibility_of_every_wave():
         found = means + waves.shared @ shared @ waves.shared.T
         assert np.abs(weights * (found - exact)).max() < 2.0 * NEGLIGIBLE_DEVIATION
         assert np.abs(weights * (found - exact)).max() < 0.05 * np.abs(weights * exact).max()
+
+
+def test_a_matrix_along_the_axis_from_values_and_derivatives():
+    """A matrix with a pole at -2: exact at the nodes, near in between, derivatives in sigma."""
+    one, other = np.random.default_rng(1).normal(size=(2, 3, 3))
+    known = {c: (one / (2.0 + 1j * c) + 1j * c * other, other - one / (2.0 + 1j * c) ** 2) for c in (0.0, 0.3, -0.3)}
+    centres = np.array([0.3, 0.15, -0.45])
+    matrix, change = AxisInterpolation(known).at(centres)
+    for c, value, slope in zip(centres, matrix, change, strict=True):
+        error = 1e-12 if c in known else 1e-3
+        assert value == pytest.approx(one / (2.0 + 1j * c) + 1j * c * other, abs=error)
+        assert slope == pytest.approx(other - one / (2.0 + 1j * c) ** 2, abs=20.0 * error)
 
 
 def test_nodal_diameters_in_small_groups_have_the_same_eigenvalues(monkeypatch):
