@@ -19,6 +19,10 @@ All formulas stand on one page, docs/stability_algebra.md, in the notation of th
     reduced_refinement    one exponent in few modes, corrected for the others
     reduced_wave          the exponents of the wave in few modes
     full_scan             pattern_scan with all modes, for stiff contacts
+    sector_scan           approximate exponents of all nodal diameters of a ring with a disk
+    sector_pencils        their eigenvalue problems, many at once
+    axis_interpolation    a matrix along the imaginary axis, from its values and derivatives
+    wave_flexibility      a sector with a disk in all waves, in the few motions that contacts see
     linear_poles          poles of the ring while no contact changes its state
 
 References

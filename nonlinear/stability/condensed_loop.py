@@ -43,12 +43,30 @@ class CondensedPoles:
         nearest : float
             A condensed pole nearer than that has a flexibility without derivative.
         """
-        distance = np.where(retained, 1.0, -poles)
-        g_0 = np.where(retained, 0.0, residues / distance)
-        g_1 = np.where(np.abs(distance) < nearest, 0.0, -g_0 / distance)
+        g_0, g_1 = condensed_flexibility(poles, residues, retained, nearest)
         row, _, mode = np.nonzero(retained)
         state = row * poles.shape[2] + mode
-        return cls(state, poles[retained], residues[retained], g_0.sum(axis=1).ravel(), g_1.sum(axis=1).ravel())
+        return cls(state, poles[retained], residues[retained], g_0.ravel(), g_1.ravel())
+
+
+def condensed_flexibility(
+    poles: ComplexArray, residues: ComplexArray, retained: NDArray[np.bool_], nearest: float
+) -> tuple[ComplexArray, ComplexArray]:
+    """Flexibility of the poles that are no states, g_0 + sigma g_1 around sigma = 0, (..., q) each.
+
+    Parameters
+    ----------
+    poles, residues : (..., 2, q)
+        Two of each mode, in units of omega.
+    retained : (..., 2, q) bool
+        Which of them are states.
+    nearest : float
+        A condensed pole nearer than that has a flexibility without derivative.
+    """
+    distance = np.where(retained, 1.0, -poles)
+    g_0 = np.where(retained, 0.0, residues / distance)
+    g_1 = np.where(np.abs(distance) < nearest, 0.0, -g_0 / distance)
+    return g_0.sum(axis=-2), g_1.sum(axis=-2)
 
 
 @dataclass(frozen=True)

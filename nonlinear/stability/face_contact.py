@@ -43,13 +43,13 @@ class FaceJacobian:
         # the modes first, as everything is real still; then the harmonics
         left = shapes.transpose(0, 2, 1) @ values.reshape(nodes, 3, 3 * rows**2)
         left = left.reshape(nodes, 2 * q, 3, rows**2).transpose(1, 0, 2, 3).reshape(2 * q, 3 * nodes, rows**2)
-        product = in_harmonics((shapes.reshape(3 * nodes, 2 * q).T @ left).reshape(2 * q, 2 * q, rows, rows))
+        product = (shapes.reshape(3 * nodes, 2 * q).T @ left).reshape(2, q, 2, q, rows, rows)
+        # right right, right left, left right, left left
+        every = np.empty((2, 2, rows, q, rows, q), dtype=complex)
+        in_harmonics(product.transpose(0, 2, 1, 3, 4, 5), out=every.transpose(0, 1, 3, 5, 2, 4))
         first = 0 if reduced.problem.static else 1
-        product = product[:, :, first:, first:]
         size = rows - first
-        result = np.empty((4, size, q, size, q), dtype=complex)  # right right, right left, left right, left left
-        by_faces = product.reshape(2, q, 2, q, size, size).transpose(0, 2, 4, 1, 5, 3)
-        result.reshape(2, 2, size, q, size, q)[:] = by_faces
+        result = every[:, :, first:, :, first:].reshape(4, size, q, size, q)
         ahead = np.exp(1j * reduced.harmonics * reduced.problem.phase)[:, None]
         back = ahead.conj()[:, :, None, None]
         result[3] *= ahead

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
@@ -20,7 +21,7 @@ from nonlinear.stability.block_matrices import Matrix, NodeBlocks
 from nonlinear.stability.cone_slider_memory import ConeSliderMemory
 from nonlinear.stability.contact_feedback import ContactFeedback
 from nonlinear.stability.memory_feedback import ConeMemoryFeedback, ContactRows, SliderMemoryFeedback
-from nonlinear.stability.modal_condensation import ContactFreeModel
+from nonlinear.stability.modal_condensation import CondensedModes, ContactFreeModel
 from nonlinear.stability.slider_memory import SliderMemory
 from rom import RingModes
 
@@ -130,8 +131,23 @@ class HillProblem:
         memory
             Slider memory; None: none.
         """
-        touching = np.any(jacobian != 0.0, axis=(1, 2, 3, 4))
+        touching = touching_nodes(jacobian)
         model = self.contact_free.condensed(omega, np.repeat(touching, 3))
+        return self.closed(model, jacobian, memory)
+
+    def closed(self, model: CondensedModes, jacobian: Array, memory: Memory | None) -> "HillEigenproblem":
+        """Close the contact around a model of the structure.
+
+        Parameters
+        ----------
+        model : CondensedModes
+            Motion of the nodes that touch under contact forces; real where the exponents come in conjugate pairs.
+        jacobian : (n_c, 3, 3, 2H+1, 2H+1)
+            Contact Jacobian as in `ContactForces`.
+        memory
+            Slider memory; None: none.
+        """
+        touching = touching_nodes(jacobian)
         if not np.any(touching):
             return HillEigenproblem(self.conjugate_pairs, model.state_matrix, np.zeros_like(model.state_matrix))
         values: Matrix = jacobian[touching]
@@ -149,6 +165,11 @@ class HillProblem:
                 feedback = SliderMemoryFeedback.closed(memory, rows, loop)
         closed = model.state_matrix + loop.b_s @ model.output_matrix
         return HillEigenproblem(self.conjugate_pairs, closed, loop.b_s_derivative @ model.output_matrix, feedback)
+
+
+def touching_nodes(jacobian: Array) -> NDArray[np.bool_]:
+    """The nodes (n_c,) that a contact Jacobian (n_c, 3, 3, 2H+1, 2H+1) is not zero at."""
+    return np.asarray(np.any(jacobian != 0.0, axis=(1, 2, 3, 4)))
 
 
 @dataclass(frozen=True)

@@ -80,7 +80,7 @@ class PointContact:
         return result
 
 
-def in_harmonics(values: Matrix) -> ComplexArray:
+def in_harmonics(values: Matrix, out: ComplexArray | None = None) -> ComplexArray:
     """A contact Jacobian of real coefficients as that of the amplitudes of the harmonics 0, 1, -1, 2, -2, ...
 
     With Re_h = p_h + p_-h and Im_h = -i (p_h - p_-h).
@@ -89,9 +89,28 @@ def in_harmonics(values: Matrix) -> ComplexArray:
     ----------
     values : (..., 2H+1, 2H+1)
         Of the coefficients 0, Re 1, Im 1, ...
+    out : (..., 2H+1, 2H+1) complex or None
+        Where the result goes.
     """
-    columns = columns_in_harmonics(values)
-    return np.ascontiguousarray(np.swapaxes(rows_in_harmonics(np.swapaxes(columns, -1, -2)), -1, -2))
+    result = np.empty(values.shape, dtype=complex) if out is None else out
+    if np.iscomplexobj(values):
+        result[...] = in_harmonics(values.real) + 1j * in_harmonics(values.imag)
+        return result
+    cosines, sines, h, opposite = values[..., 1::2, :], values[..., 2::2, :], slice(1, None, 2), slice(2, None, 2)
+    same_sense, other_sense = result[..., h, h], result[..., h, opposite]
+    for part, sign in ((same_sense, 1.0), (other_sense, -1.0)):
+        np.add(cosines[..., h], sign * sines[..., opposite], out=part.real)
+        np.subtract(sines[..., h], sign * cosines[..., opposite], out=part.imag)
+        part *= 0.5
+    # a real motion has conjugate amplitudes
+    np.conj(same_sense, out=result[..., opposite, opposite])
+    np.conj(other_sense, out=result[..., opposite, h])
+    result[..., 0, 0] = values[..., 0, 0]
+    result[..., 0, h] = values[..., 0, h] - 1j * values[..., 0, opposite]
+    result[..., h, 0] = 0.5 * (values[..., h, 0] + 1j * values[..., opposite, 0])
+    np.conj(result[..., 0, h], out=result[..., 0, opposite])
+    np.conj(result[..., h, 0], out=result[..., opposite, 0])
+    return result
 
 
 def columns_in_harmonics(values: Matrix) -> ComplexArray:
@@ -100,13 +119,4 @@ def columns_in_harmonics(values: Matrix) -> ComplexArray:
     turned = 1j * values[..., 2::2]
     result[..., 1::2] -= turned
     result[..., 2::2] = values[..., 1::2] + turned
-    return result
-
-
-def rows_in_harmonics(values: Matrix) -> ComplexArray:
-    """Real coefficients as the amplitudes of the harmonics: (..., 2H+1)."""
-    result = values.astype(complex)
-    half, turned = 0.5 * values[..., 1::2], 0.5j * values[..., 2::2]
-    result[..., 1::2] = half + turned
-    result[..., 2::2] = half - turned
     return result

@@ -108,11 +108,9 @@ class ReducedProblem:
         springs = np.stack([kt, kt, kn], axis=1).ravel()
         stiffness = springs @ (np.abs(modal.right) + np.abs(modal.left)) ** 2
         rise = (np.sqrt(modal.angular_frequency**2 + stiffness) - modal.angular_frequency) / omega
-        poles = self.poles[0]
-        distance = poles.imag / omega - self.harmonics[:, None, None] - centre
-        distance = np.where(poles.imag >= 0.0, distance, -distance)
-        low = np.abs(poles) <= (p.retention_harmonic + p.retention_radius) * omega
-        return np.asarray((distance <= ABOVE) & (distance >= -np.minimum(rise + MARGIN, FARTHEST)) & low)
+        poles = self.poles[0] / omega
+        highest = p.retention_harmonic + p.retention_radius
+        return near_poles(poles, self.harmonics[:, None, None] + centre, ABOVE, rise + MARGIN, highest)
 
     def condensed_around(self, centre: float, retained: NDArray[np.bool_], omega: float) -> CondensedPoles:
         """The poles in sigma - i `centre`, those `retained` (S, 2, q) as states, at `omega` (rad/s)."""
@@ -160,6 +158,30 @@ class ReducedProblem:
         right = right.reshape(nodes, size, size, 3, modes).transpose(2, 0, 3, 1, 4)  # (h, n_c, d, g, q)
         product = relative.conj().transpose(0, 2, 1) @ right.reshape(size, 3 * nodes, size * modes)
         return product.reshape(size * modes, size * modes)
+
+
+def near_poles(poles: ComplexArray, middle: Array, above: float, below: Array, highest: float) -> NDArray[np.bool_]:
+    """Which poles (..., 2, q) may come near the `middle` of a slice, all in units of omega.
+
+    Contacts move the poles above the real axis up, those below down.
+
+    Parameters
+    ----------
+    poles : (..., S, 2, q)
+        Two of each mode in each harmonic h.
+    middle : (S, 1, 1)
+        h + c, c the middle of the slice.
+    above : float
+        Largest distance of a pole that lies beyond the middle in the sense in which contacts move it.
+    below : (..., q)
+        Largest distance of one that lies on the other side, 2 at most.
+    highest : float
+        Largest distance from 0.
+    """
+    distance = poles.imag - middle
+    distance = np.where(poles.imag >= 0.0, distance, -distance)
+    low = np.abs(poles) <= highest
+    return np.asarray((distance <= above) & (distance >= -np.minimum(below, FARTHEST)) & low)
 
 
 @dataclass(frozen=True)

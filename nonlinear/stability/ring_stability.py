@@ -1,7 +1,7 @@
 """Perturbations of all nodal diameters of the ring: the least stable Floquet exponent of one point.
 
-All nodal diameters are scanned with few modes (`PatternScan`); with a disk, whose modes differ from wave to wave,
-each with its own (`every_eigenvalue`). What leads there is refined with the matrices of its own kappa.
+All nodal diameters are scanned with few modes (`PatternScan`), with a disk each with modes of its own (`SectorScan`).
+What leads there is refined with the matrices of its own kappa.
 """
 
 from dataclasses import dataclass, field, replace
@@ -13,19 +13,20 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from nonlinear.stability.every_pattern import every_eigenvalue
 from nonlinear.stability.floquet import NEUTRAL, OVERLAP, FloquetAnalysis, converged
 from nonlinear.stability.full_scan import FullScan
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.pattern_scan import PatternScan
 from nonlinear.stability.point_contact import PointContact
+from nonlinear.stability.sector_scan import SectorScan
 from rom import RingModes, SectorModes
 
 SCAN_ERROR = 0.005  # of an eigenvalue that leads a scan, in units of omega, before it is refined
 SAME_RATE = 0.1  # relative difference of two rates that is left where it does not matter to the stability
 FAMILY = 0.05  # distance of two eigenvalues of one family of neighbouring nodal diameters
 OFF_AXIS = 1e-3j  # from a real eigenvalue of the scan to a complex pair near it
-MAX_REFINED = 12  # eigenvalues of one point
+KEPT_PROBLEMS = 16  # with a disk, each with modes of its own
+MAX_REFINED = 12  # eigenvalues of one point; with a disk all those that grow in the scan, until one grows
 
 
 class PatternExponent(NamedTuple):
@@ -123,14 +124,20 @@ class RingStability:
         best, point = None, self._point(contact)
         left, errors = self._approximate(point), ScanErrors()
         values, diameters = (np.array([item[part] for item in left]) for part in (0, 1))
-        for _ in range(min(MAX_REFINED, len(left))):
+        for number in range(len(left)):
             rates = errors.corrected(values, diameters)
+            if self._has_disk:  # errors of neighbouring nodal diameters, with other modes, differ
+                rates = np.maximum(rates, values.real)
             index = int(np.argmax(rates))
+            may_grow = self._has_disk and values[index].real > NEUTRAL
             if best is not None:
                 highest = best.exponent.real / contact.omega
+                may_grow = may_grow and highest <= NEUTRAL
                 in_doubt = highest <= NEUTRAL and values[index].real > -SCAN_ERROR
                 if rates[index] <= highest + (0.0 if in_doubt else SAME_RATE * abs(highest)):
                     break
+            if number >= MAX_REFINED and not may_grow:
+                break
             sigma, k = complex(values[index]), int(diameters[index])
             values, diameters = np.delete(values, index), np.delete(diameters, index)
             found = self._refined(point, sigma, k)
@@ -186,14 +193,22 @@ class RingStability:
         return PointContact(contact.jacobian, contact.omega, memory)
 
     def _approximate(self, point: PointContact) -> list[tuple[complex, int]]:
-        if isinstance(self.wave.problem.modal, SectorModes):
-            return every_eigenvalue({k: self._problem(k) for k in range(1, self.n_blades // 2 + 1)}, point)
+        if self._has_disk:
+            return self._sector_scan.eigenvalues(point)
         found = self._scan.eigenvalues(point) if self._scan.applies(point.omega) else []
         return found or self._full_scan.eigenvalues(point)
+
+    @property
+    def _has_disk(self) -> bool:
+        return isinstance(self.wave.problem.modal, SectorModes)
 
     @cached_property
     def _scan(self) -> PatternScan:
         return PatternScan(self.wave.few_modes, self.wave.sampler.parameters, self.n_blades)
+
+    @cached_property
+    def _sector_scan(self) -> SectorScan:
+        return SectorScan(self.wave.problem, self.wave.sampler.parameters, self.n_blades)
 
     @cached_property
     def _full_scan(self) -> FullScan:
@@ -212,6 +227,8 @@ class RingStability:
     def _problem(self, k: int) -> HillProblem:
         """The problem of nodal diameter k with all modes."""
         if k not in self._problems:
+            if self._has_disk and len(self._problems) >= KEPT_PROBLEMS:
+                self._problems.clear()
             self._problems[k] = replace(self.wave.problem, kappa=2.0 * np.pi * k / self.n_blades)
         return self._problems[k]
 

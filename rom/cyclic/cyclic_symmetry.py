@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+SPARSE = 0.1  # share of entries that are not zero below which products are sparse
+
 
 def inter_blade_phase(engine_order: int, n_blades: int | None) -> float:
     """Inter-blade phase angle of an engine-order excitation, psi = 2 pi EO / N_b.
@@ -103,14 +105,29 @@ def wave_coordinates(
     if right is None or left is None:
         return None
     factor = complex(np.cos(phase), np.sin(phase))
-    constraint = right - (factor.real if abs(factor.imag) < 1e-12 else factor) * left
-    found: NDArray[np.complex128] = null_space(constraint, rcond=1e-9).astype(complex)
+    factor = factor.real if abs(factor.imag) < 1e-12 else factor
+    joined = right.any(axis=0) | left.any(axis=0)
+    right, left = right[:, joined], left[:, joined]
+    both = np.concatenate([right, left])
+    if len(both) == both.shape[1] and np.array_equal(both @ both.T, np.eye(len(both))):  # a coordinate each
+        following = (factor * right + left).T / np.sqrt(2.0)
+    else:
+        following = null_space(right - factor * left, rcond=1e-9)
+    free, count = np.flatnonzero(~joined), following.shape[1]
+    found = np.zeros((joined.size, count + free.size), dtype=complex)
+    found[joined, :count] = following
+    found[free, count + np.arange(free.size)] = 1.0
     return found
 
 
 def in_wave(matrix: NDArray[Any], wave: NDArray[Any]) -> NDArray[Any]:
-    """T^H A T of a matrix A (n, n) with the coordinates T (n, k) of a wave; rows of zeros in T cost nothing."""
-    used = np.flatnonzero(wave.any(axis=1))
-    own = wave[used]
-    block = matrix if len(used) == len(wave) else matrix[np.ix_(used, used)]
-    return np.asarray(own.conj().T @ block @ own)
+    """T^H A T of a matrix A (n, n) with the coordinates T (n, k) of a wave; zeros in T cost nothing."""
+    columns = sparse_wave(wave)
+    return np.asarray(columns.conj().T @ (columns.T @ matrix.T).T)
+
+
+def sparse_wave(wave: NDArray[Any]) -> Any:
+    """The coordinates of a wave as a sparse matrix, where few of them are not zero."""
+    from scipy.sparse import csr_matrix
+
+    return csr_matrix(wave) if np.count_nonzero(wave) < SPARSE * wave.size else wave

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.cyclic.cyclic_symmetry import in_wave
+from rom.cyclic.cyclic_symmetry import in_wave, sparse_wave
 from rom.cyclic.modal_damping import ModalDamping
 from rom.cyclic.modal_model import ModalModel
 from rom.cyclic.reduced_model import Array, ReducedModel
@@ -83,4 +83,4 @@ def _modes(model: ReducedModel, wave: NDArray[Any] | None) -> tuple[Array, NDArr
     if wave is None:
         return squared, shapes
     rigid = squared <= RIGID_IN_WAVE * squared[-1]
-    return np.where(rigid, 0.0, squared), wave @ shapes
+    return np.where(rigid, 0.0, squared), sparse_wave(wave) @ shapes

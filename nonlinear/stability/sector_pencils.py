@@ -1,0 +1,175 @@
+"""Pencils of the perturbations of many nodal diameters of a ring with a disk, formed and solved at once."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array
+from nonlinear.stability.block_matrices import Matrix
+from nonlinear.stability.condensed_loop import condensed_flexibility
+from nonlinear.stability.pattern_scan import WIDTH
+from nonlinear.stability.reduced_problem import ABOVE, MARGIN, NEAREST, near_poles
+from nonlinear.stability.wave_flexibility import WaveFlexibility, series
+
+BESIDE = 1.3  # distance of poles that are states too where their error as a flexibility is not negligible
+NEGLIGIBLE_ERROR = 3e-3  # times the contact stiffness
+OUTSIDE = 10.0j  # pole of a state that is none
+
+
+@dataclass(frozen=True)
+class SectorPencils:
+    """The eigenvalue problems of the perturbations of some nodal diameters, in the shared motions of the waves.
+
+    Attributes
+    ----------
+    flexibility : WaveFlexibility
+        All waves.
+    number : (K, S) int
+        Wave of each harmonic.
+    harmonics : (S,)
+        h.
+    """
+
+    flexibility: WaveFlexibility
+    number: NDArray[np.int64]
+    harmonics: Array
+
+    @cached_property
+    def poles(self) -> tuple[ComplexArray, ComplexArray]:
+        """Poles and residues, (K, S, 2, q)."""
+        backward = (self.harmonics < 0.0)[:, None, None]
+        poles, residues = (part[self.number] for part in self.flexibility.poles)
+        return np.where(backward, poles.conj(), poles), np.where(backward, residues.conj(), residues)
+
+    @cached_property
+    def motion(self) -> ComplexArray:
+        """Contact motions of the modes, (K, S, p, q)."""
+        return self.flexibility.motion[self.number]
+
+    @cached_property
+    def rise(self) -> Array:
+        """How far contacts raise the natural frequencies at most, (K, S, 1, q) rad/s."""
+        rise = self.flexibility.stiffened - self.flexibility.angular_frequency
+        return rise[self.number][:, :, None]
+
+    @cached_property
+    def stiffening(self) -> Array:
+        """What contact springs add at most to the squares of the natural frequencies, (K, S, 1, q) (rad/s)^2."""
+        return self.flexibility.stiffening[self.number][:, :, None]
+
+    @cached_property
+    def deviation(self) -> ComplexArray:
+        """Terms of the flexibility of the other modes less the mean, (K, S, 4, p, p)."""
+        return self.flexibility.deviation[self.number]
+
+    def eigenvalues(
+        self, contact: tuple[Matrix, Matrix], centre: Array, omega: float, highest_pole: float
+    ) -> ComplexArray:
+        """Eigenvalues sigma - i `centre` of each nodal diameter, (K, n_z); few of them are true far from 0.
+
+        The formulas are those of `ContactFeedback`.
+
+        Parameters
+        ----------
+        contact : (S p, S p) or (K, S p, S p) twice
+            K at sigma = i `centre` and its derivative.
+        centre : (K,)
+            Around which each problem is linearised, in units of omega.
+        omega : float
+            Excitation frequency, rad/s.
+        highest_pole : float
+            Distance of retained poles from 0 in units of omega.
+        """
+        stiffness, change = contact
+        state = self._states(centre, omega, highest_pole)
+        g_0, g_1 = self._flexibilities(state, centre, omega)
+        difference = self._return_difference(g_0, stiffness)
+        motion = np.linalg.solve(difference, state.output)
+        force, inner = stiffness @ motion, change @ motion
+        rest = inner + stiffness @ np.linalg.solve(difference, self._product(g_1, force) + self._product(g_0, inner))
+        adjoint = state.residue[:, :, None] * state.output.conj().transpose(0, 2, 1)
+        every = np.arange(state.pole.shape[1])
+        matrix, descriptor = adjoint @ force, -(adjoint @ rest)
+        matrix[:, every, every] += state.pole
+        descriptor[:, every, every] += 1.0
+        return np.asarray(np.linalg.eigvals(np.linalg.solve(descriptor, matrix)), dtype=complex)
+
+    def _states(self, centre: Array, omega: float, highest_pole: float) -> "_States":
+        """The poles retained."""
+        poles, residues = (part / omega for part in self.poles)
+        middle = self.harmonics[:, None, None] + centre[:, None, None, None]
+        distance = poles - 1j * middle
+        retained = near_poles(poles, middle, ABOVE, self.rise / omega + MARGIN, highest_pole)
+        error = np.abs(residues) * self.stiffening * (WIDTH / 2.0) ** 2
+        beside = near_poles(poles, middle, BESIDE, BESIDE + self.rise / omega, highest_pole)
+        retained |= beside & (error > NEGLIGIBLE_ERROR * np.abs(distance) ** 3)
+        count, q = len(retained), retained.shape[-1]
+        flat = retained.reshape(count, -1)
+        order = np.argsort(~flat, axis=1, kind="stable")[:, : flat.sum(axis=1).max()]
+        own = np.arange(count)[:, None]
+        true = flat[own, order]
+        harmonic, mode = order // (2 * q), order % q
+        output = np.zeros((count, *self.motion.shape[1:3], order.shape[1]), dtype=complex)
+        column = np.arange(order.shape[1])
+        output[own, harmonic, :, column] = np.where(true[:, :, None], self.motion[own, harmonic, :, mode], 0.0)
+        return _States(
+            retained,
+            distance,
+            np.where(true, distance.reshape(count, -1)[own, order], OUTSIDE),
+            np.where(true, residues.reshape(count, -1)[own, order], 0.0),
+            output.reshape(count, output.shape[1] * output.shape[2], order.shape[1]),
+        )
+
+    def _flexibilities(self, state: "_States", centre: Array, omega: float) -> tuple[ComplexArray, ComplexArray]:
+        """G_0 and G_1 less the mean, of what is no state, (K, S, p, p)."""
+        adjoint = self.motion.conj().transpose(0, 1, 3, 2)
+        s = np.asarray(1j * omega * (self.harmonics + centre[:, None]), dtype=complex)
+        modes = condensed_flexibility(state.distance, self.poles[1] / omega, state.retained, NEAREST)
+        others = series(self.deviation, s, omega)
+        g_0, g_1 = (
+            (self.motion * one[:, :, None]) @ adjoint + other for one, other in zip(modes, others, strict=True)
+        )
+        return g_0, g_1
+
+    @staticmethod
+    def _return_difference(flexibility: ComplexArray, stiffness: Matrix) -> ComplexArray:
+        """I - G K, (K, S p, S p)."""
+        count, harmonics, p, _ = flexibility.shape
+        size = harmonics * p
+        rows = stiffness.reshape(*stiffness.shape[:-2], harmonics, p, size)
+        result = (flexibility @ -rows).reshape(count, size, size)
+        every = np.arange(size)
+        result[:, every, every] += 1.0
+        return result
+
+    @staticmethod
+    def _product(flexibility: ComplexArray, force: ComplexArray) -> ComplexArray:
+        """G f, (K, S p, n)."""
+        count, harmonics, p, _ = flexibility.shape
+        return (flexibility @ force.reshape(count, harmonics, p, force.shape[2])).reshape(force.shape)
+
+
+class _States(NamedTuple):
+    """The retained poles of some nodal diameters, filled up to n_z.
+
+    Attributes
+    ----------
+    retained : (K, S, 2, q) bool
+        Which they are.
+    distance : (K, S, 2, q)
+        All poles from the middle of the slice, in units of omega.
+    pole, residue : (K, n_z)
+        Of the states.
+    output : (K, S p, n_z)
+        Contact motion of the states.
+    """
+
+    retained: NDArray[np.bool_]
+    distance: ComplexArray
+    pole: ComplexArray
+    residue: ComplexArray
+    output: ComplexArray
