@@ -20,7 +20,7 @@ from nonlinear.stability.ring_stability import (
     RingStability,
     largest_nodal_diameter,
 )
-from rom import ModalModel
+from rom import ModalModel, coupled_frequencies
 
 MOST_HARMONICS = 25  # of a perturbation
 Found = TypeVar("Found")
@@ -54,6 +54,7 @@ class PointStability:
     _analyses: dict[int, FloquetAnalysis] = field(default_factory=dict, init=False, repr=False, compare=False)
     _rings: dict[int, RingStability] = field(default_factory=dict, init=False, repr=False, compare=False)
     _segments: dict[int, LinearSegments] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _first: list[tuple[float, float]] = field(default_factory=list, init=False, repr=False, compare=False)
     _linear: dict[tuple[int, bytes], tuple[complex, int]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -158,16 +159,21 @@ class PointStability:
             yield wider, LinearisedContact(displacement, jacobian, point.omega)
 
     def _first_natural_frequencies(self, balance: HarmonicBalance) -> tuple[float, float]:
-        """The first natural frequency with open contacts, and a bound of it with contacts, rad/s.
+        """The first natural frequency with open contacts, and the highest of a nodal diameter with stuck ones, rad/s.
 
-        With contact springs k it is at most sqrt(omega_1^2 + phi_1^T k phi_1).
+        Contacts are no stiffer than stuck ones: so the first one of any nodal diameter lies between the two.
         """
-        modal, p = balance.receptance.modal.at_phase(balance.receptance.phase), self.contact
-        lowest = int(np.argmax(modal.angular_frequency > 0.0))  # above the rigid motions of a disk
-        motion = np.abs(modal.right[:, lowest]) + (0.0 if modal.left is None else np.abs(modal.left[:, lowest]))
-        springs = np.stack([p.tangential_stiffness, p.tangential_stiffness, p.normal_stiffness], axis=1).ravel()
-        first = float(modal.angular_frequency[lowest])
-        return first, float(np.sqrt(first**2 + springs @ motion**2))
+        if self._first:
+            return self._first[0]
+        modal, p = balance.receptance.modal, self.contact
+        own = balance.receptance.phase
+        phases = [own, *(modal.phase(n) for n in range(largest_nodal_diameter(modal) + 1))]
+        kn, kt = p.normal_stiffness, p.tangential_stiffness
+        stuck = [coupled_frequencies(modal, phase, normal=kn, tangential=kt) for phase in phases]
+        free = modal.at_phase(own).angular_frequency
+        first = float(free[free > 0.0].min())
+        self._first.append((first, max(float(each[each > 0.5 * first].min()) for each in stuck)))
+        return self._first[0]
 
     def _linear_segments(self, balance: HarmonicBalance) -> LinearSegments:
         if balance.n_harmonics not in self._segments:

@@ -26,6 +26,10 @@ SAME_RATE = 0.1  # relative difference of two rates that is left where it does n
 FAMILY = 0.05  # distance of two eigenvalues of one family of neighbouring nodal diameters
 OFF_AXIS = 1e-3j  # from a real eigenvalue of the scan to a complex pair near it
 KEPT_PROBLEMS = 16  # with a disk, each with modes of its own
+FAST, MOST_FAST = (
+    1.0,
+    4,
+)  # growth beyond which the scan, linear in sigma, tells little; eigenvalues tried all the same
 MAX_REFINED = 12  # eigenvalues of one point; with a disk all those that grow in the scan, until one grows
 
 
@@ -122,7 +126,7 @@ class RingStability:
             The point.
         """
         best, point = None, self._point(contact)
-        left, errors = self._approximate(point), ScanErrors()
+        left, errors = _plausible(self._approximate(point)), ScanErrors()
         values, diameters = (np.array([item[part] for item in left]) for part in (0, 1))
         for number in range(len(left)):
             rates = errors.corrected(values, diameters)
@@ -239,6 +243,12 @@ class RingStability:
         kappa = 2.0 * np.pi * k / self.n_blades
         found = self.wave.refinement.converged(contact, kappa, sigma)
         return found or self.wave.refinement.converged(contact, kappa, sigma + OFF_AXIS) or (None, True)
+
+
+def _plausible(scanned: list[tuple[complex, int]]) -> list[tuple[complex, int]]:
+    """Eigenvalues of a scan without most of those that grow very fast: stiff contacts bring many that are none."""
+    fast = sorted((item for item in scanned if item[0].real > FAST), key=lambda item: item[0].real)
+    return [*reversed(fast[:MOST_FAST]), *(item for item in scanned if not item[0].real > FAST)]
 
 
 def largest_nodal_diameter(modal: RingModes) -> int:
