@@ -66,8 +66,8 @@ class SectorScan:
         slices = {0.0: middle, WIDTH: above, -WIDTH: self._mirrored(above)}
         every = np.arange(1, self.n_blades // 2 + 1)
         values, diameters = np.zeros(0, dtype=complex), np.zeros(0, dtype=np.int64)
-        for centre, closed in slices.items():
-            for some, pencils in self._pencils(flexibility, every):
+        for some, pencils in self._pencils(flexibility, every):
+            for centre, closed in slices.items():
                 found = pencils.eigenvalues(closed, np.full(some.size, centre), contact.omega, self._highest_pole)
                 row, column = np.nonzero(np.abs(found.imag) <= WIDTH / 2.0 + OVERLAP)
                 values = np.append(values, found[row, column] + 1j * centre)
