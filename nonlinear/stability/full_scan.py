@@ -71,4 +71,5 @@ class FullScan:
         """A matrix at all k, (N_b / 2, n_z, n_z), from those of the 2 J nodes."""
         size = len(nodes[0])
         weights = self._interpolation.weights
-        return np.asarray((weights @ np.stack([node.ravel() for node in nodes])).reshape(-1, size, size))
+        found = weights @ np.stack([node.ravel() for node in nodes])
+        return np.asarray(found.reshape(len(weights), size, size))  # no pole may be retained: -1 would not tell

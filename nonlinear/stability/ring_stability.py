@@ -30,7 +30,7 @@ FAST, MOST_FAST = (
     1.0,
     4,
 )  # growth beyond which the scan, linear in sigma, tells little; eigenvalues tried all the same
-MAX_REFINED = 12  # eigenvalues of one point; with a disk all those that grow in the scan, until one grows
+MAX_REFINED = 12  # eigenvalues of one point, or more: all those that grow in the scan, until one grows
 
 
 class PatternExponent(NamedTuple):
@@ -133,7 +133,7 @@ class RingStability:
             if self._has_disk:  # errors of neighbouring nodal diameters, with other modes, differ
                 rates = np.maximum(rates, values.real)
             index = int(np.argmax(rates))
-            may_grow = self._has_disk and values[index].real > NEUTRAL
+            may_grow = values[index].real > NEUTRAL
             if best is not None:
                 highest = best.exponent.real / contact.omega
                 may_grow = may_grow and highest <= NEUTRAL
