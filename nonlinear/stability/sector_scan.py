@@ -136,6 +136,7 @@ class SectorScan:
         number = int(np.ceil(np.log(highest) / np.log(RATIO)))
         if number not in self._known:
             modal = self.problem.modal
+            assert isinstance(modal, SectorModes)
             self._known[number] = WaveFlexibility.of(modal, self.contact, RATIO**number)
         return self._known[number]
 

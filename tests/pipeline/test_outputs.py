@@ -6,6 +6,7 @@ import math
 import shutil
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -13,8 +14,11 @@ import pytest
 from pipeline_support import SMALL, ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
 from geometry import import_sector
+from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from nonlinear.contact.fourier import to_real
+from nonlinear.stability.floquet import FloquetAnalysis
 from pipeline.stages.curve_summary import kept_summary
-from rom import read_reduced_model
+from rom import modal_model, read_reduced_model
 
 POINT_COLUMNS = [
     "frequency_hz",
@@ -144,8 +148,31 @@ def test_punch_becomes_numbers(finished: Path, tmp_path: Path) -> None:
     normal = 2 * math.sqrt(area / math.pi) * reduced_modulus
     with h5py.File(tmp_path / "out" / "response.h5") as file:
         attributes = dict(file["curve/0"].attrs)
+        middle = len(file["curve/0/frequency_hz"]) // 2
+        names = ("frequency_hz", "growth_rate", "relative_displacement")
+        frequency, growth, displacement = (file[f"curve/0/{name}"][middle] for name in names)
     assert attributes["contact.normal_stiffness"] == pytest.approx(normal, rel=1e-12)
     assert attributes["contact.tangential_stiffness"] == pytest.approx(normal * 1.4 / 1.7, rel=1e-12)
+    slowest = slowest_decay(rom, normal, 2.0 * math.pi * frequency, to_real(displacement.reshape(2, -1)))
+    assert growth == pytest.approx(slowest, rel=0.1)  # not linearised where it lies
+
+
+def slowest_decay(rom: Path, normal: float, omega: float, coefficients: Any) -> float:
+    """Largest real part of the exponents of the small scene, nodal diameter by nodal diameter."""
+    modal = modal_model(read_reduced_model(rom), damping_ratio=0.01)
+    values = {"normal_stiffness": normal, "tangential_stiffness": normal * 1.4 / 1.7, "friction": 0.4}
+    contact = ContactParameters.shared(modal.n_contacts, **values, interference=1e-5, area=modal.area)
+    options = SolverOptions((300.0, 700.0), integration="sampled", samples=64)
+    balance = build_harmonic_balance(modal, contact, Excitation(36, 0.2), options)
+    displacement = coefficients.reshape(3, -1, 3)
+    jacobian = balance.element.evaluate(displacement).jacobian
+    found = [
+        FloquetAnalysis.of(balance.receptance, contact, kappa=2.0 * math.pi * k / 72).exponents(
+            displacement, jacobian, omega
+        )
+        for k in range(1, 37)
+    ]
+    return max(float(each[0].real) for each in found if each.size)
 
 
 def test_summary_has_the_peaks_of_the_curves(finished: Path) -> None:
