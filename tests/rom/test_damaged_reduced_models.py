@@ -58,6 +58,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for name, array in (
             ("contact/area", np.ones(contacts)),
             ("coriolis", np.zeros((n, n))),
+            ("blade_stiffness", np.ones((n, n))),
             ("basis", np.ones((6, n))),
         ):
             if name not in file:
