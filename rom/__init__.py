@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from rom.cyclic_sector.cyclic_modes import CyclicModes, cyclic_modes, modes_by_nodal_diameter
     from rom.cyclic_sector.family_rows import mode_families
     from rom.cyclic_sector.interface_motion import InterfaceOptions, interface_motion
-    from rom.cyclic_sector.part_stiffness import blade_stiffness
+    from rom.cyclic_sector.part_stiffness import blade_stiffness, strain_rows
     from rom.cyclic_sector.static_motion import static_motion
     from rom.cyclic_sector.wave_errors import WaveErrors, wave_errors
     from rom.cyclic_sector.wave_reference import wave_reference
@@ -206,6 +206,7 @@ __all__ = [
     "stiffen_by_rotation",
     "stored_array",
     "strain_row",
+    "strain_rows",
     "stress_cycle",
     "thermal_force",
     "traction_force",
@@ -299,6 +300,7 @@ _PLACES = {
     "load_sector": "rom.files.sector_file",
     "modal_model": "rom.cyclic.ring_modes",
     "blade_stiffness": "rom.cyclic_sector.part_stiffness",
+    "strain_rows": "rom.cyclic_sector.part_stiffness",
     "mode_families": "rom.cyclic_sector.family_rows",
     "mode_names": "rom.cyclic.mode_names",
     "mode_shapes": "rom.cyclic.natural_frequencies",

@@ -19,10 +19,11 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.mistuned_ring.linear_contacts import springs_in_state, supported_stiffness
 from nonlinear.mistuned_ring.linear_peak import LinearPeak, highest_peak
 from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
-from nonlinear.options import Excitation, OptionsError
-from rom import ModalModel, contact_springs
+from nonlinear.options import Excitation
+from rom import ModalModel
 
 HIGHEST = 3.0  # of the modes in T, relative to the upper end of the range
 INDEPENDENT = 1e-7  # smallest relative singular value of a vector of T
@@ -120,11 +121,7 @@ class LinearRing:
         """
         if mistuning.n_blades != modal.n_blades:
             raise MistuningError(f"mistuning: {mistuning.n_blades} blades, allowed: {modal.n_blades}, as the model")
-        if state not in ("stuck", "sliding", "free"):
-            raise OptionsError(f'state: {state!r}, allowed: "stuck", "sliding" or "free"')
-        normal = contact.normal_stiffness * (state != "free")
-        springs = contact_springs(modal.n_contacts, normal, contact.tangential_stiffness * (state == "stuck"))
-        tuned = _TunedBlade(modal, springs.reshape(-1), excitation)
+        tuned = _TunedBlade(modal, springs_in_state(contact, state), excitation)
         basis = tuned.basis(2.0 * np.pi * highest_hz)
         right, left = modal.right @ basis, (np.zeros_like(modal.right) if modal.left is None else modal.left) @ basis
         at_right, at_left = ((face * tuned.springs[:, None]).T @ face for face in (right, left))
@@ -234,23 +231,16 @@ class _TunedBlade:
             return np.eye(modal.angular_frequency.size)
         for nodal_diameter in range((modal.n_blades or 1) // 2 + 1):
             limits = (0.0, (HIGHEST * highest) ** 2)
-            found.append(eigh(self._stiffness(modal.phase(nodal_diameter)), subset_by_value=limits)[1])
-        stiffness = self._stiffness(self.phase(1))
+            found.append(
+                eigh(supported_stiffness(modal, modal.phase(nodal_diameter), self.springs), subset_by_value=limits)[1]
+            )
+        stiffness = supported_stiffness(modal, self.phase(1), self.springs)
         for share in (0.0, 0.5):  # below the range of the modes: quasi-static parts of the response
             response = np.linalg.solve(stiffness - (share * highest) ** 2 * np.eye(len(stiffness)), self.force)
             found.append((response / np.linalg.norm(response))[:, None])
         vectors = np.concatenate(found, axis=1)
         left, values, _ = np.linalg.svd(np.concatenate([vectors.real, vectors.imag], axis=1), full_matrices=False)
         return np.ascontiguousarray(left[:, values > INDEPENDENT * values[0]])
-
-    def _stiffness(self, phase: float) -> ComplexArray:
-        """Stiffness of the wave of a phase, with the springs, (m, m)."""
-        from rom import relative_contact_motion
-
-        relative = relative_contact_motion(self.modal.right, self.modal.left, phase)
-        found: ComplexArray = (relative.conj().T * self.springs) @ relative
-        found[np.diag_indices_from(found)] += self.modal.angular_frequency**2
-        return found
 
 
 def solve_cyclic(own: ComplexArray, after: ComplexArray, right: ComplexArray) -> ComplexArray:

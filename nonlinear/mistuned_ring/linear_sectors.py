@@ -20,11 +20,13 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.mistuned_ring.linear_contacts import springs_in_state, supported_stiffness
 from nonlinear.mistuned_ring.linear_peak import LinearPeak, highest_peak
-from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
+from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, check_blades
+from nonlinear.mistuned_ring.sector_ring import wave_turns
 from nonlinear.mistuned_ring.strain_directions import strain_directions
-from nonlinear.options import Excitation, OptionsError
-from rom import ModalModel, RelativeReceptance, SectorModes, contact_springs, relative_contact_motion
+from nonlinear.options import Excitation
+from rom import ModalModel, RelativeReceptance, SectorModes, relative_contact_motion
 
 HIGHEST = 3.0  # of the modes, relative to the upper end of the range
 NEAR = 0.9  # where the other modes are taken at, relative to the upper end of the range
@@ -135,11 +137,11 @@ class LinearSectors:
         OptionsError
             Another state.
         """
-        if state not in ("stuck", "sliding", "free"):
-            raise OptionsError(f'state: {state!r}, allowed: "stuck", "sliding" or "free"')
-        normal = contact.normal_stiffness * (state != "free")
-        springs = contact_springs(modal.n_contacts, normal, contact.tangential_stiffness * (state == "stuck"))
-        waves = _waves(modal, contact, excitation, springs.reshape(-1), 2.0 * np.pi * highest_hz, output)
+        if mistuning.n_blades != modal.n_blades:
+            raise MistuningError(f"mistuning: {mistuning.n_blades} blades, allowed: {modal.n_blades}, as the model")
+        check_blades(modal, mistuning)
+        springs = springs_in_state(contact, state)
+        waves = _waves(modal, contact, excitation, springs, 2.0 * np.pi * highest_hz, output)
         motions = [wave.motions(response=number == 0) for number, wave in enumerate(waves)]
         pairs = list(zip(waves, motions, strict=True))
         numbers = np.repeat(np.arange(modal.n_blades), [own.shape[1] for own in motions])
@@ -156,21 +158,10 @@ class LinearSectors:
             residual_output=np.array([wave.residual(wave.output[None], own)[0] for wave, own in pairs]),
             force=force,
             output=np.concatenate([wave.output @ own for wave, own in pairs]),
-            mistuning=Mistuning.of(modal.n_blades),
+            mistuning=mistuning,
             bandwidth_hz=_bandwidth_hz(waves),
             n_springs=springs.size,
-        )._checked(mistuning)
-
-    def _checked(self, mistuning: Mistuning) -> LinearSectors:
-        """The ring with deviations that its model allows."""
-        count = self.mistuning.n_blades
-        if mistuning.n_blades != count:
-            raise MistuningError(f"mistuning: {mistuning.n_blades} blades, allowed: {count}, as the model")
-        if mistuning.frequency.any() and len(self.strain) == self.n_springs:
-            raise MistuningError(
-                "frequency: blades on a disk that differ, allowed: with blade_stiffness in the reduced model"
-            )
-        return self.with_mistuning(mistuning)
+        )
 
     def with_mistuning(self, mistuning: Mistuning) -> LinearSectors:
         """The same ring with other deviations.
@@ -188,19 +179,11 @@ class LinearSectors:
         return replace(self, mistuning=mistuning)
 
     @cached_property
-    def _turn(self) -> ComplexArray:
-        """N^(-1/2) exp(2 pi i j l / N) of the motions, (N, A)."""
-        count = self.mistuning.n_blades
-        found: ComplexArray = np.exp(2j * np.pi * np.outer(np.arange(count), self.wave) / count) / np.sqrt(count)
-        return found
-
-    @cached_property
     def _deviations(self) -> tuple[Array, NDArray[np.intp]]:
         """E (N, p) of the strains that deviate in some sector, and their numbers."""
         n_springs = self.n_springs
-        blade = np.repeat(
-            ((1.0 + self.mistuning.frequency) ** 2 - 1.0)[:, None], len(self.strain) - n_springs, axis=1
-        )
+        added = self.mistuning.added_stiffness[:, None]
+        blade = np.repeat(added, len(self.strain) - n_springs, axis=1)
         springs = np.repeat(self.mistuning.stiffness[:, None], n_springs, axis=1)
         every = np.concatenate([blade, springs], axis=1)
         some = np.flatnonzero(every.any(axis=0))
@@ -212,12 +195,13 @@ class LinearSectors:
         from scipy.linalg import eigh
 
         deviation, some = self._deviations
-        strain = self._turn[:, None, :] * self.strain[some]
+        turn = wave_turns(self.mistuning.n_blades, self.wave)
+        strain = turn[:, None, :] * self.strain[some]
         force = _followed(deviation, strain, self.residual[:, some][:, :, some])
         added = strain.reshape(-1, self.wave.size).conj().T @ force.reshape(-1, self.wave.size)
         squared, motions = eigh(self.stiffness + (added + added.conj().T) / 2.0, self.mass)
         moved = self.residual_output[:, None, some] @ np.fft.fft(force, axis=0, norm="ortho")
-        output = self._turn * self.output - np.fft.ifft(moved[:, 0], axis=0, norm="ortho")
+        output = turn * self.output - np.fft.ifft(moved[:, 0], axis=0, norm="ortho")
         return squared, motions, output @ motions
 
     def vibration(self, frequency_hz: Array | list[float]) -> ComplexArray:
@@ -305,7 +289,7 @@ def _followed(deviation: Array, strain: ComplexArray, residual: ComplexArray) ->
         if not change > CONVERGED * np.abs(found).max(initial=0.0):
             return found
     count, size = deviation.shape
-    turn = np.exp(2j * np.pi * np.arange(count)[:, None] * np.arange(count) / count) / np.sqrt(count)
+    turn = wave_turns(count, np.arange(count))
     whole = np.einsum("jl,lpq,kl->jpkq", turn, residual, turn.conj()).reshape(count * size, -1)
     system = np.eye(count * size) + deviation.reshape(-1, 1) * whole
     solved = np.linalg.solve(system, (own * strain).reshape(count * size, -1))
@@ -338,14 +322,10 @@ class _Wave:
     name: str
 
     @cached_property
-    def relative(self) -> ComplexArray:
-        """Relative contact motion of the modes, (3 n_c, m)."""
-        return relative_contact_motion(self.modes.right, self.modes.left, self.phase)
-
-    @cached_property
     def strain(self) -> ComplexArray:
         """P: strains of the blade and of the springs for unit modal coordinates, (t + 3 n_c, m)."""
-        springs = np.sqrt(self.springs)[:, None] * self.relative
+        relative = relative_contact_motion(self.modes.right, self.modes.left, self.phase)
+        springs = np.sqrt(self.springs)[:, None] * relative
         return np.concatenate([self.rows @ self.modes.shapes, springs])
 
     @property
@@ -356,9 +336,7 @@ class _Wave:
     @cached_property
     def stiffness(self) -> ComplexArray:
         """Stiffness in the modes with the springs, (m, m)."""
-        found: ComplexArray = (self.relative.conj().T * self.springs) @ self.relative
-        found[np.diag_indices_from(found)] += self.modes.angular_frequency**2
-        return found
+        return supported_stiffness(self.modes, self.phase, self.springs)
 
     @cached_property
     def _solved(self) -> tuple[Array, ComplexArray, int]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonlinear.contact.parameters import Array, ContactParameters
+from rom import RingModes, SectorModes
 
 
 class MistuningError(ValueError):
@@ -161,6 +162,12 @@ class Mistuning:
         """Number of blades N_b."""
         return self.frequency.size
 
+    @property
+    def added_stiffness(self) -> Array:
+        """Stiffness of each blade above the tuned one, relative to it: (1 + delta_j)^2 - 1, (N_b,)."""
+        added: Array = (1.0 + self.frequency) ** 2 - 1.0
+        return added
+
     def scaled(self, factor: float) -> Mistuning:
         """The same pattern, with all deviations multiplied by a factor.
 
@@ -199,4 +206,18 @@ class Mistuning:
             interference=np.tile(tuned.interference, n) + np.repeat(self.interference, n_c),
             preload=np.tile(tuned.preload, n),
             slider_origin=np.tile(tuned.slider_origin, (n, 1)),
+        )
+
+
+def check_blades(modal: RingModes, mistuning: Mistuning) -> None:
+    """Check that a model knows the stiffness of its blades, where they differ on a disk.
+
+    Raises
+    ------
+    MistuningError
+        It does not.
+    """
+    if isinstance(modal, SectorModes) and mistuning.frequency.any() and modal.model.blade_stiffness is None:
+        raise MistuningError(
+            "frequency: blades on a disk that differ, allowed: with blade_stiffness in the reduced model"
         )

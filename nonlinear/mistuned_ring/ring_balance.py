@@ -22,7 +22,6 @@ from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.harmonic_balance.dense_factors import DenseFactors
 from nonlinear.harmonic_balance.residual import (
-    STATIC_RESOLUTION,
     BorderedFactors,
     HarmonicBalance,
     LinearisedResidual,
@@ -183,9 +182,8 @@ class RingBalance(HarmonicBalance):
         ring, receptance = mistuning.contact(contact), structure.tuned
         element = contact_element(ring, len(receptance.harmonics) - 1, options)
         if structure.n_nodes > contact.n_contacts:
-            stiffness = (1.0 + mistuning.frequency) ** 2 - 1.0
             n_strain = structure.n_nodes - contact.n_contacts
-            element = WithBladeSprings(element, contact.n_contacts, n_strain, stiffness)
+            element = WithBladeSprings(element, contact.n_contacts, n_strain, mistuning.added_stiffness)
         odd = has_odd_harmonics_only(receptance, ring)
         return cls(receptance=receptance, element=element, odd=odd, structure=structure)
 
@@ -228,4 +226,4 @@ class RingBalance(HarmonicBalance):
     @cached_property
     def static_resolution(self) -> float:
         """Static relative displacement (m) of all pairs that is round-off; see `HarmonicBalance`."""
-        return STATIC_RESOLUTION * math.sqrt(self.n_blades) * float(np.linalg.norm(self.structure.free_static_motion))
+        return math.sqrt(self.n_blades) * super().static_resolution

@@ -131,11 +131,6 @@ class RingReceptance:
         found: ComplexArray = (coordinates @ self.blade.outputs[name]).T
         return found
 
-    @cached_property
-    def free_static_motion(self) -> Array:
-        """Static motion of one side without contact, (3 n_c,), m: each mode with its sign left out."""
-        return np.abs(self.blade.right) @ np.abs(self.blade.static_force / self.blade.angular_frequency**2)
-
     def response(self, omega: float, force: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Relative displacements under the excitation and the contact forces.
 

@@ -19,7 +19,7 @@ from nonlinear.continuation.resonances import Resonances
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import continue_homotopy, periodic_start, solve_at
 from nonlinear.harmonic_balance.newton import NewtonResult
-from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError
+from nonlinear.mistuned_ring.mistuning import Mistuning, MistuningError, check_blades
 from nonlinear.mistuned_ring.ring_balance import RingBalance
 from nonlinear.mistuned_ring.ring_peaks import RingPeak, ring_output, vibration_amplitudes, with_peak
 from nonlinear.mistuned_ring.ring_receptance import RingReceptance
@@ -27,7 +27,7 @@ from nonlinear.mistuned_ring.sector_ring import SectorRing
 from nonlinear.mistuned_ring.strain_directions import strain_directions
 from nonlinear.options import Excitation, OptionsError, SolverOptions
 from nonlinear.response_solver import build_continuation
-from rom import ModalModel, RingModes, SectorModes, coupled_frequencies, one_blas_thread
+from rom import ModalModel, RingModes, coupled_frequencies, one_blas_thread
 
 Progress = Callable[[float, int], None]
 STEPS = ContinuationParameters(target_deviation=0.2, max_mean_tangent_deviation=0.1)  # the kinks of many pairs
@@ -175,20 +175,6 @@ def mistuned_response(
         response = _assembled(problem.continuation(options), points, options)
     seconds = max(0.0, time.perf_counter() - started)
     return replace(response, complete=complete, message=message, seconds=seconds)
-
-
-def check_blades(modal: RingModes, mistuning: Mistuning) -> None:
-    """Check that a model knows the stiffness of its blades, where they differ on a disk.
-
-    Raises
-    ------
-    MistuningError
-        It does not.
-    """
-    if isinstance(modal, SectorModes) and mistuning.frequency.any() and modal.model.blade_stiffness is None:
-        raise MistuningError(
-            "frequency: blades on a disk that differ, allowed: with blade_stiffness in the reduced model"
-        )
 
 
 def _strain(tuned: Continuation, contact: ContactParameters, mistuning: Mistuning) -> Array:

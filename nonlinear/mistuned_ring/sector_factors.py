@@ -33,7 +33,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.mistuned_ring.cyclic_blocks import CyclicBlockFactors, CyclicBlocks
 from nonlinear.mistuned_ring.pair_order import by_pair, from_pairs, pair_force_change, real_product
-from nonlinear.mistuned_ring.sector_ring import SectorRing, WaveChoice
+from nonlinear.mistuned_ring.sector_ring import SectorRing, WaveChoice, wave_turns
 
 if TYPE_CHECKING:
     from nonlinear.mistuned_ring.ring_balance import LinearisedRing
@@ -215,17 +215,11 @@ def _far_reaching(ring: SectorRing, row: int, omega: float) -> WaveChoice:
     return WaveChoice(*np.nonzero((frequency > at / NEAR) & (frequency < NEAR * at)))
 
 
-def _turn(count: int, wave: NDArray[np.intp]) -> ComplexArray:
-    """N^(-1/2) exp(2 pi i j l / N), (N, w)."""
-    found: ComplexArray = np.exp(2j * np.pi * np.outer(np.arange(count), wave) / count) / np.sqrt(count)
-    return found
-
-
 def _real_columns(ring: SectorRing, chosen: list[WaveChoice], rows: int) -> Array:
     """Motions of the nodes for unit Re z and Im z of the chosen modes, (N, rows, 3 n_nodes, w)."""
     parts = [np.zeros((ring.n_blades, rows, 3 * ring.n_nodes, 0))]
     for h, (wave, mode) in enumerate(chosen):
-        moved = _turn(ring.n_blades, wave)[:, None, :] * ring.motion[h, wave, :, mode].T
+        moved = wave_turns(ring.n_blades, wave)[:, None, :] * ring.motion[h, wave, :, mode].T
         part = np.zeros((*moved.shape[:1], rows, moved.shape[1], 2 * wave.size))
         if wave.size:
             part[:, 2 * h - 1] = np.concatenate([moved.real, -moved.imag], axis=2)
@@ -243,7 +237,7 @@ def _real_rows(ring: SectorRing, change: ComplexArray, chosen: list[WaveChoice],
         shapes = ring.motion[h, wave, :, mode].conj() / denominators[h, wave, mode][:, None]
         by_node = shapes.reshape(wave.size, nodes, 3).transpose(1, 0, 2)
         pushed = (by_node @ change[:, h]).reshape(count, nodes, wave.size, rows, 3)
-        pushed = _turn(count, wave).conj()[:, None, :, None, None] * pushed
+        pushed = wave_turns(count, wave).conj()[:, None, :, None, None] * pushed
         both = np.concatenate([pushed.real, pushed.imag], axis=2)
         parts.append(both.transpose(0, 3, 1, 4, 2).reshape(count, rows, 3 * nodes, 2 * wave.size))
     return np.concatenate(parts, axis=3)

@@ -191,15 +191,6 @@ class SectorRing:
         """The last factors of a bordered Jacobian by its size, for the states that follow."""
         return {}
 
-    @cached_property
-    def free_static_motion(self) -> Array:
-        """Static motion of one side without contact, (3 n_c,), m: each mode with its sign left out."""
-        still = self.modal.at(0)
-        moving = still.angular_frequency > 0.0
-        return np.abs(still.right[:, moving]) @ np.abs(
-            still.static_force[moving] / still.angular_frequency[moving] ** 2
-        )
-
     def near_flexibility(
         self, omega: float, chosen: list[WaveChoice], size: int
     ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
@@ -244,3 +235,9 @@ class SectorRing:
         """
         every = (self.motion / self.denominators(omega)[0][:, :, None]) @ self.adjoint
         return np.fft.ifft(every, axis=1).transpose(1, 0, 2, 3)
+
+
+def wave_turns(count: int, wave: NDArray[np.intp]) -> ComplexArray:
+    """N^(-1/2) exp(2 pi i j l / N) of the sectors j in some waves l, (N, w)."""
+    found: ComplexArray = np.exp(2j * np.pi * np.outer(np.arange(count), wave) / count) / np.sqrt(count)
+    return found

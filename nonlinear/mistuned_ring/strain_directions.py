@@ -15,15 +15,16 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from rom import ModalModel, RelativeReceptance, SectorModes, contact_springs, relative_contact_motion
+from nonlinear.mistuned_ring.linear_contacts import springs_in_state, supported_stiffness
+from rom import ModalModel, RelativeReceptance, SectorModes, relative_contact_motion, strain_rows
 
 HIGHEST = 3.0  # of the modes, relative to the upper end of the range
 NEGLECTED = 1e-5  # strain energy of a mode outside the directions, of its whole strain energy
-_NONE = 1e-14  # of the largest eigenvalue of the blade's stiffness: no strain
+_NONE = 1e-14  # of the largest squared frequency: a rigid motion
 
 
 def strain_directions(tuned: RelativeReceptance, contact: ContactParameters, highest: float) -> Array:
-    """Rows that give the strains of a blade, scaled as its contact motion, and the stiffness that they are scaled by.
+    """Rows that give the strains of a blade: half the sum of their squares is its strain energy.
 
     Parameters
     ----------
@@ -56,23 +57,19 @@ def blade_strain(modal: SectorModes) -> Array:
     """S (r, n), S^T S the stiffness of the blade."""
     stiffness = modal.model.blade_stiffness
     assert stiffness is not None  # asked for before
-    values, vectors = np.linalg.eigh((stiffness + stiffness.T) / 2.0)
-    kept = values > _NONE * values[-1]
-    rows: Array = np.sqrt(values[kept])[:, None] * vectors[:, kept].T
-    return rows
+    return strain_rows(stiffness)
 
 
 def _motions(tuned: RelativeReceptance, contact: ContactParameters, highest: float) -> Iterator[ComplexArray]:
     """Motions (n, k) of unit strain energy: modes of all waves, and responses to the forces."""
     modal, n_contacts = tuned.modal, contact.n_contacts
     assert isinstance(modal, SectorModes)
-    kn, kt = contact.normal_stiffness, contact.tangential_stiffness
-    states = [contact_springs(n_contacts, normal, tangential) for normal, tangential in ((0, 0), (kn, 0), (kn, kt))]
+    states = [springs_in_state(contact, state) for state in ("free", "sliding", "stuck")]
     phase = modal.phase(round(tuned.phase * modal.n_blades / (2.0 * np.pi)))
     for springs in states:
         for n in range(modal.n_blades // 2 + 1):
             modes = modal.at(n)
-            squared, shapes = np.linalg.eigh(_stiffness(modes, springs, 2.0 * np.pi * n / modal.n_blades))
+            squared, shapes = np.linalg.eigh(supported_stiffness(modes, 2.0 * np.pi * n / modal.n_blades, springs))
             elastic = (squared > _NONE * squared[-1]) & (squared <= highest**2)
             yield modes.shapes @ shapes[:, elastic] / np.sqrt(squared[elastic])
         still, excited = modal.at(0), modal.at_phase(phase)
@@ -92,15 +89,7 @@ def _response(
     moving = modes.angular_frequency > 0.0
     if not np.any(force[moving]):
         return np.zeros((len(modes.shapes), 0), complex)
-    stiffness = _stiffness(modes, springs, phase)[np.ix_(moving, moving)]
+    stiffness = supported_stiffness(modes, phase, springs)[np.ix_(moving, moving)]
     found = np.linalg.solve(stiffness - omega**2 * np.eye(len(stiffness)), force[moving])
     size = np.sqrt((found.conj() @ stiffness @ found).real)
     return np.asarray((modes.shapes[:, moving] @ found / size)[:, None], dtype=complex)
-
-
-def _stiffness(modes: ModalModel, springs: Array, phase: float) -> ComplexArray:
-    """Stiffness in the modes of a wave with the springs (n_c, 3), (m, m)."""
-    relative = relative_contact_motion(modes.right, modes.left, phase)
-    found: ComplexArray = (relative.conj().T * springs.reshape(-1)) @ relative
-    found[np.diag_indices_from(found)] += modes.angular_frequency**2
-    return found

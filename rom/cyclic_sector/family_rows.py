@@ -9,15 +9,13 @@ from numpy.typing import NDArray
 
 from rom.cyclic.mode_families import ModeFamilies
 from rom.cyclic.mode_names import section_motion
-from rom.cyclic_sector.part_stiffness import part_stiffness, within_rim
+from rom.cyclic_sector.part_stiffness import part_stiffness, strain_rows, within_rim
 from rom.finite_elements.full_model import FullModel
 from rom.finite_elements.material import Materials
 from rom.linear_algebra.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
-
-_NONE = 1e-14  # of the largest eigenvalue of the disk's stiffness: no strain of it
 
 
 @one_blas_thread()
@@ -66,7 +64,5 @@ def mode_families(
     airfoil = np.flatnonzero(~inside & (positions[:, 2] < below))
     displacement = basis.T.reshape(basis.shape[1], -1, 3)
     sections = section_motion(positions[airfoil], displacement[:, airfoil])
-    values, vectors = np.linalg.eigh(part_stiffness(full, sector, material, basis, inside, disk=True))
-    kept = values > _NONE * values[-1]
-    rows = np.sqrt(values[kept])[:, None] * vectors[:, kept].T
+    rows = strain_rows(part_stiffness(full, sector, material, basis, inside, disk=True))
     return ModeFamilies(sections.reshape(len(sections), -1).T.copy(), rows)

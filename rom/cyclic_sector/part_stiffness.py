@@ -17,6 +17,7 @@ from rom.linear_algebra.threads import one_blas_thread
 if TYPE_CHECKING:
     from geometry import SectorMesh
 
+_NONE = 1e-14  # of the largest eigenvalue of a stiffness: no strain
 _ON_RIM = 1e-6  # of the radius of the rim
 
 
@@ -59,6 +60,31 @@ def part_stiffness(
     moved = basis[dofs]
     found: NDArray[np.float64] = moved.T @ (stiffness @ moved)
     return (found + found.T) / 2
+
+
+def strain_rows(stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rows whose squares add up to the strain energy of a part: S with S^T S = K.
+
+    Parameters
+    ----------
+    stiffness : (n, n) array
+        Stiffness K of the part, symmetric, with no negative eigenvalues but round-off.
+
+    Returns
+    -------
+    (r, n) array
+        S; motions without strain have no row.
+
+    Examples
+    --------
+    >>> from rom import strain_rows
+    >>> print(abs(strain_rows(np.array([[4.0, -4.0], [-4.0, 4.0]]))).round(6))  # a spring between two coordinates
+    [[2. 2.]]
+    """
+    values, vectors = np.linalg.eigh((stiffness + stiffness.T) / 2.0)
+    kept = values > _NONE * values[-1]
+    rows: NDArray[np.float64] = np.sqrt(values[kept])[:, None] * vectors[:, kept].T
+    return rows
 
 
 @one_blas_thread()
