@@ -17,6 +17,7 @@ from nonlinear.stability.floquet import NEUTRAL, instability_of
 from nonlinear.stability.ring_stability import PatternExponent
 
 STRIDE = 4  # points from one at which all nodal diameters are looked at to the next
+GROWING_STRIDE = 16  # the same where perturbations grow at both: the growth is proved at every point between
 AMPLIFIED = 0.98  # share of the least decay without contact; what decays slower is fed by contact forces
 SIMILAR_DECAY = 0.2  # relative difference of two rates of decay between which one is interpolated
 SIMILAR_GROWTH = 0.05  # the same of an interpolated rate of growth
@@ -43,13 +44,27 @@ def with_patterns(stability: PointStability, points: list[SolutionPoint]) -> lis
         else:
             run.append(index)
         if run and (run[-1] != index or index == len(points) - 1):
-            looked_at = sorted({*run[::STRIDE], run[-1]})
-            for chosen in looked_at:
-                found[chosen] = stability.worst_pattern(points[chosen])
-            for first, last in pairwise(looked_at):
-                _fill(stability, points, found, first, last)
+            _find(stability, points, found, sorted({*run[::GROWING_STRIDE], run[-1]}))
             run = []
     return [replace(point, pattern=found[index]) for index, point in enumerate(points)]
+
+
+def _find(
+    stability: PointStability,
+    points: list[SolutionPoint],
+    found: dict[int, PatternExponent | None],
+    looked_at: list[int],
+) -> None:
+    """Find the exponents of the points looked at and of all between them."""
+    for chosen in looked_at:
+        if chosen not in found:
+            found[chosen] = stability.worst_pattern(points[chosen])
+    for first, last in pairwise(looked_at):
+        ends = [(found[index], points[index].omega) for index in (first, last)]
+        if last - first > STRIDE and not all(one is not None and one.grows(omega) for one, omega in ends):
+            _find(stability, points, found, sorted({*range(first, last, STRIDE), last}))
+        else:
+            _fill(stability, points, found, first, last)
 
 
 def _fill(

@@ -58,6 +58,17 @@ class ContactFeedback:
             return self.times_x(rows.real) + 1j * self.times_x(rows.imag)
         return np.asarray(solve(upper, pivots, rows.T)[0]).T
 
+    def x_times(self, column: Matrix) -> Matrix:
+        """X times a column (n,): the displacement of one without contact forces."""
+        from scipy.linalg.lapack import dgetrs, zgetrs
+
+        upper, pivots = self.factors
+        if np.iscomplexobj(column) and upper.dtype == float:
+            both = dgetrs(upper, pivots, np.stack([column.real, column.imag], axis=1), trans=1)[0]
+            return np.asarray(both[:, 0] + 1j * both[:, 1])
+        solve = dgetrs if upper.dtype == float else zgetrs
+        return np.asarray(solve(upper, pivots, column, trans=1)[0])
+
     def times_s(self, rows: Matrix) -> Matrix:
         """`rows` S, (k, n): rows of f as rows of C z."""
         return self.times_x(rows @ self.contact)

@@ -164,7 +164,9 @@ class HillProblem:
             else:
                 feedback = SliderMemoryFeedback.closed(memory, rows, loop)
         closed = model.state_matrix + loop.b_s @ model.output_matrix
-        return HillEigenproblem(self.conjugate_pairs, closed, loop.b_s_derivative @ model.output_matrix, feedback)
+        return HillEigenproblem(
+            self.conjugate_pairs, closed, loop.b_s_derivative @ model.output_matrix, feedback, loop
+        )
 
 
 def touching_nodes(jacobian: Array) -> NDArray[np.bool_]:
@@ -186,12 +188,15 @@ class HillEigenproblem:
         B S G_1 S C.
     memory
         Feedback of the slider memory, which makes S depend on sigma; None: there is none.
+    loop : ContactFeedback or None
+        The contact Jacobian closed around the model; None where no node touches.
     """
 
     conjugate_pairs: bool
     state_matrix: Matrix
     flexibility_matrix: Matrix
     memory: SliderMemoryFeedback | ConeMemoryFeedback | None = None
+    loop: ContactFeedback | None = None
 
     def eigenvalues(self, shift: complex = 0.0) -> ComplexArray:
         """All eigenvalues sigma; the slider memory is linearised around sigma = `shift`."""
@@ -228,6 +233,20 @@ class HillEigenproblem:
             x = y
         values = np.linalg.eigvals(np.linalg.solve(descriptor, matrix))
         return complex(values[np.argmin(np.abs(values - shift))]), None
+
+    def x_times(self, sigma: complex, column: Matrix) -> Matrix:
+        """Displacement under the contact forces K(sigma) d of one without them, (I - G_0 K(sigma))^-1 d.
+
+        Parameters
+        ----------
+        sigma : complex
+            lambda / omega.
+        column : (n,)
+            Displacement without contact forces of the nodes that touch.
+        """
+        if self.memory is not None:
+            return self.memory.x_times(sigma, column)
+        return column if self.loop is None else self.loop.x_times(column)
 
     def linearised(self, shift: complex) -> tuple[Matrix, Matrix]:
         """A_c and E_c of sigma E_c z = A_c z, the memory linearised around sigma = `shift`.

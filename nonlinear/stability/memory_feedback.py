@@ -96,6 +96,10 @@ class SliderMemoryFeedback:
         C_m and C_m'.
     feedthrough, feedthrough_derivative : (M, n)
         V and V'.
+    slider_rows : (M, n)
+        Q^T X.
+    loop : ContactFeedback
+        The loop of the contact Jacobian.
     """
 
     memory: SliderMemory
@@ -106,6 +110,8 @@ class SliderMemoryFeedback:
     output_derivative: Matrix
     feedthrough: Matrix
     feedthrough_derivative: Matrix
+    slider_rows: Matrix
+    loop: ContactFeedback
 
     @classmethod
     def closed(cls, memory: SliderMemory, rows: ContactRows, loop: ContactFeedback) -> "SliderMemoryFeedback":
@@ -123,7 +129,20 @@ class SliderMemoryFeedback:
             output_derivative=q_x_g1_s @ model.output_matrix,
             feedthrough=q_x @ model.flexibility,
             feedthrough_derivative=loop.times_y(q_x_g1, q_x_g1_s),
+            slider_rows=q_x,
+            loop=loop,
         )
+
+    def x_times(self, sigma: complex, column: Matrix) -> Matrix:
+        """X(sigma) = X + X G_0 P X_m Q^T X times a column (n,): the displacement of one without contact forces."""
+        force = _memory_forces(self.memory, self.rows, sigma)[0]
+        places, every = self.rows.places(self.memory.direction), np.arange(len(force))
+        difference = -np.sum(self.feedthrough[:, places] * force, axis=2)
+        difference[every, every] += 1.0
+        motion = np.linalg.solve(difference, self.slider_rows @ column)
+        added = np.zeros(column.size, dtype=complex)
+        np.add.at(added, places, motion[:, None] * force)
+        return self.loop.x_times(column + (self.loop.model.flexibility @ added[:, None])[:, 0])
 
     def terms(self, sigma: complex) -> MemoryTerms:
         """The terms of the memory at `sigma`."""
@@ -201,6 +220,12 @@ class ConeMemoryFeedback:
             loop.times_x(b_y @ NodeBlocks(derivative)) @ output_matrix,
             (loop.b_s_derivative - self.loop.b_s_derivative) @ output_matrix,
         )
+
+    def x_times(self, sigma: complex, column: Matrix) -> Matrix:
+        """X(sigma) times a column (n,): the displacement of one without contact forces."""
+        change = self._blocks(self.memory.jacobian(sigma)[0])
+        contact = NodeBlocks(self.loop.contact.values + change)
+        return ContactFeedback.closed(self.loop.model, contact).x_times(column)
 
     def _blocks(self, values: Matrix) -> Matrix:
         """(M, 2, 3, 2H+1, 2H+1) as values of `NodeBlocks`."""

@@ -178,9 +178,9 @@ class ContactFreeModel:
         if not self.real_form:
             return np.diag(poles), input_matrix.reshape(count, size), output_matrix.reshape(size, count)
         return (
-            _real_form(np.diag(poles)).reshape(2 * count, 2 * count),
-            _real_form(input_matrix.transpose(1, 0, 2)).transpose(1, 2, 0, 3, 4).reshape(2 * count, 2 * size),
-            _real_form(output_matrix).reshape(2 * size, 2 * count),
+            real_form(np.diag(poles)).reshape(2 * count, 2 * count),
+            real_form(input_matrix.transpose(1, 0, 2)).transpose(1, 2, 0, 3, 4).reshape(2 * count, 2 * size),
+            real_form(output_matrix).reshape(2 * size, 2 * count),
         )
 
     def _blocks(self, values: ComplexArray) -> HarmonicBlocks:
@@ -190,7 +190,7 @@ class ContactFreeModel:
         static = values[0] if first else np.zeros((0, 0), dtype=complex)
         if not self.real_form:
             return HarmonicBlocks(static, values[first:])
-        return HarmonicBlocks(static.real, _real_form(values[first:]).reshape(count - first, 2 * size, 2 * size))
+        return HarmonicBlocks(static.real, real_form(values[first:]).reshape(count - first, 2 * size, 2 * size))
 
 
 def poles_and_residues(
@@ -215,7 +215,7 @@ def poles_and_residues(
     return np.where(backward, poles.conj(), poles), np.where(backward, residues.conj(), residues)
 
 
-def _real_form(matrix: ComplexArray) -> Array:
+def real_form(matrix: ComplexArray) -> Array:
     """Maps (..., n, m) of complex amplitudes as maps of their real and imaginary parts, (..., 2, n, 2, m)."""
     *many, rows, columns = matrix.shape
     result = np.empty((*many, 2, rows, 2, columns))

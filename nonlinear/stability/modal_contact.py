@@ -84,25 +84,7 @@ class LowRankMemoryContact(_ContactInModes):
 
     def forces(self, sigma: complex, motion: ComplexArray, adjoint: bool = False) -> ComplexArray:
         """K(sigma) d, or K(sigma)^T d, for a motion (S, 3 n_c)."""
-        jacobian = self._jacobian
-        nodes, size = jacobian.shape[:2]
-        block = jacobian.reshape(nodes, 3 * size, 3 * size)
-        parts = motion.reshape(size, nodes, 3).transpose(1, 0, 2).reshape(nodes, 3 * size, 1)
-        product = (block.transpose(0, 2, 1) if adjoint else block) @ parts
-        result = product.reshape(nodes, size, 3).transpose(1, 0, 2).reshape(size, 3 * nodes)
-        memory = self._memory
-        if memory is None:
-            return result
-        force, basis = memory.force_in_harmonics(sigma)[0][:, self._first :], self._basis  # (M, S)
-        slider, normal = 3 * memory.node + memory.direction, 3 * memory.node + 2
-        if adjoint:
-            set_by = np.sum(motion.T[slider] * force, axis=1)[:, None] * basis
-            np.add.at(result.T, slider, set_by)
-            np.add.at(result.T, normal, memory.dw_dn[:, None] * set_by)
-        else:
-            motion_then = motion.T[slider] + memory.dw_dn[:, None] * motion.T[normal]
-            np.add.at(result.T, slider, np.sum(motion_then * basis, axis=1)[:, None] * force)
-        return result
+        return self.contact.forces(sigma, motion, self.reduced.problem.static, adjoint)
 
     @property
     def _memory(self) -> SliderMemory | None:
@@ -181,7 +163,7 @@ class FullMemoryContact(_ContactInModes):
     def forces(self, sigma: complex, motion: ComplexArray, adjoint: bool = False) -> ComplexArray:
         """K(sigma) d, or K(sigma)^T d, for a motion (S, 3 n_c)."""
         frozen = PointContact(self._linearised(sigma).jacobian, self.contact.omega, None)
-        return LowRankMemoryContact(self.reduced, frozen, self.kappa).forces(sigma, motion, adjoint)
+        return frozen.forces(sigma, motion, self.reduced.problem.static, adjoint)
 
     def _linearised(self, sigma: complex) -> "LinearisedMemory":
         """K near sigma: a new one where the last one is too far."""

@@ -56,6 +56,60 @@ class PointContact:
             self._in_harmonics[static] = np.ascontiguousarray(values)
         return self._in_harmonics[static]
 
+    def forces(self, sigma: complex, motion: ComplexArray, static: bool, adjoint: bool = False) -> ComplexArray:
+        """K(sigma) d, or K(sigma)^T d, in the harmonics.
+
+        Parameters
+        ----------
+        sigma : complex
+            lambda / omega.
+        motion : (S, 3 n_c) complex
+            d, amplitudes of the harmonics 0, 1, -1, ...
+        static : bool
+            Whether there is a harmonic 0.
+        adjoint : bool
+            Whether K^T d.
+        """
+        memory = self.memory
+        if isinstance(memory, ConeSliderMemory):
+            return self._frozen(sigma).forces(0.0, motion, static, adjoint)
+        jacobian = self.in_harmonics(static)
+        nodes, size = jacobian.shape[:2]
+        block = jacobian.reshape(nodes, 3 * size, 3 * size)
+        parts = motion.reshape(size, nodes, 3).transpose(1, 0, 2).reshape(nodes, 3 * size, 1)
+        product = (block.transpose(0, 2, 1) if adjoint else block) @ parts
+        result = product.reshape(nodes, size, 3).transpose(1, 0, 2).reshape(size, 3 * nodes)
+        if memory is None:
+            return result
+        first = 0 if static else 1
+        force, basis = memory.force_in_harmonics(sigma)[0][:, first:], self._slider_basis[:, first:]  # (M, S)
+        slider, normal = 3 * memory.node + memory.direction, 3 * memory.node + 2
+        if adjoint:
+            set_by = np.sum(motion.T[slider] * force, axis=1)[:, None] * basis
+            np.add.at(result.T, slider, set_by)
+            np.add.at(result.T, normal, memory.dw_dn[:, None] * set_by)
+        else:
+            motion_then = motion.T[slider] + memory.dw_dn[:, None] * motion.T[normal]
+            np.add.at(result.T, slider, np.sum(motion_then * basis, axis=1)[:, None] * force)
+        return result
+
+    @cached_property
+    def _slider_basis(self) -> ComplexArray:
+        """Q without the slopes, (M, 2H+1)."""
+        assert isinstance(self.memory, SliderMemory)
+        return columns_in_harmonics(self.memory.basis)
+
+    def _frozen(self, sigma: complex) -> "PointContact":
+        """The contact with the Jacobian K(sigma) and without a memory; the last one is kept."""
+        if sigma not in self._kept:
+            self._kept.clear()
+            self._kept[sigma] = PointContact(self.at(sigma)[0].astype(complex), self.omega, None)
+        return self._kept[sigma]
+
+    @cached_property
+    def _kept(self) -> "dict[complex, PointContact]":
+        return {}
+
     @cached_property
     def _in_harmonics(self) -> dict[bool, ComplexArray]:
         return {}

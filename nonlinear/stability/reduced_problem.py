@@ -160,7 +160,9 @@ class ReducedProblem:
         return product.reshape(size * modes, size * modes)
 
 
-def near_poles(poles: ComplexArray, middle: Array, above: float, below: Array, highest: float) -> NDArray[np.bool_]:
+def near_poles(
+    poles: ComplexArray, middle: Array, above: float, below: Array, highest: float, farthest: float = FARTHEST
+) -> NDArray[np.bool_]:
     """Which poles (..., 2, q) may come near the `middle` of a slice, all in units of omega.
 
     Contacts move the poles above the real axis up, those below down.
@@ -174,14 +176,16 @@ def near_poles(poles: ComplexArray, middle: Array, above: float, below: Array, h
     above : float
         Largest distance of a pole that lies beyond the middle in the sense in which contacts move it.
     below : (..., q)
-        Largest distance of one that lies on the other side, 2 at most.
+        Largest distance of one that lies on the other side.
     highest : float
         Largest distance from 0.
+    farthest : float
+        Limit of `below`.
     """
     distance = poles.imag - middle
     distance = np.where(poles.imag >= 0.0, distance, -distance)
     low = np.abs(poles) <= highest
-    return np.asarray((distance <= above) & (distance >= -np.minimum(below, FARTHEST)) & low)
+    return np.asarray((distance <= above) & (distance >= -np.minimum(below, farthest)) & low)
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
+from nonlinear.stability.face_scan import FaceScan
 from nonlinear.stability.floquet import NEUTRAL, OVERLAP, FloquetAnalysis, converged
-from nonlinear.stability.full_scan import FullScan
 from nonlinear.stability.hill import HillProblem
+from nonlinear.stability.pattern_matrices import ScannedSlices
 from nonlinear.stability.pattern_scan import PatternScan
 from nonlinear.stability.point_contact import PointContact
+from nonlinear.stability.ring_structure import RingStructure
 from nonlinear.stability.sector_scan import SectorScan
 from rom import RingModes, SectorModes
 
@@ -30,6 +32,8 @@ FAST, MOST_FAST = (
     1.0,
     4,
 )  # growth beyond which the scan, linear in sigma, tells little; eigenvalues tried all the same
+COARSE = 3  # nodal diameters from one looked at to the next, where perturbations of one of these grow
+CLEARLY_GROWING = 0.02  # growth in the scan, in units of omega, that is likely to be one
 MAX_REFINED = 12  # eigenvalues of one point, or more: all those that grow in the scan, until one grows
 
 
@@ -125,8 +129,31 @@ class RingStability:
         contact : LinearisedContact
             The point.
         """
-        best, point = None, self._point(contact)
-        left, errors = _plausible(self._approximate(point)), ScanErrors()
+        point = self._point(contact)
+        if self._has_disk:
+            best = self._least_stable(point, self._sector_scan.eigenvalues(point))
+        elif self._scan.applies(point.omega):
+            best = self._leading_of(point, self._scan.scanned(point))
+            best = best or self._leading_of(point, self._face_scan.scanned(point))
+        else:
+            best = self._leading_of(point, self._face_scan.scanned(point))
+        return best if best is None else self._climbed(point, best)
+
+    def _leading_of(self, point: PointContact, slices: ScannedSlices) -> PatternExponent | None:
+        """The least stable exponent; one that grows from some of the nodal diameters, else from all."""
+        every = np.arange(1, self.n_blades // 2 + 1)
+        coarse = every % COARSE == 1
+        scanned = slices.eigenvalues(every[coarse])
+        if scanned and scanned[0][0].real > CLEARLY_GROWING:
+            best = self._least_stable(point, scanned)
+            if best is not None and best.grows(point.omega):
+                return best
+        scanned += slices.eigenvalues(every[~coarse])
+        return self._least_stable(point, sorted(scanned, key=lambda item: -item[0].real))
+
+    def _least_stable(self, point: PointContact, scanned: list[tuple[complex, int]]) -> PatternExponent | None:
+        """The least stable exponent that eigenvalues of a scan lead to."""
+        best, left, errors = None, _plausible(scanned), ScanErrors()
         values, diameters = (np.array([item[part] for item in left]) for part in (0, 1))
         for number in range(len(left)):
             rates = errors.corrected(values, diameters)
@@ -135,7 +162,7 @@ class RingStability:
             index = int(np.argmax(rates))
             may_grow = values[index].real > NEUTRAL
             if best is not None:
-                highest = best.exponent.real / contact.omega
+                highest = best.exponent.real / point.omega
                 may_grow = may_grow and highest <= NEUTRAL
                 in_doubt = highest <= NEUTRAL and values[index].real > -SCAN_ERROR
                 if rates[index] <= highest + (0.0 if in_doubt else SAME_RATE * abs(highest)):
@@ -146,10 +173,10 @@ class RingStability:
             values, diameters = np.delete(values, index), np.delete(diameters, index)
             found = self._refined(point, sigma, k)
             if found is not None:
-                errors.add(sigma, k, found.exponent / contact.omega)
+                errors.add(sigma, k, found.exponent / point.omega)
                 if best is None or found.exponent.real > best.exponent.real:
                     best = found
-        return best if best is None else self._climbed(point, best)
+        return best
 
     def followed(
         self, contact: LinearisedContact, start: PatternExponent, climb: bool = True
@@ -200,7 +227,7 @@ class RingStability:
         if self._has_disk:
             return self._sector_scan.eigenvalues(point)
         found = self._scan.eigenvalues(point) if self._scan.applies(point.omega) else []
-        return found or self._full_scan.eigenvalues(point)
+        return found or self._face_scan.eigenvalues(point)
 
     @property
     def _has_disk(self) -> bool:
@@ -212,11 +239,15 @@ class RingStability:
 
     @cached_property
     def _sector_scan(self) -> SectorScan:
-        return SectorScan(self.wave.problem, self.wave.sampler.parameters, self.n_blades)
+        return SectorScan(self._structure)
 
     @cached_property
-    def _full_scan(self) -> FullScan:
-        return FullScan(self.wave.problem, self.n_blades)
+    def _face_scan(self) -> FaceScan:
+        return FaceScan(self._structure)
+
+    @cached_property
+    def _structure(self) -> RingStructure:
+        return RingStructure(self.wave.problem, self.wave.sampler.parameters, self.n_blades)
 
     def _refined(self, contact: PointContact, sigma: complex, k: int) -> PatternExponent | None:
         """The exponent of k that successive linear problems lead to from `sigma`; None if they lead to none."""
@@ -237,9 +268,9 @@ class RingStability:
         return self._problems[k]
 
     def _by_reduced_problem(self, contact: PointContact, sigma: complex, k: int) -> tuple[complex | None, bool]:
-        """The eigenvalue in few modes, and whether it is exact; `sigma` itself where they are of no use."""
+        """The eigenvalue from few modes or few contact motions, and whether it is exact; None: it leads to none."""
         if not self.wave.refinement.applies(contact.omega):
-            return sigma, False
+            return self._structure.refinement(contact, k).converged(sigma)
         kappa = 2.0 * np.pi * k / self.n_blades
         found = self.wave.refinement.converged(contact, kappa, sigma)
         return found or self.wave.refinement.converged(contact, kappa, sigma + OFF_AXIS) or (None, True)

@@ -1,12 +1,4 @@
-"""Contact motions and flexibility of a sector with a disk in all waves, in a few contact motions that they share.
-
-The lowest modes of each wave stay what they are. All others are a flexibility without resonance, a series in s:
-
-    1 / (s^2 + c_m s + omega_m^2) = 1 / omega_m^2 - (s^2 + c_m s) / omega_m^4 + s^4 / omega_m^6 - ...
-
-Most of it, the local flexibility of the contact faces, is the same in all waves. The contact motions of the lowest
-modes, and what the flexibility of a wave differs by from the mean of all waves, span few dimensions.
-"""
+"""Contact motions and flexibility of a sector with a disk in all waves, in a few contact motions that they share."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,29 +9,22 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.stability.block_matrices import HarmonicBlocks, Matrix
-from nonlinear.stability.modal_condensation import CondensedModes, poles_and_residues
+from nonlinear.stability.modal_condensation import poles_and_residues
+from nonlinear.stability.perturbation_pencils import PerturbationPencils
+from nonlinear.stability.shared_motions import TERMS, SharedMotions, WeightedModes, contact_weights, unweighted
 from rom import SectorModes, relative_contact_motion
 
 NEGLIGIBLE_MOTION = 0.1  # singular value of phi_m / omega_m times the square root of the contact stiffness
 NEGLIGIBLE_DEVIATION = 0.03  # of a wave's flexibility from the mean of all waves, times the contact stiffness
 ABOVE = 10.0  # frequency of modes that fill a row, as a multiple of the highest one
-TERMS = 4  # of the series: 1, -s^2, -s, s^4
 
 
 @dataclass(frozen=True)
-class WaveFlexibility:
+class WaveFlexibility(SharedMotions):
     """Contact motion under contact forces, B_n (s^2 + s C + K)^-1 B_n^H, of the waves n = 0 .. N_b - 1.
-
-    Contact displacements times the square root of the contact stiffness have the p shared motions U, orthonormal
-    columns: d = W^-1 U y.
 
     Attributes
     ----------
-    shared : (3 n_c, p)
-        W^-1 U.
-    mean : (4, 3 n_c, 3 n_c)
-        Terms of the flexibility of the modes above the lowest ones, mean of all waves.
     angular_frequency, damping : (N_b, q)
         Of the lowest modes of each wave.
     motion : (N_b, p, q)
@@ -48,8 +33,6 @@ class WaveFlexibility:
         Terms of the flexibility in y of the other modes of each wave, less the mean.
     """
 
-    shared: Array
-    mean: Array
     angular_frequency: Array
     damping: Array
     motion: ComplexArray
@@ -68,8 +51,7 @@ class WaveFlexibility:
         highest : float
             Largest natural frequency of the lowest modes, rad/s.
         """
-        kt, kn = contact.tangential_stiffness, contact.normal_stiffness
-        weight = np.sqrt(np.stack([kt, kt, kn], axis=1).ravel())
+        weight = contact_weights(contact)
         last = modal.n_blades // 2
         waves = [_Wave.of(modal, n, weight, highest) for n in range(last + 1)]
         shares = np.array([1.0 if 2 * n % modal.n_blades == 0 else 2.0 for n in range(last + 1)]) / modal.n_blades
@@ -86,9 +68,7 @@ class WaveFlexibility:
                 own, rest = vectors.T @ low.motion, wave.high.in_motions(vectors).terms() - common
                 motion[place, :, :count] = own.conj() if conjugate and n != place else own
                 deviation[place] = rest.conj() if conjugate and n != place else rest
-        inverse = np.divide(1.0, weight, out=np.zeros_like(weight), where=weight > 0.0)
-        mean *= inverse[:, None] * inverse
-        return cls(inverse[:, None] * vectors, mean, frequency, damping, motion, deviation)
+        return cls(*unweighted(mean, vectors, weight), frequency, damping, motion, deviation)
 
     @cached_property
     def poles(self) -> tuple[ComplexArray, ComplexArray]:
@@ -105,81 +85,35 @@ class WaveFlexibility:
         """The highest that contact springs can raise the natural frequencies to, (N_b, q) rad/s."""
         return np.asarray(np.sqrt(self.angular_frequency**2 + self.stiffening))
 
-    def structure(self, active: NDArray[np.bool_], s: ComplexArray, omega: float, static: bool) -> CondensedModes:
-        """The mean flexibility of the waves, with y as outputs and the forces on these as inputs; no states.
+    def pencils(self, number: NDArray[np.int64], harmonics: Array) -> PerturbationPencils:
+        """The eigenvalue problems of several perturbations.
 
         Parameters
         ----------
-        active : (3 n_c,) bool
-            The contact dofs that appear in d and f.
-        s : (S,)
-            lambda + i h omega of the harmonics, 1/s.
-        omega : float
-            Excitation frequency, rad/s.
-        static : bool
-            Whether the first of the harmonics is 0.
+        number : (K, S) int
+            Wave of each harmonic, 0 .. N_b - 1.
+        harmonics : (S,)
+            h.
         """
-        values, derivatives = series(self.mean[:, active][:, :, active], s, omega)
-        shared = np.kron(np.eye(s.size), self.shared[active])
-        first = int(static)
-        none = np.zeros((0, 0), dtype=complex)
-        blocks, changes = (
-            HarmonicBlocks(part[0] if static else none, part[first:]) for part in (values, derivatives)
+        backward = (harmonics < 0.0)[:, None, None]
+        poles, residues = (part[number] for part in self.poles)
+        rise = self.stiffened - self.angular_frequency
+        return PerturbationPencils(
+            harmonics,
+            np.where(backward, poles.conj(), poles),
+            np.where(backward, residues.conj(), residues),
+            self.motion[number],
+            rise[number][:, :, None],
+            self.stiffening[number][:, :, None],
+            self.deviation[number],
         )
-        return CondensedModes(np.zeros((shared.shape[1],) * 2), shared.T, shared, blocks, changes)
-
-
-def series(terms: Matrix, s: ComplexArray, omega: float) -> tuple[ComplexArray, ComplexArray]:
-    """A flexibility from the `terms` of its series, (..., 4, n, n), and its derivative in sigma = s / omega.
-
-    Parameters
-    ----------
-    terms : (4, n, n) or (..., S, 4, n, n)
-        Factors of 1, -s^2, -s and s^4, of all harmonics or of each.
-    s : (S,) or (..., S)
-        Of the harmonics, 1/s.
-    omega : float
-        Excitation frequency, rad/s.
-
-    Returns
-    -------
-    (..., S, n, n) twice
-        The flexibility and its derivative.
-    """
-    powers = np.stack([np.ones_like(s), -(s**2), -s, s**4], axis=-1)
-    changes = omega * np.stack([np.zeros_like(s), -2.0 * s, -np.ones_like(s), 4.0 * s**3], axis=-1)
-    flat = terms.reshape(*terms.shape[:-2], -1)
-    shape = (*(terms.shape[:-3] or s.shape), *terms.shape[-2:])
-    value, change = ((factors[..., None, :] @ flat).reshape(shape) for factors in (powers, changes))
-    return value, change
-
-
-class _Modes(NamedTuple):
-    """Frequency and damping (m,) and weighted contact motion (n, m) of some modes of a wave."""
-
-    frequency: Array
-    damping: Array
-    motion: Matrix
-
-    def in_motions(self, vectors: Array) -> "_Modes":
-        return self._replace(motion=vectors.T @ self.motion)
-
-    def term(self, number: int) -> Matrix:
-        """A factor of the series (`series`), (n, n)."""
-        squared = self.frequency**2
-        factor = (1.0 / squared, 1.0 / squared**2, self.damping / squared**2, 1.0 / squared**3)[number]
-        return np.asarray((self.motion * factor) @ self.motion.conj().T)
-
-    def terms(self) -> Matrix:
-        """All factors, (4, n, n)."""
-        return np.stack([self.term(number) for number in range(TERMS)])
 
 
 class _Wave(NamedTuple):
     """The lowest modes of a wave, and the others."""
 
-    low: _Modes
-    high: _Modes
+    low: WeightedModes
+    high: WeightedModes
 
     @classmethod
     def of(cls, modal: SectorModes, n: int, weight: Array, highest: float) -> "_Wave":
@@ -187,7 +121,9 @@ class _Wave(NamedTuple):
         motion = weight[:, None] * relative_contact_motion(own.right, own.left, 2.0 * np.pi * n / modal.n_blades)
         frequency = own.angular_frequency
         low = (frequency > 0.0) & (frequency <= highest)  # rigid motions of a disk do not move the contacts
-        parts = (_Modes(frequency[some], own.damping[some], motion[:, some]) for some in (low, frequency > highest))
+        parts = (
+            WeightedModes(frequency[some], own.damping[some], motion[:, some]) for some in (low, frequency > highest)
+        )
         return cls(*parts)
 
 

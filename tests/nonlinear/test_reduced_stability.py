@@ -10,6 +10,7 @@ from lumped import lumped_blade
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
 from nonlinear.stability import reduced_refinement
 from nonlinear.stability.face_contact import FaceJacobian, face_contact
+from nonlinear.stability.face_scan import FaceScan
 from nonlinear.stability.floquet import (
     SLICE_WIDTH,
     WIDE_SLICE,
@@ -18,12 +19,12 @@ from nonlinear.stability.floquet import (
     floquet_exponents,
     grows,
 )
-from nonlinear.stability.full_scan import FullScan
 from nonlinear.stability.pattern_scan import WIDTH, PatternScan, _slice
 from nonlinear.stability.point_contact import PointContact, in_harmonics
 from nonlinear.stability.reduced_modes import LEAST, reduced_modes
 from nonlinear.stability.reduced_refinement import ReducedRefinement
 from nonlinear.stability.reduced_wave import ReducedWave
+from nonlinear.stability.ring_structure import RingStructure
 from rom import modal_model
 
 N_BLADES, HARMONICS, OMEGA = 12, 2, 1.3
@@ -125,7 +126,7 @@ def test_opposite_kappa_is_mirrored():
 def test_both_scans_find_the_same(law):
     analysis, point, contact = case(law)
     few = PatternScan(analysis.few_modes, contact, N_BLADES).eigenvalues(point)
-    full = FullScan(analysis.problem, N_BLADES).eigenvalues(point)
+    full = FaceScan(RingStructure(analysis.problem, contact, N_BLADES)).eigenvalues(point)
     for sigma, k in full[:6]:
         assert min(abs(sigma - other) for other, n in few if n == k) < 0.01
 

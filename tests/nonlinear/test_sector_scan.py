@@ -10,8 +10,10 @@ from nonlinear.stability import sector_scan
 from nonlinear.stability.axis_interpolation import AxisInterpolation
 from nonlinear.stability.floquet import NEUTRAL, FloquetAnalysis, converged
 from nonlinear.stability.ring_stability import MAX_REFINED, SAME_RATE, LinearisedContact, RingStability
+from nonlinear.stability.ring_structure import RingStructure
 from nonlinear.stability.sector_scan import SectorScan
-from nonlinear.stability.wave_flexibility import NEGLIGIBLE_DEVIATION, WaveFlexibility, series
+from nonlinear.stability.shared_motions import series
+from nonlinear.stability.wave_flexibility import NEGLIGIBLE_DEVIATION, WaveFlexibility
 from rom import modal_model, relative_contact_motion
 
 
@@ -118,7 +120,7 @@ def test_nodal_diameters_in_small_groups_have_the_same_eigenvalues(monkeypatch):
     found = []
     for size in (sector_scan.AT_ONCE, 1.0):
         monkeypatch.setattr(sector_scan, "AT_ONCE", size)
-        found.append(SectorScan(analysis.problem, case[1], 24).eigenvalues(contact))
+        found.append(SectorScan(RingStructure(analysis.problem, case[1], 24)).eigenvalues(contact))
     assert {k for _, k in found[0]} == set(range(1, 13))
     one, other = (np.array([value.real for value, _ in values]) for values in found)
     assert one == pytest.approx(other, abs=1e-9)

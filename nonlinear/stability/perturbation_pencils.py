@@ -1,7 +1,6 @@
-"""Pencils of the perturbations of many nodal diameters of a ring with a disk, formed and solved at once."""
+"""Eigenvalue problems of many perturbations, formed and solved at once, in shared motions of the contacts."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -11,65 +10,58 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.block_matrices import Matrix
 from nonlinear.stability.condensed_loop import condensed_flexibility
-from nonlinear.stability.pattern_scan import WIDTH
+from nonlinear.stability.pattern_matrices import WIDTH
 from nonlinear.stability.reduced_problem import ABOVE, MARGIN, NEAREST, near_poles
-from nonlinear.stability.wave_flexibility import WaveFlexibility, series
+from nonlinear.stability.shared_motions import series
 
+FARTHEST = 4.0  # of a pole that contacts may move near, in units of omega: stiff contacts move it far
 BESIDE = 1.3  # distance of poles that are states too where their error as a flexibility is not negligible
 NEGLIGIBLE_ERROR = 3e-3  # times the contact stiffness
 OUTSIDE = 10.0j  # pole of a state that is none
 
 
 @dataclass(frozen=True)
-class SectorPencils:
-    """The eigenvalue problems of the perturbations of some nodal diameters, in the shared motions of the waves.
+class PerturbationPencils:
+    """The eigenvalue problems of K perturbations, in the shared motions of all waves (`SharedMotions`).
 
     Attributes
     ----------
-    flexibility : WaveFlexibility
-        All waves.
-    number : (K, S) int
-        Wave of each harmonic.
     harmonics : (S,)
         h.
+    poles, residues : (K, S, 2, q)
+        Of the lowest modes in the wave of each harmonic.
+    motion : (K, S, p, q)
+        Contact motions of these modes.
+    rise : (K, S, 1, q)
+        How far contacts raise the natural frequencies at most, rad/s.
+    stiffening : (K, S, 1, q)
+        What contact springs add at most to the squares of the natural frequencies, (rad/s)^2.
+    deviation : (K, S, 4, p, p)
+        Terms of the flexibility of the other modes less the mean.
     """
 
-    flexibility: WaveFlexibility
-    number: NDArray[np.int64]
     harmonics: Array
-
-    @cached_property
-    def poles(self) -> tuple[ComplexArray, ComplexArray]:
-        """Poles and residues, (K, S, 2, q)."""
-        backward = (self.harmonics < 0.0)[:, None, None]
-        poles, residues = (part[self.number] for part in self.flexibility.poles)
-        return np.where(backward, poles.conj(), poles), np.where(backward, residues.conj(), residues)
-
-    @cached_property
-    def motion(self) -> ComplexArray:
-        """Contact motions of the modes, (K, S, p, q)."""
-        return self.flexibility.motion[self.number]
-
-    @cached_property
-    def rise(self) -> Array:
-        """How far contacts raise the natural frequencies at most, (K, S, 1, q) rad/s."""
-        rise = self.flexibility.stiffened - self.flexibility.angular_frequency
-        return rise[self.number][:, :, None]
-
-    @cached_property
-    def stiffening(self) -> Array:
-        """What contact springs add at most to the squares of the natural frequencies, (K, S, 1, q) (rad/s)^2."""
-        return self.flexibility.stiffening[self.number][:, :, None]
-
-    @cached_property
-    def deviation(self) -> ComplexArray:
-        """Terms of the flexibility of the other modes less the mean, (K, S, 4, p, p)."""
-        return self.flexibility.deviation[self.number]
+    poles: ComplexArray
+    residues: ComplexArray
+    motion: ComplexArray
+    rise: Array
+    stiffening: Array
+    deviation: ComplexArray
 
     def eigenvalues(
         self, contact: tuple[Matrix, Matrix], centre: Array, omega: float, highest_pole: float
     ) -> ComplexArray:
-        """Eigenvalues sigma - i `centre` of each nodal diameter, (K, n_z); few of them are true far from 0.
+        """Eigenvalues sigma - i `centre` of each perturbation, (K, n_z); few of them are true far from 0.
+
+        The parameters are those of `matrices`.
+        """
+        problem = self.matrices(contact, centre, omega, highest_pole)
+        return np.asarray(np.linalg.eigvals(np.linalg.solve(problem.descriptor, problem.matrix)), dtype=complex)
+
+    def matrices(
+        self, contact: tuple[Matrix, Matrix], centre: Array, omega: float, highest_pole: float
+    ) -> "PencilMatrices":
+        """A_c and E_c of (sigma - i `centre`) E_c z = A_c z.
 
         The formulas are those of `ContactFeedback`.
 
@@ -96,14 +88,34 @@ class SectorPencils:
         matrix, descriptor = adjoint @ force, -(adjoint @ rest)
         matrix[:, every, every] += state.pole
         descriptor[:, every, every] += 1.0
-        return np.asarray(np.linalg.eigvals(np.linalg.solve(descriptor, matrix)), dtype=complex)
+        return PencilMatrices(state.retained, matrix, descriptor)
+
+    def flexibility(self, sigma: complex, omega: float) -> tuple[ComplexArray, ComplexArray]:
+        """Flexibility of each wave less the mean and its derivative in sigma, all modes, (K, S, p, p) each.
+
+        Parameters
+        ----------
+        sigma : complex
+            lambda / omega.
+        omega : float
+            Excitation frequency, rad/s.
+        """
+        s = np.asarray(omega * (sigma + 1j * self.harmonics), dtype=complex)
+        resonance = 1.0 / (s[:, None, None] - self.poles)
+        modes = np.sum(self.residues * resonance, axis=2), -omega * np.sum(self.residues * resonance**2, axis=2)
+        others = series(self.deviation, np.broadcast_to(s, self.poles.shape[:2]), omega)
+        adjoint = self.motion.conj().transpose(0, 1, 3, 2)
+        value, change = (
+            (self.motion * one[:, :, None]) @ adjoint + other for one, other in zip(modes, others, strict=True)
+        )
+        return value, change
 
     def _states(self, centre: Array, omega: float, highest_pole: float) -> "_States":
         """The poles retained."""
-        poles, residues = (part / omega for part in self.poles)
+        poles, residues = self.poles / omega, self.residues / omega
         middle = self.harmonics[:, None, None] + centre[:, None, None, None]
         distance = poles - 1j * middle
-        retained = near_poles(poles, middle, ABOVE, self.rise / omega + MARGIN, highest_pole)
+        retained = near_poles(poles, middle, ABOVE, self.rise / omega + MARGIN, highest_pole, FARTHEST)
         error = np.abs(residues) * self.stiffening * (WIDTH / 2.0) ** 2
         beside = near_poles(poles, middle, BESIDE, BESIDE + self.rise / omega, highest_pole)
         retained |= beside & (error > NEGLIGIBLE_ERROR * np.abs(distance) ** 3)
@@ -128,7 +140,7 @@ class SectorPencils:
         """G_0 and G_1 less the mean, of what is no state, (K, S, p, p)."""
         adjoint = self.motion.conj().transpose(0, 1, 3, 2)
         s = np.asarray(1j * omega * (self.harmonics + centre[:, None]), dtype=complex)
-        modes = condensed_flexibility(state.distance, self.poles[1] / omega, state.retained, NEAREST)
+        modes = condensed_flexibility(state.distance, self.residues / omega, state.retained, NEAREST)
         others = series(self.deviation, s, omega)
         g_0, g_1 = (
             (self.motion * one[:, :, None]) @ adjoint + other for one, other in zip(modes, others, strict=True)
@@ -153,8 +165,16 @@ class SectorPencils:
         return (flexibility @ force.reshape(count, harmonics, p, force.shape[2])).reshape(force.shape)
 
 
+class PencilMatrices(NamedTuple):
+    """The poles retained, (K, S, 2, q) bool, and A_c and E_c, (K, n_z, n_z)."""
+
+    retained: NDArray[np.bool_]
+    matrix: ComplexArray
+    descriptor: ComplexArray
+
+
 class _States(NamedTuple):
-    """The retained poles of some nodal diameters, filled up to n_z.
+    """The retained poles of some perturbations, filled up to n_z.
 
     Attributes
     ----------

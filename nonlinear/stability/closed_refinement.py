@@ -1,0 +1,251 @@
+"""One exponent of a point with stiff contacts, exact: all modes, and nothing linearised in sigma.
+
+An eigenvalue of the small problem in the shared motions of all waves (`SharedMotions`) is the start of residual
+inverse iteration with the whole problem, T(sigma) d = d - G(sigma) K(sigma) d = 0. The small problem, the contact
+closed around the mean flexibility, serves as an approximate inverse of T.
+
+References
+----------
+A. Neumaier, Residual inverse iteration for the nonlinear eigenvalue problem, SIAM Journal on Numerical Analysis
+22(5), 1985.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array
+from nonlinear.stability.closed_contact import ClosedContact
+from nonlinear.stability.perturbation_pencils import PerturbationPencils
+from nonlinear.stability.point_contact import PointContact
+from nonlinear.stability.shared_motions import SharedMotions
+from rom import WaveModes
+
+MAX_ITERATIONS = 10
+MAX_INVERSE_ITERATIONS = 12
+MAX_RESIDUALS = 15
+OFFSET = 1e-3  # of a shift from the eigenvalue sought, in units of omega, as all below
+CONVERGED = 1e-7  # change of an eigenvalue at which the iteration ends
+FAR = 0.01  # change of an eigenvalue after which the small problem is linearised again
+ON_AXIS = 1e-6  # imaginary part that is round-off where eigenvalues come in conjugate pairs
+SPURIOUS = 0.05  # distance of the nearest eigenvalues, several as near, of a start that is none
+AWAY = 0.02  # of an eigenvalue from its start, where that may have been another one
+AT_POLE = 5e-3  # of a start from a pole without contact
+FASTEST = 20.0  # growth and decay beyond which no eigenvalue is sought
+CONVERGED_VECTOR = 1e-4  # relative change of its vector
+SLOW = 1.5  # times a change of the vector that the next one may be
+VECTORS = 3  # of an inverse iteration
+
+
+@dataclass(frozen=True)
+class PerturbationStructure:
+    """The structure as perturbations of one kappa see it.
+
+    Attributes
+    ----------
+    motions : SharedMotions
+        Shared motions and mean flexibility.
+    pencils : PerturbationPencils
+        The problem in the shared motions; of one perturbation.
+    modes : WaveModes
+        All modes in the waves of the harmonics.
+    """
+
+    motions: SharedMotions
+    pencils: PerturbationPencils
+    modes: WaveModes
+
+
+@dataclass(frozen=True)
+class ClosedRefinement:
+    """Refines eigenvalues of the perturbations of one point and one kappa.
+
+    Attributes
+    ----------
+    structure : PerturbationStructure
+        The structure.
+    contact : PointContact
+        The point.
+    closed : ClosedContact
+        Its contact, closed around the mean flexibility.
+    static : bool
+        Whether there is a harmonic 0.
+    conjugate_pairs : bool
+        Whether the eigenvalues come in conjugate pairs.
+    """
+
+    structure: PerturbationStructure
+    contact: PointContact
+    closed: ClosedContact
+    static: bool
+    conjugate_pairs: bool = False
+
+    def converged(self, value: complex) -> tuple[complex | None, bool]:
+        """The eigenvalue that an approximate one leads to, and whether it is exact; None if it leads to none.
+
+        Parameters
+        ----------
+        value : complex
+            sigma = lambda / omega.
+        """
+        found, exact = self._followed(value)
+        if (
+            found is None or abs(found - value) > AWAY
+        ):  # a mode that hardly moves the contacts is not in the small problem
+            poles = self.structure.pencils.poles[0] / self.contact.omega
+            distance = np.abs(poles - 1j * self.structure.pencils.harmonics[:, None, None] - value)
+            if distance.size and distance.min() < AT_POLE:
+                return value, False
+        return found, exact
+
+    def _followed(self, value: complex) -> tuple[complex | None, bool]:
+        """As `converged`, with the eigenvectors of the small problem."""
+        y: ComplexArray | None = None
+        for _ in range(MAX_ITERATIONS):
+            if not abs(value.real) < FASTEST:  # nor with a NaN
+                return None, True
+            small = self._linearised(value + OFFSET)
+            change, y = small.nearest(y)
+            if y is None:  # several are as near: there is none, unless they are at hand
+                return (None, True) if abs(change) > SPURIOUS else (value, False)
+            value = small.shift + change
+            if abs(change) < FAR:
+                exact = self._exact(small, value, y)
+                return (value, False) if exact is None else (self._on_axis(exact), True)
+        return None, True
+
+    def _on_axis(self, value: complex) -> complex:
+        """The eigenvalue without an imaginary part that is round-off."""
+        return complex(value.real) if self.conjugate_pairs and abs(value.imag) < ON_AXIS else value
+
+    def _exact(self, small: "SmallProblem", sigma: complex, y: ComplexArray) -> complex | None:
+        """The eigenvalue of the whole problem near that of the small one, `sigma` with the vector `y`."""
+        shared, offset = self._shared, sigma - small.shift
+        d = self.closed.motion(small.shift, y.reshape(self.closed.harmonics, -1) @ shared.T)
+        along = d.conj() / np.vdot(d, d)
+        last = np.inf
+        for _ in range(MAX_RESIDUALS):
+            change = self._approximately_solved(small, self._residual(sigma, d))
+            part = complex(np.sum(along * change))
+            step = offset * part
+            sigma += step
+            turned = change - part * d
+            error = float(np.linalg.norm(turned) / np.linalg.norm(d))
+            if not error < max(SLOW * last, CONVERGED_VECTOR):  # nor with a NaN
+                return None
+            if abs(step) < CONVERGED and error < CONVERGED_VECTOR:
+                return sigma
+            d -= turned
+            last = error
+        return None
+
+    def _residual(self, sigma: complex, d: ComplexArray) -> ComplexArray:
+        """T(sigma) d, (S, n)."""
+        modes = self.structure.modes
+        s = self.contact.omega * (sigma + 1j * self.structure.pencils.harmonics)[:, None]
+        receptance = 1.0 / (s**2 + modes.damping * s + modes.angular_frequency**2)
+        force = self._forces(sigma, d)
+        amplitude = receptance[:, :, None] * (self._adjoint @ force[:, :, None])
+        return np.asarray(d - (self._relative @ amplitude)[:, :, 0])
+
+    def _approximately_solved(self, small: "SmallProblem", right: ComplexArray) -> ComplexArray:
+        """T(shift)^-1 times (S, n), with the flexibility of the small problem."""
+        shared, shift = self._shared, small.shift
+        force = self._forces(shift, self.closed.motion(shift, right)) @ shared
+        added = small.solved((small.flexibility @ force[:, :, None]).ravel())
+        return self.closed.motion(shift, right + added.reshape(force.shape) @ shared.T)
+
+    def _forces(self, sigma: complex, d: ComplexArray) -> ComplexArray:
+        """K(sigma) d, (S, n)."""
+        active = self.closed.active
+        every = np.zeros((len(d), active.size), dtype=complex)
+        every[:, active] = d
+        return self.contact.forces(sigma, every, self.static)[:, active]
+
+    def _linearised(self, shift: complex) -> "SmallProblem":
+        flexibility, change = (part[0] for part in self.structure.pencils.flexibility(shift, self.contact.omega))
+        return SmallProblem(shift, flexibility, change, *self.closed.at(shift))
+
+    @cached_property
+    def _shared(self) -> Array:
+        """U of the nodes that touch, (n, p)."""
+        return self.structure.motions.shared[self.closed.active]
+
+    @cached_property
+    def _relative(self) -> ComplexArray:
+        return self.structure.modes.relative[:, self.closed.active]
+
+    @cached_property
+    def _adjoint(self) -> ComplexArray:
+        return np.ascontiguousarray(self._relative.conj().transpose(0, 2, 1))
+
+
+@dataclass(frozen=True)
+class SmallProblem:
+    """N(sigma) y = (I - D(sigma) K_U(sigma)) y = 0 around a shift.
+
+    Attributes
+    ----------
+    shift : complex
+        sigma around which it is linearised.
+    flexibility, flexibility_change : (S, p, p)
+        D, flexibility of the waves less the mean, and its derivative.
+    contact, contact_change : (S p, S p)
+        K_U and its derivative.
+    """
+
+    shift: complex
+    flexibility: ComplexArray
+    flexibility_change: ComplexArray
+    contact: ComplexArray
+    contact_change: ComplexArray
+
+    def nearest(self, y: ComplexArray | None) -> tuple[complex, ComplexArray | None]:
+        """The eigenvalue mu of N + mu dN / dsigma next to 0 and its vector, by inverse iteration from `y`.
+
+        With a few vectors, as several eigenvalues may be nearly as near. No vector where more of them are.
+        """
+        size, columns = len(self.contact), min(VECTORS, len(self.contact))
+        vectors = np.exp(1j * np.outer(np.arange(size), np.arange(columns)))
+        if y is not None:
+            vectors[:, 0] = y
+        value = complex("nan")
+        for _ in range(MAX_INVERSE_ITERATIONS):
+            vectors = np.linalg.qr(vectors)[0]
+            after = self.solved(self._change(vectors))
+            inverse, parts = np.linalg.eig(vectors.conj().T @ after)
+            leading = int(np.argmax(np.abs(inverse)))
+            if inverse[leading] == 0.0:  # nothing depends on sigma: no contact forces
+                break
+            before, value = value, 1.0 / complex(inverse[leading])
+            if abs(value - before) <= 1e-3 * abs(value) + CONVERGED:
+                z = after @ parts[:, leading]
+                return value, z / np.linalg.norm(z)
+            vectors = after
+        return value, None
+
+    def solved(self, right: ComplexArray) -> ComplexArray:
+        """N^-1 times columns (S p, ...)."""
+        from scipy.linalg.lapack import zgetrs
+
+        return np.asarray(zgetrs(*self._factors, right, trans=1)[0])
+
+    def _change(self, y: ComplexArray) -> ComplexArray:
+        """-dN / dsigma times columns (S p, m)."""
+        parts = ((self.flexibility_change, self.contact), (self.flexibility, self.contact_change))
+        shape = *self.flexibility.shape[:2], y.shape[1]
+        return np.asarray(sum((one @ (other @ y).reshape(shape)).reshape(y.shape) for one, other in parts))
+
+    @cached_property
+    def _factors(self) -> tuple[Any, Any]:
+        """LU factors of N^T: its columns are contiguous."""
+        from scipy.linalg.lapack import zgetrf
+
+        size, p, _ = self.flexibility.shape
+        matrix = -(self.flexibility @ self.contact.reshape(size, p, -1)).reshape(self.contact.shape)
+        matrix[np.diag_indices_from(matrix)] += 1.0
+        upper, pivots, _ = zgetrf(matrix.T, overwrite_a=True)
+        return upper, pivots

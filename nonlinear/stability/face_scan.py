@@ -1,0 +1,69 @@
+"""Approximate Floquet exponents of all nodal diameters of one point, for stiff contacts of blades without a disk.
+
+Few modes do not have the local flexibility of the contact faces, which stiff contacts need (`PatternScan`). But it is
+the same at all nodal diameters (`FaceFlexibility`): the contact is closed around it once. The small problems that are
+left are formed at a few kappas and interpolated as in `PatternScan`.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from nonlinear.stability.face_flexibility import FaceFlexibility
+from nonlinear.stability.kappa_interpolation import KappaInterpolation
+from nonlinear.stability.pattern_matrices import WIDTH, ScannedSlices, SliceMatrices
+from nonlinear.stability.point_contact import PointContact
+from nonlinear.stability.ring_structure import RingStructure
+
+NODES = 8  # kappas between 0 and pi at which the matrices are formed
+
+
+@dataclass(frozen=True)
+class FaceScan:
+    """Eigenvalues of the perturbations of the nodal diameters k = 1 .. N_b / 2.
+
+    Attributes
+    ----------
+    structure : RingStructure
+        The structure, without a disk.
+    """
+
+    structure: RingStructure
+
+    def eigenvalues(self, contact: PointContact) -> list[tuple[complex, int]]:
+        """Eigenvalues sigma = lambda / omega in the strip and their k, those of all k, the least stable first.
+
+        Parameters
+        ----------
+        contact : PointContact
+            The point.
+        """
+        return self.scanned(contact).eigenvalues()
+
+    def scanned(self, contact: PointContact) -> ScannedSlices:
+        """The slices of the strip.
+
+        Parameters
+        ----------
+        contact : PointContact
+            The point.
+        """
+        structure, omega = self.structure, contact.omega
+        motions, closed = structure.motions(omega), structure.closed(contact)
+        assert isinstance(motions, FaceFlexibility)
+        pencils = motions.pencils(structure.phases(self._interpolation.kappas), structure.harmonics)
+
+        def formed(centre: float) -> SliceMatrices:
+            centres = np.full(2 * NODES, centre)
+            parts = pencils.matrices(closed.at(1j * centre), centres, omega, structure.highest_pole)
+            return SliceMatrices(parts.retained[0], parts.matrix, parts.descriptor)
+
+        upper = formed(WIDTH)
+        lower = upper.opposite(structure.problem.static, NODES)
+        slices = (0.0, formed(0.0)), (WIDTH, upper), (-WIDTH, lower)
+        return ScannedSlices(slices, self._interpolation.weights)
+
+    @cached_property
+    def _interpolation(self) -> KappaInterpolation:
+        return KappaInterpolation(NODES, self.structure.n_blades)

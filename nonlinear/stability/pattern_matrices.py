@@ -1,0 +1,98 @@
+"""The eigenvalue problems of the slices of the strip, at some phase shifts kappa and at all nodal diameters."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array
+
+# distances in units of omega
+WIDTH = 1.0 / 3.0  # of the slices of the strip
+OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
+
+
+@dataclass(frozen=True)
+class SliceMatrices:
+    """A_c and E_c around the middle of a slice of the strip, at some kappas.
+
+    Attributes
+    ----------
+    retained : (S, 2, q) bool
+        The poles that are states.
+    matrix, descriptor : (n_kappa, n_z, n_z)
+        A_c and E_c.
+    """
+
+    retained: NDArray[np.bool_]
+    matrix: ComplexArray
+    descriptor: ComplexArray
+
+    def mirrored(self, static: bool) -> "SliceMatrices":
+        """Those at -kappa around the complex conjugate middle: the conjugate ones with h and -h exchanged."""
+        count = len(self.retained) - int(static)
+        rows = np.arange(count) ^ 1
+        place = np.full(self.retained.shape, -1)
+        place[self.retained] = np.arange(np.count_nonzero(self.retained))
+        # the conjugate of a pole of harmonic 0 is the other pole of the mode
+        place = np.concatenate([place[:1, ::-1], place[1:][rows]]) if static else place[rows]
+        order = place[place >= 0]
+        matrix, descriptor = (part.conj()[:, order][:, :, order] for part in (self.matrix, self.descriptor))
+        return SliceMatrices(place >= 0, matrix, descriptor)
+
+    def opposite(self, static: bool, nodes: int) -> "SliceMatrices":
+        """Those around the complex conjugate middle, at the same kappas.
+
+        Parameters
+        ----------
+        static : bool
+            Whether there is a harmonic 0.
+        nodes : int
+            J; the 2 J kappas are J ones and those with the other sign.
+        """
+        mirrored = self.mirrored(static)  # at -kappa: the nodes of the two signs change places
+        matrix, descriptor = (np.roll(part, nodes, axis=0) for part in (mirrored.matrix, mirrored.descriptor))
+        return SliceMatrices(mirrored.retained, matrix, descriptor)
+
+    def interpolated(self, weights: Array) -> ComplexArray:
+        """E_c^-1 A_c at other kappas, by their weights (n, n_kappa): (n, n_z, n_z)."""
+        count, size, _ = self.matrix.shape
+        shape = len(weights), size, size  # no pole may be retained: -1 would not tell the size
+        parts = (self.matrix.reshape(count, size**2), self.descriptor.reshape(count, size**2))
+        matrix, descriptor = ((weights @ part).reshape(shape) for part in parts)
+        return np.asarray(np.linalg.solve(descriptor, matrix), dtype=complex)
+
+
+@dataclass(frozen=True)
+class ScannedSlices:
+    """The slices of the strip, which have the eigenvalues of all nodal diameters of one point.
+
+    Attributes
+    ----------
+    slices : tuple of (float, SliceMatrices)
+        Middle and matrices of each.
+    weights : (N_b / 2, n_kappa)
+        Of the matrices in the nodal diameters k = 1 .. N_b / 2.
+    """
+
+    slices: tuple[tuple[float, SliceMatrices], ...]
+    weights: Array
+
+    def eigenvalues(self, diameters: NDArray[np.int64] | None = None) -> list[tuple[complex, int]]:
+        """Eigenvalues sigma = lambda / omega in the strip and their k, the least stable first.
+
+        Parameters
+        ----------
+        diameters : (n,) int or None
+            The nodal diameters; None: all.
+        """
+        k = np.arange(1, len(self.weights) + 1) if diameters is None else diameters
+        found: list[tuple[complex, int]] = []
+        if not k.size:
+            return found
+        for centre, matrices in self.slices:
+            values = np.linalg.eigvals(matrices.interpolated(self.weights[k - 1]))
+            row, column = np.nonzero(np.abs(values.imag) <= WIDTH / 2.0 + OVERLAP)
+            found += zip((values[row, column] + 1j * centre).tolist(), k[row].tolist(), strict=True)
+        return sorted(found, key=lambda item: -item[0].real)

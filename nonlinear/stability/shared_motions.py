@@ -1,0 +1,130 @@
+"""Few contact motions that all waves share, and the mean flexibility of the contacts in all waves.
+
+The lowest modes of each wave stay what they are. All others are a flexibility without resonance, a series in s:
+
+    1 / (s^2 + c_m s + omega_m^2) = 1 / omega_m^2 - (s^2 + c_m s) / omega_m^4 + s^4 / omega_m^6 - ...
+
+Most of it, the local flexibility of the contact faces, is the same in all waves. The contact motions of the lowest
+modes, and what the flexibility of a wave differs by from the mean of all waves, span few dimensions.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nonlinear.contact.fourier import ComplexArray
+from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.stability.block_matrices import HarmonicBlocks, Matrix
+from nonlinear.stability.modal_condensation import CondensedModes, real_form
+
+TERMS = 4  # of the series: 1, -s^2, -s, s^4
+
+
+@dataclass(frozen=True)
+class SharedMotions:
+    """Shared motions of the contacts, and the mean flexibility.
+
+    Contact displacements times the square root of the contact stiffness have the p shared motions U, orthonormal
+    columns: d = W^-1 U y.
+
+    Attributes
+    ----------
+    shared : (3 n_c, p)
+        W^-1 U.
+    mean : (4, 3 n_c, 3 n_c)
+        Terms of the flexibility of the modes above the lowest ones, mean of all waves.
+    """
+
+    shared: Array
+    mean: Array
+
+    def structure(self, active: NDArray[np.bool_], n_harmonics: int, omega: float, static: bool) -> CondensedModes:
+        """The mean flexibility, with y as outputs and the forces on these as inputs; no states.
+
+        In real motions, rows (0, Re 1, Im 1, ...), near sigma = 0.
+
+        Parameters
+        ----------
+        active : (3 n_c,) bool
+            The contact dofs that appear in d and f.
+        n_harmonics : int
+            H of the perturbation.
+        omega : float
+            Excitation frequency, rad/s.
+        static : bool
+            Whether there is a harmonic 0.
+        """
+        harmonics = np.arange(0 if static else 1, n_harmonics + 1)
+        s = np.asarray(1j * omega * harmonics, dtype=complex)
+        parts = series(self.mean[:, active][:, :, active], s, omega)
+        first, size = int(static), np.count_nonzero(active)
+        blocks, changes = (
+            HarmonicBlocks(
+                part[0].real if static else np.zeros((0, 0)),
+                real_form(part[first:]).reshape(n_harmonics, 2 * size, 2 * size),
+            )
+            for part in parts
+        )
+        shared = np.kron(np.eye(first + 2 * n_harmonics), self.shared[active])
+        return CondensedModes(np.zeros((shared.shape[1],) * 2), shared.T, shared, blocks, changes)
+
+
+def series(terms: Matrix, s: ComplexArray, omega: float) -> tuple[ComplexArray, ComplexArray]:
+    """A flexibility from the `terms` of its series, (..., 4, n, n), and its derivative in sigma = s / omega.
+
+    Parameters
+    ----------
+    terms : (4, n, n) or (..., S, 4, n, n)
+        Factors of 1, -s^2, -s and s^4, of all harmonics or of each.
+    s : (S,) or (..., S)
+        Of the harmonics, 1/s.
+    omega : float
+        Excitation frequency, rad/s.
+
+    Returns
+    -------
+    (..., S, n, n) twice
+        The flexibility and its derivative.
+    """
+    powers = np.stack([np.ones_like(s), -(s**2), -s, s**4], axis=-1)
+    changes = omega * np.stack([np.zeros_like(s), -2.0 * s, -np.ones_like(s), 4.0 * s**3], axis=-1)
+    flat = terms.reshape(*terms.shape[:-2], -1)
+    shape = (*(terms.shape[:-3] or s.shape), *terms.shape[-2:])
+    value, change = ((factors[..., None, :] @ flat).reshape(shape) for factors in (powers, changes))
+    return value, change
+
+
+class WeightedModes(NamedTuple):
+    """Frequency and damping (m,) of some modes and their weighted motion (n, m), of contacts or of one face."""
+
+    frequency: Array
+    damping: Array
+    motion: Matrix
+
+    def in_motions(self, vectors: Array) -> "WeightedModes":
+        """The same in the motions that are the columns of `vectors` (n, p)."""
+        return self._replace(motion=vectors.T @ self.motion)
+
+    def term(self, number: int, other: "WeightedModes | None" = None) -> Matrix:
+        """A factor of the series (`series`), (n, n); with the motion of the same modes of an `other` face, across."""
+        squared = self.frequency**2
+        factor = (1.0 / squared, 1.0 / squared**2, self.damping / squared**2, 1.0 / squared**3)[number]
+        return np.asarray((self.motion * factor) @ (self if other is None else other).motion.conj().T)
+
+    def terms(self, other: "WeightedModes | None" = None) -> Matrix:
+        """All factors, (4, n, n)."""
+        return np.stack([self.term(number, other) for number in range(TERMS)])
+
+
+def contact_weights(contact: ContactParameters) -> Array:
+    """Square roots of the contact stiffnesses, (3 n_c,)."""
+    kt, kn = contact.tangential_stiffness, contact.normal_stiffness
+    return np.asarray(np.sqrt(np.stack([kt, kt, kn], axis=1).ravel()))
+
+
+def unweighted(mean: Array, vectors: Array, weight: Array) -> tuple[Array, Array]:
+    """W^-1 U and the terms of the mean flexibility without weights, from U `vectors` and those with weights."""
+    inverse = np.divide(1.0, weight, out=np.zeros_like(weight), where=weight > 0.0)
+    return inverse[:, None] * vectors, mean * (inverse[:, None] * inverse)
