@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
+
 from nonlinear.branches.special_point_location import locate_change, locate_zero
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
@@ -87,15 +89,45 @@ def locate_bifurcations(
     for kind in _crossings(before, after):
         if kind is BifurcationKind.BRANCH_POINT and has_fold:
             continue  # the real exponent that passes zero is that of the fold
-        found = locate_change(
-            continuation,
-            before,
-            after,
-            lambda point: point.unstable != unstable,
-            lambda point: _excess_rate(point, rank),
-        )
+        found = _located_by_one(continuation, before, after, rank)
+        if found is None or found.unstable == unstable:
+            found = locate_change(
+                continuation,
+                before,
+                after,
+                lambda point: point.unstable != unstable,
+                lambda point: _excess_rate(point, rank),
+            )
         if found is not None:
             yield kind, found
+
+
+def _located_by_one(
+    continuation: Continuation, before: SolutionPoint, after: SolutionPoint, rank: int
+) -> SolutionPoint | None:
+    """The change as `locate_change` finds it, with the one exponent that crosses; None where that is lost."""
+    stability = continuation.stability
+    growing = before if before.unstable > after.unstable else after
+    if stability is None or growing.exponents is None or growing.exponents.size <= rank:
+        return None
+    start, lost = complex(growing.exponents[rank]), list[SolutionPoint]()
+
+    def record(point: SolutionPoint) -> SolutionPoint:
+        found = stability.follow_wave(point, start)
+        if found is None:
+            lost.append(point)
+        return continuation.recorder.record(point).changed(exponents=np.array([start if found is None else found]))
+
+    def rate(point: SolutionPoint) -> float:
+        known = point is before or point is after
+        return _excess_rate(point, rank if known else 0)
+
+    found = locate_change(
+        continuation, before, after, lambda point: (rate(point) > 0.0) == (growing is after), rate, record
+    )
+    if lost or found is None:
+        return None
+    return found if found is after else continuation.recorder.with_exponents(found.changed(exponents=None))
 
 
 def _excess_rate(point: SolutionPoint, rank: int) -> float:

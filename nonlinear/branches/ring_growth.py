@@ -115,7 +115,7 @@ def _fill_alike(
     assert other is not None
     for index in range(first + 1, last):
         point, between = points[index], _between(points, (first, index, last), one, other)
-        followed = stability.follow_pattern(point, between) if growing else between
+        followed = stability.follow_pattern(point, between, climb=False) if growing else between
         if growing and (followed is None or not followed.grows(point.omega)):
             followed = stability.worst_pattern(point)
         found[index] = followed

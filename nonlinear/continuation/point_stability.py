@@ -70,6 +70,16 @@ class PointStability:
                 return found
         return np.zeros(0, dtype=complex)
 
+    def follow_wave(self, point: SolutionPoint, start: complex) -> complex | None:
+        """The exponent (1/s) with the symmetry of the wave that the one of a neighbouring point, `start`, leads to.
+
+        None if it leads to none, or where contacts do not change their state.
+        """
+        if self.linear_state(point) is not None:
+            return None
+        balance, contact = next(self._linearised(point))
+        return self._analysis(balance).followed(*contact, start)
+
     def linear_state(self, point: SolutionPoint) -> LinearState | None:
         """State of the contacts where none of them changes its state in the cycle."""
         return point.linear or self._linear_segments(point.balance).state(point.displacement)

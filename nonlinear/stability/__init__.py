@@ -18,11 +18,17 @@ All formulas stand on one page, docs/stability_algebra.md, in the notation of th
     modal_contact         the contact Jacobian in modal coordinates, its memory as a matrix of low rank
     reduced_refinement    one exponent in few modes, corrected for the others
     reduced_wave          the exponents of the wave in few modes
-    full_scan             pattern_scan with all modes, for stiff contacts
-    sector_scan           approximate exponents of all nodal diameters of a ring with a disk
-    sector_pencils        their eigenvalue problems, many at once
+    pattern_matrices      the slices of the strip, interpolated to all nodal diameters
+    face_scan             approximate exponents of all nodal diameters, for stiff contacts
+    sector_scan           the same for a ring with a disk
+    shared_motions        few contact motions that all waves share, and their mean flexibility
+    closed_contact        the contact closed around that flexibility
+    perturbation_pencils  the eigenvalue problems that are left, many at once
+    ring_structure        all of these for one structure
+    closed_refinement     one exponent with all modes, nothing linearised
     axis_interpolation    a matrix along the imaginary axis, from its values and derivatives
     wave_flexibility      a sector with a disk in all waves, in the few motions that contacts see
+    face_flexibility      a blade without a disk in them
     linear_poles          poles of the ring while no contact changes its state
 
 References

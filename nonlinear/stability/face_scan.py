@@ -14,6 +14,7 @@ from nonlinear.stability.face_flexibility import FaceFlexibility
 from nonlinear.stability.kappa_interpolation import KappaInterpolation
 from nonlinear.stability.pattern_matrices import WIDTH, ScannedSlices, SliceMatrices
 from nonlinear.stability.point_contact import PointContact
+from nonlinear.stability.reduced_problem import ABOVE
 from nonlinear.stability.ring_structure import RingStructure
 
 NODES = 8  # kappas between 0 and pi at which the matrices are formed
@@ -41,13 +42,15 @@ class FaceScan:
         """
         return self.scanned(contact).eigenvalues()
 
-    def scanned(self, contact: PointContact) -> ScannedSlices:
+    def scanned(self, contact: PointContact, above: float = ABOVE) -> ScannedSlices:
         """The slices of the strip.
 
         Parameters
         ----------
         contact : PointContact
             The point.
+        above : float
+            See `PerturbationPencils.matrices`.
         """
         structure, omega = self.structure, contact.omega
         motions, closed = structure.motions(omega), structure.closed(contact)
@@ -56,7 +59,7 @@ class FaceScan:
 
         def formed(centre: float) -> SliceMatrices:
             centres = np.full(2 * NODES, centre)
-            parts = pencils.matrices(closed.at(1j * centre), centres, omega, structure.highest_pole)
+            parts = pencils.matrices(closed.at(1j * centre), centres, omega, structure.highest_pole, above)
             return SliceMatrices(parts.retained[0], parts.matrix, parts.descriptor)
 
         upper = formed(WIDTH)

@@ -22,6 +22,7 @@ from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
 from nonlinear.stability.reduced_refinement import ReducedRefinement
 from nonlinear.stability.reduced_wave import ReducedWave
+from nonlinear.stability.ring_structure import RingStructure
 from nonlinear.stability.slider_memory import MemorySampler
 from rom import RelativeReceptance
 
@@ -107,12 +108,44 @@ class FloquetAnalysis:
         omega : float
             Excitation frequency, rad/s.
         """
-        memory = self.sampler.memory(displacement)
-        if self.problem.kappa == 0.0 and self.refinement.applies(omega):
-            reduced = self.few_modes.at(omega)
-            if reduced.omitted <= self.few_modes.negligible:
-                return self._in_few_modes(reduced, PointContact(jacobian, omega, memory))
-        return floquet_exponents(self.problem, jacobian, omega, memory)
+        contact = PointContact(jacobian, omega, self.sampler.memory(displacement))
+        if self._has_closed_contact:
+            few = self.few_modes.at(omega) if self.refinement.applies(omega) else None
+            if few is not None and few.omitted <= self.few_modes.negligible:
+                return self._in_few_modes(few, contact)
+            return self._refined_where_growing(contact)
+        return floquet_exponents(self.problem, jacobian, omega, contact.memory)
+
+    def followed(self, displacement: Array, jacobian: Array, omega: float, start: complex) -> complex | None:
+        """The exponent (1/s) that an exponent of a neighbouring point leads to; None if it leads to none.
+
+        Parameters
+        ----------
+        displacement, jacobian, omega
+            As of `exponents`.
+        start : complex
+            Exponent of the neighbour, 1/s.
+        """
+        contact = PointContact(jacobian, omega, self.sampler.memory(displacement))
+        value, exact = start / omega, False
+        found: tuple[complex | None, bool] | None = value, False
+        if self.refinement.applies(omega):
+            found = self.refinement.converged(contact, self.problem.kappa, value)
+        elif self._has_closed_contact:
+            found = self.structure.refinement(contact, 0).converged(value)
+        if found is None or found[0] is None:
+            return None
+        value, exact = found[0], found[1]
+        if not exact or abs(value) < SAME:
+            refined = converged(self.problem.eigenproblem(jacobian, omega, contact.memory), value)
+            return None if refined is None else omega * refined
+        return omega * value
+
+    @property
+    def _has_closed_contact(self) -> bool:
+        """Whether the contact is closed around what all waves share; not worth it for few contact dofs."""
+        modal = self.problem.modal
+        return self.problem.kappa == 0.0 and modal.neighbours_coupled and not self.refinement.small
 
     @cached_property
     def refinement(self) -> ReducedRefinement:
@@ -123,6 +156,32 @@ class FloquetAnalysis:
     def few_modes(self) -> ReducedProblems:
         """The problem in few modes, for approximate exponents of any kappa."""
         return ReducedProblems.few(self.problem, self.sampler.parameters)
+
+    @cached_property
+    def structure(self) -> RingStructure:
+        """The structure in few contact motions that all waves share."""
+        return RingStructure(self.problem, self.sampler.parameters, self.problem.modal.n_blades or 1)
+
+    def _refined_where_growing(self, contact: PointContact) -> ComplexArray:
+        """The exponents with stiff contacts; those that grow are refined to exact ones.
+
+        Condensed poles, linear in sigma, matter there: they make perturbations grow that decay.
+        """
+        found = floquet_exponents(self.problem, contact.jacobian, contact.omega, contact.memory)
+        growing = grows(found, contact.omega)
+        if not growing.any():
+            return found
+        refinement = self.structure.refinement(contact, 0)
+
+        def refined(value: complex) -> complex | None:
+            exact, is_exact = refinement.converged(value)
+            if exact is None:
+                return None
+            # the sign of a real exponent next to zero is that of all modes
+            return exact if is_exact and abs(exact) > SAME else value
+
+        sigma = found / contact.omega
+        return _in_strip(np.append(sigma[~growing], _refined(refined, sigma[growing], True)), contact.omega)
 
     def _in_few_modes(self, reduced: ReducedProblem, contact: PointContact) -> ComplexArray:
         """The exponents in few modes; those that may grow are refined to those of all modes."""

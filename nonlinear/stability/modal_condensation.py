@@ -132,26 +132,6 @@ class ContactFreeModel:
             self._blocks((relative * g_1.sum(axis=1)[:, None]) @ adjoint),
         )
 
-    def mirror(self, omega: float) -> NDArray[np.int64]:
-        """Order of the states, h and -h exchanged, in which the complex conjugate problem is that of -kappa.
-
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-
-        Returns
-        -------
-        (n_z,) int
-            For the amplitudes of the harmonics 0, 1, -1, 2, -2, ... (`real_form` False).
-        """
-        retained = self.retained(omega)
-        first = self._first
-        static = 2 * int(np.count_nonzero(retained[0, 0])) if first else 0
-        row = np.nonzero(retained[first:])[0]
-        order = np.lexsort((np.arange(row.size), row ^ 1))
-        return np.concatenate([np.arange(static), static + order])
-
     def _static(self, omega: float, retained: NDArray[np.bool_], relative: Matrix) -> tuple[Matrix, Matrix, Matrix]:
         """A, B, C of harmonic 0: displacement and velocity of each mode retained."""
         modes = np.flatnonzero(retained)

@@ -11,6 +11,7 @@ from nonlinear.contact.parameters import Array
 # distances in units of omega
 WIDTH = 1.0 / 3.0  # of the slices of the strip
 OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
+MISPLACED = 0.5  # the same, over a growth, which moves it away from where the slice is linearised
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,7 @@ class ScannedSlices:
             return found
         for centre, matrices in self.slices:
             values = np.linalg.eigvals(matrices.interpolated(self.weights[k - 1]))
-            row, column = np.nonzero(np.abs(values.imag) <= WIDTH / 2.0 + OVERLAP)
+            margin = OVERLAP + MISPLACED * np.clip(values.real, 0.0, WIDTH)
+            row, column = np.nonzero(np.abs(values.imag) <= WIDTH / 2.0 + margin)
             found += zip((values[row, column] + 1j * centre).tolist(), k[row].tolist(), strict=True)
         return sorted(found, key=lambda item: -item[0].real)

@@ -59,7 +59,7 @@ class PerturbationPencils:
         return np.asarray(np.linalg.eigvals(np.linalg.solve(problem.descriptor, problem.matrix)), dtype=complex)
 
     def matrices(
-        self, contact: tuple[Matrix, Matrix], centre: Array, omega: float, highest_pole: float
+        self, contact: tuple[Matrix, Matrix], centre: Array, omega: float, highest_pole: float, above: float = ABOVE
     ) -> "PencilMatrices":
         """A_c and E_c of (sigma - i `centre`) E_c z = A_c z.
 
@@ -75,9 +75,11 @@ class PerturbationPencils:
             Excitation frequency, rad/s.
         highest_pole : float
             Distance of retained poles from 0 in units of omega.
+        above : float
+            Distance of retained poles beyond the middle in the sense in which contacts move them, in units of omega.
         """
         stiffness, change = contact
-        state = self._states(centre, omega, highest_pole)
+        state = self._states(centre, omega, highest_pole, above)
         g_0, g_1 = self._flexibilities(state, centre, omega)
         difference = self._return_difference(g_0, stiffness)
         motion = np.linalg.solve(difference, state.output)
@@ -110,12 +112,12 @@ class PerturbationPencils:
         )
         return value, change
 
-    def _states(self, centre: Array, omega: float, highest_pole: float) -> "_States":
+    def _states(self, centre: Array, omega: float, highest_pole: float, above: float) -> "_States":
         """The poles retained."""
         poles, residues = self.poles / omega, self.residues / omega
         middle = self.harmonics[:, None, None] + centre[:, None, None, None]
         distance = poles - 1j * middle
-        retained = near_poles(poles, middle, ABOVE, self.rise / omega + MARGIN, highest_pole, FARTHEST)
+        retained = near_poles(poles, middle, above, self.rise / omega + MARGIN, highest_pole, FARTHEST)
         error = np.abs(residues) * self.stiffening * (WIDTH / 2.0) ** 2
         beside = near_poles(poles, middle, BESIDE, BESIDE + self.rise / omega, highest_pole)
         retained |= beside & (error > NEGLIGIBLE_ERROR * np.abs(distance) ** 3)

@@ -178,8 +178,12 @@ class ReducedRefinement:
         modal = self.problem.modal
         if not isinstance(modal, ModalModel) or modal.left is None:
             return False
-        size = 3 * self.contact.n_contacts * (2 * self.problem.n_harmonics + 1)
-        return size >= LEAST_SIZE and self._at(omega).omitted <= MAX_OMITTED
+        return not self.small and self._at(omega).omitted <= MAX_OMITTED
+
+    @property
+    def small(self) -> bool:
+        """Whether the problem has so few contact dofs that all modes are the least work."""
+        return 3 * self.contact.n_contacts * (2 * self.problem.n_harmonics + 1) < LEAST_SIZE
 
     def _at(self, omega: float) -> ReducedProblem:
         return self._reduced.at(omega)

@@ -4,6 +4,7 @@ All nodal diameters are scanned with few modes (`PatternScan`), with a disk each
 What leads there is refined with the matrices of its own kappa.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -18,8 +19,8 @@ from nonlinear.stability.floquet import NEUTRAL, OVERLAP, FloquetAnalysis, conve
 from nonlinear.stability.hill import HillProblem
 from nonlinear.stability.pattern_matrices import ScannedSlices
 from nonlinear.stability.pattern_scan import PatternScan
+from nonlinear.stability.perturbation_pencils import FARTHEST
 from nonlinear.stability.point_contact import PointContact
-from nonlinear.stability.ring_structure import RingStructure
 from nonlinear.stability.sector_scan import SectorScan
 from rom import RingModes, SectorModes
 
@@ -132,11 +133,9 @@ class RingStability:
         point = self._point(contact)
         if self._has_disk:
             best = self._least_stable(point, self._sector_scan.eigenvalues(point))
-        elif self._scan.applies(point.omega):
-            best = self._leading_of(point, self._scan.scanned(point))
-            best = best or self._leading_of(point, self._face_scan.scanned(point))
         else:
-            best = self._leading_of(point, self._face_scan.scanned(point))
+            leading = (self._leading_of(point, slices) for slices in self._scanned(point))
+            best = next((found for found in leading if found is not None), None)
         return best if best is None else self._climbed(point, best)
 
     def _leading_of(self, point: PointContact, slices: ScannedSlices) -> PatternExponent | None:
@@ -226,8 +225,15 @@ class RingStability:
     def _approximate(self, point: PointContact) -> list[tuple[complex, int]]:
         if self._has_disk:
             return self._sector_scan.eigenvalues(point)
-        found = self._scan.eigenvalues(point) if self._scan.applies(point.omega) else []
-        return found or self._face_scan.eigenvalues(point)
+        found = (slices.eigenvalues() for slices in self._scanned(point))
+        return next((values for values in found if values), [])
+
+    def _scanned(self, point: PointContact) -> Iterator[ScannedSlices]:
+        """The slices of the strip without a disk; those with more poles are for points that have nothing else."""
+        if self._scan.applies(point.omega):
+            yield self._scan.scanned(point)
+        yield self._face_scan.scanned(point)
+        yield self._face_scan.scanned(point, above=FARTHEST)
 
     @property
     def _has_disk(self) -> bool:
@@ -239,15 +245,11 @@ class RingStability:
 
     @cached_property
     def _sector_scan(self) -> SectorScan:
-        return SectorScan(self._structure)
+        return SectorScan(self.wave.structure)
 
     @cached_property
     def _face_scan(self) -> FaceScan:
-        return FaceScan(self._structure)
-
-    @cached_property
-    def _structure(self) -> RingStructure:
-        return RingStructure(self.wave.problem, self.wave.sampler.parameters, self.n_blades)
+        return FaceScan(self.wave.structure)
 
     def _refined(self, contact: PointContact, sigma: complex, k: int) -> PatternExponent | None:
         """The exponent of k that successive linear problems lead to from `sigma`; None if they lead to none."""
@@ -270,7 +272,9 @@ class RingStability:
     def _by_reduced_problem(self, contact: PointContact, sigma: complex, k: int) -> tuple[complex | None, bool]:
         """The eigenvalue from few modes or few contact motions, and whether it is exact; None: it leads to none."""
         if not self.wave.refinement.applies(contact.omega):
-            return self._structure.refinement(contact, k).converged(sigma)
+            if self.wave.refinement.small and not self._has_disk and self._scan.applies(contact.omega):
+                return sigma, False
+            return self.wave.structure.refinement(contact, k).converged(sigma)
         kappa = 2.0 * np.pi * k / self.n_blades
         found = self.wave.refinement.converged(contact, kappa, sigma)
         return found or self.wave.refinement.converged(contact, kappa, sigma + OFF_AXIS) or (None, True)
