@@ -31,6 +31,7 @@ WIDE_SLICE = 1.0 / 3.0  # the same with few modes
 IN_DOUBT = 2e-3  # decay up to which an eigenvalue of few modes is refined: three times the largest error seen
 OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
 CONVERGED = 1e-6  # change of an eigenvalue at which the iteration ends
+NEXT_TO_ZERO = 1e-3  # eigenvalue up to which condensed poles do not matter
 SAME = 1e-5  # distance up to which two converged eigenvalues are one
 FASTEST = 100.0  # decay beyond which exp(-2 pi sigma) in the slider memory overflows: no such exponent leads
 MAX_ITERATIONS = 8
@@ -174,11 +175,10 @@ class FloquetAnalysis:
         refinement = self.structure.refinement(contact, 0)
 
         def refined(value: complex) -> complex | None:
+            if abs(value) < NEXT_TO_ZERO:
+                return value
             exact, is_exact = refinement.converged(value)
-            if exact is None:
-                return None
-            # the sign of a real exponent next to zero is that of all modes
-            return exact if is_exact and abs(exact) > SAME else value
+            return value if exact is not None and not is_exact else exact
 
         sigma = found / contact.omega
         return _in_strip(np.append(sigma[~growing], _refined(refined, sigma[growing], True)), contact.omega)
