@@ -21,6 +21,8 @@ from nonlinear.contact.trigonometric_roots import NOWHERE, PERIOD, cosine_sine
 
 SOLVED = 1e-7  # correction of phi after which one more of Newton's steps leaves nothing
 STILL = 1e-17  # motion of the slider that is none
+FARTHEST_STEP = 10.0  # of the length of a panel, relative, after which no end of slip is near
+SHORTER, LONGER = -0.75, 2.0  # limits of such a step
 
 
 @inner
@@ -247,8 +249,10 @@ def slip_end(length: float, graded: float, approach: int, panel: Panel) -> float
     for k in range(nodes):
         derivative += radau.derivative[last, k] * panel.margin[k]
     step, part, before = -margin / derivative, radau.point[last], radau.point[last - 1]
-    if approach > 0 and not STILL < abs(step * length * margin) < abs(0.5 * length * margin):
-        return length
+    if approach > 0:
+        if not (abs(step * length * margin) > STILL and abs(step) < FARTHEST_STEP):
+            return length
+        step = min(max(step, SHORTER), LONGER)
     if approach == 0 and not before - part < step < 0.0:
         step = 0.5 * (before - part)
     part += step
