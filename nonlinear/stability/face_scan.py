@@ -59,7 +59,7 @@ class FaceScan:
 
         def formed(centre: float) -> SliceMatrices:
             centres = np.full(2 * NODES, centre)
-            parts = pencils.matrices(closed.at(1j * centre), centres, omega, structure.highest_pole, above)
+            parts = pencils.matrices(closed.at(1j * centre), centres, omega, structure.problem.highest_pole, above)
             return SliceMatrices(parts.retained[0], parts.matrix, parts.descriptor)
 
         upper = formed(WIDTH)

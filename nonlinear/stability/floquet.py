@@ -128,7 +128,7 @@ class FloquetAnalysis:
             Exponent of the neighbour, 1/s.
         """
         contact = PointContact(jacobian, omega, self.sampler.memory(displacement))
-        value, exact = start / omega, False
+        value = start / omega
         found: tuple[complex | None, bool] | None = value, False
         if self.refinement.applies(omega):
             found = self.refinement.converged(contact, self.problem.kappa, value)

@@ -82,6 +82,18 @@ class HillProblem:
         """Whether the exponents come in complex conjugate pairs: B_-h is the complex conjugate of B_h."""
         return not self.modal.neighbours_coupled or abs(np.sin(self.kappa)) < 1e-12
 
+    @property
+    def harmonics(self) -> Array:
+        """0, 1, -1, 2, -2, ...; (S,)."""
+        order = np.arange(1.0, self.n_harmonics + 1.0)
+        pairs = np.stack([order, -order], axis=1).ravel()
+        return np.append(0.0, pairs) if self.static else pairs
+
+    @property
+    def highest_pole(self) -> float:
+        """Distance of retained poles from 0 in units of omega."""
+        return self.retention_harmonic + self.retention_radius
+
     @cached_property
     def contact_free(self) -> ContactFreeModel:
         """The contact-free model.
@@ -89,11 +101,9 @@ class HillProblem:
         In real motions of the harmonics 0, 1, 2, ... where the exponents come in conjugate pairs, else in the
         harmonics 0, 1, -1, 2, -2, ...
         """
-        harmonics = np.arange(1.0, self.n_harmonics + 1.0)
-        if not self.conjugate_pairs:
-            harmonics = np.stack([harmonics, -harmonics], axis=1).ravel()
-        if self.static:
-            harmonics = np.append(0.0, harmonics)
+        harmonics = self.harmonics
+        if self.conjugate_pairs:
+            harmonics = harmonics[harmonics >= 0.0]
         return ContactFreeModel(
             self.modal.waves(harmonics * self.phase + self.kappa),
             harmonics,

@@ -54,9 +54,7 @@ class ReducedProblem:
     @cached_property
     def harmonics(self) -> Array:
         """0, 1, -1, 2, -2, ...; (S,)."""
-        order = np.arange(1.0, self.problem.n_harmonics + 1.0)
-        pairs = np.stack([order, -order], axis=1).ravel()
-        return np.append(0.0, pairs) if self.problem.static else pairs
+        return self.problem.harmonics
 
     @cached_property
     def poles(self) -> tuple[ComplexArray, ComplexArray]:
@@ -102,15 +100,15 @@ class ReducedProblem:
         centre : float
             In units of omega.
         """
-        modal, p = self.modal, self.problem
+        modal = self.modal
         assert modal.left is not None
         kt, kn = contact.tangential_stiffness, contact.normal_stiffness
         springs = np.stack([kt, kt, kn], axis=1).ravel()
         stiffness = springs @ (np.abs(modal.right) + np.abs(modal.left)) ** 2
         rise = (np.sqrt(modal.angular_frequency**2 + stiffness) - modal.angular_frequency) / omega
         poles = self.poles[0] / omega
-        highest = p.retention_harmonic + p.retention_radius
-        return near_poles(poles, self.harmonics[:, None, None] + centre, ABOVE, rise + MARGIN, highest)
+        middle = self.harmonics[:, None, None] + centre
+        return near_poles(poles, middle, ABOVE, rise + MARGIN, self.problem.highest_pole)
 
     def condensed_around(self, centre: float, retained: NDArray[np.bool_], omega: float) -> CondensedPoles:
         """The poles in sigma - i `centre`, those `retained` (S, 2, q) as states, at `omega` (rad/s)."""

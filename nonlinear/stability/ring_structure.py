@@ -46,14 +46,7 @@ class RingStructure:
     @cached_property
     def harmonics(self) -> Array:
         """0, 1, -1, 2, -2, ...; (S,)."""
-        order = np.arange(1.0, self.problem.n_harmonics + 1.0)
-        pairs = np.stack([order, -order], axis=1).ravel()
-        return np.append(0.0, pairs) if self.problem.static else pairs
-
-    @property
-    def highest_pole(self) -> float:
-        """Distance of retained poles from 0 in units of omega."""
-        return self.problem.retention_harmonic + self.problem.retention_radius
+        return self.problem.harmonics
 
     def motions(self, omega: float) -> WaveFlexibility | FaceFlexibility:
         """The flexibility of the waves, with lowest modes that suffice.

@@ -54,7 +54,9 @@ class SectorScan:
         values, diameters = np.zeros(0, dtype=complex), np.zeros(0, dtype=np.int64)
         for some, pencils in self._pencils(every, omega):
             for centre, matrices in slices.items():
-                found = pencils.eigenvalues(matrices, np.full(some.size, centre), omega, structure.highest_pole)
+                found = pencils.eigenvalues(
+                    matrices, np.full(some.size, centre), omega, structure.problem.highest_pole
+                )
                 row, column = np.nonzero(np.abs(found.imag) <= WIDTH / 2.0 + OVERLAP)
                 values = np.append(values, found[row, column] + 1j * centre)
                 diameters = np.append(diameters, some[row])
@@ -85,7 +87,7 @@ class SectorScan:
             places = doubtful[done : done + some.size]
             done += some.size
             centre = values[places].imag
-            highest = self.structure.highest_pole
+            highest = self.structure.problem.highest_pole
             found = pencils.eigenvalues(contact.at(centre), centre, omega, highest) + 1j * centre[:, None]
             away = np.abs(found - values[places, None])
             if away.shape[1]:
