@@ -33,6 +33,11 @@ class ClosedContact:
     harmonics: int
     active: NDArray[np.bool_]
 
+    @property
+    def static(self) -> bool:
+        """Whether there is a harmonic 0."""
+        return self.harmonics % 2 == 1
+
     @classmethod
     def of(cls, problem: HillProblem, motions: SharedMotions, contact: PointContact) -> "ClosedContact":
         """Close the contact of a point.
@@ -80,7 +85,7 @@ class ClosedContact:
         free : (S, n)
             d, amplitudes of the harmonics 0, 1, -1, ...
         """
-        first = self.harmonics % 2
+        first = int(self.static)
         real = free.copy()
         one, other = free[first::2], free[first + 1 :: 2]
         real[first::2], real[first + 1 :: 2] = one + other, -1j * (one - other)
@@ -96,7 +101,7 @@ class ClosedContact:
 
     def _in_amplitudes(self, matrix: Matrix) -> ComplexArray:
         size, rows = self.harmonics, len(matrix) // max(self.harmonics, 1)
-        missing = (size + 1) % 2  # harmonic 0
+        missing = int(not self.static)  # harmonic 0
         values = np.zeros((rows, rows, size + missing, size + missing), dtype=matrix.dtype)
         values[:, :, missing:, missing:] = matrix.reshape(size, rows, size, rows).transpose(1, 3, 0, 2)
         result = in_harmonics(values)[:, :, missing:, missing:]

@@ -71,8 +71,6 @@ class ClosedRefinement:
         The point.
     closed : ClosedContact
         Its contact, closed around the mean flexibility.
-    static : bool
-        Whether there is a harmonic 0.
     conjugate_pairs : bool
         Whether the eigenvalues come in conjugate pairs.
     """
@@ -80,7 +78,6 @@ class ClosedRefinement:
     structure: PerturbationStructure
     contact: PointContact
     closed: ClosedContact
-    static: bool
     conjugate_pairs: bool = False
 
     def converged(self, value: complex) -> tuple[complex | None, bool]:
@@ -92,9 +89,8 @@ class ClosedRefinement:
             sigma = lambda / omega.
         """
         found, exact = self._followed(value)
-        if (
-            found is None or abs(found - value) > AWAY
-        ):  # a mode that hardly moves the contacts is not in the small problem
+        if found is None or abs(found - value) > AWAY:
+            # a mode that hardly moves the contacts is not in the small problem
             poles = self.structure.pencils.poles[0] / self.contact.omega
             distance = np.abs(poles - 1j * self.structure.pencils.harmonics[:, None, None] - value)
             if distance.size and distance.min() < AT_POLE:
@@ -163,7 +159,7 @@ class ClosedRefinement:
         active = self.closed.active
         every = np.zeros((len(d), active.size), dtype=complex)
         every[:, active] = d
-        return self.contact.forces(sigma, every, self.static)[:, active]
+        return self.contact.forces(sigma, every, self.closed.static)[:, active]
 
     def _linearised(self, shift: complex) -> "SmallProblem":
         flexibility, change = (part[0] for part in self.structure.pencils.flexibility(shift, self.contact.omega))

@@ -32,16 +32,6 @@ class FaceScan:
 
     structure: RingStructure
 
-    def eigenvalues(self, contact: PointContact) -> list[tuple[complex, int]]:
-        """Eigenvalues sigma = lambda / omega in the strip and their k, those of all k, the least stable first.
-
-        Parameters
-        ----------
-        contact : PointContact
-            The point.
-        """
-        return self.scanned(contact).eigenvalues()
-
     def scanned(self, contact: PointContact, above: float = ABOVE) -> ScannedSlices:
         """The slices of the strip.
 

@@ -13,7 +13,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.stability.block_matrices import Matrix
 from nonlinear.stability.cone_slider_memory import ConeSliderMemory
 from nonlinear.stability.face_contact import face_contact
-from nonlinear.stability.point_contact import PointContact, columns_in_harmonics
+from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ReducedProblem
 from nonlinear.stability.slider_memory import SliderMemory
 
@@ -93,10 +93,6 @@ class LowRankMemoryContact(_ContactInModes):
         return memory
 
     @cached_property
-    def _jacobian(self) -> ComplexArray:
-        return self.contact.in_harmonics(self.reduced.problem.static)
-
-    @cached_property
     def _periodic(self) -> ComplexArray:
         return face_contact(self.reduced, self.contact).periodic(self.kappa)
 
@@ -108,8 +104,7 @@ class LowRankMemoryContact(_ContactInModes):
     @cached_property
     def _basis(self) -> ComplexArray:
         """Q without the slopes, (M, S)."""
-        assert self._memory is not None
-        return columns_in_harmonics(self._memory.basis)[:, self._first :]
+        return self.contact.slider_basis[:, self._first :]
 
     @cached_property
     def _slider_motion(self) -> ComplexArray:

@@ -59,16 +59,6 @@ class PatternScan:
         """
         return self.reduced.at(omega).omitted <= self.reduced.negligible
 
-    def eigenvalues(self, contact: PointContact) -> list[tuple[complex, int]]:
-        """Eigenvalues sigma = lambda / omega in the strip and their k, those of all k, the least stable first.
-
-        Parameters
-        ----------
-        contact : PointContact
-            The point.
-        """
-        return self.scanned(contact).eigenvalues()
-
     def scanned(self, contact: PointContact) -> ScannedSlices:
         """The slices of the strip.
 

@@ -82,7 +82,7 @@ class PointContact:
         if memory is None:
             return result
         first = 0 if static else 1
-        force, basis = memory.force_in_harmonics(sigma)[0][:, first:], self._slider_basis[:, first:]  # (M, S)
+        force, basis = memory.force_in_harmonics(sigma)[0][:, first:], self.slider_basis[:, first:]  # (M, S)
         slider, normal = 3 * memory.node + memory.direction, 3 * memory.node + 2
         if adjoint:
             set_by = np.sum(motion.T[slider] * force, axis=1)[:, None] * basis
@@ -94,7 +94,7 @@ class PointContact:
         return result
 
     @cached_property
-    def _slider_basis(self) -> ComplexArray:
+    def slider_basis(self) -> ComplexArray:
         """Q without the slopes, (M, 2H+1)."""
         assert isinstance(self.memory, SliderMemory)
         return columns_in_harmonics(self.memory.basis)
@@ -116,7 +116,7 @@ class PointContact:
 
     @cached_property
     def in_few_modes(self) -> dict[int, Any]:
-        """What `face_contact` has formed of this point, by the identity of the reduced problem."""
+        """What has been formed of this point, by the identity of the reduced problem or of the shared motions."""
         return {}
 
     def _of_cone(self, memory: ConeSliderMemory, values: Matrix) -> Matrix:

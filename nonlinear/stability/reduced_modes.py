@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.stability.shared_motions import contact_weights
 from rom import ModalModel
 
 LEAST = 4  # residual modes
@@ -49,8 +50,7 @@ def reduced_modes(
     if kept + least >= modal.damping.size:
         return modal, 0.0
     assert modal.left is not None
-    kt, kn = contact.tangential_stiffness, contact.normal_stiffness
-    weight = np.sqrt(np.stack([kt, kt, kn], axis=1).reshape(-1, 1))
+    weight = contact_weights(contact)[:, None]
     frequency = modal.angular_frequency[kept:]
     faces = np.concatenate([weight * modal.right[:, kept:], weight * modal.left[:, kept:]])
     _, sizes, shapes = np.linalg.svd(faces / frequency, full_matrices=False)

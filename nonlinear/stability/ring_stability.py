@@ -29,10 +29,8 @@ SAME_RATE = 0.1  # relative difference of two rates that is left where it does n
 FAMILY = 0.05  # distance of two eigenvalues of one family of neighbouring nodal diameters
 OFF_AXIS = 1e-3j  # from a real eigenvalue of the scan to a complex pair near it
 KEPT_PROBLEMS = 16  # with a disk, each with modes of its own
-FAST, MOST_FAST = (
-    1.0,
-    4,
-)  # growth beyond which the scan, linear in sigma, tells little; eigenvalues tried all the same
+FAST = 1.0  # growth, in units of omega, beyond which the scan, linear in sigma, tells little
+MOST_FAST = 4  # of these eigenvalues that are tried all the same
 COARSE = 3  # nodal diameters from one looked at to the next, where perturbations of one of these grow
 CLEARLY_GROWING = 0.02  # growth in the scan, in units of omega, that is likely to be one
 MAX_REFINED = 12  # eigenvalues of one point, or more: all those that grow in the scan, until one grows

@@ -124,7 +124,7 @@ class RingStructure:
             self._modes[k] = self.problem.modal.waves(self.phases(np.array([2.0 * np.pi * k / self.n_blades]))[0])
         structure = PerturbationStructure(self.motions(omega), self.pencils(np.array([k]), omega), self._modes[k])
         real = 2 * k % self.n_blades == 0
-        return ClosedRefinement(structure, contact, self.closed(contact), self.problem.static, real)
+        return ClosedRefinement(structure, contact, self.closed(contact), real)
 
     @cached_property
     def _orders(self) -> NDArray[np.int64]:

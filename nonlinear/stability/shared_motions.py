@@ -18,6 +18,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
 from nonlinear.stability.block_matrices import HarmonicBlocks, Matrix
 from nonlinear.stability.modal_condensation import CondensedModes, real_form
+from rom import contact_springs
 
 TERMS = 4  # of the series: 1, -s^2, -s, s^4
 
@@ -120,8 +121,8 @@ class WeightedModes(NamedTuple):
 
 def contact_weights(contact: ContactParameters) -> Array:
     """Square roots of the contact stiffnesses, (3 n_c,)."""
-    kt, kn = contact.tangential_stiffness, contact.normal_stiffness
-    return np.asarray(np.sqrt(np.stack([kt, kt, kn], axis=1).ravel()))
+    springs = contact_springs(contact.n_contacts, contact.normal_stiffness, contact.tangential_stiffness)
+    return np.asarray(np.sqrt(springs.ravel()))
 
 
 def unweighted(mean: Array, vectors: Array, weight: Array) -> tuple[Array, Array]:

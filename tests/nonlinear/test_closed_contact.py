@@ -154,6 +154,6 @@ def test_the_least_stable_nodal_diameter_with_stiff_contacts(law):
 def test_open_contacts_leave_the_poles_of_the_blade():
     structure, point, _ = case("two_sliders")
     open_point = PointContact(np.zeros_like(point.jacobian), OMEGA, None)
-    found = FaceScan(structure).eigenvalues(open_point)
+    found = FaceScan(structure).scanned(open_point).eigenvalues()
     least = structure.problem.modal.damping.min()  # 2 zeta omega
     assert found[0][0].real * OMEGA == pytest.approx(-least / 2.0, rel=1e-6)

@@ -106,7 +106,7 @@ def test_open_contacts_leave_the_poles_of_the_blade():
     analysis, point, contact = case()
     open_point = PointContact(np.zeros_like(point.jacobian), OMEGA, None)
     scan = PatternScan(analysis.few_modes, contact, N_BLADES)
-    found = scan.eigenvalues(open_point)
+    found = scan.scanned(open_point).eigenvalues()
     least = analysis.problem.modal.damping.min()  # 2 zeta omega
     assert found[0][0].real * OMEGA == pytest.approx(-least / 2.0, rel=1e-6)
 
@@ -125,8 +125,8 @@ def test_opposite_kappa_is_mirrored():
 @pytest.mark.parametrize("law", ["two_sliders", "cone"])
 def test_both_scans_find_the_same(law):
     analysis, point, contact = case(law)
-    few = PatternScan(analysis.few_modes, contact, N_BLADES).eigenvalues(point)
-    full = FaceScan(RingStructure(analysis.problem, contact, N_BLADES)).eigenvalues(point)
+    few = PatternScan(analysis.few_modes, contact, N_BLADES).scanned(point).eigenvalues()
+    full = FaceScan(RingStructure(analysis.problem, contact, N_BLADES)).scanned(point).eigenvalues()
     for sigma, k in full[:6]:
         assert min(abs(sigma - other) for other, n in few if n == k) < 0.01
 
