@@ -77,7 +77,10 @@ class Bifurcation:
 def locate_bifurcations(
     continuation: Continuation, before: SolutionPoint, after: SolutionPoint
 ) -> Iterator[tuple[BifurcationKind, SolutionPoint]]:
-    """Bifurcations between two neighbouring points, each as its kind and the point there."""
+    """Bifurcations between two neighbouring points, each as its kind and the point there.
+
+    Where the motion is unstable on both sides, and no conclusion rests on the place, that is the second point.
+    """
     has_fold = before.tangent[1] * after.tangent[1] < 0.0
     if has_fold:
         fold = locate_zero(continuation, before, after, lambda point: point.tangent[1])
@@ -86,9 +89,13 @@ def locate_bifurcations(
     if before.exponents is None or after.exponents is None:
         return
     unstable, rank = before.unstable, min(before.unstable, after.unstable)
+    stays_unstable = not before.stable_wave and not after.stable_wave
     for kind in _crossings(before, after):
         if kind is BifurcationKind.BRANCH_POINT and has_fold:
             continue  # the real exponent that passes zero is that of the fold
+        if stays_unstable:
+            yield kind, after
+            continue
         found = _located_by_one(continuation, before, after, rank)
         if found is None or found.unstable == unstable:
             found = locate_change(

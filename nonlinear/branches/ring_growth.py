@@ -6,7 +6,7 @@ wave itself is unstable, exponents of other nodal diameters change no flag: ther
 """
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 from nonlinear.branches.bifurcations import KINDS, BifurcationKind
 from nonlinear.branches.special_point_location import locate_change
@@ -18,6 +18,7 @@ from nonlinear.stability.ring_stability import PatternExponent
 
 STRIDE = 4  # points from one at which all nodal diameters are looked at to the next
 GROWING_STRIDE = 16  # the same where perturbations grow at both: the growth is proved at every point between
+UNSTABLE_STRIDE = 64  # the same where the wave itself is unstable all the way
 AMPLIFIED = 0.98  # share of the least decay without contact; what decays slower is fed by contact forces
 SIMILAR_DECAY = 0.2  # relative difference of two rates of decay between which one is interpolated
 SIMILAR_GROWTH = 0.05  # the same of an interpolated rate of growth
@@ -44,9 +45,20 @@ def with_patterns(stability: PointStability, points: list[SolutionPoint]) -> lis
         else:
             run.append(index)
         if run and (run[-1] != index or index == len(points) - 1):
-            _find(stability, points, found, sorted({*run[::GROWING_STRIDE], run[-1]}))
+            _find(stability, points, found, _looked_at_first(points, run))
             run = []
     return [replace(point, pattern=found[index]) for index, point in enumerate(points)]
+
+
+def _looked_at_first(points: list[SolutionPoint], run: list[int]) -> list[int]:
+    """The points, of some in a row, at which all nodal diameters are looked at first."""
+    chosen = {*run[::GROWING_STRIDE], run[-1]}
+    for unstable, group in groupby(run, lambda index: _wave_grows(points[index])):
+        stretch = list(group)
+        if unstable and len(stretch) > GROWING_STRIDE:
+            chosen -= {*stretch}
+            chosen |= {*stretch[::UNSTABLE_STRIDE], stretch[-1]}
+    return sorted(chosen)
 
 
 def _find(
@@ -61,7 +73,8 @@ def _find(
             found[chosen] = stability.worst_pattern(points[chosen])
     for first, last in pairwise(looked_at):
         ends = [(found[index], points[index].omega) for index in (first, last)]
-        if last - first > STRIDE and not all(one is not None and one.grows(omega) for one, omega in ends):
+        alike = all(one is not None and one.grows(omega) for one, omega in ends)
+        if last - first > STRIDE and not alike and not all(map(_wave_grows, points[first : last + 1])):
             _find(stability, points, found, sorted({*range(first, last, STRIDE), last}))
         else:
             _fill(stability, points, found, first, last)
@@ -126,16 +139,22 @@ def _changes_no_flag(points: list[SolutionPoint], one: PatternExponent, other: P
 
     It does where the rates of the first and the last point are nearly the same, or no larger than those of the wave.
     """
-    if any(not point.unstable for point in points):
+    if not all(map(_wave_grows, points)):
         return False
-    own = []
-    for point in points:
-        assert point.exponents is not None
-        own.append(float(point.exponents[0].real))
-    if any(rate < UNSTABLE_WAVE * point.omega for rate, point in zip(own, points, strict=True)):
-        return False
-    follows_wave = one.exponent.real <= own[0] and other.exponent.real <= own[-1]
+    own = [_growth_of_wave(points[end]) for end in (0, -1)]
+    follows_wave = one.exponent.real <= own[0] and other.exponent.real <= own[1]
     return follows_wave or _same_rate(one.exponent.real, other.exponent.real, SIMILAR_DECAY)
+
+
+def _wave_grows(point: SolutionPoint) -> bool:
+    """Whether the wave itself is so unstable that no other nodal diameter changes a flag."""
+    return bool(point.unstable) and _growth_of_wave(point) >= UNSTABLE_WAVE * point.omega
+
+
+def _growth_of_wave(point: SolutionPoint) -> float:
+    """Real part (1/s) of the least stable exponent of the wave."""
+    assert point.exponents is not None
+    return float(point.exponents[0].real)
 
 
 def _alike(before: SolutionPoint, after: SolutionPoint, one: PatternExponent, other: PatternExponent) -> bool:

@@ -1,7 +1,9 @@
-"""Floquet exponents of the wave along a branch: computed at some points, interpolated where all of them decay.
+"""Floquet exponents of the wave along a branch: all of them at some points, the leading one between these.
 
-A real exponent that passes zero changes the sign of det dR/dx, which is known at every point. The exponents are
-computed in some points and halfway between them; where the rate halfway is not as interpolated, in more points.
+A real exponent that passes zero changes the sign of det dR/dx, which is known at every point. All exponents are
+computed in some points and halfway between them. Where all of them decay, the leading one is interpolated between
+these; where the rate halfway is not as interpolated, all are computed in more points. Where as many grow in
+neighbouring ones of these points, one of them is followed from point to point, which proves the growth of each.
 """
 
 from collections.abc import Sequence
@@ -12,6 +14,7 @@ import numpy as np
 
 from nonlinear.continuation.point_recording import PointRecorder
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.stability.floquet import grows
 
 STRIDE = 8  # points from one whose exponents are computed to the next
 DECAY_ERROR = 0.2  # relative error of a rate of decay, halfway between two others, that may be interpolated
@@ -23,7 +26,8 @@ def with_wave_exponents(
 ) -> list[SolutionPoint]:
     """The points of a branch with the exponents of perturbations that have the symmetry of the wave.
 
-    Where all of them decay, that of the least stable one is interpolated; `exponents` has no others there.
+    Where all of them decay, that of the least stable one is interpolated; `exponents` has no others there. Where the
+    leading one is followed, `exponents` has it, and the others that grow as at a point next to it.
 
     Parameters
     ----------
@@ -56,6 +60,10 @@ def _fill(recorder: PointRecorder, points: list[SolutionPoint], first: int, last
     """Find the exponents between two points that have theirs."""
     if last - first < 2:
         return
+    if _as_many_grow(points, first, last):
+        for index in range(first + 1, last):
+            points[index] = _with_growth_followed(recorder, points, first, index, last)
+        return
     middle = (first + last) // 2
     points[middle] = recorder.with_exponents(points[middle])
     if _decays_between(points, first, middle, last):
@@ -66,6 +74,32 @@ def _fill(recorder: PointRecorder, points: list[SolutionPoint], first: int, last
         return
     _fill(recorder, points, first, middle)
     _fill(recorder, points, middle, last)
+
+
+def _as_many_grow(points: list[SolutionPoint], first: int, last: int) -> bool:
+    """Whether as many perturbations grow at two points, and no real exponent passes zero between them."""
+    signs = {point.jacobian_sign for point in points[first : last + 1]}
+    return len(signs) == 1 and points[first].unstable == points[last].unstable > 0
+
+
+def _with_growth_followed(
+    recorder: PointRecorder, points: list[SolutionPoint], first: int, index: int, last: int
+) -> SolutionPoint:
+    """A point between two at which as many exponents grow; with all of its exponents if none that grows is found."""
+    point, stability = points[index], recorder.stability
+    assert stability is not None
+    start = _between(points, first, index, last)
+    found = stability.follow_wave(point, start)
+    if found is None or not grows(np.array([found]), point.omega).all():
+        return recorder.with_exponents(point)
+    nearer = points[first if index - first <= last - index else last]
+    assert nearer.exponents is not None
+    others = nearer.exponents[grows(nearer.exponents, nearer.omega)]
+    if (others[0].imag == 0.0) != (found.imag == 0.0):
+        return recorder.with_exponents(point)
+    own = np.array([found] if found.imag == 0.0 else [found, found.conjugate()])
+    values = np.append(own, others[own.size :])
+    return replace(point, exponents=values[np.argsort(-values.real)])
 
 
 def _decays_between(points: list[SolutionPoint], first: int, middle: int, last: int) -> bool:

@@ -1,4 +1,4 @@
-"""Matrices of the contact dofs in all harmonics that are block diagonal: in the harmonics, or in the nodes.
+"""Matrices of the contact dofs in all harmonics: block diagonal in the harmonics or in the nodes, or of few motions.
 
 A product with a full matrix is written `blocks @ matrix` or `matrix @ blocks`.
 """
@@ -72,5 +72,33 @@ class NodeBlocks:
         for node, values in enumerate(self.values):
             np.negative(values, out=full[:, node, :, :, node])
         result: Matrix = flexibility @ full.reshape(3 * nodes * size, -1)
+        result[np.diag_indices_from(result)] += 1.0
+        return result
+
+
+@dataclass(frozen=True)
+class MotionBlocks:
+    """Full matrix that couples all coefficients of a few contact motions; rows and columns (S, r).
+
+    Attributes
+    ----------
+    values : (S r, S r)
+        The matrix.
+    """
+
+    values: Matrix
+    __array_ufunc__: ClassVar[None] = None
+
+    def __matmul__(self, matrix: Matrix) -> Matrix:
+        result: Matrix = self.values @ matrix
+        return result
+
+    def __rmatmul__(self, matrix: Matrix) -> Matrix:
+        result: Matrix = matrix @ self.values
+        return result
+
+    def return_difference(self, flexibility: HarmonicBlocks) -> Matrix:
+        """I - G_0 K as a full matrix, K this one and G_0 the `flexibility`."""
+        result: Matrix = flexibility @ -self.values
         result[np.diag_indices_from(result)] += 1.0
         return result

@@ -4,20 +4,19 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.stability.block_matrices import Matrix
 from nonlinear.stability.hill import HillEigenproblem, HillProblem, touching_nodes
 from nonlinear.stability.point_contact import PointContact, in_harmonics
-from nonlinear.stability.shared_motions import SharedMotions
+from nonlinear.stability.shared_motions import ClosingMotions, SharedMotions
 
 
 @dataclass(frozen=True)
 class ClosedContact:
     """Forces on the shared motions y under motions y, K_U(sigma) = U^T K (I - M K)^-1 U, M the mean flexibility.
 
-    M is linear in sigma, the slider memory in K is not linearised.
+    M is linear in sigma, the slider memory in K is not linearised. The contact is closed in few motions, d = D v.
 
     Attributes
     ----------
@@ -25,13 +24,13 @@ class ClosedContact:
         The contact around the mean flexibility, in real motions.
     harmonics : int
         S, those of the perturbation: 0, 1, -1, ...
-    active : (3 n_c,) bool
-        The dofs of the nodes that touch, n of them.
+    motions : ClosingMotions
+        The motions v.
     """
 
     closed: HillEigenproblem
     harmonics: int
-    active: NDArray[np.bool_]
+    motions: ClosingMotions
 
     @property
     def static(self) -> bool:
@@ -51,10 +50,10 @@ class ClosedContact:
         contact : PointContact
             The point.
         """
-        active = np.repeat(touching_nodes(contact.jacobian), 3)
-        structure = motions.structure(active, problem.n_harmonics, contact.omega, problem.static)
-        closed = problem.closed(structure, contact.jacobian, contact.memory)
-        return cls(closed, 2 * problem.n_harmonics + int(problem.static), active)
+        chosen = motions.closing(np.repeat(touching_nodes(contact.jacobian), 3))
+        structure = chosen.structure(problem.n_harmonics, contact.omega, problem.static)
+        closed = problem.closed_in_motions(structure, chosen.motions, contact.jacobian, contact.memory)
+        return cls(closed, 2 * problem.n_harmonics + int(problem.static), chosen)
 
     def at(self, sigma: complex) -> tuple[ComplexArray, ComplexArray]:
         """K_U and its derivative in sigma, in the amplitudes of the harmonics, (S p, S p) each.
@@ -76,14 +75,14 @@ class ClosedContact:
         return self._known[sigma]
 
     def motion(self, sigma: complex, free: ComplexArray) -> ComplexArray:
-        """(I - M K(sigma))^-1 d: the motion under contact forces of one without them, (S, n).
+        """(I - M K(sigma))^-1 v: the motion under contact forces of one without them, (S, r).
 
         Parameters
         ----------
         sigma : complex
             lambda / omega.
-        free : (S, n)
-            d, amplitudes of the harmonics 0, 1, -1, ...
+        free : (S, r)
+            v, amplitudes of the harmonics 0, 1, -1, ...
         """
         first = int(self.static)
         real = free.copy()

@@ -17,11 +17,10 @@ from typing import Any
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
-from nonlinear.contact.parameters import Array
 from nonlinear.stability.closed_contact import ClosedContact
 from nonlinear.stability.perturbation_pencils import PerturbationPencils
 from nonlinear.stability.point_contact import PointContact
-from nonlinear.stability.shared_motions import SharedMotions
+from nonlinear.stability.shared_motions import SharedMotions, series
 from rom import WaveModes
 
 MAX_ITERATIONS = 10
@@ -119,8 +118,8 @@ class ClosedRefinement:
 
     def _exact(self, small: "SmallProblem", sigma: complex, y: ComplexArray) -> complex | None:
         """The eigenvalue of the whole problem near that of the small one, `sigma` with the vector `y`."""
-        shared, offset = self._shared, sigma - small.shift
-        d = self.closed.motion(small.shift, y.reshape(self.closed.harmonics, -1) @ shared.T)
+        offset, chosen = sigma - small.shift, self.closed.motions
+        d = self.closed.motion(small.shift, y.reshape(self.closed.harmonics, -1) @ chosen.shared.T) @ chosen.motions.T
         along = d.conj() / np.vdot(d, d)
         last = np.inf
         for _ in range(MAX_RESIDUALS):
@@ -148,15 +147,26 @@ class ClosedRefinement:
         return np.asarray(d - (self._relative @ amplitude)[:, :, 0])
 
     def _approximately_solved(self, small: "SmallProblem", right: ComplexArray) -> ComplexArray:
-        """T(shift)^-1 times (S, n), with the flexibility of the small problem."""
-        shared, shift = self._shared, small.shift
-        force = self._forces(shift, self.closed.motion(shift, right)) @ shared
-        added = small.solved((small.flexibility @ force[:, :, None]).ravel())
-        return self.closed.motion(shift, right + added.reshape(force.shape) @ shared.T)
+        """T(shift)^-1 times (S, n), with the flexibility of the small problem.
+
+        X = (I - R K)^-1 = I + D (I - M D^T K D)^-1 M D^T K with the mean flexibility R = D M D^T in the motions v.
+        """
+        shift, (_, motions, shared, _) = small.shift, self.closed.motions
+        force = self._forces(shift, right) @ motions
+        moved = self.closed.motion(shift, (self._mean @ force[:, :, None])[:, :, 0])
+        force = self._forces(shift, right + moved @ motions.T) @ motions @ shared
+        added = small.solved((small.flexibility @ force[:, :, None]).ravel()).reshape(force.shape)
+        return right + (moved + self.closed.motion(shift, added @ shared.T)) @ motions.T
+
+    @cached_property
+    def _mean(self) -> ComplexArray:
+        """M at sigma = 0, as in `ClosedContact.motion`, (S, r, r)."""
+        s = np.asarray(1j * self.contact.omega * self.structure.pencils.harmonics, dtype=complex)
+        return series(self.closed.motions.mean, s, self.contact.omega)[0]
 
     def _forces(self, sigma: complex, d: ComplexArray) -> ComplexArray:
         """K(sigma) d, (S, n)."""
-        active = self.closed.active
+        active = self.closed.motions.active
         every = np.zeros((len(d), active.size), dtype=complex)
         every[:, active] = d
         return self.contact.forces(sigma, every, self.closed.static)[:, active]
@@ -166,13 +176,8 @@ class ClosedRefinement:
         return SmallProblem(shift, flexibility, change, *self.closed.at(shift))
 
     @cached_property
-    def _shared(self) -> Array:
-        """U of the nodes that touch, (n, p)."""
-        return self.structure.motions.shared[self.closed.active]
-
-    @cached_property
     def _relative(self) -> ComplexArray:
-        return self.structure.modes.relative[:, self.closed.active]
+        return self.structure.modes.relative[:, self.closed.motions.active]
 
     @cached_property
     def _adjoint(self) -> ComplexArray:

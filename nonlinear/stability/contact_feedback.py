@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nonlinear.stability.block_matrices import Matrix, NodeBlocks
+from nonlinear.stability.block_matrices import Matrix, MotionBlocks, NodeBlocks
 from nonlinear.stability.modal_condensation import CondensedModes
 
 
@@ -28,18 +28,18 @@ class ContactFeedback:
     ----------
     model : CondensedModes
         A, B, C, G_0 and G_1.
-    contact : NodeBlocks
+    contact : NodeBlocks or MotionBlocks
         K, the Jacobian of the contact forces.
     factors
         LU factors of (I - G_0 K)^T, the transposed return difference.
     """
 
     model: CondensedModes
-    contact: NodeBlocks
+    contact: NodeBlocks | MotionBlocks
     factors: tuple[Any, Any]
 
     @classmethod
-    def closed(cls, model: CondensedModes, contact: NodeBlocks) -> "ContactFeedback":
+    def closed(cls, model: CondensedModes, contact: NodeBlocks | MotionBlocks) -> "ContactFeedback":
         """Close K around the model."""
         from scipy.linalg.lapack import dgetrf, zgetrf
 

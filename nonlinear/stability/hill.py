@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
-from nonlinear.stability.block_matrices import Matrix, NodeBlocks
+from nonlinear.stability.block_matrices import Matrix, MotionBlocks, NodeBlocks
 from nonlinear.stability.cone_slider_memory import ConeSliderMemory
 from nonlinear.stability.contact_feedback import ContactFeedback
-from nonlinear.stability.memory_feedback import ConeMemoryFeedback, ContactRows, SliderMemoryFeedback
+from nonlinear.stability.contact_rows import ContactRows, MotionRows, in_motions
+from nonlinear.stability.memory_feedback import ConeMemoryFeedback, SliderMemoryFeedback
 from nonlinear.stability.modal_condensation import CondensedModes, ContactFreeModel
 from nonlinear.stability.slider_memory import SliderMemory
 from rom import RingModes
@@ -159,16 +160,56 @@ class HillProblem:
         """
         touching = touching_nodes(jacobian)
         if not np.any(touching):
-            return HillEigenproblem(self.conjugate_pairs, model.state_matrix, np.zeros_like(model.state_matrix))
+            return self._open(model)
         values: Matrix = jacobian[touching]
         if self._to_real is not None:
             values = self._to_amplitudes @ values @ self._to_real
         first = 0 if self.static else 1
-        loop = ContactFeedback.closed(model, NodeBlocks(values.transpose(0, 3, 1, 4, 2)[:, first:, :, first:]))
-        feedback: SliderMemoryFeedback | ConeMemoryFeedback | None = None
+        contact = NodeBlocks(values.transpose(0, 3, 1, 4, 2)[:, first:, :, first:])
+        rows = None
         if memory is not None:
             node = np.cumsum(touching) - 1
             rows = ContactRows(node[memory.node], int(touching.sum()), self._to_real, first, values.shape[-1])
+        return self._closed(model, contact, memory, rows)
+
+    def closed_in_motions(
+        self, model: CondensedModes, motions: Array, jacobian: Array, memory: Memory | None
+    ) -> "HillEigenproblem":
+        """Close the contact around a model of a few contact motions d = D v, in real coefficients.
+
+        Parameters
+        ----------
+        model : CondensedModes
+            These motions under the forces on them.
+        motions : (n, r)
+            D, n dofs of the nodes that touch.
+        jacobian : (n_c, 3, 3, 2H+1, 2H+1)
+            Contact Jacobian as in `ContactForces`.
+        memory
+            Slider memory; None: none.
+        """
+        first, touching = 0 if self.static else 1, touching_nodes(jacobian)
+        if not np.any(touching):
+            return self._open(model)
+        of_node = motions.reshape(-1, 3, motions.shape[1])
+        contact = in_motions(jacobian[touching], of_node, of_node, first)
+        rows = None if memory is None else MotionRows((np.cumsum(touching) - 1)[memory.node], motions, first)
+        return self._closed(model, contact, memory, rows)
+
+    def _open(self, model: CondensedModes) -> "HillEigenproblem":
+        return HillEigenproblem(self.conjugate_pairs, model.state_matrix, np.zeros_like(model.state_matrix))
+
+    def _closed(
+        self,
+        model: CondensedModes,
+        contact: NodeBlocks | MotionBlocks,
+        memory: Memory | None,
+        rows: ContactRows | MotionRows | None,
+    ) -> "HillEigenproblem":
+        loop = ContactFeedback.closed(model, contact)
+        feedback: SliderMemoryFeedback | ConeMemoryFeedback | None = None
+        if memory is not None:
+            assert rows is not None
             if isinstance(memory, ConeSliderMemory):
                 feedback = ConeMemoryFeedback(memory, rows, loop)
             else:

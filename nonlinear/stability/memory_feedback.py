@@ -12,11 +12,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from nonlinear.stability.block_matrices import Matrix, NodeBlocks
+from nonlinear.stability.block_matrices import Matrix
 from nonlinear.stability.cone_slider_memory import ConeSliderMemory
 from nonlinear.stability.contact_feedback import ContactFeedback
+from nonlinear.stability.contact_rows import ContactRows, MotionRows
 from nonlinear.stability.slider_memory import SliderMemory
 
 
@@ -36,43 +36,6 @@ class MemoryTerms(NamedTuple):
     state: Matrix
     derivative: Matrix
     flexibility: Matrix
-
-
-@dataclass(frozen=True)
-class ContactRows:
-    """Rows of the contact dofs in the eigenvalue problem: (S, nodes, 3), S Fourier coefficients.
-
-    Attributes
-    ----------
-    node : (M,) int
-        Node of each slider, or of each stick interval, among the nodes that touch.
-    n_nodes : int
-        Number of nodes that touch.
-    to_real : (S, S) complex or None
-        Real Fourier coefficients from harmonic amplitudes; None where the rows are real coefficients themselves.
-    first_row : int
-        1 where harmonic 0 is left out, else 0.
-    size : int
-        Number of Fourier coefficients, with that of harmonic 0.
-    """
-
-    node: NDArray[np.int64]
-    n_nodes: int
-    to_real: Matrix | None
-    first_row: int
-    size: int
-
-    def spread(self, values: Matrix, direction: NDArray[np.int64] | int) -> Matrix:
-        """`values` (M, S) in the rows of each node and `direction`: (M, n)."""
-        count = self.node.size
-        result = np.zeros((count, values.shape[1], self.n_nodes, 3), dtype=values.dtype)
-        result[np.arange(count), :, self.node, direction] = values
-        return result[:, self.first_row :].reshape(count, -1)
-
-    def places(self, direction: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Where `spread` puts the coefficients, without the ones left out: (M, S)."""
-        first = 3 * self.node + direction
-        return np.asarray(first[:, None] + 3 * self.n_nodes * np.arange(self.size - self.first_row))
 
 
 @dataclass(frozen=True)
@@ -103,7 +66,7 @@ class SliderMemoryFeedback:
     """
 
     memory: SliderMemory
-    rows: ContactRows
+    rows: ContactRows | MotionRows
     input_matrix: Matrix
     input_derivative: Matrix
     output_matrix: Matrix
@@ -114,10 +77,12 @@ class SliderMemoryFeedback:
     loop: ContactFeedback
 
     @classmethod
-    def closed(cls, memory: SliderMemory, rows: ContactRows, loop: ContactFeedback) -> "SliderMemoryFeedback":
+    def closed(
+        cls, memory: SliderMemory, rows: ContactRows | MotionRows, loop: ContactFeedback
+    ) -> "SliderMemoryFeedback":
         """Close the memory around the `loop` of the contact Jacobian."""
         model = loop.model
-        q_x = loop.times_x(_slider_positions(memory, rows))
+        q_x = loop.times_x(rows.positions(memory))
         q_x_g1 = q_x @ model.flexibility_derivative
         q_x_g1_s = loop.times_s(q_x_g1)
         return cls(
@@ -136,12 +101,10 @@ class SliderMemoryFeedback:
     def x_times(self, sigma: complex, column: Matrix) -> Matrix:
         """X(sigma) = X + X G_0 P X_m Q^T X times a column (n,): the displacement of one without contact forces."""
         force = _memory_forces(self.memory, self.rows, sigma)[0]
-        places, every = self.rows.places(self.memory.direction), np.arange(len(force))
-        difference = -np.sum(self.feedthrough[:, places] * force, axis=2)
-        difference[every, every] += 1.0
+        difference = -np.sum(self._feedthrough_at_sliders * force, axis=2)
+        difference[np.diag_indices_from(difference)] += 1.0
         motion = np.linalg.solve(difference, self.slider_rows @ column)
-        added = np.zeros(column.size, dtype=complex)
-        np.add.at(added, places, motion[:, None] * force)
+        added = self.rows.forces(self.memory, motion[:, None] * force)
         return self.loop.x_times(column + (self.loop.model.flexibility @ added[:, None])[:, 0])
 
     def terms(self, sigma: complex) -> MemoryTerms:
@@ -161,8 +124,13 @@ class SliderMemoryFeedback:
     def _at_sliders(self) -> Matrix:
         """Rows of B_m, B_m', V and V' at the contact dof of each stick interval: (M, 2 n_z + 2 M, coefficients)."""
         parts = self.input_matrix, self.input_derivative, self.feedthrough, self.feedthrough_derivative
-        columns = np.concatenate(parts).T[self.rows.places(self.memory.direction)]
+        columns = self.rows.at_sliders(self.memory, np.concatenate(parts).T)
         return np.ascontiguousarray(columns.transpose(0, 2, 1))
+
+    @cached_property
+    def _feedthrough_at_sliders(self) -> Matrix:
+        """Columns of V at the contact dof of each stick interval, (M, M, coefficients)."""
+        return np.ascontiguousarray(self.rows.at_sliders(self.memory, self.feedthrough.T).transpose(2, 0, 1))
 
     def _times_forces(self, sigma: complex) -> tuple[Matrix, Matrix]:
         """B_m, B_m', V and V', one below the other, times P(sigma), and times its derivative: (2 n_z + 2 M, M)."""
@@ -175,15 +143,7 @@ class SliderMemoryFeedback:
         return product[:, :, 0].T, product[:, :, 1].T
 
 
-def _slider_positions(memory: SliderMemory, rows: ContactRows) -> Matrix:
-    """Q^T (M, n): the slider positions dw(theta_s) = Q^T d = du + r dd_n."""
-    basis: Matrix = memory.basis
-    if rows.to_real is not None:
-        basis = basis @ rows.to_real
-    return rows.spread(basis, memory.direction) + rows.spread(basis * memory.dw_dn[:, None], 2)
-
-
-def _memory_forces(memory: SliderMemory, rows: ContactRows, sigma: complex) -> tuple[Matrix, Matrix]:
+def _memory_forces(memory: SliderMemory, rows: ContactRows | MotionRows, sigma: complex) -> tuple[Matrix, Matrix]:
     """P(sigma), f = P dw(theta_s), and its derivative: coefficients (M, S) at the slider of each interval."""
     force, derivative = memory.force(sigma) if rows.to_real is None else memory.force_in_harmonics(sigma)
     return force[:, rows.first_row :], derivative[:, rows.first_row :]
@@ -204,34 +164,25 @@ class ConeMemoryFeedback:
     """
 
     memory: ConeSliderMemory
-    rows: ContactRows
+    rows: ContactRows | MotionRows
     loop: ContactFeedback
 
     def terms(self, sigma: complex) -> MemoryTerms:
         """The terms of the memory at `sigma`."""
-        change, derivative = (self._blocks(values) for values in self.memory.jacobian(sigma))
+        change, derivative = (self.rows.contact(values) for values in self.memory.jacobian(sigma))
         loop, model = self.loop, self.loop.model
         if sigma != 0.0:
-            loop = ContactFeedback.closed(model, NodeBlocks(loop.contact.values + change))
+            loop = ContactFeedback.closed(model, type(loop.contact)(loop.contact.values + change.values))
         b_y = loop.times_y(model.input_matrix, loop.b_s)
         output_matrix = model.output_matrix
         return MemoryTerms(
             (loop.b_s - self.loop.b_s) @ output_matrix,
-            loop.times_x(b_y @ NodeBlocks(derivative)) @ output_matrix,
+            loop.times_x(b_y @ derivative) @ output_matrix,
             (loop.b_s_derivative - self.loop.b_s_derivative) @ output_matrix,
         )
 
     def x_times(self, sigma: complex, column: Matrix) -> Matrix:
         """X(sigma) times a column (n,): the displacement of one without contact forces."""
-        change = self._blocks(self.memory.jacobian(sigma)[0])
-        contact = NodeBlocks(self.loop.contact.values + change)
+        change, known = self.rows.contact(self.memory.jacobian(sigma)[0]), self.loop.contact
+        contact = type(known)(known.values + change.values)
         return ContactFeedback.closed(self.loop.model, contact).x_times(column)
-
-    def _blocks(self, values: Matrix) -> Matrix:
-        """(M, 2, 3, 2H+1, 2H+1) as values of `NodeBlocks`."""
-        rows, contact = self.rows, self.loop.contact.values
-        if rows.to_real is not None:
-            values = np.linalg.inv(rows.to_real) @ values @ rows.to_real
-        result = np.zeros(contact.shape, dtype=np.result_type(values, contact))
-        result[rows.node, :, :2] = values.transpose(0, 3, 1, 4, 2)[:, rows.first_row :, :, rows.first_row :]
-        return result

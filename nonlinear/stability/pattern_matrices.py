@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
+from nonlinear.stability.nearest_eigenvalues import nearest_eigenvalues
 
 # distances in units of omega
 WIDTH = 1.0 / 3.0  # of the slices of the strip
@@ -56,13 +57,13 @@ class SliceMatrices:
         matrix, descriptor = (np.roll(part, nodes, axis=0) for part in (mirrored.matrix, mirrored.descriptor))
         return SliceMatrices(mirrored.retained, matrix, descriptor)
 
-    def interpolated(self, weights: Array) -> ComplexArray:
-        """E_c^-1 A_c at other kappas, by their weights (n, n_kappa): (n, n_z, n_z)."""
+    def interpolated(self, weights: Array) -> tuple[ComplexArray, ComplexArray]:
+        """A_c and E_c at other kappas, by their weights (n, n_kappa): (n, n_z, n_z) each."""
         count, size, _ = self.matrix.shape
         shape = len(weights), size, size  # no pole may be retained: -1 would not tell the size
         parts = (self.matrix.reshape(count, size**2), self.descriptor.reshape(count, size**2))
         matrix, descriptor = ((weights @ part).reshape(shape) for part in parts)
-        return np.asarray(np.linalg.solve(descriptor, matrix), dtype=complex)
+        return matrix, descriptor
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ class ScannedSlices:
         if not k.size:
             return found
         for centre, matrices in self.slices:
-            values = np.linalg.eigvals(matrices.interpolated(self.weights[k - 1]))
+            values = nearest_eigenvalues(*matrices.interpolated(self.weights[k - 1]))
             margin = OVERLAP + MISPLACED * np.clip(values.real, 0.0, WIDTH)
             row, column = np.nonzero(np.abs(values.imag) <= WIDTH / 2.0 + margin)
             found += zip((values[row, column] + 1j * centre).tolist(), k[row].tolist(), strict=True)

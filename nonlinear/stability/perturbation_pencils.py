@@ -10,6 +10,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
 from nonlinear.stability.block_matrices import Matrix
 from nonlinear.stability.condensed_loop import condensed_flexibility
+from nonlinear.stability.nearest_eigenvalues import nearest_eigenvalues
 from nonlinear.stability.pattern_matrices import WIDTH
 from nonlinear.stability.reduced_problem import ABOVE, MARGIN, NEAREST, near_poles
 from nonlinear.stability.shared_motions import series
@@ -51,12 +52,12 @@ class PerturbationPencils:
     def eigenvalues(
         self, contact: tuple[Matrix, Matrix], centre: Array, omega: float, highest_pole: float
     ) -> ComplexArray:
-        """Eigenvalues sigma - i `centre` of each perturbation, (K, n_z); few of them are true far from 0.
+        """Eigenvalues sigma - i `centre` of each perturbation, (K, n_z) or fewer; few of them are true far from 0.
 
         The parameters are those of `matrices`.
         """
         problem = self.matrices(contact, centre, omega, highest_pole)
-        return np.asarray(np.linalg.eigvals(np.linalg.solve(problem.descriptor, problem.matrix)), dtype=complex)
+        return nearest_eigenvalues(problem.matrix, problem.descriptor)
 
     def matrices(
         self, contact: tuple[Matrix, Matrix], centre: Array, omega: float, highest_pole: float, above: float = ABOVE

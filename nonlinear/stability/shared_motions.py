@@ -21,6 +21,7 @@ from nonlinear.stability.modal_condensation import CondensedModes, real_form
 from rom import contact_springs
 
 TERMS = 4  # of the series: 1, -s^2, -s, s^4
+NEGLIGIBLE_MEAN = 0.01  # of the mean flexibility, times the contact stiffness, where contacts are closed around it
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class SharedMotions:
     """Shared motions of the contacts, and the mean flexibility.
 
     Contact displacements times the square root of the contact stiffness have the p shared motions U, orthonormal
-    columns: d = W^-1 U y.
+    columns: d = W^-1 U y. Few more have nearly all of the mean flexibility: Q = (U, V), orthonormal too.
 
     Attributes
     ----------
@@ -36,20 +37,59 @@ class SharedMotions:
         W^-1 U.
     mean : (4, 3 n_c, 3 n_c)
         Terms of the flexibility of the modes above the lowest ones, mean of all waves.
+    flexible : (3 n_c, r)
+        W^-1 Q.
+    mean_of_flexible : (4, r, r)
+        Terms of the mean flexibility in Q.
     """
 
     shared: Array
     mean: Array
+    flexible: Array
+    mean_of_flexible: Array
 
-    def structure(self, active: NDArray[np.bool_], n_harmonics: int, omega: float, static: bool) -> CondensedModes:
+    def closing(self, active: NDArray[np.bool_]) -> "ClosingMotions":
+        """The motions in which a contact is closed: Q, or the dofs that touch where these are fewer.
+
+        Parameters
+        ----------
+        active : (3 n_c,) bool
+            The dofs of the nodes that touch.
+        """
+        p, r = self.shared.shape[1], self.flexible.shape[1]
+        touching = int(np.count_nonzero(active))
+        if touching <= r:
+            return ClosingMotions(active, np.eye(touching), self.shared[active], self.mean[:, active][:, :, active])
+        return ClosingMotions(active, self.flexible[active], np.eye(r, p), self.mean_of_flexible)
+
+
+class ClosingMotions(NamedTuple):
+    """Few contact motions in which a contact is closed around the mean flexibility.
+
+    Attributes
+    ----------
+    active : (3 n_c,) bool
+        The dofs of the nodes that touch, n of them.
+    motions : (n, r)
+        D, d = D v.
+    shared : (r, p)
+        E, the shared motions among them: v = E y.
+    mean : (4, r, r)
+        Terms of the mean flexibility in v.
+    """
+
+    active: NDArray[np.bool_]
+    motions: Array
+    shared: Array
+    mean: Array
+
+    def structure(self, n_harmonics: int, omega: float, static: bool) -> CondensedModes:
         """The mean flexibility, with y as outputs and the forces on these as inputs; no states.
 
         In real motions, rows (0, Re 1, Im 1, ...), near sigma = 0.
 
         Parameters
         ----------
-        active : (3 n_c,) bool
-            The contact dofs that appear in d and f.
         n_harmonics : int
             H of the perturbation.
         omega : float
@@ -59,16 +99,15 @@ class SharedMotions:
         """
         harmonics = np.arange(0 if static else 1, n_harmonics + 1)
         s = np.asarray(1j * omega * harmonics, dtype=complex)
-        parts = series(self.mean[:, active][:, :, active], s, omega)
-        first, size = int(static), np.count_nonzero(active)
+        first, size = int(static), len(self.shared)
         blocks, changes = (
             HarmonicBlocks(
                 part[0].real if static else np.zeros((0, 0)),
                 real_form(part[first:]).reshape(n_harmonics, 2 * size, 2 * size),
             )
-            for part in parts
+            for part in series(self.mean, s, omega)
         )
-        shared = np.kron(np.eye(first + 2 * n_harmonics), self.shared[active])
+        shared = np.kron(np.eye(first + 2 * n_harmonics), self.shared)
         return CondensedModes(np.zeros((shared.shape[1],) * 2), shared.T, shared, blocks, changes)
 
 
@@ -125,7 +164,13 @@ def contact_weights(contact: ContactParameters) -> Array:
     return np.asarray(np.sqrt(springs.ravel()))
 
 
-def unweighted(mean: Array, vectors: Array, weight: Array) -> tuple[Array, Array]:
-    """W^-1 U and the terms of the mean flexibility without weights, from U `vectors` and those with weights."""
+def unweighted(mean: Array, vectors: Array, weight: Array) -> tuple[Array, Array, Array, Array]:
+    """The attributes of `SharedMotions` from U `vectors` and the terms of the mean flexibility, with weights."""
     inverse = np.divide(1.0, weight, out=np.zeros_like(weight), where=weight > 0.0)
-    return inverse[:, None] * vectors, mean * (inverse[:, None] * inverse)
+    across = vectors.T @ mean[0]
+    rest = mean[0] - vectors @ across
+    rest -= (rest @ vectors) @ vectors.T
+    sizes, others = np.linalg.eigh(rest)
+    flexible = np.concatenate([vectors, others[:, sizes > NEGLIGIBLE_MEAN]], axis=1)
+    in_flexible = flexible.T @ mean @ flexible
+    return inverse[:, None] * vectors, mean * (inverse[:, None] * inverse), inverse[:, None] * flexible, in_flexible

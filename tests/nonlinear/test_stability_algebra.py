@@ -11,9 +11,8 @@ import pytest
 from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
-from nonlinear.stability.block_matrices import NodeBlocks
 from nonlinear.stability.floquet import FloquetAnalysis
-from nonlinear.stability.memory_feedback import _memory_forces, _slider_positions
+from nonlinear.stability.memory_feedback import _memory_forces
 from rom import modal_model
 
 ROOT = Path(__file__).parents[2]
@@ -151,11 +150,10 @@ class TestFeedback:
         def change(sigma):
             """K(sigma) - K."""
             if law == "cone":
-                return NodeBlocks(feedback._blocks(loop.memory.jacobian(sigma)[0])) @ np.eye(len(loop.k))
-            rows, forces = feedback.rows, np.zeros((len(loop.k), loop.memory.node.size), dtype=complex)
-            places, interval = rows.places(loop.memory.direction), np.arange(loop.memory.node.size)
-            forces[places.T, interval] = _memory_forces(loop.memory, rows, sigma)[0].T
-            return forces @ _slider_positions(loop.memory, rows)
+                return feedback.rows.contact(loop.memory.jacobian(sigma)[0]) @ np.eye(len(loop.k))
+            rows, force = feedback.rows, _memory_forces(loop.memory, feedback.rows, sigma)[0]
+            alone = np.eye(len(force))[:, :, None] * force
+            return np.stack([rows.forces(loop.memory, one) for one in alone], axis=1) @ rows.positions(loop.memory)
 
         def state(sigma):
             return b @ (loop.s(change(sigma)) - loop.s()) @ c
