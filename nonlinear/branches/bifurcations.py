@@ -11,6 +11,8 @@ from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.stability.floquet import Instability, crossings, growth_limit
 
+SAME_EXPONENT = 0.02  # distance of two values of one exponent, in units of omega
+
 
 class BifurcationKind(Enum):
     """Kind of a bifurcation. The value is its name in text and files.
@@ -79,7 +81,8 @@ def locate_bifurcations(
 ) -> Iterator[tuple[BifurcationKind, SolutionPoint]]:
     """Bifurcations between two neighbouring points, each as its kind and the point there.
 
-    Where the motion is unstable on both sides, and no conclusion rests on the place, that is the second point.
+    Where the motion is unstable on both sides, and no conclusion rests on the place, that is the second point; a
+    complex pair that crosses there is known to within a few points (`with_wave_exponents`).
     """
     has_fold = before.tangent[1] * after.tangent[1] < 0.0
     if has_fold:
@@ -112,29 +115,45 @@ def locate_bifurcations(
 def _located_by_one(
     continuation: Continuation, before: SolutionPoint, after: SolutionPoint, rank: int
 ) -> SolutionPoint | None:
-    """The change as `locate_change` finds it, with the one exponent that crosses; None where that is lost."""
+    """The change as `locate_change` finds it, with the one exponent that crosses; where that is lost with all.
+
+    None without exponents that grow.
+    """
     stability = continuation.stability
     growing = before if before.unstable > after.unstable else after
     if stability is None or growing.exponents is None or growing.exponents.size <= rank:
         return None
-    start, lost = complex(growing.exponents[rank]), list[SolutionPoint]()
+    start, followed = complex(growing.exponents[rank]), list[SolutionPoint]()
 
     def record(point: SolutionPoint) -> SolutionPoint:
         found = stability.follow_wave(point, start)
         if found is None:
-            lost.append(point)
-        return continuation.recorder.record(point).changed(exponents=np.array([start if found is None else found]))
+            return continuation.recorder.record(point, exponents=True)
+        followed.append(continuation.recorder.record(point).changed(exponents=np.array([found])))
+        return followed[-1]
 
     def rate(point: SolutionPoint) -> float:
-        known = point is before or point is after
-        return _excess_rate(point, rank if known else 0)
+        return _excess_rate(point, 0 if any(point is one for one in followed) else rank)
 
     found = locate_change(
         continuation, before, after, lambda point: (rate(point) > 0.0) == (growing is after), rate, record
     )
-    if lost or found is None:
-        return None
-    return found if found is after else continuation.recorder.with_exponents(found.changed(exponents=None))
+    if found is None or not any(found is one for one in followed):
+        return found
+    assert found.exponents is not None
+    return _with_exponent(continuation.recorder.with_exponents(found.changed(exponents=None)), found.exponents[0])
+
+
+def _with_exponent(point: SolutionPoint, exact: complex) -> SolutionPoint:
+    """The point with an exponent (1/s) that was followed, in place of the nearest one: others may be approximate."""
+    exponents = np.zeros(0, dtype=complex) if point.exponents is None else point.exponents
+    own = np.array([exact] if exact.imag == 0.0 else [exact, exact.conjugate()])
+    for value in own:
+        distance = np.abs(exponents - value)
+        if distance.size and distance.min() < SAME_EXPONENT * point.omega:
+            exponents = np.delete(exponents, np.argmin(distance))
+    every = np.append(exponents, own)
+    return point.changed(exponents=every[np.argsort(-every.real)])
 
 
 def _excess_rate(point: SolutionPoint, rank: int) -> float:

@@ -2,8 +2,8 @@
 
 A real exponent that passes zero changes the sign of det dR/dx, which is known at every point. All exponents are
 computed in some points and halfway between them. Where all of them decay, the leading one is interpolated between
-these; where the rate halfway is not as interpolated, all are computed in more points. Where as many grow in
-neighbouring ones of these points, one of them is followed from point to point, which proves the growth of each.
+these; where the rate halfway is not as interpolated, all are computed in more points. Where some grow at two of these
+points, one of them is followed between them, which proves the growth at every point.
 """
 
 from collections.abc import Sequence
@@ -60,7 +60,7 @@ def _fill(recorder: PointRecorder, points: list[SolutionPoint], first: int, last
     """Find the exponents between two points that have theirs."""
     if last - first < 2:
         return
-    if _as_many_grow(points, first, last):
+    if _both_unstable(points, first, last):
         for index in range(first + 1, last):
             points[index] = _with_growth_followed(recorder, points, first, index, last)
         return
@@ -76,16 +76,16 @@ def _fill(recorder: PointRecorder, points: list[SolutionPoint], first: int, last
     _fill(recorder, points, middle, last)
 
 
-def _as_many_grow(points: list[SolutionPoint], first: int, last: int) -> bool:
-    """Whether as many perturbations grow at two points, and no real exponent passes zero between them."""
+def _both_unstable(points: list[SolutionPoint], first: int, last: int) -> bool:
+    """Whether perturbations grow at two points, and no real exponent passes zero between them."""
     signs = {point.jacobian_sign for point in points[first : last + 1]}
-    return len(signs) == 1 and points[first].unstable == points[last].unstable > 0
+    return len(signs) == 1 and points[first].unstable > 0 and points[last].unstable > 0
 
 
 def _with_growth_followed(
     recorder: PointRecorder, points: list[SolutionPoint], first: int, index: int, last: int
 ) -> SolutionPoint:
-    """A point between two at which as many exponents grow; with all of its exponents if none that grows is found."""
+    """A point between two at which exponents grow; with all of its exponents if none that grows is found."""
     point, stability = points[index], recorder.stability
     assert stability is not None
     start = _between(points, first, index, last)
