@@ -103,8 +103,7 @@ class BranchCollection:
         height = max(output_amplitude(item, output) for item in points)
         if any(place < 0 or self.found[place].height >= height for place in overlap):
             return False
-        for place in sorted(overlap, reverse=True):  # lower parts of the same branch, which was not traced to its end
-            del self.found[place], self.known[self._given + place]
+        self._drop(overlap)  # lower parts of the same branch, which was not traced to its end
         self.known.append(KnownBranch.of(points))
         termination = _termination(self.continuation, points, closed)
         branch = Branch(points, [], [], termination)
@@ -115,6 +114,12 @@ class BranchCollection:
         height = max(output_amplitude(item, output) for item in branch.points)
         self.found.append(FoundBranch(branch, origin, height))
         return True
+
+    def _drop(self, places: list[int]) -> None:
+        """Take branches out of those found, by their places among them, and out of those known."""
+        given = self._given
+        for place in sorted(places, reverse=True):
+            del self.found[place], self.known[given + place]
 
     @property
     def _given(self) -> int:

@@ -53,6 +53,9 @@ def with_patterns(stability: PointStability, points: list[SolutionPoint]) -> lis
 def _looked_at_first(points: list[SolutionPoint], run: list[int]) -> list[int]:
     """The points, of some in a row, at which all nodal diameters are looked at first."""
     chosen = {*run[::GROWING_STRIDE], run[-1]}
+    for before, after in pairwise(run):
+        if points[after].state_differs(points[before]):
+            chosen |= {before, after}
     for unstable, group in groupby(run, lambda index: _wave_grows(points[index])):
         stretch = list(group)
         if unstable and len(stretch) > GROWING_STRIDE:

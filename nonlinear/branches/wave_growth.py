@@ -8,7 +8,7 @@ points, one of them is followed between them, which proves the growth at every p
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 
@@ -47,7 +47,8 @@ def with_wave_exponents(
         else:
             result[index] = recorder.with_exponents(point)
         if run and (run[-1] != index or index == len(points) - 1):
-            chosen = sorted({*run[::STRIDE], run[-1], *(set(run) & {*exact})})
+            changed = [pair for pair in pairwise(run) if points[pair[1]].state_differs(points[pair[0]])]
+            chosen = sorted({*run[::STRIDE], run[-1], *chain(*changed), *(set(run) & {*exact})})
             for place in chosen:
                 result[place] = recorder.with_exponents(points[place])
             for first, last in pairwise(chosen):

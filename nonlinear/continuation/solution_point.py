@@ -80,6 +80,10 @@ class SolutionPoint:
     exponents: ComplexArray | None = None
     pattern: PatternExponent | None = None
 
+    def state_differs(self, other: "SolutionPoint") -> bool:
+        """Whether a node slips or opens here but not at an `other` point, or the other way round."""
+        return not np.array_equal(self.contact.state, other.contact.state)
+
     @property
     def unstable(self) -> int:
         """Number of exponents of the wave that grow."""

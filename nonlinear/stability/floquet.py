@@ -120,6 +120,8 @@ class FloquetAnalysis:
     def followed(self, displacement: Array, jacobian: Array, omega: float, start: complex) -> complex | None:
         """The exponent (1/s) that an exponent of a neighbouring point leads to; None if it leads to none.
 
+        One that has left the strip belongs to another nodal diameter.
+
         Parameters
         ----------
         displacement, jacobian, omega
@@ -139,8 +141,10 @@ class FloquetAnalysis:
         value, exact = found[0], found[1]
         if not exact or abs(value) < SAME:
             refined = converged(self.problem.eigenproblem(jacobian, omega, contact.memory), value)
-            return None if refined is None else omega * refined
-        return omega * value
+            if refined is None:
+                return None
+            value = refined
+        return omega * value if abs(value.imag) <= 0.5 + OVERLAP else None
 
     @property
     def _has_closed_contact(self) -> bool:

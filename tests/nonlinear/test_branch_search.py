@@ -7,6 +7,7 @@ import pytest
 from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
+from nonlinear.branches.branch_collection import BranchCollection
 from nonlinear.branches.branch_lifting import representative_indices
 from nonlinear.branches.interference_curves import HIGH, LOW, MIDDLE, InterferenceBalance, _linear_end
 from nonlinear.branches.known_branches import KnownBranch, lies_on
@@ -177,3 +178,12 @@ def test_branches_beyond_the_limit_are_counted(monkeypatch):
     curve = forced_response(*problem("wide gap", 1))
     assert curve.detached == ()
     assert curve.branches_left_out > 0
+
+
+def test_parts_of_a_longer_branch_are_dropped_from_both_lists():
+    """Found branches are known too, after those given: of each that is dropped, its own entry goes."""
+    given, first, second, third = "given", "first", "second", "third"
+    collection = BranchCollection(None, [given, first, second, third], [first, second, third])
+    collection._drop([0, 2])
+    assert collection.known == [given, second]
+    assert collection.found == [second]

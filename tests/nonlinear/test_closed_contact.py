@@ -7,10 +7,12 @@ import pytest
 from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from nonlinear.stability import shared_motions
 from nonlinear.stability.closed_contact import ClosedContact
 from nonlinear.stability.face_flexibility import NEGLIGIBLE_ACROSS, FaceFlexibility
 from nonlinear.stability.face_scan import FaceScan
 from nonlinear.stability.floquet import FloquetAnalysis, converged
+from nonlinear.stability.nearest_eigenvalues import LARGE, nearest_eigenvalues
 from nonlinear.stability.point_contact import PointContact, in_harmonics
 from nonlinear.stability.ring_stability import LinearisedContact, RingStability
 from nonlinear.stability.ring_structure import RingStructure
@@ -157,3 +159,53 @@ def test_open_contacts_leave_the_poles_of_the_blade():
     found = FaceScan(structure).scanned(open_point).eigenvalues()
     least = structure.problem.modal.damping.min()  # 2 zeta omega
     assert found[0][0].real * OMEGA == pytest.approx(-least / 2.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("sigma", [0.0, 0.02 + 0.3j])
+def test_the_contact_closed_in_few_motions(law, sigma, monkeypatch):
+    """With dense matrices and the mean flexibility of these motions; exponents refined with it are exact."""
+    monkeypatch.setattr(shared_motions, "NEGLIGIBLE_MEAN", 0.6)
+    structure, point, _ = case(law, 6.0)
+    motions = structure.motions(OMEGA)
+    closed = ClosedContact.of(structure.problem, motions, point)
+    count = motions.flexible.shape[1]
+    assert motions.shared.shape[1] <= count < 6
+    assert motions.flexible[:, : motions.shared.shape[1]] == pytest.approx(motions.shared)
+    at_zero, change = series(motions.mean_of_flexible, 1j * OMEGA * structure.harmonics, OMEGA)
+    spread = np.kron(np.eye(structure.harmonics.size), motions.flexible)
+    contact, shared = dense_contact(point, sigma), np.kron(np.eye(structure.harmonics.size), motions.shared)
+    mean = spread @ of_all_harmonics(at_zero + sigma * change) @ spread.T
+    exact = shared.T @ contact @ np.linalg.solve(np.eye(len(mean)) - mean @ contact, shared)
+    assert closed.at(sigma)[0] == pytest.approx(exact, abs=1e-9 if sigma == 0.0 else 2e-3 * np.abs(exact).max())
+    found = [
+        structure.refinement(point, 4).converged(start) for start in (0.02 + 0.1j, -0.05 + 0.3j, 0.1, -0.1 - 0.3j)
+    ]
+    exact_ones = [value for value, is_exact in found if value is not None and is_exact]
+    assert exact_ones
+    for value in exact_ones:
+        smallest = np.linalg.svd(whole_problem(structure, point, 4, value), compute_uv=False)[-1]
+        beside = np.linalg.svd(whole_problem(structure, point, 4, value + 1e-3), compute_uv=False)[-1]
+        assert smallest < 1e-3 * beside
+
+
+@pytest.mark.parametrize("size", [LARGE - 1, LARGE, 80])
+def test_eigenvalues_next_to_zero(size):
+    """Of matrices with known eigenvalues; one of them zero."""
+    random = np.random.default_rng(size)
+    values = random.uniform(0.05, 4.0, (3, size)) * np.exp(1j * random.uniform(0.0, 2.0 * np.pi, (3, size)))
+    values[1, 7] = 0.0
+    vectors = np.eye(size) + 0.3 * random.normal(size=(3, size, size)) / np.sqrt(size)
+    descriptor = np.eye(size) + 0.2j * random.normal(size=(3, size, size)) / np.sqrt(size)
+    matrix = descriptor @ (vectors * values[:, None]) @ np.linalg.inv(vectors)
+    found = nearest_eigenvalues(matrix, descriptor)
+    for known, all_found in zip(values, found, strict=True):
+        nearest = known[np.argsort(np.abs(known))[:6]]
+        assert np.abs(nearest[:, None] - all_found).min(axis=1).max() < 1e-4
+
+
+def test_eigenvalues_of_an_invariant_subspace():
+    """The subspace has no more dimensions: what follows is round-off."""
+    matrix = np.diag(np.repeat([0.0, 1.0, 2.0], 20)).astype(complex)[None]
+    found = nearest_eigenvalues(matrix, np.eye(60, dtype=complex)[None])
+    assert [np.abs(found[0] - value).min() for value in (0.0, 1.0, 2.0)] == pytest.approx([0.0] * 3, abs=1e-9)
