@@ -99,7 +99,7 @@ def _with_growth_in_ring(continuation: Continuation, branch: Branch) -> Branch:
     if stability is None or not branch.points or not stability.has_patterns(branch.points[0]):
         return branch
     result, known = branch._replace(points=[], peak_indices=[], bifurcations=[]), list(branch.bifurcations)
-    for index, after in enumerate(with_patterns(stability, branch.points)):
+    for index, after in enumerate(with_patterns(stability, branch.points, branch.peak_indices)):
         if result.points:
             before = result.points[-1]
             change = locate_pattern_change(continuation.with_balance(after.balance), before, after)

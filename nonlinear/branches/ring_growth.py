@@ -5,6 +5,7 @@ the middle; where the exponents are not alike, more points are looked at, else t
 wave itself is unstable, exponents of other nodal diameters change no flag: there the points looked at suffice.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby, pairwise
 
@@ -18,7 +19,8 @@ from nonlinear.stability.ring_stability import PatternExponent
 
 STRIDE = 4  # points from one at which all nodal diameters are looked at to the next
 GROWING_STRIDE = 16  # the same where perturbations grow at both: the growth is proved at every point between
-UNSTABLE_STRIDE = 64  # the same where the wave itself is unstable all the way
+UNSTABLE_STRIDE = 64  # the same in long stretches where the wave itself is unstable
+LOOKS = 8  # at a shorter stretch
 AMPLIFIED = 0.98  # share of the least decay without contact; what decays slower is fed by contact forces
 SIMILAR_DECAY = 0.2  # relative difference of two rates of decay between which one is interpolated
 SIMILAR_GROWTH = 0.05  # the same of an interpolated rate of growth
@@ -27,7 +29,9 @@ UNSTABLE_WAVE = 1e-3  # growth of the wave, in units of omega, beside which othe
 MAX_LOCATIONS = 4  # nodal diameters that may take over from each other where the motion becomes unstable
 
 
-def with_patterns(stability: PointStability, points: list[SolutionPoint]) -> list[SolutionPoint]:
+def with_patterns(
+    stability: PointStability, points: list[SolutionPoint], exact: Sequence[int] = ()
+) -> list[SolutionPoint]:
     """The points of a branch with their least stable exponent over all nodal diameters but that of the wave.
 
     Parameters
@@ -36,6 +40,8 @@ def with_patterns(stability: PointStability, points: list[SolutionPoint]) -> lis
         Computes it.
     points : list of SolutionPoint
         In the order of the branch.
+    exact : sequence of int
+        Indices of points at which all nodal diameters are looked at.
     """
     found: dict[int, PatternExponent | None] = {}
     run: list[int] = []
@@ -45,12 +51,12 @@ def with_patterns(stability: PointStability, points: list[SolutionPoint]) -> lis
         else:
             run.append(index)
         if run and (run[-1] != index or index == len(points) - 1):
-            _find(stability, points, found, _looked_at_first(points, run))
+            _find(stability, points, found, sorted({*_looked_at_first(points, run), *(set(run) & {*exact})}))
             run = []
     return [replace(point, pattern=found[index]) for index, point in enumerate(points)]
 
 
-def _looked_at_first(points: list[SolutionPoint], run: list[int]) -> list[int]:
+def _looked_at_first(points: list[SolutionPoint], run: list[int]) -> set[int]:
     """The points, of some in a row, at which all nodal diameters are looked at first."""
     chosen = {*run[::GROWING_STRIDE], run[-1]}
     for before, after in pairwise(run):
@@ -58,10 +64,11 @@ def _looked_at_first(points: list[SolutionPoint], run: list[int]) -> list[int]:
             chosen |= {before, after}
     for unstable, group in groupby(run, lambda index: _wave_grows(points[index])):
         stretch = list(group)
-        if unstable and len(stretch) > GROWING_STRIDE:
+        if unstable and len(stretch) > GROWING_STRIDE:  # no flag changes there
             chosen -= {*stretch}
-            chosen |= {*stretch[::UNSTABLE_STRIDE], stretch[-1]}
-    return sorted(chosen)
+            stride = min(max(GROWING_STRIDE, len(stretch) // LOOKS), UNSTABLE_STRIDE)
+            chosen |= {*stretch[::stride], stretch[-1]}
+    return chosen
 
 
 def _find(
