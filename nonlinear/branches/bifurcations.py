@@ -9,7 +9,7 @@ import numpy as np
 from nonlinear.branches.special_point_location import locate_change, locate_zero
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.stability.floquet import Instability, crossings, growth_limit
+from nonlinear.stability.floquet import Instability, crossings, growth_limit, with_conjugate
 
 SAME_EXPONENT = 0.02  # distance of two values of one exponent, in units of omega
 
@@ -147,7 +147,7 @@ def _located_by_one(
 def _with_exponent(point: SolutionPoint, exact: complex) -> SolutionPoint:
     """The point with an exponent (1/s) that was followed, in place of the nearest one: others may be approximate."""
     exponents = np.zeros(0, dtype=complex) if point.exponents is None else point.exponents
-    own = np.array([exact] if exact.imag == 0.0 else [exact, exact.conjugate()])
+    own = with_conjugate(exact)
     for value in own:
         distance = np.abs(exponents - value)
         if distance.size and distance.min() < SAME_EXPONENT * point.omega:

@@ -11,6 +11,7 @@ from itertools import groupby, pairwise
 
 from nonlinear.branches.bifurcations import KINDS, BifurcationKind
 from nonlinear.branches.special_point_location import locate_change
+from nonlinear.branches.wave_growth import beside_state_changes
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.point_stability import PointStability
 from nonlinear.continuation.solution_point import SolutionPoint
@@ -58,10 +59,7 @@ def with_patterns(
 
 def _looked_at_first(points: list[SolutionPoint], run: list[int]) -> set[int]:
     """The points, of some in a row, at which all nodal diameters are looked at first."""
-    chosen = {*run[::GROWING_STRIDE], run[-1]}
-    for before, after in pairwise(run):
-        if points[after].state_differs(points[before]):
-            chosen |= {before, after}
+    chosen = {*run[::GROWING_STRIDE], run[-1], *beside_state_changes(points, run)}
     for unstable, group in groupby(run, lambda index: _wave_grows(points[index])):
         stretch = list(group)
         if unstable and len(stretch) > GROWING_STRIDE:  # no flag changes there

@@ -8,13 +8,13 @@ points, one of them is followed between them, which proves the growth at every p
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import chain, pairwise
+from itertools import pairwise
 
 import numpy as np
 
 from nonlinear.continuation.point_recording import PointRecorder
 from nonlinear.continuation.solution_point import SolutionPoint
-from nonlinear.stability.floquet import grows
+from nonlinear.stability.floquet import grows, with_conjugate
 
 STRIDE = 8  # points from one whose exponents are computed to the next
 DECAY_ERROR = 0.2  # relative error of a rate of decay, halfway between two others, that may be interpolated
@@ -47,14 +47,29 @@ def with_wave_exponents(
         else:
             result[index] = recorder.with_exponents(point)
         if run and (run[-1] != index or index == len(points) - 1):
-            changed = [pair for pair in pairwise(run) if points[pair[1]].state_differs(points[pair[0]])]
-            chosen = sorted({*run[::STRIDE], run[-1], *chain(*changed), *(set(run) & {*exact})})
+            chosen = sorted({*run[::STRIDE], run[-1], *beside_state_changes(points, run), *(set(run) & {*exact})})
             for place in chosen:
                 result[place] = recorder.with_exponents(points[place])
             for first, last in pairwise(chosen):
                 _fill(recorder, result, first, last)
             run = []
     return result
+
+
+def beside_state_changes(points: list[SolutionPoint], run: list[int]) -> set[int]:
+    """The points, of some in a row, next to which a node begins or ceases to slip or to open.
+
+    Exponents jump there, and a motion may be unstable for a point or two.
+
+    Parameters
+    ----------
+    points : list of SolutionPoint
+        In the order of the branch.
+    run : list of int
+        Their indices.
+    """
+    changes = [pair for pair in pairwise(run) if points[pair[1]].state_differs(points[pair[0]])]
+    return {index for pair in changes for index in pair}
 
 
 def _fill(recorder: PointRecorder, points: list[SolutionPoint], first: int, last: int) -> None:
@@ -98,7 +113,7 @@ def _with_growth_followed(
     others = nearer.exponents[grows(nearer.exponents, nearer.omega)]
     if (others[0].imag == 0.0) != (found.imag == 0.0):
         return recorder.with_exponents(point)
-    own = np.array([found] if found.imag == 0.0 else [found, found.conjugate()])
+    own = with_conjugate(found)
     values = np.append(own, others[own.size :])
     return replace(point, exponents=values[np.argsort(-values.real)])
 

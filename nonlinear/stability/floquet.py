@@ -307,6 +307,11 @@ def _on_axis(problem: HillEigenproblem, value: complex) -> complex:
     return complex(value.real) if problem.conjugate_pairs and abs(value.imag) < CONVERGED else value
 
 
+def with_conjugate(exponent: complex) -> ComplexArray:
+    """An exponent of the wave (1/s) and, if it is not real, the other one of its pair."""
+    return np.array([exponent] if exponent.imag == 0.0 else [exponent, exponent.conjugate()], dtype=complex)
+
+
 def growth_limit(exponents: ComplexArray, omega: float) -> NDArray[np.float64]:
     """Real part (1/s) from which on exponents of the wave count as growing at `omega` (rad/s).
 
