@@ -21,7 +21,7 @@ from nonlinear.stability.modal_condensation import CondensedModes, real_form
 from rom import contact_springs
 
 TERMS = 4  # of the series: 1, -s^2, -s, s^4
-NEGLIGIBLE_MEAN = 0.1  # of the mean flexibility, times the contact stiffness, where contacts are closed around it
+NEGLIGIBLE_MEAN = 0.03  # of the mean flexibility, times the contact stiffness, where contacts are closed around it
 
 
 @dataclass(frozen=True)
