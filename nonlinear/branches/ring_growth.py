@@ -11,7 +11,7 @@ from itertools import groupby, pairwise
 
 from nonlinear.branches.bifurcations import KINDS, BifurcationKind
 from nonlinear.branches.special_point_location import locate_change
-from nonlinear.branches.wave_growth import beside_state_changes
+from nonlinear.branches.wave_growth import beside_state_changes, runs_of_points
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.point_stability import PointStability
 from nonlinear.continuation.solution_point import SolutionPoint
@@ -45,15 +45,9 @@ def with_patterns(
         Indices of points at which all nodal diameters are looked at.
     """
     found: dict[int, PatternExponent | None] = {}
-    run: list[int] = []
-    for index, point in enumerate(points):
-        if stability.linear_state(point) is not None:
-            found[index] = stability.worst_pattern(point)
-        else:
-            run.append(index)
-        if run and (run[-1] != index or index == len(points) - 1):
-            _find(stability, points, found, sorted({*_looked_at_first(points, run), *(set(run) & {*exact})}))
-            run = []
+    for run, linear in runs_of_points(stability, points):
+        chosen = {*run} if linear else _looked_at_first(points, run)
+        _find(stability, points, found, sorted(chosen | (set(run) & {*exact})))
     return [replace(point, pattern=found[index]) for index, point in enumerate(points)]
 
 

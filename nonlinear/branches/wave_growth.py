@@ -6,13 +6,14 @@ these; where the rate halfway is not as interpolated, all are computed in more p
 points, one of them is followed between them, which proves the growth at every point.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 
 from nonlinear.continuation.point_recording import PointRecorder
+from nonlinear.continuation.point_stability import PointStability
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.stability.floquet import grows, with_conjugate
 
@@ -40,20 +41,29 @@ def with_wave_exponents(
     """
     if recorder.stability is None:
         return points
-    result, run = list(points), list[int]()
-    for index, point in enumerate(points):
-        if recorder.stability.linear_state(point) is None:
-            run.append(index)
-        else:
-            result[index] = recorder.with_exponents(point)
-        if run and (run[-1] != index or index == len(points) - 1):
-            chosen = sorted({*run[::STRIDE], run[-1], *beside_state_changes(points, run), *(set(run) & {*exact})})
-            for place in chosen:
-                result[place] = recorder.with_exponents(points[place])
-            for first, last in pairwise(chosen):
-                _fill(recorder, result, first, last)
-            run = []
+    result = list(points)
+    for run, linear in runs_of_points(recorder.stability, points):
+        chosen = {*run} if linear else {*run[::STRIDE], run[-1], *beside_state_changes(points, run)}
+        looked_at = sorted(chosen | (set(run) & {*exact}))
+        for index in looked_at:
+            result[index] = recorder.with_exponents(points[index])
+        for first, last in pairwise(looked_at):
+            _fill(recorder, result, first, last)
     return result
+
+
+def runs_of_points(stability: PointStability, points: list[SolutionPoint]) -> Iterator[tuple[list[int], bool]]:
+    """Points in a row at which contacts change their state in the cycle, or do not: their indices, and whether not.
+
+    Parameters
+    ----------
+    stability : PointStability
+        Tells the state.
+    points : list of SolutionPoint
+        In the order of the branch.
+    """
+    for linear, run in groupby(range(len(points)), lambda index: stability.linear_state(points[index]) is not None):
+        yield list(run), linear
 
 
 def beside_state_changes(points: list[SolutionPoint], run: list[int]) -> set[int]:

@@ -9,7 +9,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.stability.block_matrices import Matrix
 from nonlinear.stability.hill import HillEigenproblem, HillProblem, touching_nodes
 from nonlinear.stability.point_contact import PointContact, in_harmonics
-from nonlinear.stability.shared_motions import ClosingMotions, SharedMotions
+from nonlinear.stability.shared_motions import ClosingMotions, SharedMotions, series
 
 
 @dataclass(frozen=True)
@@ -26,11 +26,14 @@ class ClosedContact:
         S, those of the perturbation: 0, 1, -1, ...
     motions : ClosingMotions
         The motions v.
+    mean : (S, r, r)
+        M at sigma = 0, in these motions.
     """
 
     closed: HillEigenproblem
     harmonics: int
     motions: ClosingMotions
+    mean: ComplexArray
 
     @property
     def static(self) -> bool:
@@ -53,7 +56,8 @@ class ClosedContact:
         chosen = motions.closing(np.repeat(touching_nodes(contact.jacobian), 3))
         structure = chosen.structure(problem.n_harmonics, contact.omega, problem.static)
         closed = problem.closed_in_motions(structure, chosen.motions, contact.jacobian, contact.memory)
-        return cls(closed, 2 * problem.n_harmonics + int(problem.static), chosen)
+        s = np.asarray(1j * contact.omega * problem.harmonics, dtype=complex)
+        return cls(closed, problem.harmonics.size, chosen, series(chosen.mean, s, contact.omega)[0])
 
     def at(self, sigma: complex) -> tuple[ComplexArray, ComplexArray]:
         """K_U and its derivative in sigma, in the amplitudes of the harmonics, (S p, S p) each.

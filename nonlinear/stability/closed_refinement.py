@@ -20,7 +20,7 @@ from nonlinear.contact.fourier import ComplexArray
 from nonlinear.stability.closed_contact import ClosedContact
 from nonlinear.stability.perturbation_pencils import PerturbationPencils
 from nonlinear.stability.point_contact import PointContact
-from nonlinear.stability.shared_motions import SharedMotions, series
+from nonlinear.stability.shared_motions import SharedMotions
 from rom import WaveModes
 
 MAX_ITERATIONS = 10
@@ -153,16 +153,10 @@ class ClosedRefinement:
         """
         shift, (_, motions, shared, _) = small.shift, self.closed.motions
         force = self._forces(shift, right) @ motions
-        moved = self.closed.motion(shift, (self._mean @ force[:, :, None])[:, :, 0])
+        moved = self.closed.motion(shift, (self.closed.mean @ force[:, :, None])[:, :, 0])
         force = self._forces(shift, right + moved @ motions.T) @ motions @ shared
         added = small.solved((small.flexibility @ force[:, :, None]).ravel()).reshape(force.shape)
         return right + (moved + self.closed.motion(shift, added @ shared.T)) @ motions.T
-
-    @cached_property
-    def _mean(self) -> ComplexArray:
-        """M at sigma = 0, as in `ClosedContact.motion`, (S, r, r)."""
-        s = np.asarray(1j * self.contact.omega * self.structure.pencils.harmonics, dtype=complex)
-        return series(self.closed.motions.mean, s, self.contact.omega)[0]
 
     def _forces(self, sigma: complex, d: ComplexArray) -> ComplexArray:
         """K(sigma) d, (S, n)."""

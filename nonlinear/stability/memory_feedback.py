@@ -7,13 +7,13 @@ References
 W. W. Hager, Updating the inverse of a matrix, SIAM Review 31(2), 1989.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from nonlinear.stability.block_matrices import Matrix
+from nonlinear.stability.block_matrices import Matrix, MotionBlocks, NodeBlocks
 from nonlinear.stability.cone_slider_memory import ConeSliderMemory
 from nonlinear.stability.contact_feedback import ContactFeedback
 from nonlinear.stability.contact_rows import ContactRows, MotionRows
@@ -170,9 +170,8 @@ class ConeMemoryFeedback:
     def terms(self, sigma: complex) -> MemoryTerms:
         """The terms of the memory at `sigma`."""
         change, derivative = (self.rows.contact(values) for values in self.memory.jacobian(sigma))
-        loop, model = self.loop, self.loop.model
-        if sigma != 0.0:
-            loop = ContactFeedback.closed(model, type(loop.contact)(loop.contact.values + change.values))
+        model = self.loop.model
+        loop = self.loop if sigma == 0.0 else self._with(change)
         b_y = loop.times_y(model.input_matrix, loop.b_s)
         output_matrix = model.output_matrix
         return MemoryTerms(
@@ -183,6 +182,9 @@ class ConeMemoryFeedback:
 
     def x_times(self, sigma: complex, column: Matrix) -> Matrix:
         """X(sigma) times a column (n,): the displacement of one without contact forces."""
-        change, known = self.rows.contact(self.memory.jacobian(sigma)[0]), self.loop.contact
-        contact = type(known)(known.values + change.values)
-        return ContactFeedback.closed(self.loop.model, contact).x_times(column)
+        return self._with(self.rows.contact(self.memory.jacobian(sigma)[0])).x_times(column)
+
+    def _with(self, change: NodeBlocks | MotionBlocks) -> ContactFeedback:
+        """The loop of K and a change of it."""
+        contact = self.loop.contact
+        return ContactFeedback.closed(self.loop.model, replace(contact, values=contact.values + change.values))
