@@ -4,7 +4,7 @@ The relative motion is that of the right face less that of the left one, times e
 of both faces apart gives B^H K(sigma) B of any kappa by a few sums.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -201,5 +201,6 @@ def face_contact(reduced: ReducedProblem, contact: PointContact) -> FaceContact:
     """
     known = contact.in_few_modes
     if id(reduced) not in known:
-        known[id(reduced)] = FaceContact(reduced, contact)
+        # of a copy of the point, without what is kept with it: with a reference back, neither is freed at once
+        known[id(reduced)] = FaceContact(reduced, replace(contact))
     return known[id(reduced)]
