@@ -11,6 +11,7 @@ from pipeline.scene.schema import Scene
 _WORTH = 1.0  # seconds of work above which processes pay, which start while the reduced model is built
 _MOST = 16  # each needs some 200 MB
 _AUTO = 7  # harmonics assumed for "auto"
+_GAP = 5.0  # a gap so many times as large takes as long as an interference
 _EXTRAS = 3.0  # times as long with stability, detached branches and the truncation error
 
 
@@ -25,11 +26,13 @@ def worker_count(jobs: int | None, scenes: Sequence[Scene]) -> int:
 def longest_first(scene: Scene) -> tuple[float, float]:
     """Sort key of curves: those that take longest come first, so that no process is left with one at the end.
 
-    Contacts near the transition from gap to interference take longest: they stick, slip and open.
+    Contacts near the transition from gap to interference take longest: they stick, slip and open. Those with a gap
+    open up to gaps as large as the vibration, those with an interference stick soon.
     """
     interference = scene.contact.interference
     values = interference if isinstance(interference, tuple) else (interference,)
-    return -_expected(scene), abs(sum(values) / len(values))
+    mean = sum(values) / len(values)
+    return -_expected(scene), mean if mean >= 0.0 else -mean / _GAP
 
 
 def _expected(scene: Scene) -> float:
