@@ -1,5 +1,7 @@
 """Perturbations in few modes: against all modes, and against dense matrices."""
 
+import gc
+import weakref
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -84,6 +86,22 @@ def test_contact_of_both_faces_gives_that_of_every_kappa(law):
     for kappa in (0.4, -2.0):
         direct = reduced.projected(reduced.in_harmonics(values), reduced.relative(reduced.modal, kappa))
         assert faces.at(kappa) == pytest.approx(direct, abs=1e-12 * np.abs(direct).max())
+
+
+@pytest.mark.parametrize("law", ["two_sliders", "cone"])
+def test_what_is_kept_with_a_point_is_freed_with_it(law):
+    """At once: large arrays would else stay until the next garbage collection."""
+    analysis, point, _ = case(law)
+    faces = face_contact(analysis.few_modes.at(OMEGA), point)
+    faces.linearised(0.02 + 0.3j, 1.1)
+    gone, enabled = [weakref.ref(point), weakref.ref(faces)], gc.isenabled()
+    gc.disable()
+    try:
+        del point, faces
+        assert [reference() for reference in gone] == [None, None]
+    finally:
+        if enabled:
+            gc.enable()
 
 
 @pytest.mark.parametrize("law", ["two_sliders", "cone"])
