@@ -11,6 +11,7 @@ from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactPa
 from nonlinear.stability.block_matrices import Matrix
 
 REPEAT_TOLERANCE = 1e-12  # of the largest motion: a cycle that comes back this near is the steady one
+ROUND_OFF = complex(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -90,8 +91,13 @@ def _periodic_response(
 
     dw_k = decay Phi_k dw_(k-1) + Gamma_k p_k, (2, 3, 2H+1) for the unit coefficients p of the three directions; Phi,
     Gamma: `transition` (N, 2, 2) and `gamma` (N, 2, 3); decay: e^(-sigma step). The derivative follows the same rule
-    with -step decay Phi_k dw_(k-1) in place of Gamma_k p_k. First period: dw from 0, and the monodromy matrix, which
-    give the periodic dw. Second period: its derivative from 0, which gives the periodic one. Third period: both.
+    with -step decay Phi_k dw_(k-1) in place of Gamma_k p_k. First period: dw from 0, and the monodromy matrix M; the
+    periodic dw follows. Second period: its derivative from 0, and the periodic one follows. Third period: both.
+    A slider that slips or opens at some instant forgets at least one direction: M has rank 1 at most, and
+
+        (1 - M)^-1 s = s + M s / (1 - tr M).
+
+    Where tr M = 1, the slider by itself has this exponent: dw has a pole, which is missed by round-off.
     """
     n, size = table.shape
     columns = 3 * size
@@ -109,12 +115,14 @@ def _periodic_response(
             _advance((a, b, c, d), gamma[k], table[k], step, period > 0, state)
             if period == 2:
                 response[k] = state.reshape(4 * columns)
-        if period < 2:  # (1 - monodromy)^-1 times what starting from 0 ended with
-            determinant = (1.0 - monodromy[0, 0]) * (1.0 - monodromy[1, 1]) - monodromy[0, 1] * monodromy[1, 0]
+        if period < 2:  # (1 - M)^-1 times what starting from 0 ended with
+            rest = 1.0 - (monodromy[0, 0] + monodromy[1, 1])
+            if rest == 0.0:
+                rest = ROUND_OFF
             for column in range(columns):
                 x, y = state[period, 0, column], state[period, 1, column]
-                state[period, 0, column] = ((1.0 - monodromy[1, 1]) * x + monodromy[0, 1] * y) / determinant
-                state[period, 1, column] = (monodromy[1, 0] * x + (1.0 - monodromy[0, 0]) * y) / determinant
+                state[period, 0, column] = x + (monodromy[0, 0] * x + monodromy[0, 1] * y) / rest
+                state[period, 1, column] = y + (monodromy[1, 0] * x + monodromy[1, 1] * y) / rest
 
 
 @compiled

@@ -278,7 +278,10 @@ class HillEigenproblem:
         for _ in range(MAX_INVERSE_ITERATIONS):
             x = x / np.linalg.norm(x)
             y = lu_solve(factors, descriptor @ x, check_finite=False)
-            before, value = value, beside + 1.0 / complex(x.conj() @ y)
+            inverse = complex(x.conj() @ y)
+            if inverse == 0.0:
+                break
+            before, value = value, beside + 1.0 / inverse
             if abs(value - before) <= 1e-3 * abs(value - shift) + ROUND_OFF:
                 return value, y
             x = y

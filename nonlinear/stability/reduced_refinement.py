@@ -84,7 +84,10 @@ class ModalPencil:
         for _ in range(MAX_INVERSE_ITERATIONS):
             x = x / np.linalg.norm(x)
             y = self._solve(self.derivative(x), 1)
-            before, value = value, -1.0 / complex(x.conj() @ y)
+            inverse = -complex(x.conj() @ y)
+            if inverse == 0.0:
+                break
+            before, value = value, 1.0 / inverse
             if abs(value - before) <= 1e-3 * abs(value) + ROUND_OFF:
                 return value, y / np.linalg.norm(y), _same_direction(x, y)
             x = y

@@ -377,6 +377,36 @@ class TestConeSliderMemory:
         assert derivative == pytest.approx(nearby, abs=1e-6)
         assert memory.jacobian(0.0)[0] == pytest.approx(0.0, abs=1e-15)
 
+    @pytest.mark.parametrize("sigma", [-1.0 + 0.2j, -3.0])
+    def test_decaying_perturbation(self, sigma):
+        """Against all instants of the cycle solved at once, but for round-off that grows as fast as it decays."""
+        base = np.random.default_rng(3).normal(size=(2 * self.n_harmonics + 1, 1, 3)) * 0.05
+        memory = MemorySampler(self.contact, self.n_harmonics).memory(base)
+        change = memory.jacobian(complex(sigma))[0][0]
+        expected = self.solved_at_once(memory, complex(sigma)) - self.solved_at_once(memory, 0.0)
+        tolerance = 1e-14 * np.exp(-2.0 * np.pi * sigma.real)
+        assert change == pytest.approx(expected, abs=tolerance * np.abs(expected).max())
+
+    def test_an_exponent_of_the_slider_alone_divides_by_no_zero(self):
+        """A slider that forgets one direction at one instant, and loses nothing in the other."""
+        base = np.random.default_rng(3).normal(size=(2 * self.n_harmonics + 1, 1, 3)) * 0.05
+        memory = MemorySampler(self.contact, self.n_harmonics).memory(base)
+        transition = np.tile(np.eye(2), (1, memory.transition.shape[1], 1, 1))
+        transition[0, 0] = np.diag([1.0, 0.0])
+        change = replace(memory, transition=transition).jacobian(0.0)
+        assert np.isfinite(change).all()
+
+    def solved_at_once(self, memory, sigma):
+        """Fourier coefficients of kt dw from dw_k - e^(-sigma 2 pi / N) Phi_k dw_(k-1) = Gamma_k p_k, all k."""
+        n, size = memory.table.shape
+        matrix = np.eye(2 * n, dtype=complex).reshape(n, 2, n, 2)
+        for k in range(n):
+            matrix[k, :, k - 1] -= np.exp(-sigma * 2.0 * np.pi / n) * memory.transition[0, k]
+        right = np.einsum("kid,kj->kidj", memory.input_matrix[0], memory.table)
+        solved = np.linalg.solve(matrix.reshape(2 * n, 2 * n), right.reshape(2 * n, -1)).reshape(n, 2, 3, size)
+        weights = memory.table * np.append(1.0, np.full(size - 1, 2.0)) / n
+        return memory.stiffness[0] * np.einsum("ki,kcdj->cdij", weights, solved)
+
     def test_there_is_none_without_slip(self):
         sampler = MemorySampler(self.contact, 1)
         still = np.zeros((3, 1, 3))

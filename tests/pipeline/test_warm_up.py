@@ -12,7 +12,7 @@ from pipeline_support import ground_model
 
 from nonlinear import ContactParameters, Excitation, Ring, RingLimits, SolverOptions, forced_response, integrate_ring
 from nonlinear.contact.compile_lock import CompileLock
-from pipeline.stages.warm_up import small_disk, warm_up
+from pipeline.stages.warm_up import INTEGRATIONS, LAWS, small_disk, warm_up
 from rom import modal_model
 
 
@@ -23,7 +23,8 @@ def signatures() -> dict[str, int]:
     return {each.__name__: len(each.signatures) for each in kernels if hasattr(each, "nopython_signatures")}
 
 
-@pytest.mark.parametrize(("law", "integration"), [("two_sliders", "exact"), ("cone", "sampled")])
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("integration", INTEGRATIONS)
 def test_nothing_is_left_to_compile(law: Any, integration: Any) -> None:
     """Against ground and with another number of harmonics; a curve with all that a run adds, and a ring in time."""
     warm_up(law, integration)
