@@ -86,7 +86,7 @@ def locate_bifurcations(
     """
     has_fold = before.tangent[1] * after.tangent[1] < 0.0
     if has_fold:
-        fold = locate_zero(continuation, before, after, lambda point: point.tangent[1])
+        fold = locate_zero(continuation, before, after, lambda point: point.tangent[1], lambda point: point.omega)
         if fold is not None:
             yield BifurcationKind.FOLD, fold
     if before.exponents is None or after.exponents is None:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from nonlinear.branches.special_point_location import locate_zero
 from nonlinear.continuation.arclength_continuation import Continuation
+from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 
 
@@ -42,4 +43,7 @@ def locate_peak(continuation: Continuation, before: SolutionPoint, after: Soluti
     """The maximum of the amplitude between two neighbouring points; None if there is none."""
     if not before.dA_ds > 0.0 > after.dA_ds:
         return None
-    return locate_zero(continuation, before, after, lambda point: point.dA_ds)
+    output = continuation.options.output
+    return locate_zero(
+        continuation, before, after, lambda point: point.dA_ds, lambda point: output_amplitude(point, output)
+    )

@@ -2,10 +2,11 @@
 
 References
 ----------
-M. Dowell, P. Jarratt, "A modified regula falsi method for computing the root of an equation", BIT 11, 1971,
-pp. 168-174. (Illinois variant)
+T. R. Chandrupatla, A new hybrid quadratic/bisection algorithm for finding the zero of a nonlinear function without
+using derivatives, Advances in Engineering Software 28, 1997, pp. 145-149.
 """
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
@@ -17,57 +18,63 @@ from nonlinear.stability.floquet import NEUTRAL
 MAX_ITERATIONS = 60
 MAX_ARC_BRACKET = 1e-3  # arc length of a bracket that is narrow enough in frequency
 SMALLEST_ARC_BRACKET = 1e-13
-HALVINGS = 12  # of the arc length between two points, to its part that a step goes beyond the zero expected
+HALVINGS = 12  # of the arc length between two points, to the shortest step from one side of a bracket
 
 TestFunction = Callable[[SolutionPoint], float]
 
 
 def locate_zero(
-    continuation: Continuation, before: SolutionPoint, after: SolutionPoint, test_function: TestFunction
+    continuation: Continuation,
+    before: SolutionPoint,
+    after: SolutionPoint,
+    test_function: TestFunction,
+    integral: TestFunction | None = None,
 ) -> SolutionPoint | None:
     """The point between two neighbours at which a test function changes its sign; None if it does not.
 
-    The arc length beyond `before` is bracketed by regula falsi (Illinois variant), with a corrector solve in each
-    iteration, until the frequency is known to the peak tolerance.
+    The arc length beyond `before` is interpolated between points on both sides of the zero, with a corrector solve in
+    each iteration, until the frequency is known to the peak tolerance.
+
+    Parameters
+    ----------
+    continuation : Continuation
+        The continuation of the curve.
+    before, after : SolutionPoint
+        Neighbouring points.
+    test_function : callable
+        Of a point.
+    integral : callable or None
+        What the test function is the derivative of, by the arc length: for the first interpolation.
     """
-    options = continuation.options
-    left, right = 0.0, after.arc - before.arc
-    left_value, right_value = test_function(before), test_function(after)
-    if not left_value * right_value < 0.0:
+    values = test_function(before), test_function(after)
+    if not values[0] * values[1] < 0.0:
         return None
+    rise = None if integral is None else integral(after) - integral(before)
     common = _with_equal_harmonics(continuation, before, after, continuation.recorder.record)
     if common is None:
         return None
     before, continuation = common, continuation.with_balance(common.balance)
-    best, side = (before if abs(left_value) < abs(right_value) else after), 0
-    frequencies = (before.omega, after.omega)
+    bracket = _Bracket((0.0, values[0]), (after.arc - before.arc, values[1]))
+    sides, last = (before, after), float("inf")
+    arc = bracket.next_arc(0.0) if rise is None else bracket.zero_of_derivative(rise)
     for _ in range(MAX_ITERATIONS):
-        arc = (left * right_value - right * left_value) / (right_value - left_value)
-        if not left < arc < right:
-            arc = 0.5 * (left + right)
         point = continuation.solver.step(before, arc, refactorise=True)
         if point is None:
             break
         point = continuation.recorder.record(point)
         value = test_function(point)
-        change, best = abs(point.omega - best.omega), point
-        if value * left_value > 0.0:
-            left, left_value = arc, value
-            right_value, side = (right_value / 2.0 if side == 1 else right_value), 1
-            frequencies = (point.omega, frequencies[1])
-        else:
-            right, right_value = arc, value
-            left_value, side = (left_value / 2.0 if side == -1 else left_value), -1
-            frequencies = (frequencies[0], point.omega)
-        tolerance = options.peak_tolerance * point.omega
-        if (
-            abs(frequencies[1] - frequencies[0]) <= tolerance
-            and change <= tolerance
-            and right - left < MAX_ARC_BRACKET
-        ):
+        beyond = value * values[0] <= 0.0
+        bracket = bracket.narrowed(arc, value, beyond)
+        sides = (sides[0], point) if beyond else (point, sides[1])
+        change, last = abs(point.omega - last), point.omega
+        tolerance, width = continuation.options.peak_tolerance * point.omega, abs(sides[1].omega - sides[0].omega)
+        if width <= tolerance and change <= tolerance and bracket.width < MAX_ARC_BRACKET:
             break
-        if value == 0.0 or right - left < SMALLEST_ARC_BRACKET:
+        if value == 0.0 or bracket.width < SMALLEST_ARC_BRACKET:
             break
+        share = min(tolerance / width, 1.0) if width > 0.0 else 1.0
+        arc = bracket.next_arc(0.5 * min(share * bracket.width, MAX_ARC_BRACKET))
+    best = min(sides, key=lambda point: abs(test_function(point)))
     if best is before or best is after:
         return best
     return continuation.recorder.with_exponents(best)
@@ -84,7 +91,7 @@ def locate_change(
     """The first point, to the resolution of 11 bisections, at which `changed` is true, as it is at `after`.
 
     `rate` passes zero there: by how much the exponent that crosses the imaginary axis exceeds what counts as growth.
-    It is interpolated, safeguarded by bisection. A point where it is zero but for its error will do.
+    It is interpolated as in `locate_zero`. A point where it is zero but for its error will do.
     `record` adds the exponents to a point: by default those of the wave.
     """
     record = record or partial(continuation.recorder.record, exponents=True)
@@ -110,54 +117,58 @@ def locate_change(
 
 
 class _Bracket(NamedTuple):
-    """The arc length and the rate on both sides of a change, and those replaced last."""
+    """Two sides of a zero, the one found last first, and the one that this has replaced: arc length and rate of each.
 
-    left: tuple[float, float]
-    right: tuple[float, float]
-    third: tuple[float, float] = (float("nan"), float("nan"))
-    slow: int = 0
+    At first the order does not matter. Interpolation and bisection alternate as Chandrupatla (1997) says.
+    """
+
+    newest: tuple[float, float]
+    other: tuple[float, float]
+    replaced: tuple[float, float] | None = None
 
     @property
     def width(self) -> float:
         """Arc length between the two sides."""
-        return self.right[0] - self.left[0]
+        return abs(self.other[0] - self.newest[0])
 
-    def narrowed(self, arc: float, value: float, has_changed: bool) -> "_Bracket":
-        """The bracket with one of its sides at `arc`."""
-        left, right = (self.left, (arc, value)) if has_changed else ((arc, value), self.right)
-        slow = self.slow + 1 if right[0] - left[0] > 0.5 * self.width else 0
-        return _Bracket(left, right, self.right if has_changed else self.left, slow)
+    def narrowed(self, arc: float, value: float, beyond: bool) -> "_Bracket":
+        """The bracket with a side at `arc`: the one of the higher arc lengths, if it is `beyond` the zero."""
+        if (self.newest[0] > self.other[0]) == beyond:
+            return _Bracket((arc, value), self.other, self.newest)
+        return _Bracket((arc, value), self.newest, self.other)
 
     def next_arc(self, resolution: float) -> float:
-        """Where to look next: a little beyond the zero of the rate, in the middle where that does not help."""
-        (left, left_rate), (right, right_rate) = self.left, self.right
-        middle = 0.5 * (left + right)
-        if not left_rate * right_rate < 0.0 or self.slow >= 2:
-            return middle
-        zero = (left * right_rate - right * left_rate) / (right_rate - left_rate)
-        curved = self._zero_of_parabola()
-        # a little into the longer part: if the interpolation is good, all of that part is cut off
-        zero = curved if left < curved < right else zero
-        beyond = zero + (resolution if zero < middle else -resolution)
-        return beyond
+        """Where to look next, no nearer to a side than `resolution`."""
+        shortest = min(resolution / self.width, 0.5) if self.width > 0.0 else 0.5
+        share = min(max(self._share(), shortest), 1.0 - shortest)
+        return self.newest[0] + share * (self.other[0] - self.newest[0])
 
-    def _zero_of_parabola(self) -> float:
-        """Zero of the arc length as a parabola of the rate through three points; NaN where it may not be monotonic.
+    def zero_of_derivative(self, rise: float) -> float:
+        """Zero of a rate that is quadratic in the arc length and has the integral `rise` over the bracket."""
+        (start, first), (end, last) = self.newest, self.other
+        width = end - start
+        curvature = 6.0 * (0.5 * (first + last) * width - rise) / width**3
+        slope = (last - first) / width - curvature * width
+        root = math.sqrt(max(slope**2 - 4.0 * curvature * first, 0.0))
+        arc = start - 2.0 * first / (slope - math.copysign(root, first))
+        return arc if min(start, end) < arc < max(start, end) else self.next_arc(0.0)
 
-        The condition is that of T. R. Chandrupatla, Advances in Engineering Software 28, 1997, pp. 145-149, but for
-        the order of the ends: first comes the one whose rate is farther from the third, which took fewest steps on
-        the curve tried. Where the parabola misses the zero, the bracket still holds it.
+    def _share(self) -> float:
+        """Part of the way from the newest side to the other one: by a secant, then a parabola or to the middle.
+
+        The parabola is that of the arc length over the rate, where it is monotonic.
         """
-        (a, rate_a), (b, rate_b), (c, rate_c) = self.left, self.right, self.third
-        if not (rate_c - rate_a) * (rate_c - rate_b) > 0.0:
-            return float("nan")
-        if abs(rate_c - rate_a) < abs(rate_c - rate_b):
-            (a, rate_a), (b, rate_b) = (b, rate_b), (a, rate_a)
-        share, drop = (a - b) / (c - b), (rate_a - rate_b) / (rate_c - rate_b)
-        if not (drop**2 < share and (1.0 - drop) ** 2 < 1.0 - share):
-            return float("nan")
-        first = rate_a / (rate_b - rate_a) * rate_c / (rate_b - rate_c)
-        return a + (b - a) * first + (c - a) * rate_a / (rate_c - rate_a) * rate_b / (rate_c - rate_b)
+        (a, rate_a), (b, rate_b) = self.newest, self.other
+        if not rate_a * rate_b < 0.0:
+            return 0.5
+        if self.replaced is None:
+            return rate_a / (rate_a - rate_b)
+        c, rate_c = self.replaced
+        part, drop = (a - b) / (c - b), (rate_a - rate_b) / (rate_c - rate_b)
+        if not (drop**2 < part and (1.0 - drop) ** 2 < 1.0 - part):  # nor with a NaN
+            return 0.5
+        secant = rate_a / (rate_b - rate_a) * rate_c / (rate_b - rate_c)
+        return secant + (c - a) / (b - a) * rate_a / (rate_c - rate_a) * rate_b / (rate_c - rate_b)
 
 
 def _with_equal_harmonics(

@@ -10,7 +10,7 @@ from lumped import lumped_blade
 from nonlinear import ContactParameters, Excitation, SolverOptions, forced_response
 from rom import modal_model
 
-MANY = 4096  # samples whose own error is far below those that are estimated
+MANY = 65536  # samples whose own error is far below those that are estimated
 FACTOR = 2.0  # between the estimate and the true error
 RESOLVED = 1e-6  # relative differences below this are those of the located peaks
 CASES = {  # interference and frequency range: contacts that open and close; that stick and slip; that do both
