@@ -11,7 +11,7 @@ from nonlinear.branches.branch import Branch
 from nonlinear.branches.peaks import Peak
 from nonlinear.branches.termination import TerminationReason
 from nonlinear.branches.worst_motion import WorstMotion
-from nonlinear.contact.fourier import ComplexArray, to_complex
+from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.continuation.named_outputs import largest_lengths, output_components
 from nonlinear.continuation.response_quantities import evaluate_responses, largest_amplitude
@@ -195,14 +195,8 @@ def assemble_curve(
     n_contacts = balance.n_contacts
     n_harmonics = max((point.balance.n_harmonics for point in points), default=balance.n_harmonics)
 
-    def stacked(rows: Iterable[ComplexArray], *shape: int) -> ComplexArray:
-        """Coefficients of all points, zero in the harmonics that a point does not have."""
-        result = np.zeros((len(points), n_harmonics + 1, *shape), dtype=complex)
-        for index, row in enumerate(rows):
-            result[index, : row.shape[0]] = row
-        return result
-
     response = np.zeros((len(points), n_harmonics + 1), dtype=complex)
+    displacement, force = np.zeros((2, len(points), n_harmonics + 1, n_contacts, 3), dtype=complex)
     components = {name: output_components(balance.receptance.modal.output_names, name) for name in options.outputs}
     others = {
         name: np.zeros((len(points), n_harmonics + 1, len(parts)), dtype=complex)
@@ -213,7 +207,9 @@ def assemble_curve(
         found = evaluate_responses(points[batch], options.output, options.outputs)
         for name, values in found.outputs.items():
             others[name][batch, : values.shape[1]] = values
-        response[batch, : found.output.shape[1]] = found.output
+        known = found.output.shape[1]  # harmonics of these points; the others are zero
+        response[batch, :known] = found.output
+        displacement[batch, :known], force[batch, :known] = found.displacement, found.force
         friction[batch], energy_error[batch] = found.friction, found.energy_error
     numbers = {point.balance.n_harmonics for point in points}
     state = np.array([point.contact.state for point in points], dtype=int).reshape(len(points), n_contacts)
@@ -239,8 +235,8 @@ def assemble_curve(
         arc=np.array([point.arc for point in points]),
         energy_error=energy_error,
         output=response,
-        relative_displacement=stacked((to_complex(point.displacement) for point in points), n_contacts, 3),
-        contact_force=stacked((to_complex(point.contact.force) for point in points), n_contacts, 3),
+        relative_displacement=displacement,
+        contact_force=force,
         peak=_highest(peaks, frequency_hz, amplitude, SAME_AMPLITUDE if len(numbers) < 2 else AMPLITUDE_JUMP),
         peaks=peaks,
         bifurcations=tuple(

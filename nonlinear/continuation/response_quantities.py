@@ -99,8 +99,10 @@ class Responses:
 
     Attributes
     ----------
+    displacement, force : (P, H+1, n_c, 3) complex
+        Fourier coefficients of relative displacement and contact force, m and N.
     output : (P, H+1) complex
-        Fourier coefficients of the output, m.
+        Those of the output, m.
     outputs : dict of str to (P, H+1, c) complex
         Those of further outputs of c components.
     excitation : (P,) float
@@ -111,6 +113,8 @@ class Responses:
         Work dissipated by friction.
     """
 
+    displacement: ComplexArray
+    force: ComplexArray
     output: ComplexArray
     outputs: dict[str, ComplexArray]
     excitation: Array
@@ -135,7 +139,10 @@ def evaluate_responses(points: Sequence[SolutionPoint], output: str, others: Seq
     excitation = (receptance.modal_force.conj() * coordinates).imag.sum(axis=-1)
     damping = (receptance.waves.damping * (coordinates.real**2 + coordinates.imag**2)).sum(axis=-1)
     friction = (force.conj() * displacement).imag.sum(axis=-1)
+    by_node = (len(points), order.size, -1, 3)
     return Responses(
+        displacement=displacement.reshape(by_node),
+        force=force.reshape(by_node),
         output=receptance.output(output, coordinates),
         outputs={name: _components(receptance, coordinates, name) for name in others},
         excitation=-np.pi * (excitation @ order),
