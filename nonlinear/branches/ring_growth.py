@@ -11,7 +11,7 @@ from itertools import groupby, pairwise
 
 from nonlinear.branches.bifurcations import KINDS, BifurcationKind
 from nonlinear.branches.special_point_location import locate_change
-from nonlinear.branches.wave_growth import beside_state_changes, runs_of_points
+from nonlinear.branches.wave_growth import beside_state_changes, middle_of, runs_of_points
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.point_stability import PointStability
 from nonlinear.continuation.solution_point import SolutionPoint
@@ -19,7 +19,7 @@ from nonlinear.stability.floquet import NEUTRAL, instability_of
 from nonlinear.stability.ring_stability import PatternExponent
 
 STRIDE = 4  # points from one at which all nodal diameters are looked at to the next
-GROWING_STRIDE = 16  # the same where perturbations grow at both: the growth is proved at every point between
+GROWING_STRIDE = 16  # the same where perturbations grow at both: one exponent that grows is followed between them
 UNSTABLE_STRIDE = 64  # the same in long stretches where the wave itself is unstable
 LOOKS = 8  # at a shorter stretch
 AMPLIFIED = 0.98  # share of the least decay without contact; what decays slower is fed by contact forces
@@ -92,10 +92,9 @@ def _fill(
     """Find the exponents between two points that have theirs."""
     if last - first < 2:
         return
-    one, other, middle = found[first], found[last], (first + last) // 2
+    one, other, middle = found[first], found[last], middle_of(points, first, last)
     if one is not None and other is not None and _changes_no_flag(points[first : last + 1], one, other):
-        for index in range(first + 1, last):
-            found[index] = _between(points, (first, index, last), one, other)
+        _interpolate(points, found, first, last)
         return
     found[middle] = None
     if one is not None and other is not None and _alike(points[first], points[last], one, other):
@@ -108,7 +107,10 @@ def _fill(
             found[middle] = followed if growing or alike else None
             if alike:
                 for ends in ((first, middle), (middle, last)):
-                    _fill_alike(stability, points, found, *ends, growing)
+                    if ends[1] - ends[0] > STRIDE:
+                        _fill(stability, points, found, *ends)
+                    else:
+                        _interpolate(points, found, *ends)
                 return
     if found[middle] is None:
         found[middle] = stability.worst_pattern(points[middle])
@@ -116,24 +118,15 @@ def _fill(
     _fill(stability, points, found, middle, last)
 
 
-def _fill_alike(
-    stability: PointStability,
-    points: list[SolutionPoint],
-    found: dict[int, PatternExponent | None],
-    first: int,
-    last: int,
-    growing: bool,
+def _interpolate(
+    points: list[SolutionPoint], found: dict[int, PatternExponent | None], first: int, last: int
 ) -> None:
-    """Exponents between two points whose exponents are alike: a decay linear in the arc length, a growth followed."""
+    """Exponents between two points whose exponents are alike, linear in the arc length."""
     one, other = found[first], found[last]
     assert one is not None
     assert other is not None
     for index in range(first + 1, last):
-        point, between = points[index], _between(points, (first, index, last), one, other)
-        followed = stability.follow_pattern(point, between, climb=False) if growing else between
-        if growing and (followed is None or not followed.grows(point.omega)):
-            followed = stability.worst_pattern(point)
-        found[index] = followed
+        found[index] = _between(points, (first, index, last), one, other)
 
 
 def _changes_no_flag(points: list[SolutionPoint], one: PatternExponent, other: PatternExponent) -> bool:

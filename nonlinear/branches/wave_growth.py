@@ -3,7 +3,7 @@
 A real exponent that passes zero changes the sign of det dR/dx, which is known at every point. All exponents are
 computed in some points and halfway between them. Where all of them decay, the leading one is interpolated between
 these; where the rate halfway is not as interpolated, all are computed in more points. Where some grow at two of these
-points, one of them is followed between them, which proves the growth at every point.
+points, one of them is followed halfway, and the same is done with its rate.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,6 +12,7 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
+from nonlinear.contact.fourier import ComplexArray
 from nonlinear.continuation.point_recording import PointRecorder
 from nonlinear.continuation.point_stability import PointStability
 from nonlinear.continuation.solution_point import SolutionPoint
@@ -19,6 +20,7 @@ from nonlinear.stability.floquet import grows, with_conjugate
 
 STRIDE = 8  # points from one whose exponents are computed to the next
 DECAY_ERROR = 0.2  # relative error of a rate of decay, halfway between two others, that may be interpolated
+GROWTH_ERROR = 0.05  # the same of a rate of growth
 SIMILAR_FREQUENCY = 0.05  # difference of Im lambda, in units of omega, of two exponents of one family
 
 
@@ -28,7 +30,8 @@ def with_wave_exponents(
     """The points of a branch with the exponents of perturbations that have the symmetry of the wave.
 
     Where all of them decay, that of the least stable one is interpolated; `exponents` has no others there. Where the
-    leading one is followed, `exponents` has it, and the others that grow as at a point next to it.
+    leading one grows and is followed or interpolated, `exponents` has it, and the others that grow as at a point next
+    to it.
 
     Parameters
     ----------
@@ -82,15 +85,36 @@ def beside_state_changes(points: list[SolutionPoint], run: list[int]) -> set[int
     return {index for pair in changes for index in pair}
 
 
+def middle_of(points: list[SolutionPoint], first: int, last: int) -> int:
+    """Index of the point between two others that is nearest to the middle of the arc between them.
+
+    Parameters
+    ----------
+    points : list of SolutionPoint
+        In the order of the branch.
+    first, last : int
+        Indices of the two, with others between them.
+    """
+    arc = 0.5 * (points[first].arc + points[last].arc)
+    return min(range(first + 1, last), key=lambda index: abs(points[index].arc - arc))
+
+
 def _fill(recorder: PointRecorder, points: list[SolutionPoint], first: int, last: int) -> None:
     """Find the exponents between two points that have theirs."""
     if last - first < 2:
         return
+    middle = middle_of(points, first, last)
     if _both_unstable(points, first, last):
-        for index in range(first + 1, last):
-            points[index] = _with_growth_followed(recorder, points, first, index, last)
+        points[middle] = _with_growth_followed(recorder, points, first, middle, last)
+        if _grows_between(points, first, middle, last):
+            for ends in ((first, middle), (middle, last)):
+                for index in range(ends[0] + 1, ends[1]):
+                    nearer = points[_nearer(ends[0], index, ends[1])]
+                    points[index] = _with_leading(points[index], _between(points, ends[0], index, ends[1]), nearer)
+            return
+        _fill(recorder, points, first, middle)
+        _fill(recorder, points, middle, last)
         return
-    middle = (first + last) // 2
     points[middle] = recorder.with_exponents(points[middle])
     if _decays_between(points, first, middle, last):
         for ends in ((first, middle), (middle, last)):
@@ -118,14 +142,43 @@ def _with_growth_followed(
     found = stability.follow_wave(point, start)
     if found is None or not grows(np.array([found]), point.omega).all():
         return recorder.with_exponents(point)
-    nearer = points[first if index - first <= last - index else last]
-    assert nearer.exponents is not None
-    others = nearer.exponents[grows(nearer.exponents, nearer.omega)]
-    if (others[0].imag == 0.0) != (found.imag == 0.0):
+    nearer = points[_nearer(first, index, last)]
+    if not _same_kind(nearer, found):
         return recorder.with_exponents(point)
-    own = with_conjugate(found)
-    values = np.append(own, others[own.size :])
+    return _with_leading(point, found, nearer)
+
+
+def _nearer(first: int, index: int, last: int) -> int:
+    return first if index - first <= last - index else last
+
+
+def _growing(point: SolutionPoint) -> ComplexArray:
+    """The exponents of a point that grow."""
+    assert point.exponents is not None
+    return point.exponents[grows(point.exponents, point.omega)]
+
+
+def _same_kind(point: SolutionPoint, leading: complex) -> bool:
+    """Whether the leading exponent of a point is real, or one of a pair, as another one."""
+    return bool((_growing(point)[0].imag == 0.0) == (leading.imag == 0.0))
+
+
+def _with_leading(point: SolutionPoint, leading: complex, nearer: SolutionPoint) -> SolutionPoint:
+    """A point with its leading exponent; the others that grow are those of a point next to it."""
+    own = with_conjugate(leading)
+    values = np.append(own, _growing(nearer)[own.size :])
     return replace(point, exponents=values[np.argsort(-values.real)])
+
+
+def _grows_between(points: list[SolutionPoint], first: int, middle: int, last: int) -> bool:
+    """Whether the leading exponent grows from one point to another, and its rate in the middle is as interpolated."""
+    three = [points[index] for index in (first, middle, last)]
+    if not all(point.unstable for point in three):
+        return False
+    leading = [complex(_growing(point)[0]) for point in three]
+    guess = _between(points, first, middle, last)
+    alike = abs(guess.real - leading[1].real) <= GROWTH_ERROR * min(value.real for value in leading)
+    return alike and all(_same_kind(point, leading[1]) for point in three)
 
 
 def _decays_between(points: list[SolutionPoint], first: int, middle: int, last: int) -> bool:

@@ -14,6 +14,7 @@ BLADE_PERIODS = 5000  # periods times blades that are integrated for a curve
 ONE_START = 3500  # of these for one start: what a large ring takes is left for the others
 MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
 FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
+FASTER = 1.5  # ratio of two growths in a period from which the faster one is a start of its own
 FALLING = 0.05  # relative fall of a motion that is still falling
 SAME_AMPLITUDE = 0.05  # relative difference from a stable solution up to which a periodic motion counts as it
 
@@ -84,30 +85,32 @@ class DepartureSearch:
     blade_periods: int = BLADE_PERIODS
 
     def departures(self, stretches: Sequence[UnstableStretch]) -> Iterator[Departure]:
-        """From the highest exposed point of each stretch, then from other points of one of them.
+        """From one or two exposed points of each stretch, then from other points of one of them.
 
-        The highest motion of a stretch need not be where the unstable solution is highest. The stretch is the one
-        that led to the highest motion; else the highest one.
+        They are the one where perturbations grow fastest and the highest one: the highest motion of a stretch need
+        not be where the unstable solution is highest. The stretch is the one that led to the highest motion; else
+        the highest one.
         """
-        best, chosen = 0.0, 0
+        best, chosen, centre = 0.0, 0, -1
         for number, stretch in enumerate(stretches):
-            found = self._departure(stretch, self._top(stretch))
-            yield found
-            if found.new_height > best:
-                best, chosen = found.new_height, number
+            for position in self._first(stretch):
+                found = self._departure(stretch, position)
+                yield found
+                if found.new_height > best:
+                    best, chosen, centre = found.new_height, number, position
         if stretches:
-            yield from self._further(stretches[chosen], best)
+            stretch = stretches[chosen]
+            yield from self._further(stretch, best, int(stretch.exposed[centre if best else self._top(stretch)]))
 
-    def _further(self, stretch: UnstableStretch, best: float) -> Iterator[Departure]:
+    def _further(self, stretch: UnstableStretch, best: float, index: int) -> Iterator[Departure]:
         """From points that halve the gaps in index beside the one with the highest motion; else the largest gaps.
 
-        Low unstable solutions are left alone here.
+        Low unstable solutions are left alone here, but for the one at `index`.
         """
         heights = self.branches[stretch.branch].amplitude_m[stretch.exposed]
-        stretch = replace(stretch, exposed=stretch.exposed[heights >= FLOOR * self.height_m])
-        if not stretch.exposed.size:
-            return
-        centre = self._top(stretch)
+        matters = (heights >= FLOOR * self.height_m) | (stretch.exposed == index)
+        stretch = replace(stretch, exposed=stretch.exposed[matters])
+        centre = int(np.flatnonzero(stretch.exposed == index)[0])
         tried = [-1, centre, len(stretch.exposed)]
         for _ in range(MOST_FURTHER):
             position = _next(tried, centre if best > 0.0 else None)
@@ -126,6 +129,17 @@ class DepartureSearch:
     def _top(self, stretch: UnstableStretch) -> int:
         """Position of the highest point among the exposed ones."""
         return int(np.argmax(self.branches[stretch.branch].amplitude_m[stretch.exposed]))
+
+    def _first(self, stretch: UnstableStretch) -> tuple[int, ...]:
+        """Positions of the first starts: the fastest growth of points that are not low, if it is clearly the fastest.
+
+        Then the highest point.
+        """
+        branch, top = self.branches[stretch.branch], self._top(stretch)
+        heights = branch.amplitude_m[stretch.exposed]
+        growth = np.nan_to_num(branch.growth_rate[stretch.exposed] / branch.frequency_hz[stretch.exposed])
+        fastest = int(np.argmax(np.where(heights >= FLOOR * heights[top], growth, -np.inf)))
+        return (fastest, top) if growth[fastest] > FASTER * growth[top] else (top,)
 
     def _departure(self, stretch: UnstableStretch, position: int) -> Departure:
         place = stretch.branch, int(stretch.exposed[position])

@@ -129,6 +129,25 @@ def test_an_unstable_solution_below_a_stable_one_is_left_alone():
     assert sorted(stable_amplitudes(branches_of(curve), 5.5)) == pytest.approx([7.0])
 
 
+def test_the_ring_starts_from_the_fastest_growth_too():
+    """The highest motion of an unstable part need not be where the unstable solution is highest."""
+    curve = curve_of(SEVEN, [1.0, 6.0, 7.0, 8.0, 9.0, 2.0, 1.0], [True, False, False, False, False, True, True])
+    rates = np.array([-1.0, 1.0, 20.0, 2.0, 1.0, -1.0, -1.0])
+    ring, starts = ring_to(1.0)
+
+    def integrate(place, blade_periods, floor):
+        found = ring(place, blade_periods, floor)
+        height = {1: 8.0, 2: 16.0, 3: 14.0, 4: 9.5}[place[1]]
+        return replace(found, amplitude_m=height, lowest_m=0.5 * height, envelope_m=height * np.ones((300, 4)))
+
+    worst = worst_of(replace(curve, growth_rate=rates), OPTIONS, 72, integrate)
+    assert starts[:2] == [(0, 2), (0, 4)]
+    assert (worst.amplitude_m, worst.index, worst.motion) == (16.0, 2, "quasi-periodic")
+    starts.clear()
+    worst_of(replace(curve, growth_rate=curve.frequency_hz), OPTIONS, 72, integrate)  # as fast everywhere
+    assert starts[0] == (0, 4)
+
+
 def test_a_ring_that_goes_to_a_known_stable_solution_adds_nothing():
     main = curve_of(SEVEN, HILL, [True] * 7, curve_of([5.0, 5.05], [20.0, 20.0], [False, False]))
     integrate, starts = ring_to(8.8, periodic=True, lowest_m=8.8)  # stable are 9 and 8.75
