@@ -105,12 +105,9 @@ def _fill(
             tolerance = SIMILAR_GROWTH if growing else SIMILAR_DECAY
             alike = _same_rate(followed.exponent.real, guess.exponent.real, tolerance)
             found[middle] = followed if growing or alike else None
-            if alike:
+            if alike and last - first <= 2 * STRIDE:
                 for ends in ((first, middle), (middle, last)):
-                    if ends[1] - ends[0] > STRIDE:
-                        _fill(stability, points, found, *ends)
-                    else:
-                        _interpolate(points, found, *ends)
+                    _interpolate(points, found, *ends)
                 return
     if found[middle] is None:
         found[middle] = stability.worst_pattern(points[middle])

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array, ContactParameters
-from nonlinear.stability.hill import HillEigenproblem, HillProblem, Memory
+from nonlinear.stability.hill import FASTEST, HillEigenproblem, HillProblem, Memory
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
 from nonlinear.stability.reduced_refinement import ReducedRefinement
@@ -33,7 +33,6 @@ OVERLAP = 0.02  # an eigenvalue this near to a border counts on both sides of it
 CONVERGED = 1e-6  # change of an eigenvalue at which the iteration ends
 NEXT_TO_ZERO = 1e-3  # eigenvalue up to which condensed poles do not matter
 SAME = 1e-5  # distance up to which two converged eigenvalues are one
-FASTEST = 100.0  # decay beyond which exp(-2 pi sigma) in the slider memory overflows: no such exponent leads
 MAX_ITERATIONS = 8
 NEUTRAL = 1e-6  # real part up to which an exponent is not called growing: the error of a neutral one
 HALF_ORDER = 0.01  # distance of abs(Im sigma) from 1/2 that still counts as period doubling

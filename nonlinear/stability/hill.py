@@ -27,6 +27,7 @@ from nonlinear.stability.slider_memory import SliderMemory
 from rom import RingModes
 
 Memory = SliderMemory | ConeSliderMemory
+FASTEST = 100.0  # decay beyond which exp(-2 pi sigma) in the slider memory overflows: no such exponent leads
 RETENTION_RADIUS = 2.0
 RETENTION_HARMONIC = 5
 MAX_INVERSE_ITERATIONS = 12

@@ -16,7 +16,7 @@ import numpy as np
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import ContactParameters
 from nonlinear.stability.condensed_loop import CondensedLoop, CondensedPoles
-from nonlinear.stability.hill import HillProblem
+from nonlinear.stability.hill import FASTEST, HillProblem
 from nonlinear.stability.modal_contact import ModalContact, modal_contact
 from nonlinear.stability.point_contact import PointContact
 from nonlinear.stability.reduced_problem import ReducedProblem, ReducedProblems
@@ -210,6 +210,8 @@ class ReducedRefinement:
         modal = modal_contact(reduced, contact, kappa)
         x: ComplexArray | None = None
         for _ in range(MAX_ITERATIONS):
+            if not abs(value.real) < FASTEST:  # nor with a NaN
+                return None
             before = complex(value.real) if pairs and abs(value.imag) < CONVERGED else value
             pencil = ModalPencil(poles, modal, before * (1.0 + ROUND_OFF) + ROUND_OFF)
             found = pencil.nearest(x)

@@ -1,6 +1,7 @@
 """Time integration of the ring from an unstable solution of a curve, with few blades where few suffice."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,9 +15,13 @@ from nonlinear.worst_motion.ring_patterns import RingPatterns
 
 MOST_BLADES = 8  # of a ring that is preferred to a larger one
 ENOUGH = 0.5  # share of the largest growth rate that the pattern of a smaller ring needs to have
-FEWEST_PERIODS = 150  # in which a ring leaves and settles, if it does so fast
+FEWEST_PERIODS = 200  # in which a ring leaves and settles, if it does so fast
+USUAL_PERIODS = 300  # in which it usually does
 MOST_PERIODS = 1000
 WINDOW, SETTLING = 40, 48  # periods, see RingLimits
+LONGER = 120  # periods for which the highest motion so far is followed on
+FALLS, CLIMBS = 0.85, 1.3  # ratios of its largest displacements then and before, beyond which it had not settled
+FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
 VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured
 
 
@@ -53,6 +58,21 @@ class Solution:
         )
 
 
+class Integrated(NamedTuple):
+    """What time integration from a solution gave.
+
+    Attributes
+    ----------
+    motion : RingMotion or None
+        The motion that the ring reaches; None where there is none.
+    failure : str
+        What was not integrated and why, such as "of 24 blades would take too long"; "" where nothing is left open.
+    """
+
+    motion: RingMotion | None
+    failure: str = ""
+
+
 @dataclass(frozen=True)
 class RingIntegration:
     """Time integration from solutions of one curve.
@@ -78,8 +98,11 @@ class RingIntegration:
     ring: Ring
     options: SolverOptions
 
-    def __call__(self, solution: Solution, blade_periods: int, floor_m: float) -> RingMotion | None:
+    def __call__(self, solution: Solution, blade_periods: int, height_m: float) -> Integrated:
         """The motion that the ring reaches from a solution disturbed in a pattern that grows.
+
+        A pattern that needs too many blades is replaced by one that grows slower, and this is said. A motion higher
+        than all that are known is followed on: what has settled beside an unstable motion may leave it late.
 
         Parameters
         ----------
@@ -87,27 +110,57 @@ class RingIntegration:
             Where the ring starts.
         blade_periods : int
             Number of periods times number of blades that may be integrated.
-        floor_m : float
-            Amplitude below which the ring is not followed, m.
+        height_m : float
+            Amplitude of the highest motion known, m.
 
         Returns
         -------
-        RingMotion or None
-            None where that is too little for a ring of so many blades.
+        Integrated
+            Without a motion where that is too little for every pattern that grows.
 
         Raises
         ------
         ArithmeticError
             The time integration failed.
         """
-        pattern = self.pattern(solution)
-        periods = min(MOST_PERIODS, blade_periods // self.ring.blades(pattern))
-        if periods < FEWEST_PERIODS:
-            return None
+        pattern, failure = self.pattern(solution), ""
+        blades = self.ring.blades(pattern)
+        if blade_periods < USUAL_PERIODS * blades and blades > MOST_BLADES:
+            found = self._patterns(solution).worst_of_few_blades(MOST_BLADES)
+            if found.grows(solution.omega):
+                pattern, failure = found.nodal_diameter, f"of {blades} blades would take too long"
+        if blade_periods < FEWEST_PERIODS * self.ring.blades(pattern):
+            return Integrated(None, f"of {blades} blades would take too long")
         limits = RingLimits(
-            most_periods=periods, disturbance=VISIBLE, floor_m=floor_m, window=WINDOW, settling=SETTLING
+            most_periods=min(MOST_PERIODS, blade_periods // self.ring.blades(pattern)),
+            disturbance=VISIBLE,
+            floor_m=FLOOR * height_m,
+            window=WINDOW,
+            settling=SETTLING,
         )
-        return self._motion(solution, pattern, limits)
+        motion = self._motion(solution, pattern, limits)
+        if motion.settled and not motion.stays and motion.amplitude_m > height_m:
+            motion = self._followed_on(solution, motion)
+        return Integrated(motion, failure)
+
+    def _followed_on(self, solution: Solution, motion: RingMotion) -> RingMotion:
+        """A motion that has settled, followed for longer: with its largest displacement, if it persists."""
+        limits = RingLimits(most_periods=LONGER, window=LONGER // 2)
+        later = integrate_ring(
+            self.ring, solution.omega, motion.final, nodal_diameter=motion.nodal_diameter, limits=limits
+        )
+        envelope = later.envelope_m
+        last = float(envelope[-limits.window :].max())
+        persists = last >= FALLS * motion.amplitude_m and float(envelope.max()) <= CLIMBS * motion.amplitude_m
+        return replace(
+            motion,
+            settled=persists,
+            amplitude_m=max(motion.amplitude_m, float(envelope.max())),
+            lowest_m=min(motion.lowest_m, float(envelope.min())),
+            periods=motion.periods + later.periods,
+            envelope_m=np.concatenate([motion.envelope_m, envelope]),
+            final=later.final,
+        )
 
     def motion(self, solution: Solution, most_periods: int) -> RingMotion:
         """The same within a number of periods, however many blades, and with the growth rate of a small disturbance.
@@ -141,6 +194,8 @@ class RingIntegration:
         worst = max(solution.nodal_diameter, 0)
         if self.ring.blades(worst) <= MOST_BLADES:
             return worst
-        patterns = RingPatterns(self.ring, self.options, solution.omega, solution.displacement)
-        found = patterns.worst_of_few_blades(MOST_BLADES)
+        found = self._patterns(solution).worst_of_few_blades(MOST_BLADES)
         return found.nodal_diameter if found.exponent.real >= ENOUGH * solution.growth_rate else worst
+
+    def _patterns(self, solution: Solution) -> RingPatterns:
+        return RingPatterns(self.ring, self.options, solution.omega, solution.displacement)

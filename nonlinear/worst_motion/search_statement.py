@@ -11,6 +11,7 @@ STABILITY = {
     "wave": "stability against perturbations with the symmetry of the wave only",
     "folds": "stability from folds only",
 }
+MOST_NAMED = 4  # frequencies in one sentence
 NEVER = "mistuned blades, other residual tractions, motions that other initial conditions reach"
 
 
@@ -105,7 +106,7 @@ def unresolved(curve: ResponseCurve, departures: Sequence[Departure], left_out: 
         )
     failed: dict[str, list[float]] = {}
     for each in departures:
-        if each.motion is None:
+        if each.failure:
             failed.setdefault(each.failure, []).append(each.frequency_hz)
     found += [f"time integration at {_list(places)} {failure}" for failure, places in failed.items()]
     unsettled = [each for each in departures if each.motion and not (each.motion.settled or each.falls)]
@@ -118,4 +119,8 @@ def unresolved(curve: ResponseCurve, departures: Sequence[Departure], left_out: 
 
 
 def _list(frequencies_hz: Iterable[float]) -> str:
-    return ", ".join(f"{frequency:.5g} Hz" for frequency in frequencies_hz)
+    """Frequencies by name, of many the first ones."""
+    names = [f"{frequency:.5g} Hz" for frequency in frequencies_hz]
+    if len(names) > MOST_NAMED:
+        names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} others"]
+    return ", ".join(names)

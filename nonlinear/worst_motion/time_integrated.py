@@ -1,24 +1,34 @@
 """What time integration of the ring makes of unstable solutions: where it starts, and what of it is new."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.time_integration.ring_motion import RingMotion
-from nonlinear.worst_motion.candidates import Place, UnstableStretch, stable_amplitudes
+from nonlinear.worst_motion.candidates import (
+    CLEARLY_HIGHER,
+    Place,
+    UnstableStretch,
+    persists,
+    stable_amplitudes,
+)
+from nonlinear.worst_motion.ring_integration import FLOOR, Integrated
 
-BLADE_PERIODS = 5000  # periods times blades that are integrated for a curve
-ONE_START = 3500  # of these for one start: what a large ring takes is left for the others
+BLADE_PERIODS = 10000  # periods times blades that are integrated for a curve
+ONE_START = 6000  # of these for one start: what a large ring takes is left for the others
+UNKNOWN = 5000  # of these only as long as no motion is known that the ring goes to
 MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
-FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
+MOST_EXPLORED = 8  # the same with those that would take too long
 FASTER = 1.5  # ratio of two growths in a period from which the faster one is a start of its own
 FALLING = 0.05  # relative fall of a motion that is still falling
 SAME_AMPLITUDE = 0.05  # relative difference from a stable solution up to which a periodic motion counts as it
 
-Integrate = Callable[[Place, int, float], RingMotion | None]
+SPENT = "was left out after so many others"  # failure of a start for which too few periods are left
+
+Integrate = Callable[[Place, int, float], Integrated]
 
 
 @dataclass(frozen=True)
@@ -38,7 +48,7 @@ class Departure:
     falls : bool
         Whether the ring fell below what was worth following, or was still falling at the end.
     failure : str
-        Why there is no motion.
+        Why there is no motion, or none of the pattern that grows fastest.
     """
 
     place: Place
@@ -52,11 +62,12 @@ class Departure:
     def new_height(self) -> float:
         """Amplitude of a motion that is no stable solution of the branches, m; 0 otherwise.
 
-        A motion that has not settled may be a transient, which says nothing of what persists: 0 too.
+        A motion that has not settled may be a transient, which says nothing of what persists: 0 too. Where the ring
+        stays on the solution, it is the height of that, without what is left of the disturbance.
         """
         if self.motion is None or self.known or self.falls or not self.motion.settled:
             return 0.0
-        return self.motion.amplitude_m
+        return self.motion.started_m if self.motion.stays else self.motion.amplitude_m
 
 
 @dataclass
@@ -69,9 +80,9 @@ class DepartureSearch:
         Main branch and detached ones.
     integrate : callable
         Integrates the ring from a solution (branch, index), disturbed in its worst pattern, for so many blades times
-        periods at most, and as long as it is above a floor, m; None where these do not suffice.
+        periods at most, where the highest motion known has an amplitude, m.
     height_m : float
-        Amplitude of the highest motion known, m.
+        Amplitude of the highest stable solution, m.
     tolerance : float
         Relative difference of amplitudes up to which a periodic motion counts as a stable solution.
     blade_periods : int
@@ -83,79 +94,118 @@ class DepartureSearch:
     height_m: float
     tolerance: float = SAME_AMPLITUDE
     blade_periods: int = BLADE_PERIODS
+    _highest: float = field(default=0.0, init=False)  # of the motions found
 
     def departures(self, stretches: Sequence[UnstableStretch]) -> Iterator[Departure]:
-        """From one or two exposed points of each stretch, then from other points of one of them.
+        """From a few exposed points of each stretch, then from other points of one of them.
 
-        They are the one where perturbations grow fastest and the highest one: the highest motion of a stretch need
-        not be where the unstable solution is highest. The stretch is the one that led to the highest motion; else
-        the highest one.
+        The highest motion of a stretch need not be where the unstable solution is highest. The stretch is the one
+        that led to the highest motion; the highest one, if that motion is lower than its unstable solutions.
         """
         best, chosen, centre = 0.0, 0, -1
+        tried: list[list[int]] = []
         for number, stretch in enumerate(stretches):
-            for position in self._first(stretch):
+            tried.append(self._first(stretch))
+            for position in tried[-1]:
                 found = self._departure(stretch, position)
                 yield found
                 if found.new_height > best:
                     best, chosen, centre = found.new_height, number, position
-        if stretches:
-            stretch = stretches[chosen]
-            yield from self._further(stretch, best, int(stretch.exposed[centre if best else self._top(stretch)]))
+        if stretches and best >= stretches[0].height_m:
+            self.blade_periods = max(self.blade_periods - UNKNOWN, 0)
+            yield from self._refined(stretches[chosen], tried[chosen], best, centre)
+        elif stretches:
+            yield from self._explored(stretches[0], tried[0])
+        if best <= self.height_m:
+            for stretch, before in zip(stretches, tried, strict=True):
+                for position in self._beside_the_highest(stretch):
+                    if position not in before:
+                        yield self._departure(stretch, position)
 
-    def _further(self, stretch: UnstableStretch, best: float, index: int) -> Iterator[Departure]:
-        """From points that halve the gaps in index beside the one with the highest motion; else the largest gaps.
-
-        Low unstable solutions are left alone here, but for the one at `index`.
-        """
-        heights = self.branches[stretch.branch].amplitude_m[stretch.exposed]
-        matters = (heights >= FLOOR * self.height_m) | (stretch.exposed == index)
-        stretch = replace(stretch, exposed=stretch.exposed[matters])
-        centre = int(np.flatnonzero(stretch.exposed == index)[0])
-        tried = [-1, centre, len(stretch.exposed)]
+    def _refined(
+        self, stretch: UnstableStretch, tried: Sequence[int], best: float, centre: int
+    ) -> Iterator[Departure]:
+        """From points that halve the gaps in index beside the highest motion; low solutions are left alone."""
         for _ in range(MOST_FURTHER):
-            position = _next(tried, centre if best > 0.0 else None)
+            position = self._halfway(stretch, tried, centre)
             if position is None:
                 return
-            tried = sorted([*tried, position])
+            tried = [*tried, position]
             found = self._departure(stretch, position)
-            if found.motion is None and best > 0.0:
+            if found.motion is None:
                 return  # the motion of the stretch is known
             yield found
-            if found.motion is None:
-                return
             if found.new_height > best:
                 best, centre = found.new_height, position
+
+    def _explored(self, stretch: UnstableStretch, tried: Sequence[int]) -> Iterator[Departure]:
+        """From points that halve the largest gaps in index; low solutions are left alone."""
+        integrated = 0
+        for _ in range(MOST_EXPLORED):
+            position = self._halfway(stretch, tried, None)
+            if position is None or integrated == MOST_FURTHER:
+                return
+            tried = [*tried, position]
+            found = self._departure(stretch, position)
+            if found.failure == SPENT:
+                return
+            integrated += found.motion is not None
+            yield found
+
+    def _halfway(self, stretch: UnstableStretch, tried: Sequence[int], centre: int | None) -> int | None:
+        """The position in the middle of the larger gap beside `centre`, or of the largest one; None where none is.
+
+        Gaps are between the positions tried and the ends of the parts that are not low.
+        """
+        heights = self.branches[stretch.branch].amplitude_m[stretch.exposed]
+        high = np.flatnonzero(heights >= FLOOR * self.height_m)
+        if not high.size:
+            return None
+        return _next(sorted({int(high[0]) - 1, *tried, int(high[-1]) + 1}), centre)
 
     def _top(self, stretch: UnstableStretch) -> int:
         """Position of the highest point among the exposed ones."""
         return int(np.argmax(self.branches[stretch.branch].amplitude_m[stretch.exposed]))
 
-    def _first(self, stretch: UnstableStretch) -> tuple[int, ...]:
-        """Positions of the first starts: the fastest growth of points that are not low, if it is clearly the fastest.
+    def _first(self, stretch: UnstableStretch) -> list[int]:
+        """Positions of the first starts: the highest point, after that of the fastest growth if it is clearly faster.
 
-        Then the highest point.
+        Low points are left alone.
         """
-        branch, top = self.branches[stretch.branch], self._top(stretch)
-        heights = branch.amplitude_m[stretch.exposed]
-        growth = np.nan_to_num(branch.growth_rate[stretch.exposed] / branch.frequency_hz[stretch.exposed])
-        fastest = int(np.argmax(np.where(heights >= FLOOR * heights[top], growth, -np.inf)))
-        return (fastest, top) if growth[fastest] > FASTER * growth[top] else (top,)
+        branch, exposed, top = self.branches[stretch.branch], stretch.exposed, self._top(stretch)
+        heights = branch.amplitude_m[exposed]
+        growth = np.nan_to_num(branch.growth_rate[exposed] / branch.frequency_hz[exposed])
+        high = heights >= FLOOR * max(heights[top], self.height_m)
+        fastest = int(np.argmax(np.where(high, growth, -np.inf)))
+        return [fastest, top] if high.any() and growth[fastest] > FASTER * growth[top] else [top]
+
+    def _beside_the_highest(self, stretch: UnstableStretch) -> list[int]:
+        """Positions of the ends where the highest stable motion loses its stability: what begins there is higher."""
+        branch, exposed = self.branches[stretch.branch], stretch.exposed
+        beside = {0: int(exposed[0]) - 1, len(exposed) - 1: int(exposed[-1]) + 1}
+        stable = np.where(persists(branch), branch.amplitude_m, 0.0)
+        high = (1.0 - CLEARLY_HIGHER) * self.height_m
+        return [n for n, index in beside.items() if 0 <= index < branch.points and stable[index] >= high > 0.0]
 
     def _departure(self, stretch: UnstableStretch, position: int) -> Departure:
         place = stretch.branch, int(stretch.exposed[position])
         frequency_hz = float(self.branches[place[0]].frequency_hz[place[1]])
-        floor = FLOOR * self.height_m
+        height = max(self.height_m, self._highest)
         try:
-            motion = self.integrate(place, min(self.blade_periods, ONE_START), floor)
+            motion, failure = self.integrate(place, min(self.blade_periods, ONE_START), height)
         except ArithmeticError as error:
             return Departure(place, frequency_hz, None, failure=f"failed: {error}")
         if motion is None:
-            return Departure(place, frequency_hz, None, failure="would take too long")
+            spent = self.blade_periods < ONE_START
+            return Departure(place, frequency_hz, None, failure=SPENT if spent else failure)
         self.blade_periods -= motion.periods * motion.n_blades
         stable = stable_amplitudes(self.branches, frequency_hz)
         near = np.abs(stable - motion.amplitude_m) <= self.tolerance * stable
         known = motion.periodic and motion.settled and bool(np.any(near))
-        return Departure(place, frequency_hz, motion, known, motion.amplitude_m < floor or _falls(motion))
+        falls = motion.amplitude_m < FLOOR * height or _falls(motion)
+        found = Departure(place, frequency_hz, motion, known, falls, failure)
+        self._highest = max(self._highest, found.new_height)
+        return found
 
 
 def _falls(motion: RingMotion) -> bool:

@@ -23,7 +23,7 @@ from nonlinear.worst_motion.candidates import (
     highest_persistent,
     unstable_stretches,
 )
-from nonlinear.worst_motion.ring_integration import RingIntegration, Solution
+from nonlinear.worst_motion.ring_integration import Integrated, RingIntegration, Solution
 from nonlinear.worst_motion.search_statement import searched, unresolved
 from nonlinear.worst_motion.time_integrated import SAME_AMPLITUDE, Departure, DepartureSearch, Integrate
 from rom import RingModes
@@ -63,8 +63,8 @@ def find_worst_motion(problem: Problem, curve: ResponseCurve) -> WorstMotion | N
     branches = branches_of(curve)
     integration = RingIntegration(Ring(modal, contact, excitation, options.output), options)
 
-    def integrate(place: Place, blade_periods: int, floor_m: float) -> RingMotion | None:
-        return integration(Solution.of(branches[place[0]], place[1]), blade_periods, floor_m)
+    def integrate(place: Place, blade_periods: int, height_m: float) -> Integrated:
+        return integration(Solution.of(branches[place[0]], place[1]), blade_periods, height_m)
 
     reason = _why_not(options)
     return worst_of(curve, options, modal.n_blades, None if reason else integrate, reason)
@@ -128,12 +128,12 @@ def _reached(departure: Departure, motion: RingMotion, spoken: dict[str, Any]) -
     branch, index = departure.place
     periodic = motion.periodic and motion.settled
     return WorstMotion(
-        motion.amplitude_m,
+        departure.new_height,
         departure.frequency_hz,
         branch if motion.stays or not periodic else -1,
         index,
         "periodic" if periodic else "quasi-periodic",
-        1.0 - motion.lowest_m / motion.amplitude_m,
+        0.0 if motion.stays else 1.0 - motion.lowest_m / motion.amplitude_m,
         motion.nodal_diameter,
         motion.n_blades,
         **spoken,

@@ -10,6 +10,7 @@ import pytest
 from nonlinear import Peak, ResponseCurve, SolverOptions, TerminationReason
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import branches_of, stable_amplitudes, unstable_stretches
+from nonlinear.worst_motion.ring_integration import Integrated
 from nonlinear.worst_motion.time_integrated import MOST_FURTHER
 from nonlinear.worst_motion.worst_motion import MOST_STRETCHES, worst_of
 
@@ -75,7 +76,7 @@ def ring_to(amplitude, **changes):
 
     def integrate(place, blade_periods, floor):
         starts.append(place)
-        return replace(motion, **changes)
+        return Integrated(replace(motion, **changes))
 
     return integrate, starts
 
@@ -138,7 +139,8 @@ def test_the_ring_starts_from_the_fastest_growth_too():
     def integrate(place, blade_periods, floor):
         found = ring(place, blade_periods, floor)
         height = {1: 8.0, 2: 16.0, 3: 14.0, 4: 9.5}[place[1]]
-        return replace(found, amplitude_m=height, lowest_m=0.5 * height, envelope_m=height * np.ones((300, 4)))
+        changes = {"amplitude_m": height, "lowest_m": 0.5 * height, "envelope_m": height * np.ones((300, 4))}
+        return Integrated(replace(found.motion, **changes))
 
     worst = worst_of(replace(curve, growth_rate=rates), OPTIONS, 72, integrate)
     assert starts[:2] == [(0, 2), (0, 4)]
@@ -229,3 +231,48 @@ def test_what_was_not_searched_is_said(changes, said):
     worst = worst_of(curve_of(SEVEN, HILL, [True] * 7), replace(OPTIONS, **changes), 72, never)
     assert pytest.approx(9.0) == worst.amplitude_m
     assert re.search(said, worst.searched)
+
+
+def test_a_ring_that_stays_has_the_height_of_the_solution():
+    """What is left of the disturbance at the end does not count."""
+    curve = curve_of(SEVEN, HILL, [True, True, True, False, True, True, True])
+    integrate, _ = ring_to(9.2, stays=True, periodic=True, started_m=9.0)
+    worst = worst_of(curve, OPTIONS, 72, integrate)
+    assert (worst.amplitude_m, worst.branch, worst.index, worst.scatter) == (9.0, 0, 3, 0.0)
+
+
+def test_the_ring_starts_where_the_highest_stable_motion_loses_its_stability():
+    """Rings fall from the high unstable solutions; beside the stability limit a motion begins that is modulated."""
+    curve = curve_of(SEVEN, [1.0, 5.0, 6.0, 7.0, 8.0, 9.0, 1.0], [True, True, False, False, False, False, True])
+    ring, starts = ring_to(1.0)
+
+    def integrate(place, blade_periods, floor):
+        found = ring(place, blade_periods, floor).motion
+        height = 6.5 if place[1] == 2 else 0.1
+        return Integrated(replace(found, amplitude_m=height, lowest_m=0.5 * height))
+
+    worst = worst_of(curve, OPTIONS, 72, integrate)
+    assert starts[0] == (0, 5)
+    assert (worst.amplitude_m, worst.index) == (6.5, 2)
+
+
+def test_a_large_ring_that_was_left_out_is_said():
+    """What a smaller one does counts all the same."""
+    curve = curve_of(SEVEN, HILL, [True, True, True, False, True, True, True])
+    ring, _ = ring_to(15.0)
+
+    def integrate(place, blade_periods, floor):
+        return ring(place, blade_periods, floor)._replace(failure="of 72 blades would take too long")
+
+    worst = worst_of(curve, OPTIONS, 72, integrate)
+    assert worst.amplitude_m == 15.0
+    assert worst.unresolved == "time integration at 5 Hz of 72 blades would take too long"
+
+
+def test_many_places_are_not_all_named():
+    frequency = np.linspace(4.0, 8.0, 81)
+    curve = curve_of(frequency, 10.0 - (frequency - 5.0) ** 2, [False] * 81)
+    worst = worst_of(curve, OPTIONS, 72, lambda *_: Integrated(None, "of 72 blades would take too long"))
+    assert re.fullmatch(
+        r"time integration at (\S+ Hz, ){3}\d+ others of 72 blades would take too long", worst.unresolved
+    )

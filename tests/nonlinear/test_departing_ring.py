@@ -1,0 +1,50 @@
+"""A ring that leaves an unstable solution: which pattern it is disturbed in, and how many blades that takes."""
+
+from functools import cache
+
+import numpy as np
+from lumped import lumped_blade
+
+from nonlinear import ContactParameters, Excitation, Ring, RingIntegration, SolverOptions, forced_response
+from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, Solution
+from rom import modal_model
+
+
+@cache
+def unstable():
+    """The ring, and a solution that grows fastest in a pattern of 15 blades, less than half as fast in one of 3."""
+    modal = modal_model(lumped_blade(60, 1), damping_ratio=0.02)
+    contact = ContactParameters.shared(
+        1, normal_stiffness=3.0, tangential_stiffness=2.0, friction=0.3, interference=-0.3
+    )
+    options = SolverOptions((0.1, 0.2), harmonics=3, detached=False, truncation=False, time_integration=False)
+    curve = forced_response(modal, contact, Excitation(20, 1.0), options)
+    ring = Ring(modal, contact, Excitation(20, 1.0))
+    blades = np.array([ring.blades(int(k)) for k in curve.growth_nodal_diameter])
+    index = int(np.argmin(np.where(blades == 15, np.abs(curve.frequency_hz - 0.18647), np.inf)))
+    assert blades[index] == 15
+    assert curve.growth_rate[index] > 0.04
+    return RingIntegration(ring, options), Solution.of(curve, index)
+
+
+def test_a_ring_of_many_blades_where_there_is_time():
+    integration, solution = unstable()
+    motion, failure = integration(solution, 15 * USUAL_PERIODS, 0.0)
+    assert (motion.n_blades, motion.nodal_diameter, failure) == (15, solution.nodal_diameter, "")
+    assert not motion.stays
+
+
+def test_else_one_of_few_blades_that_leaves_too():
+    """It is said that the other one was left out."""
+    integration, solution = unstable()
+    motion, failure = integration(solution, 15 * USUAL_PERIODS - 1, 0.0)
+    assert motion.n_blades == 3
+    assert failure == "of 15 blades would take too long"
+    assert not motion.stays
+    assert motion.settled
+    assert motion.amplitude_m > 1.02 * motion.started_m
+
+
+def test_none_where_there_is_no_time():
+    integration, solution = unstable()
+    assert integration(solution, 300, 0.0) == (None, "of 15 blades would take too long")
