@@ -10,6 +10,7 @@ from nonlinear.contact.parameters import Array
 from nonlinear.options import SolverOptions
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.time_integration.ring import Ring
+from nonlinear.time_integration.ring_integrator import RingIntegrator
 from nonlinear.time_integration.ring_motion import RingLimits, RingMotion, integrate_ring
 from nonlinear.worst_motion.ring_patterns import RingPatterns
 
@@ -19,8 +20,10 @@ FEWEST_PERIODS = 200  # in which a ring leaves and settles, if it does so fast
 USUAL_PERIODS = 300  # in which it usually does
 MOST_PERIODS = 1000
 WINDOW, SETTLING = 40, 48  # periods, see RingLimits
-LONGER = 120  # periods for which the highest motion so far is followed on
-FALLS, CLIMBS = 0.85, 1.3  # ratios of its largest displacements then and before, beyond which it had not settled
+LONGER = 240  # periods for which the highest motion so far is followed on
+FOLLOWED = 0.05  # disturbance then, relative to the vibration
+FALLS, CLIMBS = 0.85, 1.3  # ratios of its largest displacements then and before, beyond which it does not persist
+SPREADS, SCATTER = 2.0, 0.05  # the same of its scatter, and the scatter relative to the amplitude that is none
 FLOOR = 0.7  # of the highest motion known, below which a ring is not followed
 VISIBLE = 0.02  # disturbance relative to the vibration, where no growth rate is to be measured
 
@@ -144,23 +147,36 @@ class RingIntegration:
         return Integrated(motion, failure)
 
     def _followed_on(self, solution: Solution, motion: RingMotion) -> RingMotion:
-        """A motion that has settled, followed for longer: with its largest displacement, if it persists."""
-        limits = RingLimits(most_periods=LONGER, window=LONGER // 2)
-        later = integrate_ring(
-            self.ring, solution.omega, motion.final, nodal_diameter=motion.nodal_diameter, limits=limits
-        )
-        envelope = later.envelope_m
-        last = float(envelope[-limits.window :].max())
-        persists = last >= FALLS * motion.amplitude_m and float(envelope.max()) <= CLIMBS * motion.amplitude_m
+        """A motion that has settled, disturbed and followed for longer; its largest displacement, if it persists.
+
+        In a ring of a multiple of its blades, if that is no large one.
+        """
+        pattern, state = self._larger(motion), motion.final
+        integrator = RingIntegrator.of(self.ring, solution.omega, nodal_diameter=pattern)
+        if integrator.n_blades > motion.n_blades:
+            state = state.repeated(integrator.n_blades)
+        disturbed = integrator.disturbed(state, pattern, FOLLOWED * integrator.vibration(state))
+        record = integrator.march(disturbed, LONGER)
+        before, after = np.array_split(record.envelope_m[LONGER // 6 :], 2)
         return replace(
             motion,
-            settled=persists,
-            amplitude_m=max(motion.amplitude_m, float(envelope.max())),
-            lowest_m=min(motion.lowest_m, float(envelope.min())),
-            periods=motion.periods + later.periods,
-            envelope_m=np.concatenate([motion.envelope_m, envelope]),
-            final=later.final,
+            settled=_persists(motion.amplitude_m, before, after),
+            amplitude_m=max(motion.amplitude_m, float(after.max())),
+            lowest_m=min(motion.lowest_m, float(after.min())),
+            n_blades=integrator.n_blades,
+            periods=motion.periods + LONGER,
+            envelope_m=record.envelope_m,
+            final=record.final,
         )
+
+    def _larger(self, motion: RingMotion) -> int:
+        """Nodal diameter that the largest ring carries of a multiple of the blades of a motion that are not many."""
+        blades = {motion.n_blades: motion.nodal_diameter}
+        for k in range(1, (self.ring.modal.n_blades or 0) // 2 + 1):
+            number = self.ring.blades(k)
+            if number <= MOST_BLADES and number % motion.n_blades == 0:
+                blades.setdefault(number, k)
+        return blades[max(blades)]
 
     def motion(self, solution: Solution, most_periods: int) -> RingMotion:
         """The same within a number of periods, however many blades, and with the growth rate of a small disturbance.
@@ -199,3 +215,10 @@ class RingIntegration:
 
     def _patterns(self, solution: Solution) -> RingPatterns:
         return RingPatterns(self.ring, self.options, solution.omega, solution.displacement)
+
+
+def _persists(amplitude: float, before: Array, after: Array) -> bool:
+    """Whether a motion of an amplitude keeps its height and scatter, in two windows (P, q) after a disturbance."""
+    keeps_height = after.max() >= FALLS * amplitude and max(before.max(), after.max()) <= CLIMBS * amplitude
+    spread = [float(window.max() - window.min()) for window in (before, after)]
+    return bool(keeps_height and spread[1] <= SPREADS * spread[0] + SCATTER * amplitude)

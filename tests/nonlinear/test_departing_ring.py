@@ -3,10 +3,20 @@
 from functools import cache
 
 import numpy as np
+import pytest
 from lumped import lumped_blade
 
-from nonlinear import ContactParameters, Excitation, Ring, RingIntegration, SolverOptions, forced_response
-from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, Solution
+from nonlinear import (
+    ContactParameters,
+    Excitation,
+    Ring,
+    RingIntegration,
+    RingLimits,
+    SolverOptions,
+    forced_response,
+    integrate_ring,
+)
+from nonlinear.worst_motion.ring_integration import USUAL_PERIODS, Solution, _persists
 from rom import modal_model
 
 
@@ -35,14 +45,36 @@ def test_a_ring_of_many_blades_where_there_is_time():
 
 
 def test_else_one_of_few_blades_that_leaves_too():
-    """It is said that the other one was left out."""
+    """It is said that the other one was left out. Where the motion is higher than all known, 6 blades confirm it."""
     integration, solution = unstable()
     motion, failure = integration(solution, 15 * USUAL_PERIODS - 1, 0.0)
-    assert motion.n_blades == 3
     assert failure == "of 15 blades would take too long"
-    assert not motion.stays
-    assert motion.settled
-    assert motion.amplitude_m > 1.02 * motion.started_m
+    assert (motion.n_blades, motion.stays, motion.settled) == (6, False, True)
+    assert motion.amplitude_m > 1.5 * motion.started_m
+
+
+def test_what_few_blades_confirm_persists_in_the_whole_ring():
+    integration, solution = unstable()
+    motion, _ = integration(solution, 15 * USUAL_PERIODS - 1, 0.0)
+    limits = RingLimits(most_periods=200, window=100)
+    whole = integrate_ring(integration.ring, solution.omega, motion.final, nodal_diameter=1, limits=limits)
+    assert whole.n_blades == 60
+    assert whole.amplitude_m == pytest.approx(motion.amplitude_m, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("last", "persists"),
+    [
+        ([1.0, 0.5], True),
+        ([1.02, 0.45], True),
+        ([0.8, 0.4], False),  # it falls
+        ([1.4, 0.5], False),  # it climbs
+        ([1.0, -0.2], False),  # blades part
+    ],
+)
+def test_a_motion_persists_if_it_keeps_height_and_scatter(last, persists):
+    before = np.tile([1.0, 0.5], (50, 1))
+    assert _persists(1.0, before, np.tile(last, (50, 1))) == persists
 
 
 def test_none_where_there_is_no_time():
