@@ -18,8 +18,8 @@ from nonlinear.worst_motion.candidates import (
 from nonlinear.worst_motion.ring_integration import FLOOR, Integrated
 
 BLADE_PERIODS = 10000  # periods times blades that are integrated for a curve
-ONE_START = 6000  # of these for one start: what a large ring takes is left for the others
-UNKNOWN = 5000  # of these only as long as no motion is known that the ring goes to
+ONE_START = 4000  # of these for one start: large rings are left out
+SPARED = 5000  # of these, where a motion is known that persists and is as high as all unstable solutions
 MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
 MOST_EXPLORED = 8  # the same with those that would take too long
 FASTER = 1.5  # ratio of two growths in a period from which the faster one is a start of its own
@@ -111,8 +111,9 @@ class DepartureSearch:
                 yield found
                 if found.new_height > best:
                     best, chosen, centre = found.new_height, number, position
+        if stretches and max(best, self.height_m) >= stretches[0].height_m:
+            self.blade_periods = max(self.blade_periods - SPARED, 0)
         if stretches and best >= stretches[0].height_m:
-            self.blade_periods = max(self.blade_periods - UNKNOWN, 0)
             yield from self._refined(stretches[chosen], tried[chosen], best, centre)
         elif stretches:
             yield from self._explored(stretches[0], tried[0])
