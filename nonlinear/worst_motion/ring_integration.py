@@ -157,7 +157,7 @@ class RingIntegration:
             state = state.repeated(integrator.n_blades)
         disturbed = integrator.disturbed(state, pattern, FOLLOWED * integrator.vibration(state))
         record = integrator.march(disturbed, LONGER)
-        before, after = np.array_split(record.envelope_m[LONGER // 6 :], 2)
+        before, after = np.array_split(record.envelope_m[WINDOW:], 2)  # without what decays at first
         return replace(
             motion,
             settled=_persists(motion.amplitude_m, before, after),
