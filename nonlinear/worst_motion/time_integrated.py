@@ -1,7 +1,7 @@
 """What time integration of the ring makes of unstable solutions: where it starts, and what of it is new."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -23,6 +23,7 @@ SPARED = 5000  # of these, where a motion is known that persists and is as high 
 MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
 MOST_EXPLORED = 8  # the same with those that would take too long
 FASTER = 1.5  # ratio of two growths in a period from which the faster one is a start of its own
+TOLD = 3.0  # growth (of the logarithm) of a disturbance that has to be missing where a ring stays all the same
 FALLING = 0.05  # relative fall of a motion that is still falling
 SAME_AMPLITUDE = 0.05  # relative difference from a stable solution up to which a periodic motion counts as it
 
@@ -175,7 +176,7 @@ class DepartureSearch:
         """
         branch, exposed, top = self.branches[stretch.branch], stretch.exposed, self._top(stretch)
         heights = branch.amplitude_m[exposed]
-        growth = np.nan_to_num(branch.growth_rate[exposed] / branch.frequency_hz[exposed])
+        growth = np.nan_to_num([self._growth((stretch.branch, int(index))) for index in exposed])
         high = heights >= FLOOR * max(heights[top], self.height_m)
         fastest = int(np.argmax(np.where(high, growth, -np.inf)))
         return [fastest, top] if high.any() and growth[fastest] > FASTER * growth[top] else [top]
@@ -200,6 +201,8 @@ class DepartureSearch:
             spent = self.blade_periods < ONE_START
             return Departure(place, frequency_hz, None, failure=SPENT if spent else failure)
         self.blade_periods -= motion.periods * motion.n_blades
+        if motion.stays and self._growth(place) * motion.periods < TOLD:
+            motion = replace(motion, stays=False, settled=False)
         stable = stable_amplitudes(self.branches, frequency_hz)
         near = np.abs(stable - motion.amplitude_m) <= self.tolerance * stable
         known = motion.periodic and motion.settled and bool(np.any(near))
@@ -207,6 +210,11 @@ class DepartureSearch:
         found = Departure(place, frequency_hz, motion, known, falls, failure)
         self._highest = max(self._highest, found.new_height)
         return found
+
+    def _growth(self, place: Place) -> float:
+        """Logarithm of the growth of perturbations of a solution in a period."""
+        branch, index = self.branches[place[0]], place[1]
+        return float(branch.growth_rate[index] / branch.frequency_hz[index])
 
 
 def _falls(motion: RingMotion) -> bool:

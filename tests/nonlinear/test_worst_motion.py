@@ -276,3 +276,11 @@ def test_many_places_are_not_all_named():
     assert re.fullmatch(
         r"time integration at (\S+ Hz, ){3}\d+ others of 72 blades would take too long", worst.unresolved
     )
+
+
+def test_a_ring_that_had_no_time_to_leave_tells_nothing():
+    curve = curve_of(SEVEN, HILL, [True, True, True, False, True, True, True])
+    integrate, _ = ring_to(9.2, stays=True, periodic=True, started_m=9.0, periods=10)
+    worst = worst_of(curve, OPTIONS, 72, integrate)
+    assert worst.amplitude_m == 4.0
+    assert worst.unresolved == "not settled within 10 periods at 5 Hz, up to 9.2 m until then"
