@@ -201,7 +201,8 @@ class DepartureSearch:
             spent = self.blade_periods < ONE_START
             return Departure(place, frequency_hz, None, failure=SPENT if spent else failure)
         self.blade_periods -= motion.periods * motion.n_blades
-        if motion.stays and self._growth(place) * motion.periods < TOLD:
+        is_high = motion.started_m >= (1.0 - CLEARLY_HIGHER) * height
+        if motion.stays and is_high and self._growth(place) * motion.periods < TOLD:
             motion = replace(motion, stays=False, settled=False)
         stable = stable_amplitudes(self.branches, frequency_hz)
         near = np.abs(stable - motion.amplitude_m) <= self.tolerance * stable
