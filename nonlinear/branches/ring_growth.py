@@ -7,6 +7,7 @@ wave itself is unstable, exponents of other nodal diameters change no flag: ther
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import groupby, pairwise
 
 from nonlinear.branches.bifurcations import KINDS, BifurcationKind
@@ -216,7 +217,8 @@ def locate_pattern_change(
             before,
             after,
             lambda point: point.stable == after.stable,
-            rate=_excess_rate,
+            # beyond the error of a neutral exponent: it decays where the motion is stable
+            rate=partial(_excess_rate, limit=-NEUTRAL if after.stable else NEUTRAL),
             record=with_leader,
         )
         if found is None:
@@ -230,9 +232,9 @@ def locate_pattern_change(
     return change
 
 
-def _excess_rate(point: SolutionPoint) -> float:
-    """By how much the leading exponent exceeds what counts as growth, 1/s; NaN without one."""
-    return float("nan") if point.pattern is None else point.pattern.exponent.real - NEUTRAL * point.omega
+def _excess_rate(point: SolutionPoint, limit: float) -> float:
+    """By how much the leading exponent exceeds a limit in units of omega, 1/s; NaN without one."""
+    return float("nan") if point.pattern is None else point.pattern.exponent.real - limit * point.omega
 
 
 def _looked_at_again(continuation: Continuation, stability: PointStability, point: SolutionPoint) -> SolutionPoint:

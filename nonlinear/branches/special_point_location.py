@@ -65,7 +65,7 @@ def locate_zero(
         value = test_function(point)
         beyond = value * values[0] <= 0.0
         bracket = bracket.narrowed(arc, value, beyond)
-        sides = (sides[0], point) if beyond else (point, sides[1])
+        sides, values = ((sides[0], point), (values[0], value)) if beyond else ((point, sides[1]), (value, values[1]))
         change, last = abs(point.omega - last), point.omega
         tolerance, width = continuation.options.peak_tolerance * point.omega, abs(sides[1].omega - sides[0].omega)
         if width <= tolerance and change <= tolerance and bracket.width < MAX_ARC_BRACKET:
@@ -74,7 +74,7 @@ def locate_zero(
             break
         share = min(tolerance / width, 1.0) if width > 0.0 else 1.0
         arc = bracket.next_arc(0.5 * min(share * bracket.width, MAX_ARC_BRACKET))
-    best = min(sides, key=lambda point: abs(test_function(point)))
+    best = sides[0] if abs(values[0]) < abs(values[1]) else sides[1]
     if best is before or best is after:
         return best
     return continuation.recorder.with_exponents(best)

@@ -104,26 +104,28 @@ def _fill(recorder: PointRecorder, points: list[SolutionPoint], first: int, last
     if last - first < 2:
         return
     middle = middle_of(points, first, last)
-    if _both_unstable(points, first, last):
+    growing = _both_unstable(points, first, last)
+    if growing:
         points[middle] = _with_growth_followed(recorder, points, first, middle, last)
-        if _grows_between(points, first, middle, last):
-            for ends in ((first, middle), (middle, last)):
-                for index in range(ends[0] + 1, ends[1]):
-                    nearer = points[_nearer(ends[0], index, ends[1])]
-                    points[index] = _with_leading(points[index], _between(points, ends[0], index, ends[1]), nearer)
-            return
-        _fill(recorder, points, first, middle)
-        _fill(recorder, points, middle, last)
-        return
-    points[middle] = recorder.with_exponents(points[middle])
-    if _decays_between(points, first, middle, last):
-        for ends in ((first, middle), (middle, last)):
-            for index in range(ends[0] + 1, ends[1]):
-                value = np.array([_between(points, ends[0], index, ends[1])])
-                points[index] = replace(points[index], exponents=value)
+    else:
+        points[middle] = recorder.with_exponents(points[middle])
+    alike = _grows_between if growing else _decays_between
+    if alike(points, first, middle, last):
+        _interpolate(points, first, middle, growing)
+        _interpolate(points, middle, last, growing)
         return
     _fill(recorder, points, first, middle)
     _fill(recorder, points, middle, last)
+
+
+def _interpolate(points: list[SolutionPoint], first: int, last: int, growing: bool) -> None:
+    """Give the points between two the leading exponent of these, linear in the arc length."""
+    for index in range(first + 1, last):
+        value = _between(points, first, index, last)
+        if growing:
+            points[index] = _with_leading(points[index], value, points[_nearer(first, index, last)])
+        else:
+            points[index] = replace(points[index], exponents=np.array([value]))
 
 
 def _both_unstable(points: list[SolutionPoint], first: int, last: int) -> bool:

@@ -165,18 +165,14 @@ class DepartureSearch:
             return None
         return _next(sorted({int(high[0]) - 1, *tried, int(high[-1]) + 1}), centre)
 
-    def _top(self, stretch: UnstableStretch) -> int:
-        """Position of the highest point among the exposed ones."""
-        return int(np.argmax(self.branches[stretch.branch].amplitude_m[stretch.exposed]))
-
     def _first(self, stretch: UnstableStretch) -> list[int]:
         """Positions of the first starts: the highest point, after that of the fastest growth if it is clearly faster.
 
         Low points are left alone.
         """
-        branch, exposed, top = self.branches[stretch.branch], stretch.exposed, self._top(stretch)
-        heights = branch.amplitude_m[exposed]
-        growth = np.nan_to_num([self._growth((stretch.branch, int(index))) for index in exposed])
+        heights = self.branches[stretch.branch].amplitude_m[stretch.exposed]
+        top = int(np.argmax(heights))
+        growth = np.nan_to_num([self._growth((stretch.branch, int(index))) for index in stretch.exposed])
         high = heights >= FLOOR * max(heights[top], self.height_m)
         fastest = int(np.argmax(np.where(high, growth, -np.inf)))
         return [fastest, top] if high.any() and growth[fastest] > FASTER * growth[top] else [top]

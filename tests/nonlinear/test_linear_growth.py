@@ -85,11 +85,8 @@ def test_continuous_where_contacts_begin_to_open():
 
 @pytest.mark.parametrize("interference", [-0.3, 6.0])
 def test_every_stable_point_has_a_negative_growth_rate(interference):
-    """Slipping and opening contacts too, from far below the resonance on; where stability changes it is 0."""
+    """Slipping and opening contacts too, from far below the resonance on."""
     _, _, curve, _ = blade_curve(interference, frequency=(0.05, 0.3))
     assert np.isfinite(curve.growth_rate).all()
-    located = np.zeros(curve.points, dtype=bool)
-    located[[found.index for found in curve.bifurcations]] = True
-    neutral = np.where(located, 1e-6 * 2.0 * np.pi * curve.frequency_hz, 0.0)
-    assert ((curve.growth_rate > neutral) <= ~curve.stable).all()
-    assert (curve.growth_rate[curve.stable] <= neutral[curve.stable]).all()
+    assert ((curve.growth_rate > 0.0) <= ~curve.stable).all()
+    assert (curve.growth_rate[curve.stable] < 0.0).all()
