@@ -12,32 +12,6 @@ from nonlinear.options import SolverOptions
 DIFFERENCE = 1e-6  # of s, for dR/ds
 
 
-@dataclass(frozen=True, kw_only=True)
-class BalanceWithDefect(HarmonicBalance):
-    """A balance solved up to a given residual: R(x, omega) = defect.
-
-    Attributes
-    ----------
-    defect : (n,) float
-        Residual that counts as zero, m.
-    """
-
-    defect: Array
-
-    def evaluate(self, unknown: Array, omega: float) -> LinearisedResidual:
-        """Residual less the defect, and derivatives.
-
-        Parameters
-        ----------
-        unknown : (n,) float
-            x, m.
-        omega : float
-            Excitation frequency, rad/s.
-        """
-        linearised = super().evaluate(unknown, omega)
-        return replace(linearised, residual=linearised.residual - self.defect)
-
-
 @dataclass(frozen=True)
 class Homotopy:
     """Balances R(x, omega; s) = (1 - s) defect between a first problem, s = 0, and a last one, s = 1.
@@ -79,16 +53,8 @@ class Homotopy:
         if force != receptance.force:
             receptance = replace(receptance, force=force)
         element = contact_element(interpolated(*self.contacts, s), self.last.n_harmonics, self.options)
-        if self.defect is None or s == 1.0:
-            return replace(self.last, receptance=receptance, element=element)
-        return BalanceWithDefect(
-            receptance=receptance,
-            element=element,
-            frozen_static=self.last.frozen_static,
-            tiny=self.last.tiny,
-            odd=self.last.odd,
-            defect=(1.0 - s) * self.defect,
-        )
+        defect = None if self.defect is None or s == 1.0 else (1.0 - s) * self.defect
+        return replace(self.last, receptance=receptance, element=element, defect=defect)
 
     def from_solution(self, unknown: Array, omega: float) -> "Homotopy":
         """The homotopy of which a given (x, omega) is the solution at s = 0.

@@ -90,7 +90,7 @@ class Continuation:
     @cached_property
     def linear(self) -> LinearSegmentSteps | None:
         """Steps along linear segments."""
-        if self.contact is None:
+        if self.contact is None or self.balance.defect is not None:
             return None
         return LinearSegmentSteps(LinearSegments(self.balance, self.contact), self.solver.metric, self.options.output)
 

@@ -29,6 +29,8 @@ class Structure(NamedTuple):
         No even harmonics (see `HarmonicBalance`).
     floor : float
         Added to the norm of the displacement in the relative error, m.
+    defect : (n,) float
+        Residual that counts as zero, m.
     """
 
     relative: ComplexArray
@@ -38,6 +40,7 @@ class Structure(NamedTuple):
     damping: Array
     odd: bool
     floor: float
+    defect: Array
 
 
 class Plane(NamedTuple):

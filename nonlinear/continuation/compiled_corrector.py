@@ -110,6 +110,7 @@ class CompiledCorrector:
             damping=np.ascontiguousarray(receptance.waves.damping, dtype=float),
             odd=balance.odd,
             floor=balance.tiny + balance.static_resolution,
+            defect=np.zeros(balance.size) if balance.defect is None else balance.defect,
         )
 
     @cached_property

@@ -126,6 +126,8 @@ def _write_residual(structure: Structure, laws: NodeLaws, at: Iterate, work: Wor
             coordinates[m] = (coordinates[m] + structure.modal_force[h, m]) / value[m]
         np.dot(structure.relative[h], coordinates, work.response[h])
     subtract(at.unknown, work.response, at.residual)
+    for i in range(at.residual.shape[0]):
+        at.residual[i] -= structure.defect[i]
 
 
 @inner_counted

@@ -173,6 +173,8 @@ class HarmonicBalance:
         Length far below any displacement of interest, m. It keeps relative errors finite where nothing moves.
     odd : bool
         There are no even harmonics (see `has_odd_harmonics_only`). They stay zero and are not solved for.
+    defect : (n,) float or None
+        Residual that counts as zero, m: what the solution of another problem leaves of this one (see `Homotopy`).
 
     Examples
     --------
@@ -190,6 +192,7 @@ class HarmonicBalance:
     frozen_static: Array | None = None
     tiny: float = 1e-15
     odd: bool = False
+    defect: Array | None = None
 
     @property
     def n_contacts(self) -> int:
@@ -270,6 +273,8 @@ class HarmonicBalance:
         response, dresponse_domega = self.receptance.response(omega, force)
         first = self.first_row
         residual = unknown - to_real(response)[first:].reshape(-1)
+        if self.defect is not None:
+            residual -= self.defect
         return LinearisedResidual(self, omega, residual, -to_real(dresponse_domega)[first:].reshape(-1), contact)
 
     def vibration(self, unknown: Array) -> float:
