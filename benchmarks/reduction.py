@@ -26,12 +26,14 @@ if TYPE_CHECKING:
     from rom import FullModel
 
 SIZES, LARGEST = (4.0, 2.8, 1.9), 1.17  # mm
-# Functions that are timed, and the phases as sums of their seconds, with a minus taken off.
+# Functions that are timed, and the phases as sums of their seconds, with a minus taken off. Small models are worked
+# on in two threads: there the phases take more than the total.
 TIMED = (
     "rom.reduction.substructure:analyse",
     "rom.linear_algebra.factorisation:_CholmodAnalysis.factor",
     "rom.linear_algebra.factorisation:_SuperluAnalysis.factor",
-    "rom.reduction.craig_bampton:partition_at_boundary",
+    "rom.reduction.craig_bampton:hold_at_boundary",
+    "rom.reduction.substructure:HeldSector.condensed",
     "rom.reduction.craig_bampton:lowest_modes",
     "rom.reduction.craig_bampton:craig_bampton_model",
 )
@@ -40,7 +42,8 @@ PHASES = {
     "assembly s": ("full_model_of",),
     "ordering s": ("analyse",),
     "factorisation s": ("factor",),
-    "constraint modes s": ("partition_at_boundary", "-full_model_of", "-analyse", "-factor"),
+    "partition s": ("hold_at_boundary", "-full_model_of", "-analyse", "-factor"),
+    "constraint modes s": ("condensed",),
     "fixed-interface modes s": ("lowest_modes",),
     "projection s": ("craig_bampton_model",),
 }
@@ -79,7 +82,7 @@ def measured(
     seconds: dict[str, float] = dict.fromkeys((place.rpartition(".")[2].rpartition(":")[2] for place in TIMED), 0.0)
     for place in TIMED:
         _time(place, seconds)
-    start = time.perf_counter()
+    start = begin = time.perf_counter()
     sector = sector_of()
     seconds["mesh_of"] = time.perf_counter() - start
 
@@ -90,13 +93,14 @@ def measured(
         return full
 
     reduction = reduce_sector(assembled, sector, ReductionOptions(modes, backend=backend))
+    total = time.perf_counter() - begin
     row: dict[str, Any] = {"dofs": reduction.dofs, "modes": reduction.modes, "reduced": reduction.model.size}
     for phase, functions in PHASES.items():
         row[phase] = round(sum(-seconds[name[1:]] if name[0] == "-" else seconds[name] for name in functions), 3)
     solver = str(reduction.model.producer).rsplit(", ", maxsplit=1)[-1]
     return {
         **row,
-        "total s": round(sum(row[phase] for phase in PHASES), 3),
+        "total s": round(total, 3),
         "memory_gb": round(peak_memory_gb(), 3),
         "backend": solver,
     }

@@ -123,9 +123,9 @@ class CholmodFactor:
         if not self._address:
             raise MemoryError(f"CHOLMOD has no memory to analyse a matrix of {matrix.shape[0]} unknowns")
         self._factor = ctypes.cast(self._address, ctypes.POINTER(_Factor)).contents
-        self._room = (ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_void_p())  # solution and workspace
+        self._idle: list[_Workspace] = []
         self._ordered = ctypes.c_void_p()
-        weakref.finalize(self, _free, found, self._common, self._address, self._ordered, self._room)
+        weakref.finalize(self, _free, found, self._common, self._address, self._ordered)
         self._order(triangle)
 
     def load(self, matrix: csr_matrix) -> None:
@@ -180,7 +180,10 @@ class CholmodFactor:
         return np.tril(block)
 
     def solve(self, rows: NDArray[Any]) -> NDArray[Any]:
-        """Solutions (k, n) of A x = b for k right-hand sides, stored as rows; complex ones of a Hermitian matrix."""
+        """Solutions (k, n) of A x = b for k right-hand sides, stored as rows; complex ones of a Hermitian matrix.
+
+        Several threads may ask for them at once, if CHOLMOD `bears_threads`.
+        """
         rows = np.ascontiguousarray(rows, dtype=self._type)
         solution = np.empty_like(rows)
         self._solve(rows, solution, _SOLVE_A)
@@ -195,22 +198,33 @@ class CholmodFactor:
         self._solve(rows, rows, _SOLVE_LT)
 
     def _solve(self, rows: NDArray[Any], solution: NDArray[Any], system: int) -> None:
+        workspace = self._idle.pop() if self._idle else _Workspace(self._library)
         for first in range(0, len(rows), COLUMNS):
             part = slice(first, first + COLUMNS)
-            self._solve_at_once(rows[part], solution[part], system)
+            self._solve_at_once(rows[part], solution[part], system, workspace)
+        self._idle.append(workspace)
 
-    def _solve_at_once(self, rows: NDArray[Any], solution: NDArray[Any], system: int) -> None:
+    def _solve_at_once(self, rows: NDArray[Any], solution: NDArray[Any], system: int, workspace: _Workspace) -> None:
         k, n = rows.shape
         block = _Dense(n, k, rows.size, n, rows.ctypes.data, None, _kind(rows), _DOUBLE)
-        x, y, e = (ctypes.byref(room) for room in self._room)
+        x, y, e = (ctypes.byref(room) for room in workspace.room)
         done = self._library.cholmod_l_solve2(
-            system, self._address, ctypes.byref(block), None, x, None, y, e, ctypes.byref(self._common)
+            system, self._address, ctypes.byref(block), None, x, None, y, e, ctypes.byref(workspace.common)
         )
         if not done:
             raise MemoryError(f"CHOLMOD has no memory for {k} solutions of {n} unknowns")
-        found = ctypes.cast(self._room[0], ctypes.POINTER(_Dense)).contents
+        found = ctypes.cast(workspace.room[0], ctypes.POINTER(_Dense)).contents
         parts = rows.itemsize // 8  # of a number: 2 for real and imaginary part
         solution[:] = _view(found.x, k * n * parts, ctypes.c_double).view(rows.dtype).reshape(k, n)
+
+
+class _Workspace:
+    """What CHOLMOD writes to while it solves: of one thread at a time."""
+
+    def __init__(self, found: Any) -> None:
+        self.common = _started(found)
+        self.room = (ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_void_p())  # solution and workspace
+        weakref.finalize(self, _free_room, found, self.common, self.room)
 
 
 def _kind(values: NDArray[Any]) -> int:
@@ -352,12 +366,15 @@ def _slabs(starts: NDArray[np.integer[Any]]) -> Iterator[NDArray[np.int64]]:
         first = last
 
 
-def _free(
-    found: Any, common: _Common, factor: ctypes.c_void_p, ordered: ctypes.c_void_p, room: tuple[ctypes.c_void_p, ...]
-) -> None:
-    """Free the memory of CHOLMOD; what is freed already is null."""
+def _free_room(found: Any, common: _Common, room: tuple[ctypes.c_void_p, ...]) -> None:
+    """Free what CHOLMOD has written to while it solved."""
     for address in room:
         found.cholmod_l_free_dense(ctypes.byref(address), ctypes.byref(common))
+    found.cholmod_l_finish(ctypes.byref(common))
+
+
+def _free(found: Any, common: _Common, factor: ctypes.c_void_p, ordered: ctypes.c_void_p) -> None:
+    """Free a factor; what is freed already is null."""
     found.cholmod_l_free_sparse(ctypes.byref(ordered), ctypes.byref(common))
     found.cholmod_l_free_factor(ctypes.byref(factor), ctypes.byref(common))
     found.cholmod_l_finish(ctypes.byref(common))

@@ -85,6 +85,20 @@ def at_once(work: Callable[[P], T], parts: Sequence[P]) -> list[T]:
         return list(pool.map(work, parts))
 
 
+def beside(size: int, one: Callable[[], P], other: Callable[[], T], threads: bool = True) -> tuple[P, T]:
+    """Results of two pieces of work on so many unknowns, each in a thread of its own below 60 000.
+
+    From there on one comes after the other: they share themselves out, and memory is short. So it is too without
+    `threads`, where the two do not bear each other.
+    """
+    if size >= SHARED_FROM or not threads:
+        return one(), other()
+    with ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(one)
+        found = other()
+        return waiting.result(), found
+
+
 def return_memory() -> None:
     """Give freed memory back to the system: glibc keeps what each thread has freed for that thread."""
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)

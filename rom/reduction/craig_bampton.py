@@ -19,13 +19,14 @@ from rom.cyclic.reduced_model import ReducedModel
 from rom.errors import RomParameterError
 from rom.finite_elements.full_model import FullModel, node_dofs
 from rom.finite_elements.rotation import coriolis_acceleration
-from rom.linear_algebra.threads import one_blas_thread
+from rom.linear_algebra.cholmod import bears_threads
+from rom.linear_algebra.threads import beside, one_blas_thread
 from rom.reduction.boundary_dofs import AT_TIP, BoundaryChoice
 from rom.reduction.boundary_selection import load_selection
 from rom.reduction.fixed_interface_modes import ModalBasis, lowest_modes, modes_up_to
 from rom.reduction.load_vectors import with_attachment_modes
 from rom.reduction.residual_modes import augmented_model, residual_vectors
-from rom.reduction.substructure import Substructure, partition_at_boundary
+from rom.reduction.substructure import Substructure, hold_at_boundary
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -173,15 +174,23 @@ def reduce_sector(
     >>> reduce_sector(full, sector, ReductionOptions(modes=4)).model.size
     13
     """
-    parts = partition_at_boundary(full, sector, boundary, options.backend)
-    if options.frequency_limit is not None:
-        modes = modes_up_to(parts.interior_mass, parts.factor, options.frequency_limit)
-    else:
-        modes = lowest_modes(parts.interior_mass, parts.factor, int(options.modes or 0))
+    held = hold_at_boundary(full, sector, boundary, options.backend)
+    augment = augment and held.boundary.size <= MOST_AUGMENTED
+
+    def find_modes() -> ModalBasis:
+        if options.frequency_limit is not None:
+            return modes_up_to(held.interior_mass, held.factor, options.frequency_limit)
+        return lowest_modes(held.interior_mass, held.factor, int(options.modes or 0))
+
+    def condense() -> tuple[Substructure, NDArray[np.float64] | None]:
+        parts = held.condensed()
+        return parts, residual_vectors(parts) if augment else None
+
+    modes, (parts, residual) = beside(held.size, find_modes, condense, threads=bears_threads())
     model = craig_bampton_model(parts, modes, options.store_basis)
-    if not augment or parts.boundary.size > MOST_AUGMENTED:
+    if residual is None:
         return Reduction(model, len(modes), parts.n_dofs)
-    augmented = augmented_model(parts, modes, residual_vectors(parts))
+    augmented = augmented_model(parts, modes, residual)
     return Reduction(model, len(modes), parts.n_dofs, None, augmented, modes.highest_hz)
 
 

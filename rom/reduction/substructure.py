@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from rom.finite_elements.full_model import FullModel
 from rom.finite_elements.rotation import coriolis_acceleration
 from rom.linear_algebra.factorisation import Factor, analyse
 from rom.linear_algebra.isotropic_matrix import IsotropicMatrix
+from rom.linear_algebra.threads import beside
 from rom.reduction.boundary_dofs import BoundaryChoice, BoundaryDofs, choose_boundary_dofs
 from rom.reduction.load_vectors import InteriorLoads
 from rom.reduction.partition import partitioned
@@ -95,10 +96,79 @@ class Substructure:
         return len(self.centrifugal)
 
 
-def partition_at_boundary(
+@dataclass(frozen=True)
+class HeldSector:
+    """A sector held at its boundary dofs, with what couples these to the interior; see `Substructure`.
+
+    Attributes
+    ----------
+    sector, boundary, interior, interior_mass, factor, centrifugal, element, speed_rpm, loads
+        As in `Substructure`.
+    stiffness_ib : (3i, b) matrix
+        K_ib, boundary dofs in their frames.
+    stiffness_bb : (b, b) array
+        K_bb in these frames.
+    mass_ib, mass_bb : (3i, 3k), (3k, 3k) matrix
+        M_ib and M_bb of the k nodes of the boundary, along x, y, z.
+    isotropic : bool
+        Whether the mass is isotropic.
+    """
+
+    sector: SectorMesh
+    boundary: BoundaryDofs
+    interior: NDArray[np.int64]
+    interior_mass: IsotropicMatrix | csr_matrix
+    factor: Factor
+    stiffness_ib: csr_matrix
+    stiffness_bb: NDArray[np.float64]
+    mass_ib: csr_matrix
+    mass_bb: csr_matrix
+    isotropic: bool
+    centrifugal: NDArray[np.float64]
+    element: str | None
+    speed_rpm: float
+    loads: InteriorLoads | None
+
+    @property
+    def size(self) -> int:
+        """Number of interior dofs 3i."""
+        return 3 * len(self.interior)
+
+    def condensed(self) -> Substructure:
+        """Solve for the constraint modes, and condense the matrices by them."""
+        rotation, k_ib = self.boundary.rotation, self.stiffness_ib
+        m_ib = (self.mass_ib @ _sparse(rotation.T)).tocsr()
+        inertia = self.mass_bb @ rotation.T
+        constraint = -self.factor.solve(k_ib.toarray())
+        coupling = m_ib.toarray() + self.interior_mass @ constraint
+        at_rest = self.speed_rpm == 0.0
+        return Substructure(
+            sector=self.sector,
+            boundary=self.boundary,
+            interior=self.interior,
+            interior_mass=self.interior_mass,
+            factor=self.factor,
+            constraint=constraint,
+            coupling=coupling,
+            stiffness=symmetric(self.stiffness_bb + k_ib.T @ constraint),
+            mass=symmetric(rotation @ inertia + m_ib.T @ constraint + constraint.T @ coupling),
+            centrifugal=self.centrifugal,
+            coriolis=None
+            if at_rest
+            else _condensed_coriolis(rotation, constraint, coupling, self.mass_ib.T @ constraint + inertia),
+            coriolis_inertia=None
+            if at_rest or self.isotropic
+            else _coriolis_inertia(rotation, constraint, self.interior_mass, self.mass_ib),
+            element=self.element,
+            speed_rpm=self.speed_rpm,
+            loads=self.loads,
+        )
+
+
+def hold_at_boundary(
     full: FullModel | Callable[[], FullModel], sector: SectorMesh, choice: BoundaryChoice, backend: str = "auto"
-) -> Substructure:
-    """Partition a sector at its boundary dofs and solve for the constraint modes.
+) -> HeldSector:
+    """Partition a sector at its boundary dofs and factorise the stiffness of the interior.
 
     `full` is the full model, or a function that makes it; then the full model does not stay in memory.
     Raises RomParameterError for a loaded node that is clamped or a mesh without the contact dofs, FactorisationError
@@ -108,40 +178,42 @@ def partition_at_boundary(
         full = full()
     boundary = choose_boundary_dofs(full, sector, choice)
     interior = _interior_nodes(full, boundary)
-    centrifugal, element, speed_rpm = boundary.transform_force(full.centrifugal), full.element, full.speed_rpm
     given = None if choice.loads is None else choice.loads(full)
-    loads = InteriorLoads.of(given, boundary, interior, full.n_dofs) if given is not None and given.size else None
+    known: dict[str, Any] = {
+        "sector": sector,
+        "boundary": boundary,
+        "interior": interior,
+        "isotropic": full.isotropic_mass,
+        "centrifugal": boundary.transform_force(full.centrifugal),
+        "element": full.element,
+        "speed_rpm": full.speed_rpm,
+        "loads": InteriorLoads.of(given, boundary, interior, full.n_dofs)
+        if given is not None and given.size
+        else None,
+    }
     k_ii, k_ib, k_bb = _stiffness_blocks(full.stiffness, interior, boundary)
-    analysis = analyse(k_ii, backend)
-    isotropic = full.isotropic_mass
-    m_ii, mesh_ib, mesh_bb = _mass_blocks(full.mass, interior, boundary, isotropic)
+    stiffness, mass = [k_ii], [full.mass]
     del k_ii, full  # before the factor is computed: on a large mesh there is little memory beside it
-    factor = analysis.factor()
-    rotation = boundary.rotation
-    m_ib = (mesh_ib @ _sparse(rotation.T)).tocsr()
-    inertia = mesh_bb @ rotation.T
-    constraint = -factor.solve(k_ib.toarray())
-    coupling = m_ib.toarray() + m_ii @ constraint
-    at_rest = speed_rpm == 0.0
-    return Substructure(
-        sector=sector,
-        boundary=boundary,
-        interior=interior,
-        interior_mass=m_ii,
-        factor=factor,
-        constraint=constraint,
-        coupling=coupling,
-        stiffness=symmetric(k_bb + k_ib.T @ constraint),
-        mass=symmetric(rotation @ inertia + m_ib.T @ constraint + constraint.T @ coupling),
-        centrifugal=centrifugal,
-        coriolis=None
-        if at_rest
-        else _condensed_coriolis(rotation, constraint, coupling, mesh_ib.T @ constraint + inertia),
-        coriolis_inertia=None if at_rest or isotropic else _coriolis_inertia(rotation, constraint, m_ii, mesh_ib),
-        element=element,
-        speed_rpm=speed_rpm,
-        loads=loads,
+
+    def mass_blocks() -> tuple[IsotropicMatrix | csr_matrix, csr_matrix, csr_matrix]:
+        return _mass_blocks(mass.pop(), interior, boundary, known["isotropic"])
+
+    def factorise() -> Factor:
+        analysis = analyse(stiffness[0], backend)
+        stiffness.clear()
+        return analysis.factor()
+
+    (m_ii, m_ib, m_bb), factor = beside(3 * len(interior), mass_blocks, factorise)
+    return HeldSector(
+        interior_mass=m_ii, factor=factor, stiffness_ib=k_ib, stiffness_bb=k_bb, mass_ib=m_ib, mass_bb=m_bb, **known
     )
+
+
+def partition_at_boundary(
+    full: FullModel | Callable[[], FullModel], sector: SectorMesh, choice: BoundaryChoice, backend: str = "auto"
+) -> Substructure:
+    """Partition a sector at its boundary dofs and solve for the constraint modes; see `hold_at_boundary`."""
+    return hold_at_boundary(full, sector, choice, backend).condensed()
 
 
 def _condensed_coriolis(

@@ -1,6 +1,7 @@
 """A factor in two halves against the matrix it was made from, and the cut itself."""
 
 import importlib.util
+import threading
 
 import numpy as np
 import pytest
@@ -12,10 +13,10 @@ import rom.linear_algebra.ordering
 import rom.linear_algebra.two_halves
 from rom import FactorisationError, Material, assemble, factorise
 from rom.linear_algebra.blas_kernels import holds_locks
-from rom.linear_algebra.cholmod import bears_threads
+from rom.linear_algebra.cholmod import CholmodFactor, bears_threads
 from rom.linear_algebra.factorisation import analyse
 from rom.linear_algebra.ordering import bisection
-from rom.linear_algebra.threads import at_once
+from rom.linear_algebra.threads import SHARED_FROM, at_once, beside
 from rom.linear_algebra.two_halves import TwoHalves
 
 pytestmark = pytest.mark.skipif(
@@ -65,6 +66,29 @@ def test_solves_what_the_matrix_says(held):
         np.testing.assert_allclose(matrix @ whole.solve(some).T, some.T, atol=1e-9)
     exact = np.linalg.solve(matrix.toarray(), rows.T).T
     assert np.max(np.abs(whole.solve(rows) - exact)) < 1e-9 * np.max(np.abs(exact))
+
+
+def test_two_threads_may_solve_with_one_factor(held):
+    """Each with a workspace of its own; the same bits as one after the other."""
+    assert bears_threads()
+    matrix, rows = held
+    factor = CholmodFactor(matrix)
+    assert factor.factorise()
+    alone = [factor.solve(rows), factor.solve(-2.0 * rows[::-1])]
+    for _ in range(20):
+        together = at_once(factor.solve, [rows, -2.0 * rows[::-1]])
+        assert all(np.array_equal(one, other) for one, other in zip(alone, together, strict=True))
+
+
+@pytest.mark.parametrize("size", [SHARED_FROM - 1, SHARED_FROM])
+def test_work_beside_other_work(size):
+    """In two threads where it is small; what one raises comes out."""
+    threads = beside(size, threading.get_ident, threading.get_ident)
+    assert (len(set(threads)) == 2) == (size < SHARED_FROM)
+    assert len(set(beside(size, threading.get_ident, threading.get_ident, threads=False))) == 1
+    for work in ((lambda: 1 / 0, int), (int, lambda: 1 / 0)):
+        with pytest.raises(ZeroDivisionError):
+            beside(size, *work)
 
 
 def test_the_same_bits_on_one_core(held, monkeypatch):
