@@ -21,7 +21,7 @@ from pipeline.render.job import Job
 
 J = TypeVar("J", bound=Job)
 _PROJECT = Path(__file__).parents[2]
-_ASIDE, _NICENESS = "SHROUD_DRAWING_ASIDE", 10  # the niceness leaves it a twentieth of two busy cores
+_ASIDE, _NICENESS = "SHROUD_DRAWING_ASIDE", 5  # the niceness leaves it a seventh of two busy cores
 _REMEDY = "apt-get install -y libegl1 libgl1 libxrender1"
 
 

@@ -14,6 +14,7 @@ from pipeline.render import ring
 from pipeline.render.drawing_process import drawing_main
 from pipeline.render.job import RenderJob
 from pipeline.render.wheel import ENLARGED, aim, wheel
+from pipeline.render.window import Window, save_png
 from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.mode_families_file import read_families
 
@@ -43,11 +44,18 @@ def draw(job: RenderJob) -> None:
     states = [_modes(job, sector, model, job.contact, job.normal, job.tangential)]
     if job.stuck_normal:
         states.append(_modes(job, sector, model, "stuck", job.stuck_normal, job.stuck_tangential))
+    window = Window(WINDOW, _widths(sector, len(states)))
     for mode in job.modes:
         if mode > len(states[0]):
             raise ValueError(f"mode {mode}: the reduced model has {len(states[0])}")
-        shown = [state[mode - 1] for state in states]
-        _picture(job, sector, shown, Path(job.folder) / f"{job.prefix}mode_{mode}.png")
+        _compose(window.plotter, job, sector, [state[mode - 1] for state in states])
+        save_png(window.picture(), Path(job.folder) / f"{job.prefix}mode_{mode}.png")
+    window.close()
+
+
+def _widths(sector: SectorMesh, states: int) -> tuple[float, ...]:
+    """Shares of the views in the width: each state of the shrouds, then the tips or the wheel."""
+    return (BESIDE_WHEEL if is_joined(sector) else SPLITS)[states]
 
 
 def _modes(
@@ -100,22 +108,13 @@ def at_largest(shape: NDArray[np.complex128]) -> NDArray[np.complex128]:
     return turned / np.linalg.norm(np.real(turned), axis=1).max()
 
 
-def _picture(job: RenderJob, sector: SectorMesh, modes: Sequence[Mode], path: Path) -> None:
+def _compose(plotter: Any, job: RenderJob, sector: SectorMesh, modes: Sequence[Mode]) -> None:
     """The blade with its neighbours from the side, in each state of the shrouds, and the shrouds from the tip.
 
     Of a sector of a disk the whole wheel in place of the latter.
     """
-    import pyvista as pv
-
-    splits = BESIDE_WHEEL if is_joined(sector) else SPLITS
-    widths: Any = splits[len(modes)]  # proportions; the stubs of pyvista ask for whole numbers
-    plotter: Any = pv.Plotter(
-        off_screen=True, window_size=list(WINDOW), shape=(1, len(widths)), col_weights=widths, border=False
-    )
-    plotter.set_background("white", all_renderers=True)
     for view, mode in enumerate(modes):
         plotter.subplot(0, view)
-        plotter.enable_anti_aliasing("ssaa")
         _add_ring(plotter, job, sector, mode.shape, from_tip=False)
         ring.add_outline(plotter, sector)
         ring.add_axes(plotter, sector, 17)
@@ -124,13 +123,10 @@ def _picture(job: RenderJob, sector: SectorMesh, modes: Sequence[Mode], path: Pa
         ring.aim_from_side(plotter, sector)
         plotter.camera.zoom(1.0 if len(modes) == 1 else 1.2)  # the views are narrow, their labels stand inside
     plotter.subplot(0, len(modes))
-    plotter.enable_anti_aliasing("ssaa")
     if is_joined(sector):
         _add_wheel(plotter, job, sector, modes[0].shape)
     else:
-        _add_tips(plotter, job, sector, modes[0].shape, widths[-1])
-    plotter.screenshot(str(path))
-    plotter.close()
+        _add_tips(plotter, job, sector, modes[0].shape, _widths(sector, len(modes))[-1])
 
 
 def _add_wheel(plotter: Any, job: RenderJob, sector: SectorMesh, shape: NDArray[np.complex128]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from pipeline.render import ring
 from pipeline.render.drawing_process import drawing_main
 from pipeline.render.job import OperatingJob
 from pipeline.render.wheel import ENLARGED, aim, wheel
+from pipeline.render.window import Window, save_png
 from pipeline.scene.labels import prefixed
 from pipeline.stages.joined_sectors import is_joined
 from pipeline.stages.operating_shape import OperatingShape, operating_shape
@@ -40,17 +42,10 @@ def draw(job: OperatingJob) -> None:
         raise ValueError(f"{job.title}: the curve has no peak")
     largest, angle = shape.largest()
     folder = Path(job.folder)
-    _plotter(job, sector, shape, angle, largest, STILL).screenshot(str(folder / f"{job.name}.png"))
     angles = angle + 2.0 * np.pi * np.arange(job.frames) / job.frames
-    frames = [_frame(job, sector, shape, float(instant), largest) for instant in angles]
-    _write_animation(folder / f"{job.name}.gif", frames)
-
-
-def _frame(job: OperatingJob, sector: SectorMesh, shape: OperatingShape, angle: float, largest: float) -> Any:
-    plotter = _plotter(job, sector, shape, angle, largest, ANIMATED)
-    image = plotter.screenshot(return_img=True)
-    plotter.close()
-    return image
+    (still,) = _pictures(job, sector, (shape, largest), [angle], STILL)
+    save_png(still, folder / f"{job.name}.png")
+    _write_animation(folder / f"{job.name}.gif", _pictures(job, sector, (shape, largest), angles, ANIMATED))
 
 
 def _write_animation(path: Path, frames: list[Any]) -> None:
@@ -64,30 +59,28 @@ def _write_animation(path: Path, frames: list[Any]) -> None:
     reduced[0].save(path, save_all=True, append_images=reduced[1:], duration=duration, loop=0, optimize=False)
 
 
-def _plotter(
+def _pictures(
     job: OperatingJob,
     sector: SectorMesh,
-    shape: OperatingShape,
-    angle: float,
-    largest: float,
-    window: tuple[int, int],
-) -> Any:
-    """The ring at one instant, and beside the sector of a disk the whole wheel."""
-    import pyvista as pv
-
-    small = window[0] / STILL[0]
-    if not is_joined(sector):
-        plotter: Any = pv.Plotter(off_screen=True, window_size=list(window), border=False)
-        _add_ring(plotter, job, sector, (shape, angle, largest), small)
-        return plotter
-    widths: Any = SPLIT  # proportions; the stubs of pyvista ask for whole numbers
-    wide = [round(window[0] * BROADER), window[1]]
-    plotter = pv.Plotter(off_screen=True, window_size=wide, shape=(1, 2), col_weights=widths, border=False)
-    plotter.subplot(0, 0)
-    _add_ring(plotter, job, sector, (shape, angle, largest), small)
-    plotter.subplot(0, 1)
-    _add_wheel(plotter, job, sector, (shape, angle, largest), small)
-    return plotter
+    motion: tuple[OperatingShape, float],
+    angles: Iterable[float],
+    size: tuple[int, int],
+) -> list[Any]:
+    """The ring at some instants, and beside the sector of a disk the whole wheel; `motion`: shape and largest."""
+    shape, largest = motion
+    small, beside = size[0] / STILL[0], is_joined(sector)
+    width = round(size[0] * BROADER) if beside else size[0]
+    window, found = Window((width, size[1]), SPLIT if beside else (1.0,)), []
+    for angle in angles:
+        at = (shape, float(angle), largest)
+        window.plotter.subplot(0, 0)
+        _add_ring(window.plotter, job, sector, at, small)
+        if beside:
+            window.plotter.subplot(0, 1)
+            _add_wheel(window.plotter, job, sector, at, small)
+        found.append(window.picture())
+    window.close()
+    return found
 
 
 def _add_wheel(
@@ -95,8 +88,6 @@ def _add_wheel(
 ) -> None:
     """All sectors coloured by displacement; `motion`: shape, angle, largest displacement."""
     shape, angle, largest = motion
-    plotter.set_background("white")
-    plotter.enable_anti_aliasing("ssaa")
     factor, _ = prefixed(largest, "m")
     scale = ENLARGED * job.deformation / largest if largest > 0.0 else 0.0
     surface = wheel(sector, lambda blade: shape.at(angle, blade) * factor, scale / factor)
@@ -116,8 +107,6 @@ def _add_ring(
     """
     shape, angle, largest = motion
     factor, unit = prefixed(largest, "m")
-    plotter.set_background("white")
-    plotter.enable_anti_aliasing("ssaa")
     scale = job.deformation / largest if largest > 0.0 else 0.0
     pitch = 2.0 * np.pi / sector.n_blades
     for blade in ring.blades_of(job.blades):
