@@ -11,6 +11,7 @@ Stability = Literal["ring", "wave", "folds"]
 ResidualTractions = Literal["projected", "bounds"]
 
 HIGHEST_EXCITED = 31  # harmonic of the excitation
+BLADE_PERIODS = 10_000  # of the time integration for a curve
 MOST_UNKNOWNS = 10_000  # of a harmonic balance; its dense Jacobian then takes 0.8 GB
 
 
@@ -166,6 +167,8 @@ class SolverOptions:
         the time follows. "bounds": the lowest and the highest peak over all its admissible tractions as well.
     time_integration : bool
         Whether the worst motion is sought by time integration too, where no solution that is high enough is stable.
+    blade_periods : int
+        Most periods times blades that this time integration may take for a curve.
     output : str
         Name of the output whose peaks are located.
     outputs : tuple of str
@@ -201,6 +204,7 @@ class SolverOptions:
     truncation: bool = True
     residual_tractions: ResidualTractions = "projected"
     time_integration: bool = True
+    blade_periods: int = BLADE_PERIODS
     output: str = "tip"
     outputs: tuple[str, ...] = ()
     tolerance: float = 1e-13
@@ -223,6 +227,8 @@ class SolverOptions:
         least = least_samples(1 if self.harmonics == "auto" else self.harmonics)
         if self.samples < least:
             raise OptionsError(f"samples: {self.samples}, allowed: {least} or more for so many harmonics")
+        if self.blade_periods < 1:
+            raise OptionsError(f"blade_periods: {self.blade_periods}, allowed: 1 or more")
         if self.integration not in ("exact", "sampled"):
             raise OptionsError(f'integration: {self.integration!r}, allowed: "exact" or "sampled"')
         if self.stability not in ("ring", "wave", "folds"):

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from nonlinear.options import BLADE_PERIODS
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import (
@@ -17,9 +18,8 @@ from nonlinear.worst_motion.candidates import (
 )
 from nonlinear.worst_motion.ring_integration import FLOOR, Integrated
 
-BLADE_PERIODS = 10000  # periods times blades that are integrated for a curve
-ONE_START = 4000  # of these for one start: large rings are left out
-SPARED = 5000  # of these, where a motion is known that persists and is as high as all unstable solutions
+ONE_START = 0.4  # share of the periods times blades of a curve for one start: large rings are left out
+SPARED = 0.5  # the same that is not spent where a motion persists that is as high as all unstable solutions
 MOST_FURTHER = 4  # starts after those from the highest points of the unstable stretches
 MOST_EXPLORED = 8  # the same with those that would take too long
 FASTER = 1.5  # ratio of two growths in a period from which the faster one is a start of its own
@@ -47,7 +47,8 @@ class Departure:
     known : bool
         Whether that is a stable solution of the branches.
     falls : bool
-        Whether the ring fell below what was worth following, or was still falling at the end.
+        Whether the ring fell below what was worth following, or was still falling at the end, and not higher then
+        than the highest motion known.
     failure : str
         Why there is no motion, or none of the pattern that grows fastest.
     """
@@ -97,6 +98,10 @@ class DepartureSearch:
     blade_periods: int = BLADE_PERIODS
     _highest: float = field(default=0.0, init=False)  # of the motions found
 
+    def __post_init__(self) -> None:
+        """Shares of what may be integrated."""
+        self._one_start, self._spared = (round(share * self.blade_periods) for share in (ONE_START, SPARED))
+
     def departures(self, stretches: Sequence[UnstableStretch]) -> Iterator[Departure]:
         """From a few exposed points of each stretch, then from other points of one of them.
 
@@ -113,7 +118,7 @@ class DepartureSearch:
                 if found.new_height > best:
                     best, chosen, centre = found.new_height, number, position
         if stretches and max(best, self.height_m) >= stretches[0].height_m:
-            self.blade_periods = max(self.blade_periods - SPARED, 0)
+            self.blade_periods = max(self.blade_periods - self._spared, 0)
         if stretches and best >= stretches[0].height_m:
             yield from self._refined(stretches[chosen], tried[chosen], best, centre)
         elif stretches:
@@ -190,11 +195,11 @@ class DepartureSearch:
         frequency_hz = float(self.branches[place[0]].frequency_hz[place[1]])
         height = max(self.height_m, self._highest)
         try:
-            motion, failure = self.integrate(place, min(self.blade_periods, ONE_START), height)
+            motion, failure = self.integrate(place, min(self.blade_periods, self._one_start), height)
         except ArithmeticError as error:
             return Departure(place, frequency_hz, None, failure=f"failed: {error}")
         if motion is None:
-            spent = self.blade_periods < ONE_START
+            spent = self.blade_periods < self._one_start
             return Departure(place, frequency_hz, None, failure=SPENT if spent else failure)
         self.blade_periods -= motion.periods * motion.n_blades
         is_high = motion.started_m >= (1.0 - CLEARLY_HIGHER) * height
@@ -203,7 +208,7 @@ class DepartureSearch:
         stable = stable_amplitudes(self.branches, frequency_hz)
         near = np.abs(stable - motion.amplitude_m) <= self.tolerance * stable
         known = motion.periodic and motion.settled and bool(np.any(near))
-        falls = motion.amplitude_m < FLOOR * height or _falls(motion)
+        falls = motion.amplitude_m < FLOOR * height or (_falls(motion) and _end(motion) <= height)
         found = Departure(place, frequency_hz, motion, known, falls, failure)
         self._highest = max(self._highest, found.new_height)
         return found
@@ -212,6 +217,11 @@ class DepartureSearch:
         """Logarithm of the growth of perturbations of a solution in a period."""
         branch, index = self.branches[place[0]], place[1]
         return float(branch.growth_rate[index] / branch.frequency_hz[index])
+
+
+def _end(motion: RingMotion) -> float:
+    """Largest displacement in the last third of the time, m."""
+    return float(np.array_split(motion.envelope_m.max(axis=1), 3)[2].max())
 
 
 def _falls(motion: RingMotion) -> bool:

@@ -95,7 +95,7 @@ def worst_of(
     departures: list[Departure] = []
     left_out: Sequence[UnstableStretch] = matter
     if integrate is not None:
-        search = DepartureSearch(branches, integrate, height, _tolerance(curve))
+        search = DepartureSearch(branches, integrate, height, _tolerance(curve), options.blade_periods)
         departures = list(search.departures(matter[:MOST_STRETCHES]))
         left_out, reason = matter[MOST_STRETCHES:], f"the {MOST_STRETCHES} highest were integrated"
     spoken: dict[str, Any] = {

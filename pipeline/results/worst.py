@@ -12,6 +12,7 @@ from pipeline.stages.respond import CurveResult
 
 SEARCHED = "searched: "  # beginning of each sentence
 _NUMBER = re.compile(r"\d+")
+SHORT_OF_TIME = ("take too long", "left out", "not settled")  # what is open after too short a time integration
 MOST_NAMED = 10  # curves whose numbers are listed
 NOTICEABLE = 1.03  # ratio of the worst motion to the peak of the main branch above which a run warns
 
@@ -94,6 +95,13 @@ def search_notes(curves: Sequence[CurveResult]) -> list[str]:
     for number, curve in enumerate(curves):
         if curve.facts is not None and curve.facts.worst_unresolved:
             notes.append(f"curve {number}: the worst motion may be higher: {curve.facts.worst_unresolved}")
+    short = {
+        curve.member.scene.response.blade_periods
+        for curve in curves
+        if curve.facts is not None and any(reason in curve.facts.worst_unresolved for reason in SHORT_OF_TIME)
+    }
+    if short:
+        notes.append(f"response.blade_periods above {max(short)} lets time integration go on for longer")
     return notes
 
 

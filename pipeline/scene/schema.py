@@ -305,6 +305,11 @@ class Response(Section):
     time_integration: Truth = _key(
         "whether the worst motion is sought by time integration too, where no motion is stable", "true or false", True
     )
+    blade_periods: Annotated[Whole, Field(ge=1, le=10**9)] = _key(
+        "most periods times blades of that time integration, for one curve",
+        "a whole number, 1 to 1000000000",
+        10_000,
+    )
 
 
 class Scene(Section):

@@ -99,6 +99,7 @@ def solver_options(scene: Scene) -> SolverOptions:
         truncation=response.truncation,
         residual_tractions=response.residual_tractions,
         time_integration=response.time_integration,
+        blade_periods=response.blade_periods,
         outputs=tuple(output.name for output in scene.output),
     )
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nonlinear import Peak, ResponseCurve, SolverOptions, TerminationReason
+from nonlinear import OptionsError, Peak, ResponseCurve, SolverOptions, TerminationReason
 from nonlinear.time_integration.ring_motion import RingMotion
 from nonlinear.worst_motion.candidates import branches_of, stable_amplitudes, unstable_stretches
 from nonlinear.worst_motion.ring_integration import Integrated
@@ -267,6 +267,34 @@ def test_a_large_ring_that_was_left_out_is_said():
     worst = worst_of(curve, OPTIONS, 72, integrate)
     assert worst.amplitude_m == 15.0
     assert worst.unresolved == "time integration at 5 Hz of 72 blades would take too long"
+
+
+def test_a_motion_that_falls_but_is_the_highest_at_the_end_is_said():
+    """Where it ends is not known: it may settle above the worst motion known."""
+    curve = curve_of(SEVEN, HILL, [True, True, True, False, True, True, True])
+    falling = np.repeat(np.linspace(9.0, 6.0, 300)[:, None], 4, axis=1)
+    open_ring, _ = ring_to(9.0, settled=False, envelope_m=falling)
+    worst = worst_of(curve, OPTIONS, 72, open_ring)
+    assert worst.amplitude_m == 4.0
+    assert worst.unresolved.startswith("not settled within 300 periods at 5 Hz")
+    fallen, _ = ring_to(9.0, settled=False, envelope_m=falling / 2.0)
+    assert worst_of(curve, OPTIONS, 72, fallen).unresolved == ""
+
+
+def test_more_blade_periods_are_shared_out_alike():
+    curve = curve_of(SEVEN, HILL, [True, True, True, False, True, True, True])
+    ring, _ = ring_to(15.0)
+    given = []
+
+    def integrate(place, blade_periods, floor):
+        given.append(blade_periods)
+        return ring(place, blade_periods, floor)
+
+    for most in (10_000, 100_000):
+        worst_of(curve, replace(OPTIONS, blade_periods=most), 72, integrate)
+    assert given == [4_000, 40_000]
+    with pytest.raises(OptionsError, match="blade_periods: 0, allowed: 1 or more"):
+        replace(OPTIONS, blade_periods=0)
 
 
 def test_many_places_are_not_all_named():

@@ -100,9 +100,11 @@ def test_notes_say_what_was_searched_and_what_was_left_open(curves: list[CurveRe
         "curve 3: the peak of the main branch is unstable and does not persist",
         "curve 3: the worst motion may be higher: not settled within 1000 periods at 300 Hz",
         "curve 4: the worst motion may be higher: 1 unstable part",
+        "response.blade_periods above 10000 lets time integration go on for longer",
     ):
         assert text in said
     assert said.count("searched: main branch and 1 detached branch") == 1
+    assert "blade_periods" not in "\n".join(search_notes(curves[4:]))
 
 
 def test_the_summary_has_the_numbers_or_null(curves: list[CurveResult], tmp_path: Path) -> None:
