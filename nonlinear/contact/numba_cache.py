@@ -47,8 +47,10 @@ def inner_counted(function: Function) -> Function:
     return _compile(function, no_cpython_wrapper=True)
 
 
-def lapack_lu() -> Any:
+def lapack_lu(of_complex: bool = False) -> Any:
     """LAPACK's dgetrf for kernels: (ord("d"), m, n, a.ctypes, lda, pivots.ctypes), pivots int32; zero: it succeeded.
+
+    Of complex matrices zgetrf, with ord("z").
 
     numba has it for its own `numpy.linalg.solve`, which allocates and forgets the factors (its version is pinned).
     """
@@ -56,7 +58,7 @@ def lapack_lu() -> Any:
     from numba.np import linalg
 
     library: Any = linalg
-    return library._LAPACK().numba_xxgetrf(types.float64)
+    return library._LAPACK().numba_xxgetrf(types.complex128 if of_complex else types.float64)
 
 
 def inlined(function: Function) -> Function:

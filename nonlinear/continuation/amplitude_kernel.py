@@ -1,9 +1,12 @@
-"""The largest displacement of a period, compiled: a curve asks for it twice a point."""
+"""What a curve asks for at every point, compiled: the largest displacement of a period, and how forces change."""
 
 import math
 
+import numpy as np
+
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.numba_cache import compiled, inner
+from nonlinear.contact.parameters import Array
 from nonlinear.contact.trigonometric_roots import PERIOD, cosine_sine
 
 SAMPLES_PER_HARMONIC = 32
@@ -48,3 +51,33 @@ def _derivatives(harmonics: ComplexArray, angle: float) -> tuple[float, float, f
         dx -= h * (real * sh + imag * ch)
         ddx -= h * h * part
     return x, dx, ddx
+
+
+@compiled
+def moving_forces(force: Array, jacobian: Array, motion: Array) -> ComplexArray:
+    """Complex coefficients of the contact forces, and of their change by a motion, df/dx dx: (H+1, 3 n_c, 2).
+
+    Parameters
+    ----------
+    force, jacobian : (2H+1, n_c, 3) float, (n_c, 3, 3, 2H+1, 2H+1) float
+        As in `ContactForces`.
+    motion : (2H+1, n_c, 3) or (2H, n_c, 3) float
+        Real coefficients of the motion; those of harmonic 0 may be left out.
+    """
+    size, nodes = force.shape[0], force.shape[1]
+    first = size - motion.shape[0]
+    forces, own = np.zeros(((size + 1) // 2, 3 * nodes, 2), np.complex128), np.zeros((3, size))
+    for k in range(nodes):
+        for b in range(3):
+            for j in range(motion.shape[0]):
+                own[b, first + j] = motion[j, k, b]
+        for a in range(3):
+            for i in range(size):
+                change = 0.0
+                for b in range(3):
+                    for j in range(first, size):
+                        change += jacobian[k, a, b, i, j] * own[b, j]
+                part = 1.0 if i == 0 or i % 2 == 1 else 1j
+                forces[(i + 1) // 2, 3 * k + a, 0] += part * force[i, k, a]
+                forces[(i + 1) // 2, 3 * k + a, 1] += part * change
+    return forces

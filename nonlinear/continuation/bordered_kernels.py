@@ -1,6 +1,6 @@
 """The bordered system of small problems, compiled: the same as `BorderedSystem`, and the arrays of the corrector."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -306,7 +306,7 @@ def solve(plane: Plane, at: Iterate, work: Workspace, last: float) -> None:
     for p in range(n_passive):
         unknown = work.passive[p]
         right[count - 1] += plane.direction[unknown] * at.residual[unknown] / (plane.length * plane.length)
-    _solve_factorised(work.matrix, work.pivots, right, count)
+    solve_factorised(work.matrix, work.pivots, right, count)
     for r in range(count - 1):
         at.tangent[work.active[r]] = right[r]
     at.omega[1] = right[count - 1]
@@ -319,8 +319,13 @@ def solve(plane: Plane, at: Iterate, work: Workspace, last: float) -> None:
 
 
 @inner
-def _solve_factorised(factors: Array, pivots: NDArray[np.int32], right: Array, count: int) -> None:
-    """Solve A x = b; `factors`: LAPACK's of A transposed, so that row i holds U^T up to the diagonal, then L^T."""
+def solve_factorised(
+    factors: Array | ComplexArray, pivots: NDArray[np.int32], right: Array | ComplexArray, count: int
+) -> None:
+    """Solve A x = b, real or complex.
+
+    `factors`: LAPACK's of A transposed, so that row i holds U^T up to the diagonal, then L^T.
+    """
     for i in range(count):
         row = factors[i * count : (i + 1) * count]
         right[i] = (right[i] - _dot(row, right, 0, i)) / row[i]
@@ -333,8 +338,8 @@ def _solve_factorised(factors: Array, pivots: NDArray[np.int32], right: Array, c
 
 
 @inner
-def _dot(one: Array, other: Array, first: int, last: int) -> float:
-    """Scalar product of the entries from `first` up to `last`, in four sums, which the processor adds at once."""
+def _dot(one: Array | ComplexArray, other: Array | ComplexArray, first: int, last: int) -> Any:
+    """Sum of the products of the entries from `first` up to `last`, in four parts, added at once."""
     s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
     k = first
     while k + 4 <= last:

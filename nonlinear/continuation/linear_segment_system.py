@@ -5,6 +5,7 @@ The contact forces are those of linear springs k, so that the balance is (I + G 
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,9 @@ from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array, ContactFo
 from nonlinear.continuation.solution_point import LinearState
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from rom import RelativeReceptance, SpringSupportedMotion, contact_springs
+
+if TYPE_CHECKING:
+    from nonlinear.continuation.linear_motion_kernel import SprungHarmonic
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,29 @@ class LinearSegmentSystem:
         """Modal forces of unit displacements through the springs, (m, 3 n_c) for each excited harmonic."""
         return tuple(receptance.adjoint[0] * self.springs.reshape(-1) for receptance in self._receptances)
 
+    @cached_property
+    def _structures(self) -> "tuple[SprungHarmonic, ...]":
+        """The structure in each excited harmonic, for the kernel.
+
+        Empty for large faces, which have a faster way, and for a receptance that is not the modal sum.
+        """
+        from nonlinear.continuation.linear_motion_kernel import SprungHarmonic
+
+        if self.balance.receptance.large or type(self.balance.receptance) is not RelativeReceptance:
+            return ()
+        return tuple(
+            SprungHarmonic(
+                relative=np.ascontiguousarray(receptance.relative[0]),
+                adjoint=np.ascontiguousarray(receptance.adjoint[0]),
+                springs=np.ascontiguousarray(self.springs.reshape(-1)),
+                force=receptance.modal_force[0],
+                stiffness=np.ascontiguousarray(receptance.waves.angular_frequency[0] ** 2, dtype=float),
+                damping=np.ascontiguousarray(receptance.waves.damping[0], dtype=float),
+                harmonic=float(h),
+            )
+            for h, receptance in zip(self.harmonics, self._receptances, strict=True)
+        )
+
     def motion(self, omega: float) -> LinearMotion:
         """The motion at `omega` (rad/s): (I + G k) d = d_lin in each excited harmonic."""
         found = [self._harmonic(index, omega) for index in range(len(self.harmonics))]
@@ -109,6 +136,12 @@ class LinearSegmentSystem:
 
     def _harmonic(self, index: int, omega: float) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
         """Relative motion and modal coordinates of one harmonic, each with its derivative in w behind it."""
+        if self._structures:
+            from nonlinear.continuation.linear_motion_kernel import sprung_motion
+
+            found: tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]
+            found = sprung_motion(self._structures[index], float(omega))
+            return found
         receptance, sprung = self._receptances[index], self._sprung[index]
         relative, force = receptance.relative[0], receptance.modal_force[0]
         value, value_derivative = (row[0] for row in receptance.denominators(omega))
@@ -144,8 +177,9 @@ class LinearSegmentSystem:
             if self.contact.law == "cone" and self.held.any():
                 least = min(least, self._margin_in_cone(displacement))
             return least
-        static, harmonic = displacement[0].reshape(-1), (displacement[1] + 1j * displacement[2]).reshape(-1)
-        least = float((offset + of_static @ static - np.abs(swings @ harmonic)).min())
+        rows = displacement[:3].reshape(3, -1)
+        moved = rows[1:] @ swings.T
+        least = float((offset + of_static @ rows[0] - np.hypot(moved[0], moved[1])).min())
         if self.contact.law == "cone" and self.held.any():
             least = min(least, self._margin_in_cone(displacement))
         return least

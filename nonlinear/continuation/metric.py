@@ -33,7 +33,9 @@ class Metric:
 
     def product(self, one: Tangent, other: Tangent) -> float:
         """Scalar product of two steps."""
-        return float(one[0] @ other[0] / self.length**2 + one[1] * other[1] / self.omega**2)
+        # products, not powers: these are not rounded alike when force and interference are scaled together
+        squares = self.length * self.length, self.omega * self.omega
+        return float(one[0] @ other[0] / squares[0] + one[1] * other[1] / squares[1])
 
     def unit(self, tangent: Tangent) -> Tangent:
         """The same direction with length 1."""

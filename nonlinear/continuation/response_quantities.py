@@ -76,18 +76,18 @@ def amplitude_derivative(point: SolutionPoint, output: str, mean: float | None =
     With the coefficients x_h of the output and the angle theta at which abs(x) is largest,
     dA/ds = sign(x(theta)) Re sum_h dx_h/ds exp(i h theta). With a given `mean` x_0 is that, and constant.
     """
-    balance, receptance = point.balance, point.balance.receptance
-    coordinates, dcoordinates_domega = receptance.modal_response(point.omega, complex_force(point.contact))
-    first = balance.first_row
-    dx_ds = point.tangent[0].reshape(-1, balance.n_contacts, 3)
-    dforce = np.einsum("kabij,jkb->ika", point.contact.jacobian[..., first:], dx_ds)
-    dforce_ds = to_complex(dforce.reshape(dforce.shape[0], -1))
-    rows = receptance.output_rows(output, point.omega)
-    derivative = (rows * dforce_ds).sum(axis=1) + receptance.output(output, dcoordinates_domega) * point.tangent[1]
-    amplitude = largest_amplitude(with_mean(receptance.output(output, coordinates), mean))
-    order = np.arange(derivative.size)
-    derivative = derivative if mean is None else np.append(0j, derivative[1:])
-    return float(amplitude.sign * (derivative * np.exp(1j * order * amplitude.angle)).sum().real)
+    from nonlinear.continuation.amplitude_kernel import moving_forces
+
+    receptance, contact, (dx_ds, domega_ds) = point.balance.receptance, point.contact, point.tangent
+    forces = moving_forces(contact.force, contact.jacobian, dx_ds.reshape(-1, *contact.force.shape[1:]))
+    coordinates, dcoordinates_domega = receptance.modal_response(point.omega, forces[..., 0])
+    harmonics, derivative = (receptance.output(output, part) for part in (coordinates, dcoordinates_domega))
+    derivative = domega_ds * derivative + (receptance.output_rows(output, point.omega) * forces[..., 1]).sum(axis=1)
+    if mean is not None:
+        harmonics, derivative = with_mean(harmonics, mean), with_mean(derivative, 0.0)
+    amplitude = largest_amplitude(harmonics)
+    turn = np.exp(1j * amplitude.angle * np.arange(derivative.size))
+    return float(amplitude.sign * (derivative @ turn).real)
 
 
 @dataclass(frozen=True)

@@ -164,13 +164,14 @@ class RelativeReceptance:
         """
         found = self._last_matrix.get(omega)
         if found is None:
-            found = self._large_matrix(omega) if self._large else self._modal_sum(omega)
+            found = self._large_matrix(omega) if self.large else self._modal_sum(omega)
             self._last_matrix.clear()
             self._last_matrix[omega] = found
         return found
 
     @property
-    def _large(self) -> bool:
+    def large(self) -> bool:
+        """Whether the faces have so many contact displacements that a series takes the place of most modes."""
         return 3 * self.modal.n_contacts >= SMALLEST_FACE
 
     def _modal_sum(self, omega: float) -> ComplexArray:
@@ -245,7 +246,7 @@ class RelativeReceptance:
         displacement, derivative : (n_h, 3 n_c) complex arrays
             d_lin + G f in m, and its derivative in w at constant f.
         """
-        if self._large and self.harmonics[0] == 0:
+        if self.large and self.harmonics[0] == 0:
             return self._large_response(omega, contact_force)
         coordinates = np.stack(self.modal_response(omega, contact_force), axis=-1)
         both = self.relative @ coordinates

@@ -17,7 +17,9 @@ from nonlinear import (
 )
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.contact.fourier import to_complex
+from nonlinear.continuation.amplitude_kernel import moving_forces
 from nonlinear.continuation.arclength_continuation import Continuation
+from nonlinear.continuation.linear_motion_kernel import SprungHarmonic, sprung_motion
 from nonlinear.continuation.linear_segments import LinearSegments
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.harmonic_balance.initial_solution import static_displacement
@@ -121,3 +123,37 @@ def test_forces_are_those_of_the_contact_element(law, preload):
         assert found.force == pytest.approx(expected.force, rel=1e-9, abs=1e-9)
         assert found.jacobian == pytest.approx(expected.jacobian, rel=1e-9, abs=1e-8)
         assert np.array_equal(found.state, expected.state)
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 3.0])
+def test_the_motion_between_springs_solves_the_equations_of_the_structure(stiffness):
+    """(K + B^H k B - (h w)^2 M + i h w C) q = f in the coordinates of the structure; derivatives by differences."""
+    rng = np.random.default_rng(3)
+    nodes, modes, h, omega = 6, 9, 2.0, 1.3
+    relative = rng.normal(size=(nodes, modes)) + 1j * rng.normal(size=(nodes, modes))
+    springs = stiffness * np.append(rng.uniform(0.5, 1.0, nodes - 1), 0.0)
+    force = rng.normal(size=modes) + 1j * rng.normal(size=modes)
+    squares, damping = rng.uniform(1.0, 30.0, modes), rng.uniform(0.01, 0.1, modes)
+    structure = SprungHarmonic(relative, np.ascontiguousarray(relative.conj().T), springs, force, squares, damping, h)
+
+    def solved(frequency):
+        dynamic = np.diag(squares - (h * frequency) ** 2 + 1j * h * frequency * damping)
+        return np.linalg.solve(dynamic + relative.conj().T @ (springs[:, None] * relative), force)
+
+    motion, change, coordinates, coordinates_change = sprung_motion(structure, omega)
+    assert coordinates == pytest.approx(solved(omega), rel=1e-11)
+    assert motion == pytest.approx(relative @ coordinates, rel=1e-11)
+    slope = (solved(omega + 1e-5) - solved(omega - 1e-5)) / 2e-5
+    assert coordinates_change == pytest.approx(slope, rel=1e-7)
+    assert change == pytest.approx(relative @ coordinates_change, rel=1e-10)
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_changes_of_forces_are_the_jacobian_times_the_motion(first):
+    rng = np.random.default_rng(4)
+    force, motion = rng.normal(size=(5, 2, 3)), rng.normal(size=(5 - first, 2, 3))
+    jacobian = rng.normal(size=(2, 3, 3, 5, 5))
+    change = np.einsum("kabij,jkb->ika", jacobian[..., first:], motion)
+    found = moving_forces(force, jacobian, motion)
+    for column, rows in enumerate((force, change)):
+        assert found[..., column] == pytest.approx(to_complex(rows.reshape(5, 6)), rel=1e-12)
