@@ -8,6 +8,7 @@ import numpy as np
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.stability.block_matrices import Matrix
 from nonlinear.stability.hill import HillEigenproblem, HillProblem, touching_nodes
+from nonlinear.stability.memory_feedback import SliderMemoryFeedback
 from nonlinear.stability.point_contact import PointContact, in_harmonics
 from nonlinear.stability.shared_motions import ClosingMotions, SharedMotions, series
 
@@ -68,15 +69,30 @@ class ClosedContact:
             lambda / omega.
         """
         if sigma not in self._known:
-            value, change = self.closed.state_matrix, self.closed.flexibility_matrix
-            linear = change
-            if self.closed.memory is not None:
-                terms = self.closed.memory.terms(sigma)
-                linear = linear + terms.flexibility
-                value, change = value + terms.state, linear + terms.derivative
-            value = value + sigma * linear
-            self._known[sigma] = self._in_amplitudes(value), self._in_amplitudes(change)
+            (state, linear), memory = self._without_memory, self.closed.memory
+            value, change = state + sigma * linear, linear
+            if isinstance(memory, SliderMemoryFeedback):
+                of_memory = self._of_sliders(memory, sigma)
+                value, change = value + of_memory[0], change + of_memory[1]
+            elif memory is not None:
+                terms = memory.terms(sigma)
+                value = value + self._in_amplitudes(terms.state + sigma * terms.flexibility)
+                change = change + self._in_amplitudes(terms.flexibility + terms.derivative)
+            self._known[sigma] = value, change
         return self._known[sigma]
+
+    def _of_sliders(self, memory: SliderMemoryFeedback, sigma: complex) -> tuple[ComplexArray, ComplexArray]:
+        """What the memory adds to K_U and to its derivative; its factors, of low rank, are brought to amplitudes."""
+        parts = memory.factors(sigma)
+        right = self._columns_in_amplitudes(np.concatenate([parts.dw, memory.output_derivative]))
+        value = np.concatenate([parts.state + sigma * parts.flexibility, sigma * parts.inputs], axis=1)
+        change = np.concatenate([parts.flexibility + parts.derivative, parts.inputs], axis=1)
+        return self._rows_in_amplitudes(value) @ right, self._rows_in_amplitudes(change) @ right
+
+    @cached_property
+    def _without_memory(self) -> tuple[ComplexArray, ComplexArray]:
+        """K_U at sigma = 0 and its derivative without the memory of the sliders."""
+        return self._in_amplitudes(self.closed.state_matrix), self._in_amplitudes(self.closed.flexibility_matrix)
 
     def motion(self, sigma: complex, free: ComplexArray) -> ComplexArray:
         """(I - M K(sigma))^-1 v: the motion under contact forces of one without them, (S, r).
@@ -101,6 +117,22 @@ class ClosedContact:
     @cached_property
     def _known(self) -> dict[complex, tuple[ComplexArray, ComplexArray]]:
         return {}
+
+    def _rows_in_amplitudes(self, rows: Matrix) -> ComplexArray:
+        """Forces (S p, k) of real coefficients as amplitudes of the harmonics 0, 1, -1, ..."""
+        first, real = int(self.static), rows.reshape(self.harmonics, -1)
+        result = real.astype(complex)
+        one, other = real[first::2], 1j * real[first + 1 :: 2]
+        result[first::2], result[first + 1 :: 2] = 0.5 * (one + other), 0.5 * (one - other)
+        return result.reshape(rows.shape)
+
+    def _columns_in_amplitudes(self, columns: Matrix) -> ComplexArray:
+        """What is multiplied by real coefficients (k, S p), as what is multiplied by the amplitudes."""
+        first, real = int(self.static), columns.reshape(len(columns), self.harmonics, -1)
+        result = real.astype(complex)
+        one, other = real[:, first::2], 1j * real[:, first + 1 :: 2]
+        result[:, first::2], result[:, first + 1 :: 2] = one - other, one + other
+        return result.reshape(columns.shape)
 
     def _in_amplitudes(self, matrix: Matrix) -> ComplexArray:
         size, rows = self.harmonics, len(matrix) // max(self.harmonics, 1)

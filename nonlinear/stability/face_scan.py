@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from nonlinear.contact.parameters import Array
 from nonlinear.stability.face_flexibility import FaceFlexibility
 from nonlinear.stability.kappa_interpolation import KappaInterpolation
 from nonlinear.stability.pattern_matrices import WIDTH, ScannedSlices, SliceMatrices
@@ -45,16 +46,16 @@ class FaceScan:
         structure, omega = self.structure, contact.omega
         motions, closed = structure.motions(omega), structure.closed(contact)
         assert isinstance(motions, FaceFlexibility)
-        pencils = motions.pencils(structure.phases(self._interpolation.kappas), structure.harmonics)
+        static, kappas = structure.problem.static, self._interpolation.kappas
 
-        def formed(centre: float) -> SliceMatrices:
-            centres = np.full(2 * NODES, centre)
+        def formed(centre: float, kappas: Array) -> SliceMatrices:
+            pencils = motions.pencils(structure.phases(kappas), structure.harmonics)
+            centres = np.full(kappas.size, centre)
             parts = pencils.matrices(closed.at(1j * centre), centres, omega, structure.problem.highest_pole, above)
             return SliceMatrices(parts.retained[0], parts.matrix, parts.descriptor)
 
-        upper = formed(WIDTH)
-        lower = upper.opposite(structure.problem.static, NODES)
-        slices = (0.0, formed(0.0)), (WIDTH, upper), (-WIDTH, lower)
+        half, upper = formed(0.0, kappas[:NODES]), formed(WIDTH, kappas)
+        slices = (0.0, half.with_mirrored(static)), (WIDTH, upper), (-WIDTH, upper.opposite(static, NODES))
         return ScannedSlices(slices, self._interpolation.weights)
 
     @cached_property

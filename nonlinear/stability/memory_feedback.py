@@ -38,6 +38,26 @@ class MemoryTerms(NamedTuple):
     flexibility: Matrix
 
 
+class MemoryFactors(NamedTuple):
+    """`MemoryTerms` at one sigma as products of low rank; C_m' as in `SliderMemoryFeedback`.
+
+    Attributes
+    ----------
+    dw : (M, n_z)
+        Slider positions X_m C_m.
+    state, derivative, flexibility : (n_z, M)
+        Factors that `dw` is multiplied by.
+    inputs : (n_z, M)
+        B_m P X_m, the factor of C_m' in the term `flexibility`.
+    """
+
+    dw: Matrix
+    state: Matrix
+    derivative: Matrix
+    flexibility: Matrix
+    inputs: Matrix
+
+
 @dataclass(frozen=True)
 class SliderMemoryFeedback:
     """The forces P(sigma) Q^T d of M stick intervals, beside f = K d.
@@ -109,16 +129,25 @@ class SliderMemoryFeedback:
 
     def terms(self, sigma: complex) -> MemoryTerms:
         """The terms of the memory at `sigma`."""
+        factors = self.factors(sigma)
+        flexibility = factors.flexibility @ factors.dw + factors.inputs @ self.output_derivative
+        return MemoryTerms(factors.state @ factors.dw, factors.derivative @ factors.dw, flexibility)
+
+    def factors(self, sigma: complex) -> "MemoryFactors":
+        """The terms of the memory at `sigma` as products with M rows."""
         values, derivatives = self._times_forces(sigma)
         n_z, size = len(self.input_matrix), len(self.feedthrough)
         b_p, b_p_g1, v_p, v_p_g1 = np.split(values, [n_z, 2 * n_z, 2 * n_z + size])
         b_dp, v_dp = derivatives[:n_z], derivatives[2 * n_z : 2 * n_z + size]
         x_m = np.linalg.inv(np.eye(size) - v_p)
-        dw = x_m @ self.output_matrix
         b_p_x = b_p @ x_m
-        derivative = (b_dp + b_p_x @ v_dp) @ dw
-        flexibility = b_p_g1 @ dw + b_p_x @ (self.output_derivative + v_p_g1 @ dw)
-        return MemoryTerms(b_p @ dw, derivative, flexibility)
+        return MemoryFactors(
+            dw=x_m @ self.output_matrix,
+            state=b_p,
+            derivative=b_dp + b_p_x @ v_dp,
+            flexibility=b_p_g1 + b_p_x @ v_p_g1,
+            inputs=b_p_x,
+        )
 
     @cached_property
     def _at_sliders(self) -> Matrix:

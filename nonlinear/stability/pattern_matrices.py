@@ -43,6 +43,12 @@ class SliceMatrices:
         matrix, descriptor = (part.conj()[:, order][:, :, order] for part in (self.matrix, self.descriptor))
         return SliceMatrices(place >= 0, matrix, descriptor)
 
+    def with_mirrored(self, static: bool) -> "SliceMatrices":
+        """Those around 0 at some kappas, followed by those at the kappas with the other sign."""
+        other = self.mirrored(static)
+        parts = ((self.matrix, other.matrix), (self.descriptor, other.descriptor))
+        return SliceMatrices(self.retained, *(np.concatenate(part) for part in parts))
+
     def opposite(self, static: bool, nodes: int) -> "SliceMatrices":
         """Those around the complex conjugate middle, at the same kappas.
 

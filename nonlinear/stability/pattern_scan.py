@@ -69,15 +69,11 @@ class PatternScan:
         """
         reduced, static = self.reduced.at(contact.omega), self.reduced.problem.static
         half = _slice(reduced, contact, 0.0, self._interpolation.kappas[: self.nodes], self.contact)
-        other = half.mirrored(static)
-        whole = SliceMatrices(
-            half.retained,
-            np.concatenate([half.matrix, other.matrix]),
-            np.concatenate([half.descriptor, other.descriptor]),
-        )
         upper = _slice(reduced, contact, WIDTH, self._interpolation.kappas, self.contact)
         lower = upper.opposite(static, self.nodes)
-        return ScannedSlices(((0.0, whole), (WIDTH, upper), (-WIDTH, lower)), self._interpolation.weights)
+        return ScannedSlices(
+            ((0.0, half.with_mirrored(static)), (WIDTH, upper), (-WIDTH, lower)), self._interpolation.weights
+        )
 
 
 def _slice(

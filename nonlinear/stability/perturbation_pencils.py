@@ -1,5 +1,6 @@
 """Eigenvalue problems of many perturbations, formed and solved at once, in shared motions of the contacts."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -82,10 +83,10 @@ class PerturbationPencils:
         stiffness, change = contact
         state = self._states(centre, omega, highest_pole, above)
         g_0, g_1 = self._flexibilities(state, centre, omega)
-        difference = self._return_difference(g_0, stiffness)
-        motion = np.linalg.solve(difference, state.output)
+        solved = self._factorised(self._return_difference(g_0, stiffness))
+        motion = solved(state.output)
         force, inner = stiffness @ motion, change @ motion
-        rest = inner + stiffness @ np.linalg.solve(difference, self._product(g_1, force) + self._product(g_0, inner))
+        rest = inner + stiffness @ solved(self._product(g_1, force) + self._product(g_0, inner))
         adjoint = state.residue[:, :, None] * state.output.conj().transpose(0, 2, 1)
         every = np.arange(state.pole.shape[1])
         matrix, descriptor = adjoint @ force, -(adjoint @ rest)
@@ -160,6 +161,18 @@ class PerturbationPencils:
         every = np.arange(size)
         result[:, every, every] += 1.0
         return result
+
+    @staticmethod
+    def _factorised(matrices: ComplexArray) -> Callable[[ComplexArray], ComplexArray]:
+        """Solutions (K, n, k) of these (K, n, n), by right sides; LAPACK's factors are of the transposes."""
+        from scipy.linalg.lapack import zgetrf, zgetrs
+
+        factors = [zgetrf(matrix.T, overwrite_a=True)[:2] for matrix in matrices]
+
+        def solved(right: ComplexArray) -> ComplexArray:
+            return np.stack([zgetrs(*pair, part, trans=1)[0] for pair, part in zip(factors, right, strict=True)])
+
+        return solved
 
     @staticmethod
     def _product(flexibility: ComplexArray, force: ComplexArray) -> ComplexArray:
