@@ -96,7 +96,9 @@ def beside(size: int, one: Callable[[], P], other: Callable[[], T], threads: boo
     with ThreadPoolExecutor(1) as pool:
         waiting = pool.submit(one)
         found = other()
-        return waiting.result(), found
+        both = waiting.result(), found
+    return_memory()
+    return both
 
 
 def return_memory() -> None:
