@@ -226,11 +226,15 @@ class ContactParameters:
         (2H+1, n_c, 3) float
             The same with u1 and u2 shifted in harmonic 0, m.
         """
-        if not self.slider_origin.any():
+        if not self._has_slider_origin:
             return displacement
         shifted = displacement.copy()
         shifted[0, :, :2] -= self.slider_origin
         return shifted
+
+    @cached_property
+    def _has_slider_origin(self) -> bool:
+        return bool(self.slider_origin.any())
 
     @property
     def odd(self) -> bool:

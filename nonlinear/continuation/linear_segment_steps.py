@@ -41,7 +41,7 @@ class LinearSegmentSteps:
         None if `point` is on no linear segment, or at its end. The arc length of the new point is its distance along
         the tangent; its own `step` is the one made.
         """
-        state = point.linear or self.segments.state(point.displacement)
+        state = self.segments.state_at(point)
         if state is None:
             return None
         system = self.segments.system(state)

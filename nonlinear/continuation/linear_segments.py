@@ -1,13 +1,14 @@
 """Linear segments of a curve, on which no contact changes its state: which ones there are, and their equations."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.contact.parameters import SLIP, Array, ContactParameters
 from nonlinear.continuation.linear_segment_system import LinearSegmentSystem
-from nonlinear.continuation.solution_point import LinearState
+from nonlinear.continuation.solution_point import LinearState, SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 
 NEGLIGIBLE_HARMONICS = 1e-12  # higher harmonics below this part of the displacement are round-off
@@ -43,6 +44,19 @@ class LinearSegments:
         """All contacts open, and all pressed together."""
         every = np.ones(self.balance.n_contacts, dtype=bool)
         return self.system(LinearState(~every)), self.system(LinearState(every))
+
+    def state_at(self, point: SolutionPoint) -> LinearState | None:
+        """The linear state of a solved point: known, or that of its motion; None where a node slips."""
+        if point.linear is not None:
+            return point.linear
+        if (self._holds & (point.contact.state == SLIP)).any():
+            return None
+        return self.state(point.displacement)
+
+    @cached_property
+    def _holds(self) -> NDArray[np.bool_]:
+        """Nodes that friction can hold, (n_c,)."""
+        return (self.contact.tangential_stiffness > 0.0) & (self.contact.friction > 0.0)
 
     def state(self, displacement: Array) -> LinearState | None:
         """The linear state of a motion (2H+1, n_c, 3); None if a contact opens, closes or slips in it."""
