@@ -73,11 +73,17 @@ def moving_forces(force: Array, jacobian: Array, motion: Array) -> ComplexArray:
                 own[b, first + j] = motion[j, k, b]
         for a in range(3):
             for i in range(size):
-                change = 0.0
-                for b in range(3):
-                    for j in range(first, size):
-                        change += jacobian[k, a, b, i, j] * own[b, j]
                 part = 1.0 if i == 0 or i % 2 == 1 else 1j
                 forces[(i + 1) // 2, 3 * k + a, 0] += part * force[i, k, a]
-                forces[(i + 1) // 2, 3 * k + a, 1] += part * change
+                forces[(i + 1) // 2, 3 * k + a, 1] += part * _product(jacobian[k, a, :, i], own)
     return forces
+
+
+@inner
+def _product(derivative: Array, motion: Array) -> float:
+    """Sum of the products of two arrays (3, 2H+1)."""
+    total = 0.0
+    for b in range(motion.shape[0]):
+        for j in range(motion.shape[1]):
+            total += derivative[b, j] * motion[b, j]
+    return total

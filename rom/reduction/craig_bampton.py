@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,7 +27,7 @@ from rom.reduction.boundary_selection import load_selection
 from rom.reduction.fixed_interface_modes import ModalBasis, lowest_modes, modes_up_to
 from rom.reduction.load_vectors import with_attachment_modes
 from rom.reduction.residual_modes import augmented_model, residual_vectors
-from rom.reduction.substructure import Substructure, hold_at_boundary
+from rom.reduction.substructure import HeldSector, Substructure, hold_at_boundary
 
 if TYPE_CHECKING:
     from geometry import SectorMesh
@@ -177,21 +178,24 @@ def reduce_sector(
     held = hold_at_boundary(full, sector, boundary, options.backend)
     augment = augment and held.boundary.size <= MOST_AUGMENTED
 
-    def find_modes() -> ModalBasis:
-        if options.frequency_limit is not None:
-            return modes_up_to(held.interior_mass, held.factor, options.frequency_limit)
-        return lowest_modes(held.interior_mass, held.factor, int(options.modes or 0))
-
     def condense() -> tuple[Substructure, NDArray[np.float64] | None]:
         parts = held.condensed()
         return parts, residual_vectors(parts) if augment else None
 
+    find_modes = partial(_fixed_interface_modes, held, options)
     modes, (parts, residual) = beside(held.size, find_modes, condense, threads=bears_threads())
     model = craig_bampton_model(parts, modes, options.store_basis)
     if residual is None:
         return Reduction(model, len(modes), parts.n_dofs)
     augmented = augmented_model(parts, modes, residual)
     return Reduction(model, len(modes), parts.n_dofs, None, augmented, modes.highest_hz)
+
+
+def _fixed_interface_modes(held: HeldSector, options: ReductionOptions) -> ModalBasis:
+    """As many modes as the options ask for, or those up to a frequency."""
+    if options.frequency_limit is not None:
+        return modes_up_to(held.interior_mass, held.factor, options.frequency_limit)
+    return lowest_modes(held.interior_mass, held.factor, int(options.modes or 0))
 
 
 def craig_bampton_model(parts: Substructure, modes: ModalBasis, store_basis: bool) -> ReducedModel:
