@@ -233,6 +233,11 @@ class ContactParameters:
         return shifted
 
     @cached_property
+    def can_stick(self) -> NDArray[np.bool_]:
+        """Nodes that friction can hold where they are pressed together, (n_c,)."""
+        return np.asarray((self.tangential_stiffness > 0.0) & (self.friction > 0.0))
+
+    @cached_property
     def _has_slider_origin(self) -> bool:
         return bool(self.slider_origin.any())
 

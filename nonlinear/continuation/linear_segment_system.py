@@ -59,7 +59,7 @@ class LinearSegmentSystem:
     @cached_property
     def held(self) -> NDArray[np.bool_]:
         """Closed nodes that friction can hold, (n_c,)."""
-        return self.state.pressed & (self.contact.tangential_stiffness > 0.0) & (self.contact.friction > 0.0)
+        return self.state.pressed & self.contact.can_stick
 
     @cached_property
     def springs(self) -> Array:

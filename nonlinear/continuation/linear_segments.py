@@ -1,7 +1,6 @@
 """Linear segments of a curve, on which no contact changes its state: which ones there are, and their equations."""
 
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,14 +48,9 @@ class LinearSegments:
         """The linear state of a solved point: known, or that of its motion; None where a node slips."""
         if point.linear is not None:
             return point.linear
-        if (self._holds & (point.contact.state == SLIP)).any():
+        if (self.contact.can_stick & (point.contact.state == SLIP)).any():
             return None
         return self.state(point.displacement)
-
-    @cached_property
-    def _holds(self) -> NDArray[np.bool_]:
-        """Nodes that friction can hold, (n_c,)."""
-        return (self.contact.tangential_stiffness > 0.0) & (self.contact.friction > 0.0)
 
     def state(self, displacement: Array) -> LinearState | None:
         """The linear state of a motion (2H+1, n_c, 3); None if a contact opens, closes or slips in it."""

@@ -108,18 +108,15 @@ class ClosedContact:
         real = free.copy()
         one, other = free[first::2], free[first + 1 :: 2]
         real[first::2], real[first + 1 :: 2] = one + other, -1j * (one - other)
-        moved = self.closed.x_times(sigma, real.ravel()).reshape(free.shape)
-        result = moved.astype(complex)
-        one, other = moved[first::2], 1j * moved[first + 1 :: 2]
-        result[first::2], result[first + 1 :: 2] = 0.5 * (one + other), 0.5 * (one - other)
-        return result
+        moved = self.closed.x_times(sigma, real.ravel())
+        return self._rows_in_amplitudes(moved[:, None]).reshape(free.shape)
 
     @cached_property
     def _known(self) -> dict[complex, tuple[ComplexArray, ComplexArray]]:
         return {}
 
     def _rows_in_amplitudes(self, rows: Matrix) -> ComplexArray:
-        """Forces (S p, k) of real coefficients as amplitudes of the harmonics 0, 1, -1, ..."""
+        """Forces or motions (S n, k) of real coefficients as amplitudes of the harmonics 0, 1, -1, ..."""
         first, real = int(self.static), rows.reshape(self.harmonics, -1)
         result = real.astype(complex)
         one, other = real[first::2], 1j * real[first + 1 :: 2]

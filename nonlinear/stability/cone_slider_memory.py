@@ -168,7 +168,7 @@ def cone_slider_memory(
     p, n = parameters, table.shape[0]
     load = p.normal_load(motion[:, 2].T).T
     found = []
-    for k in np.flatnonzero((p.tangential_stiffness > 0.0) & (p.friction > 0.0) & np.any(load > 0.0, axis=1)):
+    for k in np.flatnonzero(p.can_stick & np.any(load > 0.0, axis=1)):
         limit, kt = p.friction[k] * load[k], float(p.tangential_stiffness[k])
         plane, traction = np.ascontiguousarray(motion[k, :2].T), np.empty((n, 2))
         state = np.empty(n, dtype=np.int64)

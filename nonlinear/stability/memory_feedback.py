@@ -133,7 +133,7 @@ class SliderMemoryFeedback:
         flexibility = factors.flexibility @ factors.dw + factors.inputs @ self.output_derivative
         return MemoryTerms(factors.state @ factors.dw, factors.derivative @ factors.dw, flexibility)
 
-    def factors(self, sigma: complex) -> "MemoryFactors":
+    def factors(self, sigma: complex) -> MemoryFactors:
         """The terms of the memory at `sigma` as products with M rows."""
         values, derivatives = self._times_forces(sigma)
         n_z, size = len(self.input_matrix), len(self.feedthrough)

@@ -221,13 +221,20 @@ class DepartureSearch:
 
 def _end(motion: RingMotion) -> float:
     """Largest displacement in the last third of the time, m."""
-    return float(np.array_split(motion.envelope_m.max(axis=1), 3)[2].max())
+    return _thirds(motion)[2]
 
 
 def _falls(motion: RingMotion) -> bool:
     """Whether a motion that has not settled was lower in the last third of the time than in the third before."""
-    thirds = np.array_split(motion.envelope_m.max(axis=1), 3)
-    return not motion.settled and bool(thirds[2].max() < (1.0 - FALLING) * thirds[1].max())
+    if motion.settled:
+        return False
+    _, before, last = _thirds(motion)
+    return last < (1.0 - FALLING) * before
+
+
+def _thirds(motion: RingMotion) -> list[float]:
+    """Largest displacements in each third of the time, m."""
+    return [float(third.max()) for third in np.array_split(motion.envelope_m.max(axis=1), 3)]
 
 
 def _next(tried: Sequence[int], centre: int | None) -> int | None:
