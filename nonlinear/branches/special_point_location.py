@@ -1,18 +1,11 @@
-"""Location of special points between two points of a curve: zeros of a test function, changes of stability.
+"""Location of special points between two points of a curve: zeros of a test function, changes of stability."""
 
-References
-----------
-T. R. Chandrupatla, A new hybrid quadratic/bisection algorithm for finding the zero of a nonlinear function without
-using derivatives, Advances in Engineering Software 28, 1997, pp. 145-149.
-"""
-
-import math
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.continuation.zero_bracket import ZeroBracket
 from nonlinear.stability.floquet import NEUTRAL
 
 MAX_ITERATIONS = 60
@@ -54,9 +47,9 @@ def locate_zero(
     if common is None:
         return None
     before, continuation = common, continuation.with_balance(common.balance)
-    bracket = _Bracket((0.0, values[0]), (after.arc - before.arc, values[1]))
+    bracket = ZeroBracket((0.0, values[0]), (after.arc - before.arc, values[1]))
     sides, last = (before, after), float("inf")
-    arc = bracket.next_arc(0.0) if rise is None else bracket.zero_of_derivative(rise)
+    arc = bracket.next_place(0.0) if rise is None else bracket.zero_of_derivative(rise)
     for _ in range(MAX_ITERATIONS):
         point = continuation.solver.step(before, arc, refactorise=True)
         if point is None:
@@ -73,7 +66,7 @@ def locate_zero(
         if value == 0.0 or bracket.width < SMALLEST_ARC_BRACKET:
             break
         share = min(tolerance / width, 1.0) if width > 0.0 else 1.0
-        arc = bracket.next_arc(0.5 * min(share * bracket.width, MAX_ARC_BRACKET))
+        arc = bracket.next_place(0.5 * min(share * bracket.width, MAX_ARC_BRACKET))
     best = sides[0] if abs(values[0]) < abs(values[1]) else sides[1]
     if best is before or best is after:
         return best
@@ -99,10 +92,10 @@ def locate_change(
     if common is None:
         return None
     before, continuation = common, continuation.with_balance(common.balance)
-    best, bracket = after, _Bracket((0.0, rate(before)), (after.arc - before.arc, rate(after)))
+    best, bracket = after, ZeroBracket((0.0, rate(before)), (after.arc - before.arc, rate(after)))
     resolution = bracket.width / 2**HALVINGS
     for _ in range(2 * HALVINGS):
-        arc = bracket.next_arc(resolution)
+        arc = bracket.next_place(resolution)
         point = continuation.solver.step(before, arc)
         if point is None:
             break
@@ -114,61 +107,6 @@ def locate_change(
         if bracket.width <= 2.0 * resolution or (has_changed and abs(value) <= NEUTRAL * point.omega):
             break
     return best
-
-
-class _Bracket(NamedTuple):
-    """Two sides of a zero, the one found last first, and the one that this has replaced: arc length and rate of each.
-
-    At first the order does not matter. Interpolation and bisection alternate as Chandrupatla (1997) says.
-    """
-
-    newest: tuple[float, float]
-    other: tuple[float, float]
-    replaced: tuple[float, float] | None = None
-
-    @property
-    def width(self) -> float:
-        """Arc length between the two sides."""
-        return abs(self.other[0] - self.newest[0])
-
-    def narrowed(self, arc: float, value: float, beyond: bool) -> "_Bracket":
-        """The bracket with a side at `arc`: the one of the higher arc lengths, if it is `beyond` the zero."""
-        if (self.newest[0] > self.other[0]) == beyond:
-            return _Bracket((arc, value), self.other, self.newest)
-        return _Bracket((arc, value), self.newest, self.other)
-
-    def next_arc(self, resolution: float) -> float:
-        """Where to look next, no nearer to a side than `resolution`."""
-        shortest = min(resolution / self.width, 0.5) if self.width > 0.0 else 0.5
-        share = min(max(self._share(), shortest), 1.0 - shortest)
-        return self.newest[0] + share * (self.other[0] - self.newest[0])
-
-    def zero_of_derivative(self, rise: float) -> float:
-        """Zero of a rate that is quadratic in the arc length and has the integral `rise` over the bracket."""
-        (start, first), (end, last) = self.newest, self.other
-        width = end - start
-        curvature = 6.0 * (0.5 * (first + last) * width - rise) / width**3
-        slope = (last - first) / width - curvature * width
-        root = math.sqrt(max(slope**2 - 4.0 * curvature * first, 0.0))
-        arc = start - 2.0 * first / (slope - math.copysign(root, first))
-        return arc if min(start, end) < arc < max(start, end) else self.next_arc(0.0)
-
-    def _share(self) -> float:
-        """Part of the way from the newest side to the other one: by a secant, then a parabola or to the middle.
-
-        The parabola is that of the arc length over the rate, where it is monotonic.
-        """
-        (a, rate_a), (b, rate_b) = self.newest, self.other
-        if not rate_a * rate_b < 0.0:
-            return 0.5
-        if self.replaced is None:
-            return rate_a / (rate_a - rate_b)
-        c, rate_c = self.replaced
-        part, drop = (a - b) / (c - b), (rate_a - rate_b) / (rate_c - rate_b)
-        if not (drop**2 < part and (1.0 - drop) ** 2 < 1.0 - part):  # nor with a NaN
-            return 0.5
-        secant = rate_a / (rate_b - rate_a) * rate_c / (rate_b - rate_c)
-        return secant + (c - a) / (b - a) * rate_a / (rate_c - rate_a) * rate_b / (rate_c - rate_b)
 
 
 def _with_equal_harmonics(

@@ -12,6 +12,7 @@ R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIA
 """
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -79,8 +80,12 @@ def derivative_bounds(coefficients: Array) -> tuple[float, float, float]:
     return zeroth, third, fourth
 
 
+@cache
 def cell_table(n_harmonics: int) -> Array:
-    """Equal cells of the period: g, g' r and g'' r^2 / 2 at their middles, r their half width: (2H+1, 3 cells)."""
+    """Equal cells of the period: g, g' r and g'' r^2 / 2 at their middles, r their half width: (2H+1, 3 cells).
+
+    One array for all who ask; not to be written into.
+    """
     cells = 8 * n_harmonics
     radius = math.pi / cells
     middle = radius * (2.0 * np.arange(cells) + 1.0)

@@ -12,6 +12,7 @@ from nonlinear.continuation.linear_segments import LinearSegments
 from nonlinear.continuation.metric import Metric
 from nonlinear.continuation.response_quantities import amplitude_derivative
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.continuation.zero_bracket import closed_bracket
 
 SHORTEST_STEP = 1e-10  # relative to the frequency; a shorter step means that the end of the segment is reached
 END_TOLERANCE = 1e-14
@@ -100,18 +101,11 @@ class LinearSegmentSteps:
 
 def _end(system: LinearSegmentSystem, inside: float, outside: float) -> float:
     """The last frequency (rad/s) inside a segment between `inside` and `outside`, to round-off."""
-    from scipy.optimize import brentq
 
     def margin(omega: float) -> float:
         return system.margin(system.motion(omega).displacement)
 
-    if margin(inside) <= 0.0:
+    least, most = margin(inside), margin(outside)
+    if least <= 0.0:
         return inside
-    end = float(brentq(margin, inside, outside, xtol=END_TOLERANCE * inside, rtol=1e-15))
-    back = math.copysign(END_TOLERANCE * inside, inside - end)
-    for _ in range(12):
-        if margin(end) >= 0.0:
-            return end
-        back *= 2.0
-        end += back
-    return inside
+    return closed_bracket(margin, (inside, least), (outside, most), END_TOLERANCE * inside)[0][0]

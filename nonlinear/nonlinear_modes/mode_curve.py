@@ -14,6 +14,7 @@ import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
 from nonlinear.contact.parameters import Array
+from nonlinear.continuation.zero_bracket import closed_bracket
 from nonlinear.nonlinear_modes.extended_motion import EXTRA, ExtendedMotion, LinearisedMotion, MotionState
 
 TOLERANCE = 1e-11  # of the last Newton step, relative
@@ -94,8 +95,6 @@ class ModeContinuation:
 
         None where Newton's method does not converge on the way.
         """
-        from scipy.optimize import brentq
-
         start, chord = first.packed(), last.packed() - first.packed()
         direction = chord / self._scale(start)
         direction /= np.linalg.norm(direction)
@@ -109,8 +108,12 @@ class ModeContinuation:
             return excess(point)
 
         try:
-            return found[brentq(at, 0.0, 1.0, xtol=BETWEEN)]
-        except (ArithmeticError, ValueError):
+            sides = (0.0, at(0.0)), (1.0, at(1.0))
+            if sides[0][1] * sides[1][1] > 0.0:
+                return None
+            best = min(closed_bracket(at, *sides, BETWEEN), key=lambda side: abs(side[1]))
+            return found[best[0]]
+        except ArithmeticError:
             return None
 
     def rate(self, point: MotionPoint, quantity: Callable[[MotionState, ComplexArray], float]) -> float:
