@@ -1,11 +1,13 @@
 """Problems between two problems: contact, force and structure change with a homotopy parameter s from 0 to 1."""
 
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 
 import numpy as np
 
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.contact.parameters import Array, ContactParameters
+from nonlinear.harmonic_balance.interference_path import InterferenceChange, InterferencePath
 from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
 from nonlinear.options import SolverOptions
 
@@ -55,6 +57,15 @@ class Homotopy:
         element = contact_element(interpolated(*self.contacts, s), self.last.n_harmonics, self.options)
         defect = None if self.defect is None or s == 1.0 else (1.0 - s) * self.defect
         return replace(self.last, receptance=receptance, element=element, defect=defect)
+
+    @cached_property
+    def interference_change(self) -> InterferenceChange | None:
+        """How the balance changes with s; None where something else than the interference changes."""
+        first, last = (replace(contact, interference=self.contacts[1].interference) for contact in self.contacts)
+        if self.forces[0] != self.forces[1] or interpolated(first, last, 0.0) is not last:
+            return None
+        shift = self.contacts[1].interference - self.contacts[0].interference
+        return InterferenceChange(shift, np.zeros(self.last.size) if self.defect is None else -self.defect)
 
     def from_solution(self, unknown: Array, omega: float) -> "Homotopy":
         """The homotopy of which a given (x, omega) is the solution at s = 0.
@@ -129,6 +140,12 @@ class FixedFrequencyBalance(HarmonicBalance):
             homotopy=homotopy,
             frequency=frequency,
         )
+
+    @cached_property
+    def interference_path(self) -> InterferencePath | None:
+        """The interference in the place of the frequency, where nothing else changes with s."""
+        change = self.homotopy.interference_change
+        return None if change is None else InterferencePath(change, self.frequency, 2.0)
 
     def evaluate(self, unknown: Array, omega: float) -> LinearisedResidual:
         """Residual and derivatives; `dR_domega` is the derivative with respect to the homotopy parameter.

@@ -8,7 +8,7 @@ so that the curve over the force tells nothing new.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -21,8 +21,8 @@ from nonlinear.continuation.linear_segments import LinearSegments
 from nonlinear.continuation.parameters import ContinuationParameters
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.harmonic_balance.interference_path import InterferenceChange, InterferencePath
 from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
-from rom import RelativeReceptance
 
 SPREAD = 3  # frequencies evenly over the range at which there is a curve
 AMONG_FOLDS = 4  # the same between the lowest and the highest fold of the branches with fewer harmonics
@@ -34,25 +34,6 @@ MAX_STEP = 0.5  # arc length
 TOLERANCE, ROUND_OFF = 1e-5, 1e-9  # relative residuals
 MAX_ITERATIONS = 15
 MIDDLE, LOW, HIGH = 2.0, 1.0, 3.0  # the parameter at the interference asked for, and at the ends of the range
-
-
-@dataclass(frozen=True)
-class ReceptanceAtOneFrequency(RelativeReceptance):
-    """A receptance whose matrix is formed once."""
-
-    _matrices: dict[float, ComplexArray] = field(default_factory=dict, init=False, repr=False, compare=False)
-
-    def matrix(self, omega: float) -> ComplexArray:
-        """Receptance G^(h), (n_h, 3 n_c, 3 n_c), m/N.
-
-        Parameters
-        ----------
-        omega : float
-            Excitation frequency, rad/s.
-        """
-        if omega not in self._matrices:
-            self._matrices[omega] = super().matrix(omega)
-        return self._matrices[omega]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,11 +67,8 @@ class InterferenceBalance(HarmonicBalance):
         unit : float
             Interference per unit of the parameter, m.
         """
-        given = balance.receptance
         return cls(
-            receptance=ReceptanceAtOneFrequency(
-                given.modal, given.phase, given.harmonics, given.force, given.harmonic_factors
-            ),
+            receptance=balance.receptance,
             element=balance.element,
             frozen_static=balance.frozen_static,
             tiny=balance.tiny,
@@ -98,6 +76,12 @@ class InterferenceBalance(HarmonicBalance):
             frequency=frequency,
             unit=unit,
         )
+
+    @cached_property
+    def interference_path(self) -> InterferencePath:
+        """The interference in the place of the frequency."""
+        change = InterferenceChange(np.full(self.n_contacts, self.unit), np.zeros(self.size))
+        return InterferencePath(change, self.frequency, MIDDLE)
 
     def closing(self, unknown: Array, parameter: float) -> Array:
         """The displacement (2H+1, n_c, 3) that the contacts with the interference asked for see, m.

@@ -95,20 +95,29 @@ def _with_free_frequency(
     """The last solution of a natural continuation in s, and the s that it reached."""
     point, increment = start, (1.0 - s)
     smallest = SMALLEST_INCREMENT_OF_TOP if follow_top else SMALLEST_INCREMENT
-    rate: Tangent | None = None
+    here, rate = _continuation(homotopy, s), None
     if follow_top:
-        point, increment = _top(_continuation(homotopy, s), point), 0.125
+        point, increment = _top(here, point), 0.125
     while s < 1.0 and increment >= smallest:
         target = min(s + increment, 1.0)
-        continuation = _continuation(homotopy, target)
-        rate = rate or rate_of_change(homotopy.balance(s), homotopy.balance(s + DIFFERENCE), DIFFERENCE, point)
-        found = continuation.solver.refit(_predicted(point, rate, target - s))
+        there = _continuation(homotopy, target)
+        rate = rate or _rate(homotopy, here, s, point)
+        found = there.solver.refit(_predicted(point, rate, target - s))
         if found is None:
             increment /= 4.0
             continue
-        point, rate = (_top(continuation, found) if follow_top else found), None
+        point, here, rate = (_top(there, found) if follow_top else found), there, None
         s, increment = target, 2.0 * increment
     return point, s
+
+
+def _rate(homotopy: Homotopy, here: Continuation, s: float, point: SolutionPoint) -> Tangent:
+    """dx/ds and domega/ds of a solution at s, whose continuation is given, in the plane normal to its tangent."""
+    change = homotopy.interference_change
+    rate = None if change is None else here.solver.interference_rate(point, change)
+    if rate is not None:
+        return rate
+    return rate_of_change(homotopy.balance(s), homotopy.balance(s + DIFFERENCE), DIFFERENCE, point)
 
 
 def rate_of_change(first: HarmonicBalance, second: HarmonicBalance, step: float, point: SolutionPoint) -> Tangent:

@@ -14,6 +14,28 @@ _lu = lapack_lu()
 _DOUBLE = ord("d")
 
 
+class Path(NamedTuple):
+    """How the balance changes with a parameter in the place of the frequency (see `InterferencePath`).
+
+    Attributes
+    ----------
+    frequency : float
+        Excitation frequency, rad/s; 0: it is the parameter itself.
+    origin : float
+        The parameter at which the loads at rest are those given.
+    load : (n_c,) float
+        Unclipped loads at rest, N.
+    shift, defect_rate : (n_c,) float, (n,) float
+        See `InterferenceChange`.
+    """
+
+    frequency: float
+    origin: float
+    load: Array
+    shift: Array
+    defect_rate: Array
+
+
 class Structure(NamedTuple):
     """The structure as the kernels take it.
 
@@ -31,6 +53,8 @@ class Structure(NamedTuple):
         Added to the norm of the displacement in the relative error, m.
     defect : (n,) float
         Residual that counts as zero, m.
+    path : Path
+        What takes the place of the frequency.
     """
 
     relative: ComplexArray
@@ -41,6 +65,7 @@ class Structure(NamedTuple):
     odd: bool
     floor: float
     defect: Array
+    path: Path
 
 
 class Plane(NamedTuple):
@@ -81,7 +106,7 @@ class Iterate(NamedTuple):
     motion : (2H+1, n_c, 3) float
         Another view of `unknown`.
     omega : (2,) float
-        Frequency; d omega of the last solution of the bordered system, scaled.
+        Frequency, or what takes its place; its change in the last solution of the bordered system, scaled.
     force, jacobian, state : arrays
         See `ContactForces`.
     tangent : (n,) float
@@ -119,8 +144,8 @@ class Workspace(NamedTuple):
         Columns of `coupling` and unknowns that are active, and unknowns that are passive.
     matrix, pivots, right : ((n+1)^2,) float, (n+1,) int32, (n+1,) float
         Bordered system, rows of the active unknowns and the constraint; used as far as their number needs.
-    sizes : (2,) int
-        Number of active unknowns, sign of the determinant.
+    sizes : (3,) int
+        Number of active unknowns, sign of the determinant, 1 where G is that of a fixed frequency.
     """
 
     denominators: ComplexArray
@@ -160,25 +185,21 @@ def subtract(unknown: Array, response: ComplexArray, residual: Array) -> None:
 @inner_counted
 def factorise(structure: Structure, plane: Plane, at: Iterate, work: Workspace) -> None:
     """Factorise the bordered system at the iterate (see `BorderedSystem`)."""
-    for h in range(work.rates.shape[0]):
-        for m in range(work.rates.shape[1]):
-            work.weighted_force[h, m] = -work.rates[h, m] * work.coordinates[h, m] / work.denominators[h, m]
-        np.dot(structure.relative[h], work.weighted_force[h], work.response[h])
-        if h == 0:
-            continue
-        for m in range(work.rates.shape[1]):
-            work.weighted_force[h, m] = 1.0 / work.denominators[h, m]
-        for i in range(work.weighted.shape[0]):
-            for m in range(work.weighted.shape[1]):
-                work.weighted[i, m] = structure.relative[h, i, m] * work.weighted_force[h, m]
-        np.dot(work.weighted, structure.adjoint[h], work.receptance[h])
-    for i in range(work.dR_domega.shape[0]):
-        at.tangent[i] = 0.0
-    subtract(at.tangent, work.response, work.dR_domega)
-    for i in range(work.dR_domega.shape[0]):
-        work.dR_domega[i] *= plane.omega_scale / plane.length
+    _write_receptance(structure, work)
     _list_active(at.jacobian, structure.odd, work)
     _write_coupling(at.jacobian, work)
+    if structure.path.frequency > 0.0:
+        write_rate(structure.path.shift, structure.path.defect_rate, at, work, work.dR_domega)
+    else:
+        for h in range(work.rates.shape[0]):
+            for m in range(work.rates.shape[1]):
+                work.weighted_force[h, m] = -work.rates[h, m] * work.coordinates[h, m] / work.denominators[h, m]
+            np.dot(structure.relative[h], work.weighted_force[h], work.response[h])
+        for i in range(work.dR_domega.shape[0]):
+            at.tangent[i] = 0.0
+        subtract(at.tangent, work.response, work.dR_domega)
+    for i in range(work.dR_domega.shape[0]):
+        work.dR_domega[i] *= plane.omega_scale / plane.length
     count = work.sizes[0] + 1
     matrix = work.matrix[: count * count].reshape(count, count)
     _write_bordered(plane, matrix, work)
@@ -192,6 +213,33 @@ def factorise(structure: Structure, plane: Plane, at: Iterate, work: Workspace) 
         if work.pivots[i] != i + 1:
             sign = -sign
     work.sizes[1] = sign
+
+
+@inner_counted
+def _write_receptance(structure: Structure, work: Workspace) -> None:
+    """Write G at the frequency of the denominators; at a fixed frequency once."""
+    if work.sizes[2] == 1:
+        return
+    for h in range(1, work.rates.shape[0]):
+        for m in range(work.rates.shape[1]):
+            work.weighted_force[h, m] = 1.0 / work.denominators[h, m]
+        for i in range(work.weighted.shape[0]):
+            for m in range(work.weighted.shape[1]):
+                work.weighted[i, m] = structure.relative[h, i, m] * work.weighted_force[h, m]
+        np.dot(work.weighted, structure.adjoint[h], work.receptance[h])
+    if structure.path.frequency > 0.0:
+        work.sizes[2] = 1
+
+
+@inner
+def write_rate(shift: Array, defect_rate: Array, at: Iterate, work: Workspace, rate: Array) -> None:
+    """Write dR/dp of a parameter p of the interference (see `InterferenceChange`) from G df/dx, which is written."""
+    size = at.jacobian.shape[3]
+    for i in range(rate.shape[0]):
+        total, source = -defect_rate[i], work.coupling[i]
+        for k in range(shift.shape[0]):
+            total -= shift[k] * source[(3 * k + 2) * size]
+        rate[i] = total
 
 
 @inner

@@ -11,13 +11,14 @@ import numpy as np
 from nonlinear.contact.parameters import ContactForces
 from nonlinear.continuation.corrector import Corrected, NormalPlane
 from nonlinear.continuation.metric import Tangent
+from nonlinear.harmonic_balance.interference_path import InterferenceChange
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import SolverOptions
 from rom import RelativeReceptance
 
 if TYPE_CHECKING:
-    from nonlinear.contact.event_driven import EventDrivenJenkins, Scratch
-    from nonlinear.continuation.bordered_kernels import Iterate, Structure, Workspace
+    from nonlinear.contact.event_driven import EventDrivenJenkins, NodeLaws, Scratch
+    from nonlinear.continuation.bordered_kernels import Iterate, Path, Plane, Structure, Workspace
 
 MOST_UNKNOWNS = 420  # above, LAPACK takes most of a step and the corrector in Python loses little
 
@@ -27,8 +28,10 @@ def compiled_corrector(balance: HarmonicBalance, options: SolverOptions) -> Comp
     from nonlinear.contact.event_driven import EventDrivenJenkins
 
     element = balance.element
-    if type(balance) is not HarmonicBalance or type(balance.receptance) is not RelativeReceptance:
+    if type(balance) is not HarmonicBalance and balance.interference_path is None:
         return None  # a subclass has equations of its own
+    if type(balance.receptance) is not RelativeReceptance:
+        return None
     if type(element) is not EventDrivenJenkins or balance.frozen_static is not None:
         return None
     return CompiledCorrector(balance, element, options) if balance.size <= MOST_UNKNOWNS else None
@@ -41,7 +44,7 @@ class CompiledCorrector:
     Attributes
     ----------
     balance : HarmonicBalance
-        The equations, without a frozen static displacement.
+        The equations, without a frozen static displacement; over the frequency, or over the interference.
     element : EventDrivenJenkins
         The contact element of the balance.
     options : SolverOptions
@@ -54,18 +57,12 @@ class CompiledCorrector:
 
     def correct(self, plane: NormalPlane, offset: Tangent | None, refactorise: bool) -> Corrected | None:
         """The solution in the plane, see `corrector.correct`."""
-        from nonlinear.continuation.bordered_kernels import Plane
         from nonlinear.continuation.corrector_kernels import FAILED, correct_in_plane
 
-        direction, direction_omega = plane.direction
-        metric, options = plane.metric, self.options
-        scales = (metric.length, metric.omega, plane.max_distance, options.tolerance, options.round_off)
-        kernel_plane = Plane(
-            plane.unknown, direction, float(plane.omega), float(direction_omega), *map(float, scales)
-        )
+        metric, kernel_plane = plane.metric, self._plane(plane)
         at = self._iterate(plane, offset)
-        work, laws = self._work, self.element.laws
-        count = correct_in_plane(self._structure, laws, kernel_plane, at, work, self._scratch, refactorise)
+        work = self._work
+        count = correct_in_plane(self._structure, self._laws, kernel_plane, at, work, self._scratch, refactorise)
         if count == FAILED:
             return None
         sign = int(work.sizes[1])
@@ -73,6 +70,23 @@ class CompiledCorrector:
         signs = sign, sign * int(np.sign(at.omega[1]))
         contact = ContactForces(at.force, at.jacobian, at.state)
         return Corrected(at.unknown, float(at.omega[0]), contact, (tangent, *signs), count)
+
+    def rate(self, plane: NormalPlane, change: InterferenceChange) -> Tangent:
+        """Change of the solution (x, omega) in which the plane touches the curve, per unit of a parameter."""
+        from nonlinear.continuation.corrector_kernels import rate_in_plane
+
+        at, metric, of_parameter = self._iterate(plane, None), plane.metric, (change.shift, change.defect_rate)
+        rate_in_plane(self._structure, self._laws, self._plane(plane), at, self._work, self._scratch, of_parameter)
+        return at.tangent * metric.length, float(at.omega[1]) * metric.omega
+
+    def _plane(self, plane: NormalPlane) -> Plane:
+        """The plane as the kernels take it."""
+        from nonlinear.continuation.bordered_kernels import Plane
+
+        direction, direction_omega = plane.direction
+        metric, options = plane.metric, self.options
+        scales = (metric.length, metric.omega, plane.max_distance, options.tolerance, options.round_off)
+        return Plane(plane.unknown, direction, float(plane.omega), float(direction_omega), *map(float, scales))
 
     def _iterate(self, plane: NormalPlane, offset: Tangent | None) -> Iterate:
         """The predicted point, or the one at `offset` from it."""
@@ -94,6 +108,22 @@ class CompiledCorrector:
         )
 
     @cached_property
+    def _laws(self) -> NodeLaws:
+        """The contact laws; where the interference is the parameter, with loads of their own."""
+        laws = self.element.laws
+        return laws if self.balance.interference_path is None else laws._replace(offset=laws.offset.copy())
+
+    @cached_property
+    def _path(self) -> Path:
+        """What takes the place of the frequency."""
+        from nonlinear.continuation.bordered_kernels import Path
+
+        path, load = self.balance.interference_path, self.element.laws.offset[:, 2].copy()
+        if path is None:
+            return Path(0.0, 0.0, load, np.zeros(load.size), np.zeros(self.balance.size))
+        return Path(float(path.frequency), float(path.origin), load, path.change.shift, path.change.defect_rate)
+
+    @cached_property
     def _scratch(self) -> Scratch:
         return self.element.scratch()
 
@@ -111,6 +141,7 @@ class CompiledCorrector:
             odd=balance.odd,
             floor=balance.tiny + balance.static_resolution,
             defect=np.zeros(balance.size) if balance.defect is None else balance.defect,
+            path=self._path,
         )
 
     @cached_property
@@ -141,5 +172,5 @@ class CompiledCorrector:
             matrix=np.empty((size + 1) ** 2),
             pivots=np.empty(size + 1, np.int32),
             right=np.empty(size + 1),
-            sizes=np.empty(2, np.int64),
+            sizes=np.zeros(3, np.int64),
         )

@@ -11,7 +11,16 @@ import numpy as np
 from nonlinear.contact.event_driven import NodeLaws, Scratch, evaluate_nodes
 from nonlinear.contact.numba_cache import compiled, inner, inner_counted
 from nonlinear.contact.parameters import Array
-from nonlinear.continuation.bordered_kernels import Iterate, Plane, Structure, Workspace, factorise, solve, subtract
+from nonlinear.continuation.bordered_kernels import (
+    Iterate,
+    Plane,
+    Structure,
+    Workspace,
+    factorise,
+    solve,
+    subtract,
+    write_rate,
+)
 from nonlinear.continuation.corrector import (
     CHORD_STEPS,
     MANY_CHORD_STEPS,
@@ -71,6 +80,26 @@ def correct_in_plane(
     return FAILED
 
 
+@compiled
+def rate_in_plane(
+    structure: Structure,
+    laws: NodeLaws,
+    plane: Plane,
+    at: Iterate,
+    work: Workspace,
+    scratch: Scratch,
+    change: tuple[Array, Array],
+) -> None:
+    """Write the change of a solution in the plane with a parameter of the interference to the tangent, scaled.
+
+    `change`: `shift` and `defect_rate` of the `InterferenceChange`.
+    """
+    _write_residual(structure, laws, at, work, scratch)
+    factorise(structure, plane, at, work)
+    write_rate(change[0], change[1], at, work, at.residual)
+    solve(plane, at, work, 0.0)
+
+
 @inner
 def _take_step(plane: Plane, at: Iterate) -> bool:
     """Add the solution of the bordered system to the iterate; whether that is near enough to the predicted point."""
@@ -103,8 +132,13 @@ def _relative_error(residual: Array, unknown: Array, floor: float, n_contacts: i
 @inner_counted
 def _write_residual(structure: Structure, laws: NodeLaws, at: Iterate, work: Workspace, scratch: Scratch) -> None:
     """Contact forces, R and the modal coordinates of the iterate."""
+    size, n_contacts, omega, path = at.motion.shape[0], at.motion.shape[1], at.omega[0], structure.path
+    if path.frequency > 0.0:
+        omega = path.frequency
+        for k in range(n_contacts):
+            change = laws.normal_stiffness[k] * path.shift[k] * (at.omega[0] - path.origin)
+            laws.offset[k, 2] = path.load[k] + change
     evaluate_nodes(at.motion, laws, scratch, at.force, at.jacobian, at.state)
-    size, n_contacts, omega = at.motion.shape[0], at.motion.shape[1], at.omega[0]
     if structure.odd:
         for i in range(3, size):
             if i % 4 == 3 or i % 4 == 0:  # round-off, which stiff contacts would amplify
@@ -128,6 +162,9 @@ def _write_residual(structure: Structure, laws: NodeLaws, at: Iterate, work: Wor
     subtract(at.unknown, work.response, at.residual)
     for i in range(at.residual.shape[0]):
         at.residual[i] -= structure.defect[i]
+    if path.frequency > 0.0:
+        for i in range(at.residual.shape[0]):
+            at.residual[i] -= (at.omega[0] - path.origin) * path.defect_rate[i]
 
 
 @inner_counted
@@ -166,24 +203,31 @@ def _write_tangent(structure: Structure, plane: Plane, at: Iterate, work: Worksp
 @inner_counted
 def _write_defect(structure: Structure, plane: Plane, at: Iterate, work: Workspace) -> float:
     """Write what the tangent leaves of the equations into the residual; returns what it leaves of the constraint."""
-    size, n_contacts = at.motion.shape[0], at.motion.shape[1]
+    size, n_contacts, path = at.motion.shape[0], at.motion.shape[1], structure.path
+    rate = at.omega[1] * plane.omega_scale / plane.length
+    fixed = path.frequency > 0.0
     for k in range(n_contacts):
         for a in range(3):
             for i in range(size):
                 value = _times_motion(at.jacobian[k, a, :, i], work.tangent, k)
+                if fixed:
+                    value += at.jacobian[k, a, 2, i, 0] * path.shift[k] * rate
                 if i == 0 or i % 2 == 1:
                     work.contact_force[(i + 1) // 2, 3 * k + a] = value
                 else:
                     work.contact_force[i // 2, 3 * k + a] += 1j * value
-    rate = at.omega[1] * plane.omega_scale / plane.length
+    of_frequency = 0.0 if fixed else rate
     for h in range(work.contact_force.shape[0]):
         coordinates = work.weighted_force[h]
         np.dot(structure.adjoint[h], work.contact_force[h], coordinates)
         for m in range(coordinates.shape[0]):
-            moved = coordinates[m] - rate * work.rates[h, m] * work.coordinates[h, m]
+            moved = coordinates[m] - of_frequency * work.rates[h, m] * work.coordinates[h, m]
             coordinates[m] = moved / work.denominators[h, m]
         np.dot(structure.relative[h], coordinates, work.response[h])
     subtract(work.tangent, work.response, at.residual)
+    if fixed:
+        for i in range(at.residual.shape[0]):
+            at.residual[i] -= rate * path.defect_rate[i]
     last = 1.0 - at.omega[1] * plane.direction_omega / plane.omega_scale
     for i in range(at.residual.shape[0]):
         at.residual[i] *= plane.length

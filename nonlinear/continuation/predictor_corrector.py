@@ -14,6 +14,7 @@ from nonlinear.continuation.predictor import cubic_offset
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.continuation.step_control import next_step
 from nonlinear.harmonic_balance.initial_solution import solve_at
+from nonlinear.harmonic_balance.interference_path import InterferenceChange
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import SolverOptions
 
@@ -136,6 +137,16 @@ class PredictorCorrector:
         if self._compiled is not None:
             return self._compiled.correct(plane, offset, refactorise)
         return correct(self.balance, self.options, plane, offset, refactorise)
+
+    def interference_rate(self, point: SolutionPoint, change: InterferenceChange) -> Tangent | None:
+        """dx/dp and domega/dp of a solution in the plane normal to its tangent, p a parameter of the interference.
+
+        None where the problem is not small.
+        """
+        if self._compiled is None:
+            return None
+        normal = point.metric.unit(point.tangent)
+        return self._compiled.rate(NormalPlane(point.unknown, point.omega, normal, point.metric, 0.0), change)
 
     @cached_property
     def _compiled(self) -> CompiledCorrector | None:

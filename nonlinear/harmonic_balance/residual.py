@@ -24,6 +24,7 @@ from nonlinear.contact.fourier import ComplexArray, to_complex, to_real
 from nonlinear.contact.parameters import Array, ContactElement, ContactForces, ContactParameters
 from nonlinear.harmonic_balance.condensed_factors import SMALLEST_PROBLEM, CondensedFactors
 from nonlinear.harmonic_balance.dense_factors import DenseFactors
+from nonlinear.harmonic_balance.interference_path import InterferencePath
 from rom import RelativeReceptance
 
 SMALLEST_VIBRATION = 1e-6  # relative to the whole displacement; a smaller one is lost in round-off of the forces
@@ -193,6 +194,11 @@ class HarmonicBalance:
     tiny: float = 1e-15
     odd: bool = False
     defect: Array | None = None
+
+    @property
+    def interference_path(self) -> InterferencePath | None:
+        """What takes the place of the frequency, where that is the interference; None: something else."""
+        return None
 
     @property
     def n_contacts(self) -> int:

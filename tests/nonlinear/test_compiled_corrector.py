@@ -7,7 +7,9 @@ import pytest
 from lumped import lumped_blade
 
 from nonlinear import ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from nonlinear.branches.homotopy import FixedFrequencyBalance, Homotopy
 from nonlinear.branches.interference_curves import InterferenceBalance
+from nonlinear.branches.parameter_continuation import rate_of_change
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.contact.element_choice import contact_element
 from nonlinear.continuation.arclength_continuation import Continuation
@@ -107,6 +109,61 @@ def test_a_defect_is_what_the_equations_leave(case):
         assert found.omega == pytest.approx(other.omega, rel=1e-8)
 
 
+def interference_balances(balance, options, points):
+    """Balances over the interference: the same at all nodes; to another problem, with what it leaves."""
+    point = points[len(points) // 2]
+    yield InterferenceBalance.of(balance, point.omega, 0.1), point, 2.0
+    shift = np.array([0.05, -0.1])
+    first = balance.element.parameters.with_interference(balance.element.parameters.interference + shift)
+    homotopy = Homotopy(balance, (first, balance.element.parameters), (1.0, 1.0), options)
+    homotopy = homotopy.from_solution(point.unknown, point.omega)
+    assert homotopy.defect is not None
+    yield FixedFrequencyBalance.of(homotopy, point.omega), point, 1.0
+
+
+@pytest.mark.parametrize("harmonics", [1, 4])
+@pytest.mark.parametrize("case", ["slip", "gap", "smooth"])
+def test_curves_over_the_interference_are_those_of_the_equations(case, harmonics):
+    balance, options, points = curve(case, harmonics)
+    for over, point, parameter in interference_balances(balance, options, points):
+        limits = 0.5 / (2.0 * np.pi), 3.5 / (2.0 * np.pi)
+        continuation = Continuation(over, replace(options, frequency_hz=limits))
+        solver = continuation.solver
+        assert compiled_corrector(over, continuation.options) is not None
+        at, step = solver.point(point.unknown, parameter, (0.0 * point.unknown, 1.0), 0, 0.0, 0.01), 0.01
+        for _ in range(3):
+            following = solver.step(at, step, refactorise=True)
+            linearised = over.evaluate(following.unknown, following.omega)
+            assert over.relative_error(linearised.residual, following.unknown) <= 10.0 * options.tolerance
+            (dx, dp), change = following.tangent, linearised.jacobian @ following.tangent[0]
+            left = np.abs(change + linearised.dR_domega * dp).max()  # dR/ds is a difference
+            assert left < 1e-4 * np.abs(linearised.dR_domega * dp).max() + 1e-9
+            predicted = at.unknown + step * at.tangent[0], at.omega + step * at.tangent[1]
+            other = correct(
+                over, continuation.options, NormalPlane(*predicted, at.tangent, at.metric, 1.0), None, True
+            )
+            assert following.unknown == pytest.approx(other.unknown, abs=1e-7 * at.metric.length)
+            refined = solver.step(at, step).tangent
+            assert at.metric.norm(refined[0] - dx, refined[1] - dp) < 3e-3
+            at = following
+
+
+@pytest.mark.parametrize("case", ["slip", "gap", "smooth"])
+def test_the_change_with_the_interference_is_that_of_neighbouring_solutions(case):
+    balance, options, points = curve(case, 3)
+    shift = np.array([0.05, -0.1])
+    parameters = balance.element.parameters
+    contacts = parameters, parameters.with_interference(parameters.interference + shift)
+    homotopy = Homotopy(balance, contacts, (1.0, 1.0), options)
+    solver, point = Continuation(homotopy.balance(0.0), options).solver, points[len(points) // 2]
+    rate = solver.interference_rate(point, homotopy.interference_change)
+    by_difference = rate_of_change(homotopy.balance(0.0), homotopy.balance(1e-6), 1e-6, point)
+    assert np.linalg.norm(rate[0]) > 0.0
+    assert rate[0] == pytest.approx(by_difference[0], abs=1e-4 * np.abs(rate[0]).max())
+    assert rate[1] == pytest.approx(by_difference[1], rel=1e-4)
+    assert replace(homotopy, forces=(1.0, 2.0)).interference_change is None
+
+
 def test_a_solution_too_far_from_the_prediction_is_refused():
     balance, options, points = curve("slip", 1)
     compiled = compiled_corrector(balance, options)
@@ -131,8 +188,10 @@ def test_balances_with_other_equations_or_contacts_are_left_to_python():
     balance, options, _ = curve("slip", 1)
     assert compiled_corrector(balance, options) is not None
     sampled = contact_element(balance.element.parameters, 1, replace(options, integration="sampled"))
+    stiffer = replace(balance.element.parameters, normal_stiffness=2.0 * balance.element.parameters.normal_stiffness)
+    homotopy = Homotopy(balance, (stiffer, balance.element.parameters), (1.0, 1.0), options)
     others = [
-        InterferenceBalance.of(balance, 1.0, 1.0),
+        FixedFrequencyBalance.of(homotopy, 1.0),
         replace(balance, element=sampled),
         replace(balance, frozen_static=np.zeros((2, 3))),
     ]
