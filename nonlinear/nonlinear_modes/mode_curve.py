@@ -32,7 +32,10 @@ _LARGEST_MOVE = 0.5  # of a Newton step, in arc length
 
 @dataclass(frozen=True)
 class MotionPoint:
-    """A solution on the curve: the state, its linearised equations and the unit tangent, scaled."""
+    """A solution on the curve: the state, its linearised equations and the unit tangent, scaled.
+
+    The equations are linearised where the last step of Newton's method, within the tolerance, began.
+    """
 
     state: MotionState
     linearised: LinearisedMotion
@@ -150,20 +153,12 @@ class ModeContinuation:
                 return None
             values += scale * move
             if size < self.tolerance * max(1.0, np.linalg.norm(values[: self.shape[1] * 3]) / scale[0]):
-                return self._point(values, tangent, iteration + 1)
+                last = np.zeros(values.size)
+                last[-1] = 1.0
+                along = np.linalg.solve(matrix, last) * scale / self._scale(values)
+                state = MotionState.unpacked(values, self.shape)
+                return MotionPoint(state, linearised, along / np.linalg.norm(along), iteration + 1)
         return None
-
-    def _point(self, values: Array, before: Array, iterations: int) -> MotionPoint | None:
-        """The point of a solution with its tangent, turned as `before`."""
-        state, scale = MotionState.unpacked(values, self.shape), self._scale(values)
-        linearised = self.motion.evaluate(state)
-        last = np.zeros(values.size)
-        last[-1] = 1.0
-        try:
-            tangent = np.linalg.solve(self._scaled(linearised, scale, before), last)
-        except np.linalg.LinAlgError:
-            return None
-        return MotionPoint(state, linearised, tangent / np.linalg.norm(tangent), iterations)
 
     @staticmethod
     def _rows(scale: Array) -> Array:
