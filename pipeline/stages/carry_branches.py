@@ -71,6 +71,8 @@ class Extension:
         The curve with its branches so far.
     sources : tuple of Source
         The neighbours.
+    offered_seconds : float
+        How long the curves of the neighbours were computed: a measure of what is to be carried.
     """
 
     key: str
@@ -78,6 +80,7 @@ class Extension:
     round: int
     base: CurveState
     sources: tuple[Source, ...]
+    offered_seconds: float
 
 
 @dataclass
@@ -205,7 +208,8 @@ class BranchCarrier:
             base = self._state_after(turn.curve, turn.round - 1)
             sources = tuple(Source(before[o.curve].file, self._jobs[o.curve].rom, o.label) for o in others)
             key = extension_key(base.key, [(before[other.curve].key, other.label) for other in others])
-            found.append(Extension(key, self._jobs[turn.curve], turn.round, base, sources))
+            seconds = sum(state.seconds for state in before.values())
+            found.append(Extension(key, self._jobs[turn.curve], turn.round, base, sources, seconds))
         return found
 
     def _state_after(self, curve: str, number: int) -> CurveState:
@@ -224,12 +228,12 @@ class BranchCarrier:
 
 
 def extension_task(item: Extension) -> Task:
-    """The task that extends a curve; curves are solved first, then those that took longest are extended."""
+    """The task that extends a curve; all curves are solved first, then those with the costliest neighbours extended."""
     files = {"rom": item.job.rom, "base": item.base.file}
     for number, source in enumerate(item.sources):
         files |= {f"rom {number}": source.rom, f"source {number}": source.file}
     labels = tuple(source.label for source in item.sources)
-    member, order = item.job.member, (1.0, float(item.round), -item.base.seconds)
+    member, order = item.job.member, (1.0, float(item.round), -item.offered_seconds)
     return Task(member_label(member), _extend, files, (member.scene, labels), order)
 
 

@@ -76,7 +76,7 @@ def section_from_attributes(kind: type[S], attributes: Mapping[str, Any]) -> S:
         As `used_parameters` names them.
     """
     prefix = f"{kind.__name__.lower()}."
-    values = {key.removeprefix(prefix): value for key, value in attributes.items() if key.startswith(prefix)}
+    values = {key.removeprefix(prefix): attributes[key] for key in attributes if key.startswith(prefix)}
     plain = {name: _scene_value(value) for name, value in values.items()}
     if HARMONICS in attributes:
         given = json.loads(attributes[HARMONICS])
