@@ -228,7 +228,7 @@ class BranchCarrier:
 
 
 def extension_task(item: Extension) -> Task:
-    """The task that extends a curve; all curves are solved first, then those with the costliest neighbours extended."""
+    """The task that extends a curve; after all curves are solved, those with the costliest neighbours come first."""
     files = {"rom": item.job.rom, "base": item.base.file}
     for number, source in enumerate(item.sources):
         files |= {f"rom {number}": source.rom, f"source {number}": source.file}
