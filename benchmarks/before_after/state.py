@@ -18,6 +18,7 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+WITHOUT_BYTECODE = "PYTHONDONTWRITEBYTECODE"  # some containers set it: every process compiles the sources
 PACKAGES = ("geometry", "rom", "nonlinear", "pipeline", "scenes")
 
 
@@ -65,6 +66,7 @@ class State:
             It failed, or took longer than `limit` seconds.
         """
         environment = os.environ | dict.fromkeys(THREADS, "1") | {"PYTHONPATH": self._path("benchmarks", "")}
+        environment.pop(WITHOUT_BYTECODE, None)
         asked = json.dumps({"models": str(models.resolve()), **arguments})
         used = timed([sys.executable, str(HERE / "measured_process.py"), case, asked], self.root, environment, limit)
         lines = used.output.strip().splitlines()
@@ -81,7 +83,7 @@ class State:
         CaseError
             It took longer than `limit` seconds.
         """
-        environment = {name: value for name, value in os.environ.items() if name not in THREADS}
+        environment = {name: value for name, value in os.environ.items() if name not in (*THREADS, WITHOUT_BYTECODE)}
         environment["PYTHONPATH"] = str(root or self.root)
         used = timed([sys.executable, "-P", "-c", self._entry(), *arguments], root or self.root, environment, limit)
         if used.status < 0:
