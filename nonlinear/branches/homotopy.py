@@ -64,7 +64,7 @@ class Homotopy:
         first, last = (replace(contact, interference=self.contacts[1].interference) for contact in self.contacts)
         if self.forces[0] != self.forces[1] or interpolated(first, last, 0.0) is not last:
             return None
-        shift = self.contacts[1].interference - self.contacts[0].interference
+        shift = np.asarray(self.contacts[1].interference - self.contacts[0].interference, dtype=float)
         return InterferenceChange(shift, np.zeros(self.last.size) if self.defect is None else -self.defect)
 
     def from_solution(self, unknown: Array, omega: float) -> "Homotopy":
