@@ -55,10 +55,10 @@ def warm_up(law: str, integration: str) -> None:
     law, integration : str
         As `contact.law` and `contact.integration` of a scene.
     """
-    from nonlinear import Excitation, SolverOptions, forced_response
+    from nonlinear import Excitation, SolverOptions, branch_starts, carry_branches, forced_response
     from rom import modal_model, one_blas_thread
 
-    modal, contact = modal_model(small_model(), damping_ratio=0.05), _contact(law)
+    modal, contact, excitation = modal_model(small_model(), damping_ratio=0.05), _contact(law), Excitation(1, 0.6)
     with one_blas_thread():
         options = SolverOptions(
             (0.10, 0.101),
@@ -70,7 +70,9 @@ def warm_up(law: str, integration: str) -> None:
             time_integration=False,
             max_points=2,
         )
-        curve = forced_response(modal, contact, Excitation(1, 0.6), options)
+        curve = forced_response(modal, contact, excitation, options)
+        nearby = contact.with_interference(1.01 * contact.interference)
+        carry_branches((modal, nearby, excitation, options), curve, branch_starts(curve, contact, excitation, "")[:1])
         _warm_up_time(modal, contact, curve.relative_displacement[0])
         if (law, integration) == (LAWS[0], INTEGRATIONS[0]):  # one kernel for all
             _warm_up_time(modal_model(small_disk(), damping_ratio=0.05), contact, curve.relative_displacement[0])
