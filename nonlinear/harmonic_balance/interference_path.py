@@ -1,4 +1,4 @@
-"""Problems at one frequency that differ in the interference only."""
+"""Problems that differ in the interference only, and the interference in the place of the frequency."""
 
 from dataclasses import dataclass
 
