@@ -1,11 +1,11 @@
-"""What a curve asks for at every point, compiled: the largest displacement of a period, and changes of the motion."""
+"""What a curve asks for at every point, compiled: the largest displacement of a period, and how forces change."""
 
 import math
 
 import numpy as np
 
 from nonlinear.contact.fourier import ComplexArray
-from nonlinear.contact.numba_cache import compiled, inner, inner_counted
+from nonlinear.contact.numba_cache import compiled, inner
 from nonlinear.contact.parameters import Array
 from nonlinear.contact.trigonometric_roots import PERIOD, cosine_sine
 
@@ -54,46 +54,19 @@ def _derivatives(harmonics: ComplexArray, angle: float) -> tuple[float, float, f
 
 
 @compiled
-def moving_coordinates(
-    contact: tuple[Array, Array],
-    motion: tuple[Array, float],
-    modes: tuple[ComplexArray, ComplexArray],
-    denominators: tuple[ComplexArray, ComplexArray],
-) -> ComplexArray:
-    """Modal coordinates eta = D^-1 (p + B^H f) under contact forces f, and their change by a motion: (2, H+1, m).
-
-    The motion (dx, dw) changes the contact forces by df = df/dx dx, and the coordinates by
-    D^-1 (B^H df - dD/dw eta dw).
+def moving_forces(force: Array, jacobian: Array, motion: Array) -> ComplexArray:
+    """Complex coefficients of the contact forces, and of their change by a motion, df/dx dx: (H+1, 3 n_c, 2).
 
     Parameters
     ----------
-    contact : (2H+1, n_c, 3) float, (n_c, 3, 3, 2H+1, 2H+1) float
-        Force and Jacobian as in `ContactForces`.
-    motion : (2H+1, n_c, 3) or (2H, n_c, 3) float, float
-        Real coefficients of dx, those of harmonic 0 may be left out, and dw.
-    modes : (H+1, m, 3 n_c) complex, (H+1, m) complex
-        Adjoint contact motion B^H and modal force p of the excitation.
-    denominators : (H+1, m) complex, (H+1, m) complex
-        D and dD/dw.
+    force, jacobian : (2H+1, n_c, 3) float, (n_c, 3, 3, 2H+1, 2H+1) float
+        As in `ContactForces`.
+    motion : (2H+1, n_c, 3) or (2H, n_c, 3) float
+        Real coefficients of the motion; those of harmonic 0 may be left out.
     """
-    forces = _moving_forces(contact[0], contact[1], motion[0])
-    value, rate = denominators
-    found = np.empty((2, value.shape[0], value.shape[1]), np.complex128)
-    for h in range(value.shape[0]):
-        for part in range(2):
-            np.dot(modes[0][h], forces[part, h], found[part, h])
-        for m in range(value.shape[1]):
-            found[0, h, m] = (found[0, h, m] + modes[1][h, m]) / value[h, m]
-            found[1, h, m] = (found[1, h, m] - motion[1] * rate[h, m] * found[0, h, m]) / value[h, m]
-    return found
-
-
-@inner_counted
-def _moving_forces(force: Array, jacobian: Array, motion: Array) -> ComplexArray:
-    """Complex coefficients of the contact forces, and of their change by a motion, df/dx dx: (2, H+1, 3 n_c)."""
     size, nodes = force.shape[0], force.shape[1]
     first = size - motion.shape[0]
-    forces, own = np.zeros((2, (size + 1) // 2, 3 * nodes), np.complex128), np.zeros((3, size))
+    forces, own = np.zeros(((size + 1) // 2, 3 * nodes, 2), np.complex128), np.zeros((3, size))
     for k in range(nodes):
         for b in range(3):
             for j in range(motion.shape[0]):
@@ -101,8 +74,8 @@ def _moving_forces(force: Array, jacobian: Array, motion: Array) -> ComplexArray
         for a in range(3):
             for i in range(size):
                 part = 1.0 if i == 0 or i % 2 == 1 else 1j
-                forces[0, (i + 1) // 2, 3 * k + a] += part * force[i, k, a]
-                forces[1, (i + 1) // 2, 3 * k + a] += part * _product(jacobian[k, a, :, i], own)
+                forces[(i + 1) // 2, 3 * k + a, 0] += part * force[i, k, a]
+                forces[(i + 1) // 2, 3 * k + a, 1] += part * _product(jacobian[k, a, :, i], own)
     return forces
 
 

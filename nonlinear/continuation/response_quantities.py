@@ -76,16 +76,13 @@ def amplitude_derivative(point: SolutionPoint, output: str, mean: float | None =
     With the coefficients x_h of the output and the angle theta at which abs(x) is largest,
     dA/ds = sign(x(theta)) Re sum_h dx_h/ds exp(i h theta). With a given `mean` x_0 is that, and constant.
     """
-    from nonlinear.continuation.amplitude_kernel import moving_coordinates
+    from nonlinear.continuation.amplitude_kernel import moving_forces
 
     receptance, contact, (dx_ds, domega_ds) = point.balance.receptance, point.contact, point.tangent
-    moving = moving_coordinates(
-        (contact.force, contact.jacobian),
-        (dx_ds.reshape(-1, *contact.force.shape[1:]), float(domega_ds)),
-        (receptance.adjoint, receptance.modal_force),
-        receptance.denominators(point.omega),
-    )
-    harmonics, derivative = receptance.output(output, moving)
+    forces = moving_forces(contact.force, contact.jacobian, dx_ds.reshape(-1, *contact.force.shape[1:]))
+    coordinates, dcoordinates_domega = receptance.modal_response(point.omega, forces[..., 0])
+    harmonics, derivative = (receptance.output(output, part) for part in (coordinates, dcoordinates_domega))
+    derivative = domega_ds * derivative + (receptance.output_rows(output, point.omega) * forces[..., 1]).sum(axis=1)
     if mean is not None:
         harmonics, derivative = with_mean(harmonics, mean), with_mean(derivative, 0.0)
     amplitude = largest_amplitude(harmonics)
