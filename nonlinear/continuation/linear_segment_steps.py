@@ -48,8 +48,9 @@ class LinearSegmentSteps:
         system = self.segments.system(state)
         omega = point.omega + step * point.tangent[1]
         motion = system.motion(omega)
-        if system.margin(motion.displacement) < 0.0:
-            omega = _end(system, point.omega, omega)
+        margin = system.margin(motion.displacement)
+        if margin < 0.0:
+            omega = _end(system, point.omega, (omega, margin))
             if abs(omega - point.omega) <= SHORTEST_STEP * point.omega:
                 return None
             motion = system.motion(omega)
@@ -99,13 +100,13 @@ class LinearSegmentSteps:
         return replace(point, dA_ds=amplitude_derivative(point, self.output))
 
 
-def _end(system: LinearSegmentSystem, inside: float, outside: float) -> float:
-    """The last frequency (rad/s) inside a segment between `inside` and `outside`, to round-off."""
+def _end(system: LinearSegmentSystem, inside: float, outside: tuple[float, float]) -> float:
+    """The last frequency (rad/s) inside a segment, to round-off; `outside`: one beyond it and the margin there."""
 
     def margin(omega: float) -> float:
         return system.margin(system.motion(omega).displacement)
 
-    least, most = margin(inside), margin(outside)
+    least = margin(inside)
     if least <= 0.0:
         return inside
-    return closed_bracket(margin, (inside, least), (outside, most), END_TOLERANCE * inside)[0][0]
+    return closed_bracket(margin, (inside, least), outside, END_TOLERANCE * inside)[0][0]
