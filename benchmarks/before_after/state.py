@@ -65,8 +65,7 @@ class State:
         CaseError
             It failed, or took longer than `limit` seconds.
         """
-        environment = os.environ | dict.fromkeys(THREADS, "1") | {"PYTHONPATH": self._path("benchmarks", "")}
-        environment.pop(WITHOUT_BYTECODE, None)
+        environment = _environment(self._path("benchmarks", "")) | dict.fromkeys(THREADS, "1")
         asked = json.dumps({"models": str(models.resolve()), **arguments})
         used = timed([sys.executable, str(HERE / "measured_process.py"), case, asked], self.root, environment, limit)
         lines = used.output.strip().splitlines()
@@ -83,8 +82,7 @@ class State:
         CaseError
             It took longer than `limit` seconds.
         """
-        environment = {name: value for name, value in os.environ.items() if name not in (*THREADS, WITHOUT_BYTECODE)}
-        environment["PYTHONPATH"] = str(root or self.root)
+        environment = _environment(str(root or self.root))
         used = timed([sys.executable, "-P", "-c", self._entry(), *arguments], root or self.root, environment, limit)
         if used.status < 0:
             raise CaseError(f"shroud {arguments[0]}: {_ending(used, limit)}")
@@ -97,6 +95,12 @@ class State:
 
     def _path(self, *folders: str) -> str:
         return os.pathsep.join(str(self.root / folder) for folder in folders)
+
+
+def _environment(path: str) -> dict[str, str]:
+    """That of a user who has set nothing, with modules from `path`."""
+    own = (*THREADS, WITHOUT_BYTECODE)
+    return {name: value for name, value in os.environ.items() if name not in own} | {"PYTHONPATH": path}
 
 
 def timed(command: Sequence[str], folder: Path, environment: Mapping[str, str], limit: float) -> Used:

@@ -26,7 +26,8 @@ def locate_zero(
     """The point between two neighbours at which a test function changes its sign; None if it does not.
 
     The arc length beyond `before` is interpolated between points on both sides of the zero, with a corrector solve in
-    each iteration, until the frequency is known to the peak tolerance.
+    each iteration, until the frequency is known to the peak tolerance. Where the sign changes with the number of
+    harmonics, it is the first point, solved with those of the second.
 
     Parameters
     ----------
@@ -39,14 +40,16 @@ def locate_zero(
     integral : callable or None
         What the test function is the derivative of, by the arc length: for the first interpolation.
     """
-    values = test_function(before), test_function(after)
-    if not values[0] * values[1] < 0.0:
+    if not test_function(before) * test_function(after) < 0.0:
         return None
-    rise = None if integral is None else integral(after) - integral(before)
     common = _with_equal_harmonics(continuation, before, after, continuation.recorder.record)
     if common is None:
         return None
     before, continuation = common, continuation.with_balance(common.balance)
+    values = test_function(before), test_function(after)
+    if not (after.arc > before.arc and values[0] * values[1] < 0.0):
+        return continuation.recorder.with_exponents(before)
+    rise = None if integral is None else integral(after) - integral(before)
     bracket = ZeroBracket((0.0, values[0]), (after.arc - before.arc, values[1]))
     sides, last = (before, after), float("inf")
     arc = bracket.next_place(0.0) if rise is None else bracket.zero_of_derivative(rise)
@@ -83,6 +86,7 @@ def locate_change(
 ) -> SolutionPoint | None:
     """The first point, to the resolution of 11 bisections, at which `changed` is true, as it is at `after`.
 
+    It is `after` where the two are one point with different numbers of harmonics.
     `rate` passes zero there: by how much the exponent that crosses the imaginary axis exceeds what counts as growth.
     It is interpolated as in `locate_zero`. A point where it is zero but for its error will do.
     `record` adds the exponents to a point: by default those of the wave.
@@ -92,6 +96,8 @@ def locate_change(
     if common is None:
         return None
     before, continuation = common, continuation.with_balance(common.balance)
+    if not after.arc > before.arc:
+        return after
     best, bracket = after, ZeroBracket((0.0, rate(before)), (after.arc - before.arc, rate(after)))
     resolution = bracket.width / 2**HALVINGS
     for _ in range(2 * HALVINGS):
