@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipeline import styled
+from pipeline.figures.style import plain_log_labels
 from work_precision.study import Measured, Study, fastest_within, pareto_front, shown_error
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ TOLERANCES = (0.05, 0.01, 0.001)
 PANEL = (4.9, 3.9)  # inches
 LETTERS_AN_INCH = 12.0  # of the legend
 APART = np.array([24.0, 8.0])  # pixels between names
+ROOM = 3.0  # share of the time axis for what is written beside the tolerances
 LEAST = 1e-16  # relative error: zero has no place on a logarithmic axis
 
 
@@ -64,8 +66,10 @@ def _panel(axes: Axes, study: Study, quantity: str) -> None:
         for row, error in zip(rows, errors, strict=True):
             if row.note:  # hollow
                 axes.plot(row.seconds, error, zorder=3, markerfacecolor="white", **look)
+    plain_log_labels(axes.xaxis)
     if whole:
         _draw_front(axes, study, quantity)
+        axes.set_xlim(left=min(row.seconds for row in study.rows) / ROOM)
     uncertainty = max(study.uncertainty[quantity], LEAST)
     low, high = _limits(study.rows, quantity, uncertainty)
     axes.set_ylim(low, high)
