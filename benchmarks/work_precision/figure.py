@@ -24,7 +24,7 @@ TOLERANCES = (0.05, 0.01, 0.001)
 PANEL = (4.9, 3.9)  # inches
 LETTERS_AN_INCH = 12.0  # of the legend
 APART = np.array([24.0, 8.0])  # pixels between names
-ROOM = 3.0  # share of the time axis for what is written beside the tolerances
+ROOM = 3.0  # times that the time axis begins before the fastest, for what is written beside the tolerances
 LEAST = 1e-16  # relative error: zero has no place on a logarithmic axis
 
 
