@@ -106,7 +106,6 @@ def engine_rows(scene: Path) -> Iterator[dict[str, Any]]:
     """The same sweep by each engine."""
     for name, options in (("this process", ["--jobs", "1"]), ("2 processes", ["--jobs", "2"])):
         yield run_case(scene, name, options)
-    yield run_case(scene, "--cluster local:2", ["--cluster", "local:2"])
     with programs(scene.parent, 2) as (file, _):
         yield run_case(scene, "scheduler and 2 workers apart", ["--scheduler", str(file)])
 

@@ -34,7 +34,7 @@ SchedulerOption = Annotated[
     ),
 ]
 ClusterOption = Annotated[
-    str | None, typer.Option("--cluster", metavar="local:N", help="A cluster of N workers to start on this machine.")
+    str | None, typer.Option("--cluster", metavar="local:N", help="N worker processes on this machine, for this run.")
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as JSON, and nothing else on stdout.")]

@@ -57,7 +57,8 @@ def run_scene(
         Whether nothing is printed. By default progress is shown at a terminal and in a notebook only.
     scheduler : str
         A cluster of dask.distributed: address of its scheduler, tcp://HOST:PORT, or its file. "local:N" starts
-        N workers on this machine for this run; the calling script then needs the same line as with several jobs.
+        N worker processes on this machine for this run, without dask; the calling script then needs the same line as
+        with several jobs.
     overrides : mapping of str to value
         Dotted keys with values that replace those of the scene, such as {"contact.friction": 0.3}; None removes a
         key. A swept key that is replaced is swept no longer.

@@ -58,15 +58,15 @@ class _Job:
 
 
 class ClusterExecutor:
-    """Runs tasks on a cluster that exists, or on one that is started on this machine and ended at the end.
+    """Runs tasks on a cluster that exists.
 
     No more tasks are at the scheduler than the workers need; the others wait here. A task is begun again on another
     worker where its own one is lost while it runs.
 
     Parameters
     ----------
-    scheduler, cluster : str or None
-        Which cluster; one of them is given.
+    scheduler : str
+        Address of its scheduler, or its scheduler file.
     scratch : Path
         Where the folders of results are made.
     interrupts : Interrupts
@@ -82,14 +82,13 @@ class ClusterExecutor:
 
     def __init__(
         self,
-        scheduler: str | None,
-        cluster: str | None,
+        scheduler: str,
         scratch: Path,
         interrupts: Interrupts,
         say: Callable[[str], None],
     ) -> None:
-        check_cluster(scheduler, cluster, None)
-        self._place = scheduler, cluster
+        check_cluster(scheduler, None, None)
+        self._scheduler = scheduler
         self._scratch, self._interrupts, self._say = scratch, interrupts, say
         self._preparation = Preparation()
         self._expected: dict[str, str] = {}
@@ -123,7 +122,7 @@ class ClusterExecutor:
         if self._cluster is not None:
             return
         self._expected = self._preparation.versions()
-        self._cluster = connected(*self._place, self._scratch / "workers")
+        self._cluster = connected(self._scheduler)
         check_workers(self._cluster, self._preparation, self._expected, self._interrupts.check, self._say)
         client = self._cluster.client
         for topic in ("all", self._topic):
@@ -146,7 +145,7 @@ class ClusterExecutor:
                     yield job.future
 
     def close(self) -> None:
-        """Cancel what runs, and leave or end the cluster."""
+        """Cancel what runs, and leave the cluster."""
         if self._cluster is None:
             return
         if self._running and self._cluster.client.status == "running":

@@ -1,4 +1,4 @@
-"""The way to a cluster: connected or started, and its workers looked at before they get any work."""
+"""The way to a cluster that exists: connected, and its workers looked at before they get any work."""
 
 from __future__ import annotations
 
@@ -6,87 +6,59 @@ import importlib.util
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, input_error, reason_of
-from pipeline.executor.cluster_address import CLUSTER, SCHEDULER, local_workers, scheduler_address
+from pipeline.executor.cluster_address import SCHEDULER, scheduler_address
 from pipeline.executor.cluster_task import WorkerFacts, described, other_versions
-from pipeline.executor.task import Preparation
-from pipeline.process.interrupts import kept_from_children
-from pipeline.process.without_main import without_main
+from pipeline.executor.task import Preparation, workers_line
 
 if TYPE_CHECKING:
-    from distributed import Client, LocalCluster
+    from distributed import Client
 
 PATIENCE = 10.0  # seconds in which a scheduler has to answer
 WAIT_FOR_WORKERS = 60.0  # seconds in which a first worker has to be there
 _PAUSE = 0.1
 _SILENT = logging.CRITICAL + 1  # what a user needs to know is said here
-_SHARE = 0.9  # of the memory of this machine, for all workers together
 
 
 @dataclass(frozen=True)
 class Cluster:
-    """A client of a scheduler, and the cluster where it was started here.
+    """A client of a scheduler.
 
     Attributes
     ----------
     client : Client
         Client of dask.distributed.
-    own : LocalCluster or None
-        The cluster started here.
     name : str
         What messages call it.
-    resources : ExitStack
-        What is left when the cluster has been left.
     """
 
     client: Client
-    own: LocalCluster | None
     name: str
-    resources: ExitStack = field(default_factory=ExitStack)
 
     def close(self) -> None:
-        """Leave the cluster; end it where it was started here."""
+        """Leave the cluster."""
         self.client.close(timeout=PATIENCE)
-        if self.own is not None:
-            self.own.close(timeout=PATIENCE)
-        self.resources.close()
 
 
-def connected(scheduler: str | None, cluster: str | None, scratch: Path) -> Cluster:
-    """Connect to the cluster that the user names, or start it.
-
-    Parameters
-    ----------
-    scheduler, cluster : str or None
-        Values of the options; one of them is given.
-    scratch : Path
-        Where workers started here have their folders.
+def connected(scheduler: str) -> Cluster:
+    """Connect to the cluster of a scheduler, by its address or its scheduler file.
 
     Raises
     ------
     InputError
         There is no such cluster.
     """
-    option = SCHEDULER if cluster is None else CLUSTER
     try:
         import dask
         from distributed import Client
     except ImportError:
         allowed = "after `pip install 'shroud[distributed]'`"
-        raise input_error(option, "", "needs dask.distributed, which is not installed", allowed) from None
+        raise input_error(SCHEDULER, "", "needs dask.distributed, which is not installed", allowed) from None
     for name in [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]:
         logging.getLogger(name).setLevel(_SILENT)
-    if cluster is not None:
-        with ExitStack() as started:
-            started.enter_context(without_main())  # for workers that are replaced, too
-            own = _started(local_workers(cluster), scratch)
-            return Cluster(Client(own, set_as_default=False), own, "on this machine", started.pop_all())
-    assert scheduler is not None
     address = scheduler_address(scheduler)
     try:
         with dask.config.set({"distributed.comm.timeouts.connect": f"{PATIENCE:.0f}s"}):
@@ -94,8 +66,8 @@ def connected(scheduler: str | None, cluster: str | None, scratch: Path) -> Clus
     except Exception as error:  # of many kinds: a host without a name, another program there, TLS
         reason = reason_of(error) if not isinstance(error, OSError) else "no answer"
         found = f"no scheduler at {address} ({reason}, within {PATIENCE:.0f} s)"
-        raise input_error(option, "", found, "the address of a scheduler that runs") from None
-    return Cluster(client, None, f"at {address}")
+        raise input_error(SCHEDULER, "", found, "the address of a scheduler that runs") from None
+    return Cluster(client, f"at {address}")
 
 
 def check_workers(
@@ -144,29 +116,6 @@ def version_line(worker: str, expected: Mapping[str, str], found: Mapping[str, s
     return f"worker {worker}: other versions than here: {', '.join(parts)}{more}; install the same on both"
 
 
-def _started(count: int, scratch: Path) -> LocalCluster:
-    """A cluster on this machine, which only this machine reaches."""
-    from distributed import LocalCluster
-    from distributed.system import MEMORY_LIMIT
-
-    dashboard = "127.0.0.1:0" if _has_dashboard() else None
-    with kept_from_children():
-        return LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            memory_limit=int(MEMORY_LIMIT * _SHARE / count),
-            dashboard_address=dashboard,
-            local_directory=str(scratch),
-            silence_logs=_SILENT,
-        )
-
-
-def _has_dashboard() -> bool:
-    return importlib.util.find_spec("bokeh") is not None
-
-
 def _wait(cluster: Cluster, check: Callable[[], None], say: Callable[[str], None]) -> None:
     start, told = time.monotonic(), False
     while not cluster.client.nthreads():
@@ -184,12 +133,6 @@ def _wait(cluster: Cluster, check: Callable[[], None], say: Callable[[str], None
 
 def _description(cluster: Cluster, limits: Sequence[int]) -> str:
     """What there is; `limits`: bytes of memory that each worker may use, 0 where that is not bounded."""
-    if not all(limits):
-        memory = "memory not bounded"
-    else:
-        least, most = (f"{limit / 1e9:.3g}" for limit in (min(limits), max(limits)))
-        memory = f"at most {most} GB of memory each" if least == most else f"at most {least} to {most} GB of memory"
-    number = f"{len(limits)} worker{'s' if len(limits) > 1 else ''}"
-    link = cluster.client.dashboard_link if _has_dashboard() else ""
+    link = cluster.client.dashboard_link if importlib.util.find_spec("bokeh") is not None else ""
     dashboard = f"; dashboard {link}" if link and "None" not in link else ""
-    return f"{number} {cluster.name}: one task and one BLAS thread each, {memory}{dashboard}"
+    return workers_line(cluster.name, limits) + dashboard

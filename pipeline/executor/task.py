@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -122,6 +122,17 @@ class Executor(Protocol):
 
     def close(self) -> None:
         """End all tasks, and the workers that were started here."""
+
+
+def workers_line(place: str, limits: Sequence[int]) -> str:
+    """What workers there are; `limits`: bytes of memory that each may use, 0 where that is not bounded."""
+    if not all(limits):
+        memory = "memory not bounded"
+    else:
+        least, most = (f"{limit / 1e9:.3g}" for limit in (min(limits), max(limits)))
+        memory = f"at most {most} GB of memory each" if least == most else f"at most {least} to {most} GB of memory"
+    number = f"{len(limits)} worker{'s' if len(limits) > 1 else ''}"
+    return f"{number} {place}: one task and one BLAS thread each, {memory}"
 
 
 def run_task(

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from pipeline.executor.cluster_address import local_workers
 from pipeline.executor.local import LocalExecutor
 from pipeline.executor.task import Executor
 from pipeline.process.workers import kept_workers
@@ -22,14 +23,13 @@ def open_executor(request: Request, store: Store, reporter: Reporter) -> Iterato
     scratch = store.root / "tmp"
     with kept_workers() as pool:
         executor: Executor
-        if request.scheduler is None and request.cluster is None:
-            executor = LocalExecutor(pool, scratch, reporter.interrupts, reporter.line)
+        if request.scheduler is None:
+            fixed = None if request.cluster is None else local_workers(request.cluster)
+            executor = LocalExecutor(pool, scratch, reporter.interrupts, reporter.line, fixed)
         else:
             from pipeline.executor.cluster import ClusterExecutor
 
-            executor = ClusterExecutor(
-                request.scheduler, request.cluster, scratch, reporter.interrupts, reporter.line
-            )
+            executor = ClusterExecutor(request.scheduler, scratch, reporter.interrupts, reporter.line)
         try:
             yield executor
         finally:

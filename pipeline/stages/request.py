@@ -39,7 +39,7 @@ class Request:
     scheduler : str or None
         Address of the scheduler of a cluster, or its scheduler file.
     cluster : str or None
-        A cluster to start, as `local:4`.
+        Worker processes to start on this machine, as `local:4`.
     """
 
     scene: SceneFile

@@ -3,11 +3,13 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import Event, Thread
 from typing import Any
 
 import h5py
@@ -83,6 +85,72 @@ def program(folder: Path, name: str, *options: object) -> subprocess.Popen[bytes
     return subprocess.Popen(command, cwd=folder, env=environment, **quiet)
 
 
+def listening(root: int) -> set[str | int]:
+    """Ports, and names of Unix sockets, at which a process or one below it listens; as Linux tells."""
+    parents = {}
+    for status in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            parents[int(status.parent.name)] = int(status.read_text().rpartition(")")[2].split()[1])
+    tree, before = {root}, 0
+    while len(tree) > before:
+        before = len(tree)
+        tree |= {pid for pid, parent in parents.items() if parent in tree}
+    held = set()
+    for pid in tree:
+        with suppress(OSError):
+            for file in Path(f"/proc/{pid}/fd").iterdir():
+                with suppress(OSError):
+                    held.add(os.readlink(file))
+    found: set[str | int] = set()
+    for table in (Path("/proc/net/tcp"), Path("/proc/net/tcp6")):
+        for row in table.read_text().splitlines()[1:] if table.exists() else ():
+            cells = row.split()
+            if cells[3] == "0A" and f"socket:[{cells[9]}]" in held:
+                found.add(int(cells[1].rpartition(":")[2], 16))
+    for row in Path("/proc/net/unix").read_text().splitlines()[1:]:
+        cells = row.split()
+        if int(cells[3], 16) & 0x10000 and f"socket:[{cells[6]}]" in held:
+            found.add(cells[7])
+    return found
+
+
+def reached_by_another_user(addresses: set[str | int]) -> int:
+    """Number of these sockets to which the user nobody can connect."""
+    child = os.fork()
+    if child == 0:
+        reached = 0
+        os.setgroups([])
+        os.setgid(65534)
+        os.setuid(65534)
+        for address in addresses:
+            family = socket.AF_INET if isinstance(address, int) else socket.AF_UNIX
+            place: Any = ("127.0.0.1", address) if isinstance(address, int) else address.replace("@", "\0", 1)
+            with suppress(OSError), socket.socket(family) as client:
+                client.connect(place)
+                reached += 1
+        os._exit(reached)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+@contextmanager
+def watched(look: Callable[[], set[str | int]]) -> Iterator[set[str | int]]:
+    """All that `look` gives while the block runs."""
+    found: set[str | int] = set()
+    over = Event()
+
+    def watch() -> None:
+        while not over.wait(0.05):
+            found.update(look())
+
+    thread = Thread(target=watch)
+    thread.start()
+    try:
+        yield found
+    finally:
+        over.set()
+        thread.join()
+
+
 @pytest.fixture(scope="module")
 def local(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a finished run in this process: scene.toml, model.h5 and `out`."""
@@ -95,9 +163,13 @@ def local(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_cluster_started_here_gives_the_same_bits(
     local: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """And listens nowhere: whoever can connect to a scheduler has its workers run what they like."""
     scene, rom = local / "scene.toml", local / "model.h5"
     options = {"rom": rom, "until": "respond"}
-    found = run_scene(scene, tmp_path / "out", scheduler="local:2", quiet=False, **options)
+    before = listening(os.getpid())
+    with watched(lambda: listening(os.getpid()) - before) as places:
+        found = run_scene(scene, tmp_path / "out", scheduler="local:2", quiet=False, **options)
+    assert places == set()
     assert found.complete
     assert numbers(tmp_path / "out") == numbers(local / "out")
     said = capsys.readouterr().err
@@ -110,6 +182,20 @@ def test_a_cluster_started_here_gives_the_same_bits(
     before = set(entries(tmp_path / "out", "curve"))
     run_scene(more, tmp_path / "out", jobs=2, **options)
     assert len(set(entries(tmp_path / "out", "curve")) - before) == 1
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
+def test_a_socket_that_another_user_reaches_is_seen() -> None:
+    """What the test above would find: a port and an abstract Unix socket, as dask and forkserver have them."""
+    before = listening(os.getpid())
+    with socket.socket() as port, socket.socket(socket.AF_UNIX) as abstract:
+        port.bind(("127.0.0.1", 0))
+        abstract.bind(f"\0shroud-test-{os.getpid()}")
+        for one in (port, abstract):
+            one.listen()
+        places = listening(os.getpid()) - before
+        assert places == {port.getsockname()[1], f"@shroud-test-{os.getpid()}"}
+        assert reached_by_another_user(places) == 2
 
 
 def test_workers_and_schedulers_that_are_lost(local: Path, tmp_path: Path) -> None:
