@@ -35,6 +35,8 @@ class ImportedMesh:
         What the file says: any of `young_modulus`, `poisson_ratio`, `density` and `expansion`, in the file's units.
     notes : tuple of str
         What the reader left out or found suspicious, one line each.
+    warnings : tuple of str
+        What it left out that changes results, one line each.
 
     Examples
     --------
@@ -57,6 +59,7 @@ class ImportedMesh:
     surfaces: Mapping[str, ElementSides] = field(default_factory=dict)
     materials: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def n_elements(self) -> int:

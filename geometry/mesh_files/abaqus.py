@@ -20,7 +20,42 @@ from geometry.sector import FloatArray, IntArray
 
 MESH = ("NODE", "ELEMENT")
 SETS = ("NSET", "ELSET", "SURFACE", "SOLID SECTION")
-GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM")
+GENERATORS = (
+    *("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "SYMMETRIC MODEL GENERATION", "IMPORT"),
+    *("MAP SOLUTION", "TET TO WEDGE"),
+)
+# what keywords that are left out do, by the keys of `file_mesh.EFFECTS`
+LEFT_OUT = {
+    "EQUATION": "ties", "MPC": "ties", "RIGID BODY": "ties", "COUPLING": "ties", "KINEMATIC COUPLING": "ties",
+    "DISTRIBUTING COUPLING": "ties", "TIE": "ties", "SHELL TO SOLID COUPLING": "ties", "EMBEDDED ELEMENT": "ties",
+    "PRE-TENSION SECTION": "ties", "CYCLIC SYMMETRY MODEL": "ties", "FASTENER": "ties", "MULTIPLE CYCLIC": "ties",
+    "NETWORK MPC": "ties", "DISPLAY BODY": "ties", "PERIODIC MEDIA": "ties",
+    "SPRING": "springs", "DASHPOT": "springs", "CONNECTOR SECTION": "springs", "JOINT": "springs",
+    "BUSHING": "springs", "FOUNDATION": "springs", "ELEMENT FOUNDATION": "springs", "MATRIX ASSEMBLE": "springs",
+    "SUBSTRUCTURE PROPERTY": "bodies", "MASS": "masses", "ROTARY INERTIA": "masses", "NONSTRUCTURAL MASS": "masses",
+    "IMPERFECTION": "moves", "ADJUST": "moves",
+    "BOUNDARY": "supports", "INERTIA RELIEF": "supports",
+    "CONTACT PAIR": "contacts", "CONTACT": "contacts",
+}  # fmt: skip
+_ELEMENTS = (  # the same for types of elements, by how they begin; all others are bodies
+    ("MASS", "masses"), ("ROTARYI", "masses"), ("SPRING", "springs"), ("DASHPOT", "springs"), ("CONN", "springs"),
+    ("GAP", "springs"), ("GK", "springs"), ("JOINT", "springs"), ("ITT", "springs"), ("COH", "springs"),
+    ("RB", "ties"), ("R3D", "ties"), ("RAX", "ties"), ("DCOUP", "ties"), ("KCOUP", "ties"), ("SFM", "surfaces"),
+)  # fmt: skip
+# keywords that say nothing about the mesh, or belong to those above
+_KNOWN = (
+    *("HEADING", "PREPRINT", "RESTART", "ASSEMBLY", "END ASSEMBLY", "AMPLITUDE", "SURFACE INTERACTION", "FRICTION"),
+    *("SURFACE BEHAVIOR", "CONTACT CONTROLS", "CONTACT DAMPING", "CONTACT INCLUSIONS", "CONTACT EXCLUSIONS"),
+    *("CONTACT PROPERTY ASSIGNMENT", "CONTACT INITIALIZATION ASSIGNMENT", "CLEARANCE", "CHANGE FRICTION"),
+    *("INITIAL CONDITIONS", "PHYSICAL CONSTANTS", "ORIENTATION", "TRANSFORM", "SECTION CONTROLS", "KINEMATIC"),
+    *("DISTRIBUTING", "HOURGLASS STIFFNESS", "DISTRIBUTION", "DISTRIBUTION TABLE", "FILTER", "TIME POINTS"),
+    *("SHELL SECTION", "BEAM SECTION", "MEMBRANE SECTION", "SURFACE SECTION", "SHELL GENERAL SECTION", "PARAMETER"),
+    *("BEAM GENERAL SECTION", "TRUSS SECTION", "CONNECTOR BEHAVIOR", "CONNECTOR ELASTICITY", "SURFACE PROPERTY"),
+    *("MATERIAL", "ELASTIC", "DENSITY", "EXPANSION", "DAMPING", "CONDUCTIVITY", "SPECIFIC HEAT", "PLASTIC", "CREEP"),
+    *("CYCLIC HARDENING", "DEPVAR", "USER MATERIAL", "HYPERELASTIC", "VISCOELASTIC", "POTENTIAL", "RATE DEPENDENT"),
+    *("NODAL THICKNESS", "NODE PRINT", "NODE FILE", "EL PRINT", "EL FILE", "CONTACT PRINT", "CONTACT FILE", "OUTPUT"),
+    *("NODE OUTPUT", "ELEMENT OUTPUT", "CONTACT OUTPUT", "SECTION PRINT", "END PART", "END INSTANCE", "STEP"),
+)
 
 
 def read_abaqus(path: str | Path) -> FileMesh:
@@ -42,7 +77,10 @@ def read_abaqus(path: str | Path) -> FileMesh:
         raise MeshFileError(path, f"holds {sets} sets: at most {MOST_SETS} are read")
     for block in blocks:
         if block.keyword in GENERATORS:
-            raise block.refuse("generates nodes or elements: must be written out node by node")
+            raise block.refuse(
+                "makes or moves nodes or elements, which is not read: must be written out node by node, "
+                "as the preprocessor or cgx exports the mesh"
+            )
     model, parts, instances = _scopes(blocks)
     if not instances:  # parts without an assembly
         instances = [(name, name, block, []) for name, (block, _) in parts.items()]
@@ -62,15 +100,7 @@ def read_abaqus(path: str | Path) -> FileMesh:
         scopes[name.upper()] = scope
         contents.append((scope, [*inner, *own]))
     contents.append((scopes[""], model))
-    reader = SetReader(scopes)
-    for scope, own in contents:
-        for block in own:
-            if block.keyword in ("NSET", "ELSET"):
-                reader.add_set(scope, block)
-            elif block.keyword == "SURFACE":
-                reader.add_surface(scope, block)
-            elif block.keyword == "SOLID SECTION":
-                reader.add_section(scope, block)
+    SetReader(scopes, contents)
     return _joined(path, blocks, list(scopes.values()))
 
 
@@ -148,15 +178,43 @@ def _joined(path: str | Path, blocks: list[KeywordBlock], scopes: list[Scope]) -
         (labels, names.get(name.upper(), name)) for scope in scopes for labels, name in scope.sections
     ]
     mesh.notes += [note for scope in scopes for note in scope.notes] + notes
-    left_out: dict[str, int] = {}
-    for scope in scopes:
-        for name, lines in scope.left_out.items():
-            left_out[name] = left_out.get(name, 0) + lines
-    mesh.notes += [f"elements {name} left out ({lines} data lines): not solid" for name, lines in left_out.items()]
+    _leave_out(mesh, blocks, scopes)
     if len([scope for scope in scopes if scope.node_labels]) > 1:
         shifts = ", ".join(f"{scope.name} + {scope.offset}" for scope in scopes if scope.name)
         mesh.notes.append(f"several instances: their labels are shifted ({shifts})")
     return mesh
+
+
+def _leave_out(mesh: FileMesh, blocks: list[KeywordBlock], scopes: list[Scope]) -> None:
+    """Say which elements, constraints and unknown keywords are left out."""
+    found: dict[str, dict[str, int]] = {}
+    for scope in scopes:
+        for name, count in scope.left_out.items():
+            effect = next((effect for start, effect in _ELEMENTS if name.startswith(start)), "bodies")
+            counts = found.setdefault(effect, {})
+            counts[name] = counts.get(name, 0) + count
+    inside_step = False
+    for block in blocks:
+        inside_step = block.keyword == "STEP" or (inside_step and block.keyword != "END STEP")
+        effect = LEFT_OUT.get(block.keyword, "unknown")
+        cyclic = block.keyword == "TIE" and "CYCLIC SYMMETRY" in block.parameters
+        if cyclic or block.keyword == "CYCLIC SYMMETRY MODEL":  # the cut faces of the scene say the same
+            effect = "contacts"
+        tied = block.keyword == "CONTACT PAIR" and ("TIED" in block.parameters or "TIE" in block.parameters)
+        known = block.keyword in MESH + SETS + _KNOWN or block.keyword in ("PART", "INSTANCE", "END STEP")
+        if effect == "unknown" and (known or inside_step):
+            continue
+        counts = found.setdefault("ties" if tied else effect, {})
+        counts[f"*{block.keyword}"] = counts.get(f"*{block.keyword}", 0) + _definitions(block)
+    for effect, counts in found.items():
+        mesh.leave_out(effect, counts)
+
+
+def _definitions(block: KeywordBlock) -> int:
+    """How many definitions a block has: one for each data line, but one for each equation, and at least one."""
+    if block.keyword == "EQUATION":  # the number of its terms stands on a line of its own
+        return max(1, sum("," not in line.strip().rstrip(",") for line in block.data))
+    return max(1, len(block.data)) if block.keyword in ("MPC", "TIE", "BOUNDARY") else 1
 
 
 def _spelling(blocks: list[KeywordBlock]) -> dict[str, str]:

@@ -18,6 +18,7 @@ from geometry.sector import FloatArray, IntArray
 KINDS = {4: "tet4", 10: "tet10", 6: "wedge6", 15: "wedge15", 8: "hex8", 20: "hex20"}
 _SOLID = re.compile(r"C3D(\d+)([A-Z]*)$")
 PYRAMIDS = (5, 13)
+_SetKey = tuple[str, bool, str]  # scope, whether it is a set of nodes, name in upper case
 
 
 @dataclass
@@ -43,7 +44,7 @@ class Scope:
     sections : list of ((k,) array, str)
         Elements and their material.
     left_out : dict of str to int
-        Types of elements that are not read, and how many data lines they have.
+        Types of elements that are not read, and how many there are.
     notes : list of str
         What was left out.
     """
@@ -135,7 +136,9 @@ def add_elements(scope: Scope, block: KeywordBlock) -> None:
     if solid and int(solid[1]) in PYRAMIDS:
         raise block.refuse(f"TYPE={name} are pyramids: only tetrahedra, wedges and hexahedra are read")
     if not solid or int(solid[1]) not in KINDS:
-        scope.left_out[name] = scope.left_out.get(name, 0) + len(block.data)
+        scope.left_out[name] = scope.left_out.get(name, 0) + sum(
+            not line.rstrip().endswith(",") for line in block.data
+        )
         _join_set(scope.element_sets, block.parameters.get("ELSET"), NO_LABELS)
         return
     count = int(solid[1])
@@ -190,30 +193,46 @@ def _join_set(sets: dict[str, list[IntArray]], name: str | None, labels: IntArra
 
 
 class SetReader:
-    """Reads *NSET, *ELSET, *SURFACE and *SOLID SECTION of a scope, which may name those of others.
+    """Reads *NSET, *ELSET, *SURFACE and *SOLID SECTION of scopes, which may name sets of others and of later lines.
 
     Parameters
     ----------
     scopes : mapping of str to Scope
         All scopes by name in upper case.
+    contents : list of (Scope, list of KeywordBlock)
+        Their blocks.
     """
 
-    def __init__(self, scopes: Mapping[str, Scope]) -> None:
+    def __init__(self, scopes: Mapping[str, Scope], contents: list[tuple[Scope, list[KeywordBlock]]]) -> None:
         self._scopes = scopes
         self._labels: dict[tuple[str, bool], IntArray] = {}
+        self._waiting: dict[_SetKey, list[KeywordBlock]] = {}
+        self._open: list[_SetKey] = []
+        for scope, blocks in contents:
+            for block in blocks:
+                if block.keyword in ("NSET", "ELSET"):
+                    nodes = block.keyword == "NSET"
+                    name = block.needs(block.keyword).upper()
+                    (scope.node_sets if nodes else scope.element_sets).setdefault(name, [])
+                    self._waiting.setdefault((scope.name, nodes, name), []).append(block)
+        for scope, blocks in contents:
+            for key in [key for key in self._waiting if key[0] == scope.name]:
+                self._settle(scope, key)
+            for block in blocks:
+                if block.keyword == "SURFACE":
+                    self._add_surface(scope, block)
+                elif block.keyword == "SOLID SECTION":
+                    labels = self._members(scope, block, block.needs("ELSET"), False)
+                    scope.sections.append((labels, block.needs("MATERIAL")))
 
-    def add_set(self, scope: Scope, block: KeywordBlock) -> None:
-        """Take a node or element set.
+    def _settle(self, scope: Scope, key: _SetKey) -> None:
+        """Take a set, with the blocks that define it."""
+        self._open.append(key)
+        for block in self._waiting.pop(key, []):
+            self._add_set(scope, block, key[1])
+        self._open.pop()
 
-        Parameters
-        ----------
-        scope : Scope
-            Where it belongs.
-        block : KeywordBlock
-            *NSET or *ELSET.
-        """
-        nodes = block.keyword == "NSET"
-        name = block.needs("NSET" if nodes else "ELSET").upper()
+    def _add_set(self, scope: Scope, block: KeywordBlock, nodes: bool) -> None:
         sets = scope.node_sets if nodes else scope.element_sets
         members = self._instance(scope, block)
         if "GENERATE" in block.parameters:
@@ -222,18 +241,9 @@ class SetReader:
             found = [self._nodes_of(members, self._members(members, block, block.parameters["ELSET"], False))]
         else:
             found = self._listed(members, block, nodes)
-        sets.setdefault(name, []).extend(found)
+        sets[block.needs(block.keyword).upper()].extend(found)
 
-    def add_surface(self, scope: Scope, block: KeywordBlock) -> None:
-        """Take a surface.
-
-        Parameters
-        ----------
-        scope : Scope
-            Where it belongs.
-        block : KeywordBlock
-            *SURFACE.
-        """
+    def _add_surface(self, scope: Scope, block: KeywordBlock) -> None:
         name, kind = block.needs("NAME"), block.parameters.get("TYPE", "ELEMENT").upper()
         rows = [[part.strip() for part in line.split(",")] for line in block.data]
         if kind == "NODE":
@@ -256,19 +266,6 @@ class SetReader:
                 scope.notes.append(f"surface {name}: side {side} is of no solid element")
         if found:
             self._check_sides(np.concatenate(found), block)
-
-    def add_section(self, scope: Scope, block: KeywordBlock) -> None:
-        """Take the material of a *SOLID SECTION.
-
-        Parameters
-        ----------
-        scope : Scope
-            Where it belongs.
-        block : KeywordBlock
-            The block.
-        """
-        labels = self._members(scope, block, block.needs("ELSET"), False)
-        scope.sections.append((labels, block.needs("MATERIAL")))
 
     def _instance(self, scope: Scope, block: KeywordBlock) -> Scope:
         name = block.parameters.get("INSTANCE", "")
@@ -310,12 +307,17 @@ class SetReader:
             return labels_of([token], block.refuse) + scope.offset
         for owner, name in ((scope, token), *self._elsewhere(token)):
             sets = owner.node_sets if nodes else owner.element_sets
+            key = (owner.name, nodes, name.upper())
+            if key in self._open:
+                raise block.refuse(f"set {name} is defined by itself")
+            if key in self._waiting:
+                self._settle(owner, key)
             if name.upper() in sets:
                 return np.concatenate([NO_LABELS, *sets[name.upper()]])
             if owner is not scope and name.isdecimal():
                 return labels_of([name], block.refuse) + owner.offset
         what = "node set" if nodes else "element set"
-        raise block.refuse(f"{token!r} is no {what} defined before: name one, or give labels")
+        raise block.refuse(f"{token!r} is no {what} of the file: name one, or give labels")
 
     def _elsewhere(self, token: str) -> list[tuple[Scope, str]]:
         places = [k for k, letter in enumerate(token) if letter == "."]

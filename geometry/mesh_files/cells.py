@@ -40,7 +40,7 @@ def mesh_of_cells(path: object, points: FloatArray, cells: list[Any]) -> FileMes
     MeshFileError
         A cell is a pyramid or names a point that is not there.
     """
-    mesh = FileMesh(str(path), oriented=False)
+    mesh = FileMesh(str(path))
     mesh.points = np.ascontiguousarray(points, dtype=np.float64)
     mesh.node_labels = np.arange(1, len(points) + 1)
     first = 1

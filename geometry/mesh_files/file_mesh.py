@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +12,19 @@ from geometry.sector import FloatArray, IntArray
 
 MOST_SETS = 20_000
 NO_LABELS = np.empty(0, dtype=np.int64)
+# what is lost with the definitions of a file that are left out; those of `NO_EFFECT` change no result of the scene
+EFFECTS = {
+    "ties": "nodes that they tie move freely here: the structure is softer than that of the file",
+    "springs": "their stiffness is missing here",
+    "masses": "their mass is missing here: frequencies come out too high",
+    "bodies": "no solid elements that are read: their stiffness and mass are missing here",
+    "moves": "nodes stand where the file puts them first",
+    "supports": "supports of the file: here the set root is held",
+    "contacts": "contact of the file: the scene says what touches",
+    "surfaces": "no solid elements: without stiffness and mass",
+    "unknown": "not known to the reader",
+}
+NO_EFFECT = ("supports", "contacts", "surfaces", "unknown")
 
 
 @dataclass(frozen=True)
@@ -57,8 +70,8 @@ class FileMesh:
         Labels of elements and the name of their material; the last one counts.
     notes : list of str
         What was left out.
-    oriented : bool
-        Whether the format says which way round the nodes of an element go.
+    warnings : list of str
+        What was left out and changes results.
     """
 
     path: str
@@ -72,7 +85,7 @@ class FileMesh:
     materials: dict[str, dict[str, float]] = field(default_factory=dict)
     element_material: list[tuple[IntArray, str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    oriented: bool = True
+    warnings: list[str] = field(default_factory=list)
 
     def refuse(self, found: str) -> MeshFileError:
         """An error that names the file.
@@ -83,6 +96,21 @@ class FileMesh:
             What is wrong and what is allowed.
         """
         return MeshFileError(self.path, found)
+
+    def leave_out(self, effect: str, counts: Mapping[str, int]) -> None:
+        """Say which definitions of the file are left out, how many, and what that does.
+
+        Parameters
+        ----------
+        effect : str
+            Key of `EFFECTS`.
+        counts : mapping of str to int
+            How many of each name.
+        """
+        if counts:
+            names = listed([f"{count} {name}" for name, count in counts.items()], 8)
+            lines = self.notes if effect in NO_EFFECT else self.warnings
+            lines.append(f"{names} left out: {EFFECTS[effect]}")
 
 
 def listed(names: Sequence[object], most: int = 5) -> str:

@@ -96,7 +96,7 @@ def columns_from_gmsh(kind: str) -> list[int]:
 
 
 def _from_model(path: str | Path, gmsh: Any) -> FileMesh:
-    mesh = FileMesh(str(path), oriented=False)
+    mesh = FileMesh(str(path))
     labels, positions, _ = gmsh.model.mesh.getNodes()
     mesh.node_labels = labels.astype(np.int64)
     mesh.points = positions.reshape(-1, 3)

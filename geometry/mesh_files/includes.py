@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from geometry.mesh_files import abaqus_keywords, nastran_cards
-from geometry.mesh_files.text_files import text_lines
+from geometry.mesh_files.text_files import plain_name, text_lines
 
 _RULES = {
     ".inp": abaqus_keywords.included_names,
@@ -16,7 +16,7 @@ _RULES = {
 
 
 def included_names(path: str | Path, suffix: str) -> tuple[str, ...]:
-    """Names of the files that a mesh file includes directly, as written there, by the rule of its reader.
+    """Names of the files that a mesh file includes directly, with slashes, by the rule of its reader.
 
     Parameters
     ----------
@@ -43,4 +43,4 @@ def included_names(path: str | Path, suffix: str) -> tuple[str, ...]:
     ('nodes.inc',)
     """
     rule = _RULES.get(suffix.lower())
-    return () if rule is None else tuple(rule(text_lines(path)))
+    return () if rule is None else tuple(map(plain_name, rule(text_lines(path))))

@@ -6,6 +6,7 @@ the number of its MAT1; the elements of a property are the element set PSOLID_nu
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +26,25 @@ COLUMNS = {
 }
 SYSTEMS = ("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S")
 SETS = ("SET1", "SET3", "SPC1")
-NOT_SOLID = (
-    *("CQUAD4", "CQUAD8", "CQUADR", "CTRIA3", "CTRIA6", "CTRIAR", "CBAR", "CBEAM", "CROD", "CBUSH"),
-    *("CELAS1", "CELAS2", "CONM1", "CONM2", "RBE2", "RBE3", "PLOTEL", "CSHEAR", "CTUBE"),
+MATERIALS = ("PSOLID", "PLSOLID", "MAT1")
+READ = frozenset(["GRID", "GRDSET", *FAMILIES, *SYSTEMS, *SETS, *MATERIALS])
+GENERATORS = ("EGRID", "GRIDG", "GRIDD", "GRIDU", "GRIDMOD", "CGEN")
+# what cards that are left out do, by the keys of `file_mesh.EFFECTS`; the first pattern that fits counts
+LEFT_OUT = (
+    (r"RBE[123]|RBAR1?|RROD|RTRPLT1?|RSPLINE|RJOINT|RSSCON|RBE2GS|RBODY|MPC|BGSET|TIE", "ties"),
+    (r"CELAS[1-4]|CDAMP[1-5]|CBUSH.*|CGAP.*|CVISC|CFAST|CWELD|CSEAM|GENEL|DMIG", "springs"),
+    (r"CONM[12]|CMASS[1-4]|NSML?1?", "masses"),
+    (r"PLOTEL.*", "surfaces"),
+    (r"SPC1?|SUPORT1?", "supports"),
+    (r"BCONP|BCTSET|BCTABLE|BCONTACT|CONTACT", "contacts"),
+    (r"C(QUAD|TRI|BAR|BEAM|BEND|ROD|ONROD|TUBE|SHEAR|ONE|HEX|PEN|TET|IHEX|WEDGE|RAC|FLUID|QDX|IFHEX|IFPEN|SUPER)"
+     r".*", "bodies"),
+)  # fmt: skip
+# cards of loads, solutions, optimisation, and those that belong to cards above
+_KNOWN = re.compile(
+    r"(P[A-Z]|MAT|EIG|LOAD|FORCE|MOMENT|GRAV|RFORCE|ACCEL|TEMP|DLOAD|[RT]LOAD|DAREA|DPHASE|DELAY|FREQ|TABL|TABD|TSTEP|NL"
+    r"|DTI|DMI$|[ABCOQRU]SET|OMIT|[SE]POINT|ECHO|SPCADD|MPCADD|SPCD|LSEQ|NSMADD|D(ESVAR|RESP|V|CON|EQATN|OPT|LINK)|TF$"
+    r"|NOLIN|CHBDY|CONV|QBDY|QVOL|QHBDY|VIEW|RADM|TIC|BCBODY|BCPARA|BCPROP|BSURF|BLSEG|BCTADD|BGADD|BEGIN|CYJOIN|SYS)"
 )
 DEFORMED = ("MAT9", "MAT2", "MAT8", "MATT1")
 
@@ -48,18 +65,35 @@ def read_nastran(path: str | Path) -> FileMesh:
     deck = nastran_deck(path)
     mesh = FileMesh(str(path))
     by_name: dict[str, list[Card]] = {}
-    for card in cards(deck):
+    for card in cards(deck, READ):
         by_name.setdefault(card.name, []).append(card)
+    for name in GENERATORS:
+        if name in by_name:
+            raise by_name[name][0].refuse(
+                "makes nodes or elements, which is not read: must be written out, card by card"
+            )
     if "CPYRAM" in by_name:
         raise by_name["CPYRAM"][0].refuse("is a pyramid: only tetrahedra, wedges and hexahedra are read")
     _add_nodes(mesh, by_name)
     properties = _add_elements(mesh, by_name)
     _add_materials(mesh, by_name, properties)
     add_sets(mesh, deck, [card for name in SETS for card in by_name.get(name, [])])
-    for name in NOT_SOLID:
-        if name in by_name:
-            mesh.notes.append(f"{len(by_name[name])} {name} left out: no solid elements")
+    _leave_out(mesh, {name: len(found) for name, found in by_name.items()})
+    held = sum(bool(card.text(6)) for card in by_name.get("GRID", []))
+    mesh.leave_out("supports", {"GRID with PS": held} if held else {})
     return mesh
+
+
+def _leave_out(mesh: FileMesh, counts: dict[str, int]) -> None:
+    """Say which constraints, elements and unknown cards are left out."""
+    found: dict[str, dict[str, int]] = {}
+    for name, count in counts.items():
+        effect = next((effect for pattern, effect in LEFT_OUT if re.fullmatch(pattern, name)), "unknown")
+        read = name in READ - {"SPC1"} or name in DEFORMED
+        if not read and not (effect == "unknown" and _KNOWN.match(name)):
+            found.setdefault(effect, {})[name] = count
+    for effect, names in found.items():
+        mesh.leave_out(effect, names)
 
 
 def _add_nodes(mesh: FileMesh, by_name: dict[str, list[Card]]) -> None:

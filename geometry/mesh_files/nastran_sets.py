@@ -18,6 +18,9 @@ from geometry.sector import IntArray
 
 Ranges = list[tuple[int, int]]
 _NAMED = re.compile(r'\$HMSET\s+(\d+)\s+(\d+)\s+"([^"]*)"')
+_OUTPUT = re.compile(r"\s*OUTPUT\s*\(\s*(\w+)\s*\)", re.IGNORECASE)
+_REAL = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([EeDd]?[+-]?\d+)?")
+_MOST_STEPS = 1_000_000
 _SET = re.compile(r"\s*SET\s+(\d+)\s*=\s*(.*)$", re.IGNORECASE)
 
 
@@ -36,7 +39,10 @@ def add_sets(mesh: FileMesh, deck: NastranDeck, set_cards: list[Card]) -> None:
     named = {int(found[1]): (found[3], found[2]) for line in deck.comments if (found := _NAMED.match(line))}
     nodes = np.unique(mesh.node_labels)
     elements = np.unique(np.concatenate([np.empty(0, np.int64), *(group.labels for group in mesh.elements)]))
-    for number, ranges, what in [*_case_control_sets(deck), *map(_bulk_set, set_cards)]:
+    cards = [card for card in set_cards if card.name != "SET3" or card.text(1).upper() in ("GRID", "ELEM")]
+    if len(cards) < len(set_cards):
+        mesh.leave_out("unknown", {"SET3 of neither GRID nor ELEM": len(set_cards) - len(cards)})
+    for number, ranges, what in [*_case_control_sets(mesh, deck), *map(_bulk_set, cards)]:
         name, kind = named.get(number, (f"SET_{number}", "")) if what != "SPC1" else (f"SPC1_{number}", "1")
         kind = {"GRID": "1", "ELEM": "2"}.get(what, kind)
         of_nodes, of_elements = _members(nodes, ranges), _members(elements, ranges)
@@ -58,17 +64,23 @@ def _members(labels: IntArray, ranges: Ranges) -> IntArray:
     return np.concatenate([labels[a:b] for a, b in zip(first, last, strict=True)])
 
 
-def _case_control_sets(deck: NastranDeck) -> list[tuple[int, Ranges, str]]:
+def _case_control_sets(mesh: FileMesh, deck: NastranDeck) -> list[tuple[int, Ranges, str]]:
     found = []
     lines = iter(deck.case_control)
+    plots = False  # sets of the plotter are of another kind
     for line in lines:
+        section = _OUTPUT.match(line)
+        plots = plots if section is None else section[1].upper() in ("PLOT", "XYPLOT", "XYOUT")
         head = _SET.match(line)
-        if head is None:
+        if head is None or plots:
             continue
         parts = [head[2]]
         while parts[-1].rstrip().endswith(","):
             parts.append(next(lines, ""))
         words = " ".join(parts).replace(",", " ").split()
+        if any(_REAL.fullmatch(word) for word in words):
+            mesh.notes.append(f"SET {head[1]} left out: holds frequencies or times, not labels")
+            continue
         found.append((int(head[1]), _ranges(deck.path, f"SET {head[1]}", words), "SET"))
     return found
 
@@ -95,6 +107,12 @@ def _ranges(path: str, where: str, words: list[str]) -> Ranges:
             place += 1
             ranges[-1] = (ranges[-1][0], _label(path, where, words[place]))
             excluding = False
+        elif word == "BY" and ranges and place + 1 < len(words):
+            place += 1
+            (first, last), step = ranges.pop(), _label(path, where, words[place])
+            if step < 1 or (last - first) // step > _MOST_STEPS:
+                raise MeshFileError(path, f"{where}: BY {step} must be a step with {_MOST_STEPS} labels at most")
+            ranges += [(label, label) for label in range(first, last + 1, step)]
         elif excluding:
             excepted.add(_label(path, where, word))
         else:

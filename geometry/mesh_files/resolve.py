@@ -12,6 +12,7 @@ from geometry.mesh_files.match_faces import sides_with_corners
 from geometry.sector import FloatArray, IntArray
 
 MOST_NOTES = 40
+_FLAT = 1e-14  # of the cube of its size: a volume that is round-off
 
 
 def imported_mesh(mesh: FileMesh) -> ImportedMesh:
@@ -49,7 +50,11 @@ def imported_mesh(mesh: FileMesh) -> ImportedMesh:
     if len(used) < len(labels):
         mesh.notes.append(f"{counted(len(labels) - len(used), 'node')} of no solid element left out")
     points, labels = np.ascontiguousarray(points[rows]), used
-    wholes = [part for whole in wholes for part in _right_way_round(mesh, _with_rows(whole, labels), points)]
+    parts = [_right_way_round(mesh, _with_rows(whole, labels), points) for whole in wholes]
+    turned = sum(len(part.labels) for _, part in parts)
+    if turned:
+        mesh.notes.append(f"{counted(turned, 'element')} numbered the other way round, inside out: turned round")
+    wholes = [part for pair in parts for part in pair if len(part.labels)]
     for whole in wholes:
         _check_doubles(mesh, whole)
     blocks, element_labels, side_maps = _blocks(mesh, wholes)
@@ -68,7 +73,8 @@ def imported_mesh(mesh: FileMesh) -> ImportedMesh:
         _element_sets(mesh, finder),
         _surfaces(mesh, finder, side_maps, blocks, labels),
         {name: dict(numbers) for name, numbers in mesh.materials.items()},
-        _notes(mesh),
+        _shortened(mesh.notes),
+        _shortened(mesh.warnings),
     )
 
 
@@ -77,7 +83,8 @@ def _check_counts(mesh: FileMesh) -> None:
     if not len(mesh.node_labels):
         raise mesh.refuse("holds no nodes: a mesh of solid elements is needed")
     if not mesh.elements:
-        left_out = f" ({mesh.notes[-1]})" if mesh.notes else ""
+        said = [*mesh.warnings, *mesh.notes]
+        left_out = f" ({'; '.join(said[:3])}{' ...' * (len(said) > 3)})" if said else ""
         raise mesh.refuse(f"holds no solid elements{left_out}: allowed are tetrahedra, wedges and hexahedra")
     sets = len(mesh.node_sets) + len(mesh.element_sets) + len(mesh.sides) + len(mesh.faces)
     if sets > MOST_SETS:
@@ -138,31 +145,42 @@ def _with_rows(whole: WholeElements, labels: IntArray) -> WholeElements:
     return WholeElements(whole.kind, whole.labels, rows, whole.side_map, whole.collapsed)
 
 
-def _right_way_round(mesh: FileMesh, whole: WholeElements, points: FloatArray) -> list[WholeElements]:
-    """The elements with positive volumes; turned round where the format leaves the order of the nodes open."""
+def _right_way_round(mesh: FileMesh, whole: WholeElements, points: FloatArray) -> tuple[WholeElements, WholeElements]:
+    """The elements with positive volumes, and those that are inside out, turned round; one without volume is refused.
+
+    Programs differ in which way round the nodes go, and some take both. An element that is inside out is turned only
+    where that makes it positive at each of its corners: another one has nodes in a wrong order.
+    """
     kind = ELEMENT_KINDS[whole.kind]
-    volume = corner_volumes(kind, points[whole.nodes[:, : kind.corners]])
-    wrong = volume <= 0
-    if not wrong.any():
-        return [whole]
-    flat = volume == 0
-    if flat.any() or mesh.oriented:
-        row = int(np.flatnonzero(flat if flat.any() else wrong)[0])
-        what = "has no volume" if flat.any() else "is inside out (its node order is mirrored)"
+    corners = points[whole.nodes[:, : kind.corners]]
+    at_corners = corner_determinants(kind, corners)
+    volume = at_corners.mean(axis=1)
+    flat = np.abs(volume) <= _FLAT * np.ptp(corners, axis=1).max(axis=1) ** 3
+    wrong = (volume < 0) & ~flat
+    refused = flat | (wrong & (at_corners >= 0).any(axis=1))
+    if refused.any():
+        row = int(np.flatnonzero(refused)[0])
+        what = (
+            "has no volume" if flat[row] else "is inside out at some of its corners (its nodes are in a wrong order)"
+        )
         raise mesh.refuse(
-            f"element {whole.labels[row]} ({kind.name}) {what} ({counted(int(wrong.sum()), 'such element')}): "
+            f"element {whole.labels[row]} ({kind.name}) {what} ({counted(int(refused.sum()), 'such element')}): "
             "must have a positive volume"
         )
     columns, sides = mirrored(kind)
-    turned = WholeElements(
-        whole.kind, whole.labels[wrong], whole.nodes[wrong][:, columns], sides[whole.side_map], whole.collapsed
-    )
-    kept = WholeElements(whole.kind, whole.labels[~wrong], whole.nodes[~wrong], whole.side_map, whole.collapsed)
-    return [part for part in (kept, turned) if len(part.labels)]
+    return _part(whole, ~wrong), _part(whole, wrong, columns, sides[whole.side_map])
 
 
-def corner_volumes(kind: ElementKind, corners: FloatArray) -> FloatArray:
-    """Mean of the Jacobian determinants at the corners (E,), as if the edges were straight.
+def _part(
+    whole: WholeElements, rows: IntArray, columns: list[int] | None = None, side_map: IntArray | None = None
+) -> WholeElements:
+    nodes = whole.nodes[rows] if columns is None else whole.nodes[rows][:, columns]
+    sides = whole.side_map if side_map is None else side_map
+    return WholeElements(whole.kind, whole.labels[rows], nodes, sides, whole.collapsed)
+
+
+def corner_determinants(kind: ElementKind, corners: FloatArray) -> FloatArray:
+    """Jacobian determinants at the corners (E, c), as if the edges were straight; their mean tells the volume.
 
     Parameters
     ----------
@@ -171,12 +189,11 @@ def corner_volumes(kind: ElementKind, corners: FloatArray) -> FloatArray:
     corners : (E, c, 3) array
         Positions of their corners.
     """
-    total = np.zeros(len(corners))
+    found = np.empty((len(corners), kind.corners))
     for corner in range(kind.corners):
         ends = _right_handed_neighbours(kind, corner)
-        edges = corners[:, ends] - corners[:, [corner]]
-        total += np.linalg.det(edges)
-    return total / kind.corners
+        found[:, corner] = np.linalg.det(corners[:, ends] - corners[:, [corner]])
+    return found
 
 
 def _right_handed_neighbours(kind: ElementKind, corner: int) -> list[int]:
@@ -318,8 +335,8 @@ def _surfaces(
     return found
 
 
-def _notes(mesh: FileMesh) -> tuple[str, ...]:
-    notes = list(dict.fromkeys(mesh.notes))
+def _shortened(lines: list[str]) -> tuple[str, ...]:
+    notes = list(dict.fromkeys(lines))
     if len(notes) > MOST_NOTES:
         notes = [*notes[:MOST_NOTES], f"and {len(notes) - MOST_NOTES} more"]
     return tuple(notes)

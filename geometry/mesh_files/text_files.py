@@ -79,9 +79,17 @@ def included_file(main: str | Path, parent: str | Path, name: str, chain: tuple[
         It stands elsewhere, also by a symbolic link, or includes itself.
     """
     folder = os.path.realpath(os.path.dirname(os.path.abspath(main)))
-    target = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(parent)), name))
+    target = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(parent)), plain_name(name)))
     if os.path.commonpath([folder, target]) != folder:
-        raise MeshFileError(main, f"includes {name}: only files in its own folder can be included")
+        shared = os.path.commonpath([folder, os.path.dirname(target)])
+        other = ""
+        if os.path.isfile(target) and len(Path(shared).parts) > 1:
+            start = os.path.relpath(os.path.abspath(main), shared)
+            other = f", or give a file in {shared} that includes {start}"
+        raise MeshFileError(
+            main,
+            f"includes {name}: only files in its own folder can be included; move the files into one folder{other}",
+        )
     if target in chain:
         raise MeshFileError(
             main, f"includes {name}, which includes itself: each file can be included once in a chain"
@@ -89,6 +97,17 @@ def included_file(main: str | Path, parent: str | Path, name: str, chain: tuple[
     if not os.path.isfile(target):
         raise MeshFileError(main, f"includes {name}: no such file")
     return target
+
+
+def plain_name(name: str) -> str:
+    """The name of an included file, with slashes where it was written on Windows.
+
+    Parameters
+    ----------
+    name : str
+        As written.
+    """
+    return name.strip().replace("\\", "/")
 
 
 def numbers(fields: list[str], refusal: object) -> FloatArray:

@@ -117,7 +117,7 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
         normal_angle=pair.normal_angle,
         rotation=rotation,
         notes=(*mesh.notes, *notes, *renamed, *found, *of_cuts, *how, *_remarks(pair)),
-        warnings=_warnings(pair, choice.n_blades),
+        warnings=(*mesh.warnings, *_warnings(pair, choice.n_blades)),
     )
     return OwnSector(sector, findings, materials_in_si(mesh.materials, choice.unit))
 

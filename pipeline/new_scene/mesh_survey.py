@@ -78,7 +78,7 @@ def survey(mesh: ImportedMesh) -> list[str]:
         _listed("element sets", {name: f"{len(rows)}" for name, rows in mesh.element_sets.items()}),
         _listed("materials", {name: _numbers(values) for name, values in mesh.materials.items()}),
     ]
-    return [*lines, *(f"note: {note}" for note in mesh.notes)]
+    return [*lines, *(f"warning: {line}" for line in mesh.warnings), *(f"note: {note}" for note in mesh.notes)]
 
 
 def guess(mesh: ImportedMesh, unit: str | None = None, axis: str | None = None, n_blades: int | None = None) -> Guess:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mesh_file_support import area, volumes
 
-from geometry import MeshFileError, read_mesh
+from geometry import MeshFileError, included_names, read_mesh
 
 CUBE = """\
 ** two cubes on top of each other
@@ -52,6 +52,54 @@ def test_sets_that_hold_sets_and_ranges(tmp_path):
     assert {name: len(rows) for name, rows in mesh.element_sets.items()} == {"lower": 1, "upper": 1, "all": 2}
     assert mesh.notes == ("elements C3D8R are taken as hex8 with full integration",)
     assert volumes(mesh) == pytest.approx([2.0])
+
+
+def test_sets_sections_and_surfaces_that_name_sets_of_later_lines(tmp_path):
+    mesh = read(
+        tmp_path,
+        CUBE
+        + "*MATERIAL, NAME=Steel\n*ELASTIC\n2.1E5, 0.3\n*SOLID SECTION, ELSET=blade, MATERIAL=Steel\n,\n"
+        + "*SURFACE, NAME=top\nlast, S2\n*ELSET, ELSET=blade\nlower, last\n*NSET, NSET=all, ELSET=blade\n"
+        + "*ELSET, ELSET=last\n2\n",
+    )
+    assert [(block.material, len(block)) for block in mesh.blocks] == [("Steel", 2)]
+    assert mesh.node_labels[mesh.surfaces["top"].nodes(mesh.blocks)].tolist() == [9, 10, 11, 12]
+    assert len(mesh.node_sets["all"]) == 12
+
+
+@pytest.mark.parametrize(
+    "head",
+    ["*NSET, NSET=root,", "*NSET,\n** which\nNSET=root,", "*NSET, NSET=root, GENERATE", "*NSET, NSET=root,\n gen,"],
+)
+def test_a_comma_at_the_end_of_a_keyword_line(tmp_path, head):
+    """CalculiX ends the line there; parameters go on after it, data do not."""
+    data = "1, 4\n5, 8" if "gen" in head.lower() else "1, 2, 3, 4\n5, 6, 7, 8"
+    mesh = read(tmp_path, f"{CUBE}{head}\n{data}\n")
+    assert mesh.node_labels[mesh.node_sets["root"]].tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
+
+
+def test_what_is_left_out_is_said_with_what_it_does(tmp_path):
+    mesh = read(
+        tmp_path,
+        CUBE
+        + "*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n3\n1, 2, 1., 2, 2, -1.,\n3, 2, 1.\n*MPC\nBEAM, 1, 2\nTIE, 3, 4\n"
+        + "*RIGID BODY, NSET=upper, REF NODE=1\n*TIE, NAME=t\na, b\n*TIE, NAME=c, CYCLIC SYMMETRY\na, b\n"
+        + "*ELEMENT, TYPE=MASS, ELSET=m\n5, 1\n*MASS, ELSET=m\n2.\n*ELEMENT, TYPE=SPRING1\n6, 1\n7, 2\n"
+        + "*ELEMENT, TYPE=S4\n8, 1, 2, 3, 4\n*BOUNDARY\n1, 1, 3\n2, 1, 3\n*CLOADS, X=1\n*STEP\n*CLOAD\n1, 1, 5.\n"
+        + "*END STEP\n",
+    )
+    assert set(mesh.warnings) == {
+        "2 *EQUATION, 2 *MPC, 1 *RIGID BODY, 1 *TIE left out: nodes that they tie move freely here: "
+        "the structure is softer than that of the file",
+        "1 MASS, 1 *MASS left out: their mass is missing here: frequencies come out too high",
+        "2 SPRING1 left out: their stiffness is missing here",
+        "1 S4 left out: no solid elements that are read: their stiffness and mass are missing here",
+    }
+    assert {
+        "2 *BOUNDARY left out: supports of the file: here the set root is held",
+        "1 *TIE left out: contact of the file: the scene says what touches",
+        "1 *CLOADS left out: not known to the reader",
+    } <= set(mesh.notes)
 
 
 def test_a_range_of_a_thousand_million_labels_costs_nothing(tmp_path):
@@ -132,6 +180,22 @@ def test_included_files_of_the_folder(tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "nodes.inc").write_text(head)
     mesh = read(tmp_path, "*INCLUDE, INPUT=parts/nodes.inc\n*Element" + tail)
+    assert mesh.n_elements == 2
+
+
+def test_nodes_from_a_file_of_their_own(tmp_path):
+    (tmp_path / "n.inc").write_text("".join(CUBE.splitlines(keepends=True)[2:14]))
+    mesh = read(tmp_path, "*NODE, NSET=all, INPUT=n.inc\n*Element" + CUBE.split("*Element", 1)[1])
+    assert (mesh.n_elements, len(mesh.node_sets["all"])) == (2, 12)
+    assert included_names(tmp_path / "blade.inp", ".inp") == ("n.inc",)
+
+
+def test_a_file_of_the_folder_above_names_where_to_start(tmp_path):
+    (tmp_path / "job").mkdir()
+    (tmp_path / "nodes.inc").write_text(CUBE.split("*Element")[0])
+    with pytest.raises(MeshFileError, match=rf"or give a file in {tmp_path} that includes job/blade.inp"):
+        read(tmp_path / "job", "*INCLUDE, INPUT=..\\nodes.inc\n*Element" + CUBE.split("*Element", 1)[1])
+    mesh = read(tmp_path, "*INCLUDE, INPUT=job/blade.inp\n", "start.inp")
     assert mesh.n_elements == 2
 
 

@@ -35,7 +35,10 @@ ABAQUS = {
     "no nodes": (TET, "holds no nodes"),
     "shells only": (NODES + "*ELEMENT, TYPE=S4R\n1, 1, 2, 3, 4\n", "holds no solid elements .*S4R"),
     "pyramids": (NODES + "*ELEMENT, TYPE=C3D5\n1, 1, 2, 3, 4, 5\n", "TYPE=C3D5 are pyramids"),
-    "inside out": (NODES + TET.replace("1, 2, 3", "2, 1, 3"), r"element 1 \(tet4\) is inside out"),
+    "nodes in a wrong order": (
+        QUADRATIC + "*ELEMENT, TYPE=C3D8\n1, 5, 6, 7, 8, 1, 2, 4, 3\n",
+        r"element 1 \(hex8\) is inside out at some of its corners \(its nodes are in a wrong order\)",
+    ),
     "flat": (NODES + TET.replace("3, 4", "3, 6") + "*NODE\n6, 1., 1., 0.\n", "has no volume"),
     "too few nodes": (NODES + TET.replace(", 4\n", "\n"), r"element 1 \(C3D4\): must have 4 nodes"),
     "element without type": (NODES + TET.replace("TYPE=C3D4, ", ""), "TYPE= is missing"),
@@ -55,7 +58,15 @@ ABAQUS = {
         QUADRATIC + "*ELEMENT, TYPE=C3D20\n7, " + ", ".join(map(str, [*range(1, 20), 19])),
         "its nodes must be distinct",
     ),
-    "unknown set": (NODES + TET + "*NSET, NSET=a\nroot\n", "'root' is no node set defined before"),
+    "unknown set": (NODES + TET + "*NSET, NSET=a\nroot\n", "'root' is no node set of the file"),
+    "set by itself": (
+        NODES + TET + "*NSET, NSET=a\nb\n*NSET, NSET=b\na\n",
+        r"line 11, \*NSET: set a is defined by itself",
+    ),
+    "unknown parameter": (
+        NODES + TET + "*NSET, NSET=a, STEP=2\n1, 2\n",
+        r"line 9, \*NSET: parameter STEP is not known",
+    ),
     "unknown section": (NODES + TET + "*SOLID SECTION, ELSET=b, MATERIAL=m\n", "'b' is no element set"),
     "set without name": (NODES + TET + "*NSET\n1, 2\n", r"\*NSET: NSET= is missing"),
     "range backwards by 0": (NODES + TET + "*NSET, NSET=a, GENERATE\n1, 5, 0\n", "must be first, last and step"),
@@ -79,6 +90,23 @@ NASTRAN = {
     "words for numbers": (GRID.replace("GRID,3,,0.", "GRID,3,,zero") + CTETRA, "line 3, GRID: field 4 is 'zero'"),
     "words for labels": (GRID + CTETRA.replace("3,4", "3,d"), "line 5, CTETRA: field 7 is 'd'"),
     "pyramids": (GRID + "CPYRAM,1,1,1,2,3,4,5\n", "line 5, CPYRAM: is a pyramid"),
+    "a field too many": (
+        GRID + "CHEXA,1,1,1,2,3,4,5,6,7,8\n",
+        "line 5, CHEXA: has more than 8 data fields in a line",
+    ),
+    "a node in the field of the continuation": (
+        GRID + "SPC1,1,123,1,2,3,4,1,2,3\n" + CTETRA,
+        "line 5, SPC1: has 3 in field",
+    ),
+    "a continuation of another card": (
+        GRID + "CTETRA,1,1,1,2,3,4,,,+A\n+B,5\n",
+        r"line 5, CTETRA: ends with \+A and goes on with \+B",
+    ),
+    "a continuation without a card": (",1,2\n" + GRID + CTETRA, "line 1: goes on with a card that has not begun"),
+    "nothing to replicate": (GRID + CTETRA + "=(3)\n", r"line 6, =\(3\): must be = with increments"),
+    "an increment of nothing": (GRID + "=,*1,*(2),==\n" + CTETRA, r"line 5, =: '\*\(2\)' after ''"),
+    "superelement": (GRID + CTETRA + "BEGIN SUPER=1\n" + GRID, "line 6, BEGIN SUPER=1: superelements, modules"),
+    "generated mesh": (GRID + "CGEN,CHEXA,1,1,2\n" + CTETRA, "line 5, CGEN: makes nodes or elements"),
     "some mid-side nodes": (
         GRID + "GRID,5,,.5,0.,0.\n" + CTETRA.replace("3,4", "3,4,5"),
         r"element 1 \(tet10\) lacks 5 of its 6 mid-side nodes",

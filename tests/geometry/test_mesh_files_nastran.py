@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from mesh_file_support import element_points, straight_middles, volumes
+from mesh_file_support import VOLUMES, element_points, shape_of, straight_middles, volumes
 
-from geometry import ELEMENT_KINDS, read_mesh
+from geometry import ELEMENT_KINDS, included_names, read_mesh
 
 TET = "CTETRA  1       1       1       2       3       4\n"
 
@@ -152,8 +152,85 @@ def test_sets(tmp_path):
     assert {"tip elements", "SET_7"} <= set(mesh.element_sets)
 
 
-def test_shells_are_left_out_with_a_note(tmp_path):
-    mesh = read(tmp_path, SMALL + TET + "CTRIA3,5,2,1,2,3\nCBAR,6,3,1,2\n")
+def test_what_is_left_out_is_said_with_what_it_does(tmp_path):
+    mesh = read(
+        tmp_path,
+        SMALL + TET + "CTRIA3,5,2,1,2,3\nCBAR,6,3,1,2\nRBE2,7,1,123,2,3\nMPC,1,1,1,1.,2,1,-1.\nCELAS2,8,1.,1,1\n"
+        "CONM2,9,1,,2.5\nSPC,1,4,123\nGRID,20,,9.,9.,9.,,123\nCROD,10,1,1,2\nPLOTEL,11,1,2\nFOO,1\nEIGRL,1\n",
+    )  # fmt: skip
     assert mesh.n_elements == 1
     assert volumes(mesh) == pytest.approx([1.5 * 0.25 / 6])
-    assert {"1 CTRIA3 left out: no solid elements", "1 CBAR left out: no solid elements"} <= set(mesh.notes)
+    lost = "no solid elements that are read: their stiffness and mass are missing here"
+    assert set(mesh.warnings) == {
+        f"1 CTRIA3, 1 CBAR, 1 CROD left out: {lost}",
+        "1 RBE2, 1 MPC left out: nodes that they tie move freely here: the structure is softer than that of the file",
+        "1 CELAS2 left out: their stiffness is missing here",
+        "1 CONM2 left out: their mass is missing here: frequencies come out too high",
+    }
+    assert {
+        "1 SPC left out: supports of the file: here the set root is held",
+        "1 GRID with PS left out: supports of the file: here the set root is held",
+        "1 PLOTEL left out: no solid elements: without stiffness and mass",
+        "1 FOO left out: not known to the reader",
+    } <= set(mesh.notes)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "GRID,1,,0.,0.,0.\n=,*(1),=,*(1.),==\n=(9)\nGRID,21,,0.,1.,0.\n=,*1,=,*1.,==\n=9\n"
+        "GRID,41,,0.,0.,1.\n=,*(1),=,*(1.),==\n=(9)\nGRID,61,,0.,1.,1.\n=,*(1),=,*(1.),==\n=(9)\n"
+        "CHEXA,1,1,1,2,22,21,41,42,+\n+,62,61\n=,*(1),=,*(1),*(1),*(1),*(1),*(1),*(1),+\n+,*(1),*(1)\n=(8)\n",
+        "GRID    1               0.      0.      0.\n=       *(1)    =       *(1.)   ==\n=(9)\n"
+        "GRID    21              0.      1.      0.\n=       *(1)    =       *(1.)   ==\n=(9)\n"
+        "GRID    41              0.      0.      1.\n=       *(1)    =       *(1.)   ==\n=(9)\n"
+        "GRID    61              0.      1.      1.\n=       *(1)    =       *(1.)   ==\n=(9)\n"
+        "CHEXA   1       1       1       2       22      21      41      42      +A\n+A      62      61\n"
+        "=       *(1)    =       *(1)    *(1)    *(1)    *(1)    *(1)    *(1)    *(1)\n*(1)    *(1)    *(1)\n=(8)\n",
+    ],
+)
+def test_replicated_cards(tmp_path, text):
+    """Ten cubes in a row from two lines of elements; free and fixed fields."""
+    mesh = read(tmp_path, text)
+    assert [(block.kind, len(block)) for block in mesh.blocks] == [("hex8", 10)]
+    assert volumes(mesh) == pytest.approx([10.0])
+    assert mesh.node_labels.tolist() == [*range(1, 12), *range(21, 32), *range(41, 52), *range(61, 72)]
+    np.testing.assert_allclose(mesh.points[:11, 0], np.arange(11.0))
+    assert mesh.element_labels[0].tolist() == list(range(1, 11))
+
+
+def test_elements_numbered_the_other_way_round(tmp_path):
+    """Nastran takes both; sides and mid-side nodes are those of the file."""
+    kinds = {"CTETRA": ("tet4", [0, 2, 1, 3]), "CPENTA": ("wedge6", [0, 2, 1, 3, 5, 4]),
+             "CHEXA": ("hex8", [0, 3, 2, 1, 4, 7, 6, 5])}  # fmt: skip
+    text = ""
+    for number, (card, (kind, order)) in enumerate(kinds.items(), 1):
+        for k, (x, y, z) in enumerate(element_points(kind).tolist(), 10 * number):
+            text += f"GRID,{k},,{x + 5 * number!r},{y!r},{z!r}\n"
+        nodes = [str(10 * number + k) for k in order]
+        text += (
+            f"{card},{number},1,{','.join(nodes[:6])}" + (f",+\n+,{','.join(nodes[6:])}" if nodes[6:] else "") + "\n"
+        )
+    mesh = read(tmp_path, text)
+    determinant = 1 + 0.3 * 0.1 * 0.2
+    assert volumes(mesh) == pytest.approx([VOLUMES[shape_of(block.kind)] * determinant for block in mesh.blocks])
+    assert "3 elements numbered the other way round, inside out: turned round" in mesh.notes
+
+
+def test_included_files_over_lines_and_as_windows_writes_them(tmp_path):
+    (tmp_path / "parts" / "low").mkdir(parents=True)
+    (tmp_path / "parts" / "low" / "grid.inc").write_text(SMALL)
+    for name in ("'parts/\n  low/\n  grid.inc'", "'parts\\low\\grid.inc'", '"parts/low/grid.inc"'):
+        mesh = read(tmp_path, f"CEND\nBEGIN BULK\nINCLUDE {name}\n{TET}ENDDATA\n")
+        assert len(mesh.points) == 4
+        assert included_names(tmp_path / "blade.bdf", ".bdf") == ("parts/low/grid.inc",)
+
+
+def test_sets_of_the_plotter_and_of_frequencies(tmp_path):
+    mesh = read(
+        tmp_path,
+        "SET 3 = 1 THRU 4 BY 2\nSET 4 = 100., 2.+2\nOUTPUT(PLOT)\n  SET 1 = ALL EXCEPT PLOTEL\n"
+        "BEGIN BULK\n" + SMALL + TET,
+    )  # fmt: skip
+    assert {name: mesh.node_labels[rows].tolist() for name, rows in mesh.node_sets.items()} == {"SET_3": [1, 3]}
+    assert "SET 4 left out: holds frequencies or times, not labels" in mesh.notes
