@@ -1,6 +1,7 @@
 """The mesh of a sector from its parameters."""
 
 from dataclasses import replace
+from math import floor
 
 import numpy as np
 
@@ -9,17 +10,17 @@ from geometry.checks import check_parameters
 from geometry.contact import contact_faces
 from geometry.disk import add_disk
 from geometry.divisions import contact_fractions, grid_fractions
-from geometry.edge_angle import fitted_planform
 from geometry.elements import ElementBlock
 from geometry.errors import GeometryError
-from geometry.fillet import fillet_layers
 from geometry.layout import MeshingError
 from geometry.parameters import BladeParameters, DiskParameters, MeshParameters, ShroudParameters
-from geometry.planform import Planform, is_mirrored
-from geometry.planform_mesh import PlanformMesh, mesh_planform
-from geometry.quality import hexahedron_scaled_jacobian
+from geometry.planform import is_mirrored
+from geometry.planform_mesh import PlanformMesh
+from geometry.remedies import rounded
 from geometry.sector import FloatArray, IntArray, SectorMesh
-from geometry.solid import MIRRORED_CORNERS, sweep
+from geometry.solid import swept_planform
+
+OTHER_SIZES = (0.9, 0.8, 0.7, 0.5, 0.35)  # of a size that gives no mesh: tried for one that does
 
 
 def build_sector(
@@ -81,20 +82,11 @@ def _built(
     """As `build_sector`, of parameters that are checked."""
     mirrored = is_mirrored(shroud)
     upright = replace(blade, root_stagger=-blade.root_stagger, twist=-blade.twist) if mirrored else blade
-    plan = _planform_as_meshed(blade, shroud, mesh)
     try:
-        flat = mesh_planform(plan, mesh.size, mesh.contact_grid[0])
+        plan, flat, points, hexahedra = swept_planform(blade, shroud, mesh)
     except MeshingError as error:
-        raise GeometryError("mesh", "size", mesh.size, f"gives no valid mesh, try a smaller one ({error})") from error
-    points, hexahedra = sweep(plan, flat, upright, shroud, mesh)
-    if mirrored:
-        # 0 - x, not -x: the zeros of the axial coordinate stay +0
-        points = np.stack([0.0 - points[:, 0], points[:, 1], points[:, 2]], axis=1)
-        hexahedra = hexahedra[:, MIRRORED_CORNERS]
-    worst = float(hexahedron_scaled_jacobian(points, hexahedra).min())
-    if not worst > 0:
-        reason = f"gives folded elements (worst scaled Jacobian {worst:.2g}), try a smaller one"
-        raise GeometryError("mesh", "size", mesh.size, reason)
+        told = f"gives no valid mesh; {_size_that_meshes(blade, shroud, mesh)} ({error})"
+        raise GeometryError("mesh", "size", mesh.size, told) from error
     sector = _with_faces(points, hexahedra, flat, blade, shroud, mesh)
     levels = np.arange(int(sector.node_sets["root"][0]), len(points), len(sector.node_sets["root"]))
     sector = replace(sector, surfaces=airfoil_surfaces(plan, flat, sector.blocks, levels, mirrored))
@@ -103,12 +95,17 @@ def _built(
     )
 
 
-def _planform_as_meshed(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> Planform:
-    """The planform with the footprint that the fillet at the shroud has between straight edges of elements."""
-    plan = fitted_planform(blade, shroud)
-    return replace(
-        plan, section=replace(plan.section, offset=float(fillet_layers(shroud.fillet_radius, mesh.size)[0]))
-    )
+def _size_that_meshes(blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters) -> str:
+    """A smaller element size that gives a mesh, in words: it is tried."""
+    for factor in OTHER_SIZES:
+        smaller = replace(mesh, size=rounded(factor * mesh.size, 3, floor))
+        try:
+            check_parameters(blade, shroud, smaller)
+            swept_planform(blade, shroud, smaller)
+        except (MeshingError, GeometryError):
+            continue
+        return f"mesh.size = {smaller.size:g} does"
+    return f"nor do sizes down to {OTHER_SIZES[-1] * mesh.size:.3g}: change the section or the shroud"
 
 
 def _with_faces(

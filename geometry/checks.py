@@ -1,5 +1,6 @@
 """Validation of the parameters before anything is built."""
 
+from dataclasses import replace
 from functools import partial
 from math import ceil, floor, isfinite, nan, pi
 from numbers import Integral, Real
@@ -23,6 +24,7 @@ LARGEST_GRID = 100
 LEAST_FILLET = 1e-3  # radius relative to the chord
 LARGEST_GRADING = 100.0
 LARGEST_MESH = 3_000_000  # elements
+TRIAL_MESH = 20_000  # elements, of meshes that are only tried
 
 
 def check_parameters(
@@ -30,8 +32,8 @@ def check_parameters(
 ) -> None:
     """Check that the parameters are in range and fit together.
 
-    It runs without gmsh: some milliseconds for parameters that fit, up to a second to find the nearest values
-    that would fit.
+    Parameters that fit take some milliseconds, without gmsh; to find the nearest values that would fit, and to mesh
+    them, takes a second or two.
 
     Parameters
     ----------
@@ -62,7 +64,7 @@ def check_parameters(
     _check_shroud(shroud)
     _check_fillets(blade, shroud)
     _check_mesh(mesh)
-    check_fit(blade, shroud, (partial(_accepts, mesh), partial(_accepts, None)))
+    check_fit(blade, shroud, (partial(_accepts, mesh), partial(_accepts, None)), partial(_meshes, mesh))
     _check_size(blade, shroud, mesh)
     if disk is not None:
         from geometry.disk import check_disk
@@ -81,6 +83,19 @@ def _accepts(mesh: MeshParameters | None, blade: BladeParameters, shroud: Shroud
         if mesh is not None:
             _check_size(blade, shroud, mesh)
     except GeometryError:
+        return False
+    return True
+
+
+def _meshes(mesh: MeshParameters, blade: BladeParameters, shroud: ShroudParameters) -> bool:
+    """Whether gmsh makes a mesh of a blade and its shroud, of elements that are not much smaller than need be."""
+    from geometry.layout import MeshingError
+    from geometry.solid import swept_planform
+
+    coarse = _smallest_size(blade, shroud) * (LARGEST_MESH / TRIAL_MESH) ** (1 / 3)
+    try:
+        swept_planform(blade, shroud, replace(mesh, size=max(mesh.size, coarse)))
+    except MeshingError:
         return False
     return True
 

@@ -1,7 +1,7 @@
 """Refusal of a blade and a shroud that do not fit together, with values that do."""
 
 from collections.abc import Callable, Iterator
-from itertools import islice
+from dataclasses import replace
 
 from geometry.edge_angle import AUTO, LARGEST_SLANT, fitted_planform
 from geometry.errors import GeometryError
@@ -26,11 +26,13 @@ def misfit_of(blade: BladeParameters, shroud: ShroudParameters) -> str | None:
     return misfit(fitted_planform(blade, shroud))
 
 
-def check_fit(blade: BladeParameters, shroud: ShroudParameters, accepts: tuple[Accepts, ...]) -> None:
+def check_fit(
+    blade: BladeParameters, shroud: ShroudParameters, accepts: tuple[Accepts, ...], meshes: Accepts
+) -> None:
     """Check limits that depend on other parameters, neighbouring airfoils, side profile and airfoil on the planform.
 
     Raises ``GeometryError`` for the first parameter of which ``accepts`` takes another value, the first of several
-    that takes one; it names that value and those of up to two other parameters.
+    that takes one; it names that value and those of up to two other parameters. Each of them ``meshes``.
     """
     reason = misfit_of(blade, shroud)
     if reason is None:
@@ -38,10 +40,11 @@ def check_fit(blade: BladeParameters, shroud: ShroudParameters, accepts: tuple[A
     broken = broken_relation(blade, shroud)
     if broken is not None:
         table, parameter, _ = broken
-        found = _first_ways(blade, shroud, accepts, lambda search: _own_way(search, table, parameter))
+        search = Search(blade, shroud, accepts[0], meshes)
+        found = _first_ways(search, accepts, lambda search: _own_way(search, table, parameter))
     else:
         reason, ways = _reason_and_ways(blade, shroud, reason)
-        found = _first_ways(blade, shroud, accepts, ways)
+        found = _first_ways(Search(blade, shroud, accepts[0], meshes), accepts, ways)
         table, parameter, _ = found[0] if found else ("blade", "chord", "")
     value = getattr(blade if table == "blade" else shroud, parameter)
     texts = [text for _, _, text in found] or ["no other value of one key alone fits"]
@@ -60,19 +63,21 @@ def _reason_and_ways(blade: BladeParameters, shroud: ShroudParameters, reason: s
     return f"the section, {turned}, must fit on the shroud of {platform}", _section_ways
 
 
-def _first_ways(
-    blade: BladeParameters, shroud: ShroudParameters, accepts: tuple[Accepts, ...], ways: Ways
-) -> list[Way]:
-    """Up to three other values, the sensible ones first."""
+def _first_ways(search: Search, accepts: tuple[Accepts, ...], ways: Ways) -> list[Way]:
+    """Up to three other values, the sensible ones first, one for each parameter."""
     for accept in accepts:
         for least, most_ways in ((SENSIBLE, MOST_WAYS), (ANY, 1)):
-            found = [*islice(ways(Search(blade, shroud, accept, least)), most_ways)]
+            found: dict[tuple[str, str], Way] = {}
+            for way in ways(replace(search, accepts=accept, least=least)):
+                found.setdefault(way[:2], way)
+                if len(found) == most_ways:
+                    break
             if found:
-                return found
+                return [*found.values()]
     for accept in accepts:
-        found = [*_smaller_section(Search(blade, shroud, accept))]
-        if found:
-            return found
+        smaller = [*_smaller_section(replace(search, accepts=accept))]
+        if smaller:
+            return smaller
     return []
 
 
@@ -128,7 +133,7 @@ def _at_most(search: Search, table: str, parameter: str) -> Iterator[Way]:
     value = getattr(search.blade if table == "blade" else search.shroud, parameter)
     most = search.largest(table, parameter, value) if value else None
     if most is not None:
-        yield table, parameter, f"{table}.{parameter} at most {most:.6g} fits"
+        yield table, parameter, f"{table}.{parameter} {_at_most_or(search, table, parameter, most)}{most:.6g} fits"
 
 
 def _smaller_section(search: Search) -> Iterator[Way]:
@@ -141,7 +146,12 @@ def _smaller_section(search: Search) -> Iterator[Way]:
 def _fewer_blades(search: Search) -> Iterator[Way]:
     count = search.fewer_blades()
     if count is not None:
-        yield "blade", "n_blades", f"blade.n_blades at most {count} fits"
+        yield "blade", "n_blades", f"blade.n_blades {_at_most_or(search, 'blade', 'n_blades', count)}{count} fits"
+
+
+def _at_most_or(search: Search, table: str, parameter: str, value: float) -> str:
+    """ "at most " where lower values fit too; a value alone may be the only one that does."""
+    return "at most " if search.all_below(table, parameter, value) else ""
 
 
 def _nearest_angle(

@@ -151,7 +151,7 @@ def _collect(gmsh: Any, corners: dict[str, int], curves: dict[tuple[str, str], i
     for surface in surfaces:
         types, _, nodes = mesh.getElements(2, surface)
         if list(types) != [3]:
-            raise MeshingError(f"gmsh left element types {list(types)} where only quadrilaterals belong")
+            raise MeshingError("gmsh left triangles among the quadrilaterals")
         tables.append(nodes[0].astype(np.int64).reshape(-1, 4))
     used = np.unique(np.concatenate([table.ravel() for table in tables]))
     tags, xyz, _ = mesh.getNodes()

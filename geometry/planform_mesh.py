@@ -20,6 +20,13 @@ from geometry.straight_edges import straight_edged_half_thickness
 GOOD_QUALITY = 0.4  # scaled Jacobian above which a mesh in rows is accepted and no unstructured one is tried
 Half = tuple[Layout, QuadMesh]
 FAIR_QUALITY = 0.2  # scaled Jacobian above which no finer mesh is tried
+ANY_QUALITY = 0.0
+# Size over that of the elements, quality that is enough, whether only the unstructured layout is tried.
+TRIES = (
+    (1.0, GOOD_QUALITY, False),
+    *((fineness, FAIR_QUALITY, True) for fineness in (2.0, 3.0, 4.0, 6.0)),
+    *((fineness, ANY_QUALITY, False) for fineness in (1.4, 1.2, 0.8, 1.7, 2.5, 5.0)),
+)
 
 
 @dataclass(frozen=True)
@@ -112,32 +119,34 @@ def _best_halves(plan: Planform, size: float, contact_nodes: int) -> tuple[Half,
     """The layout and mesh whose worst element is best: upper half, and that of the planform rotated by 180 degrees.
 
     Layouts are tried until one is good enough: first meshes in rows, then an unstructured one of the same size, then
-    finer ones for features much smaller than the size.
+    finer ones for features much smaller than the size; where none is valid, all layouts with other sizes.
     """
     best: tuple[float, Half, Half] | None = None
-    reasons = []
-    for fineness, wanted in ((1, GOOD_QUALITY), *((k, FAIR_QUALITY) for k in (2, 3, 4, 6))):
+    tried, highest = 0, -1.0
+    for fineness, wanted, free_only in TRIES:
+        if best is not None and best[0] > wanted:
+            continue
         layouts = half_layouts(plan, size / fineness, contact_nodes)
         others = half_layouts(plan.turned, size / fineness, contact_nodes) if plan.section.camber else layouts
         for layout, other in zip(layouts, others, strict=True):
             enough = best is not None and best[0] > wanted
-            if (fineness > 1 and not layout.free) or (layout.free and enough):
+            if (free_only and not layout.free) or (enough and (layout.free or wanted == ANY_QUALITY)):
                 continue
+            tried += 1
             try:
                 upper = mesh_layout(layout, size / fineness)
                 lower = upper if other is layout else mesh_layout(other, size / fineness)
-            except MeshingError as error:
-                reasons.append(f"{layout.name}/{fineness}: {error}")
+            except MeshingError:
                 continue
             quality = min(
                 float(quadrilateral_scaled_jacobian(half.points, np.vstack(half.quads)).min())
                 for half in (upper, lower)
             )
-            reasons.append(f"{layout.name}/{fineness}: worst scaled Jacobian {quality:.2g}")
+            highest = max(highest, quality)
             if quality > 0 and (best is None or quality > best[0]):
                 best = quality, (layout, upper), (other, lower)
     if best is None:
-        raise MeshingError("no layout gives a valid mesh: " + "; ".join(reasons))
+        raise MeshingError(f"{tried} layouts tried, worst scaled Jacobian {highest:.2g} at best")
     return best[1], best[2]
 
 

@@ -1,6 +1,6 @@
-"""Values of single parameters with which a blade and its shroud fit together: the nearest that the checks accept."""
+"""Values of single parameters with which a blade and its shroud fit: the nearest accepted one that meshes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from math import ceil, floor, log10
 from typing import Any
@@ -17,6 +17,9 @@ BISECTIONS = 9
 SECTION_STEPS = 60  # from the given section to one of a thousandth of its size
 SENSIBLE, ANY = 0.4, 0.001  # smallest suggested lengths, relative to the given ones
 LARGEST_FACTOR = 8.0  # of a length that has to grow
+FURTHER = (0.0, 0.02, 0.05, 0.1, 0.2, 0.3)  # of an accepted length or number: how far beyond it a mesh is tried
+ANGLES_FURTHER = (0.0, 1.0, 2.0, 4.0, 8.0)  # the same, degrees
+BELOW = (0.97, 0.85, 0.6)  # of a largest value: where all of these are accepted as well, every lower one is
 
 Accepts = Callable[[BladeParameters, ShroudParameters], bool]
 
@@ -31,6 +34,8 @@ class Search:
         The parameters that do not fit together.
     accepts : callable
         Whether a blade and a shroud pass all checks.
+    meshes : callable
+        Whether a mesh can be made of a blade and a shroud that pass; much slower, asked of suggestions only.
     least : float
         Smallest length suggested, relative to the given one.
     """
@@ -38,14 +43,30 @@ class Search:
     blade: BladeParameters
     shroud: ShroudParameters
     accepts: Accepts
+    meshes: Accepts
     least: float = SENSIBLE
 
     def works(self, table: str, parameter: str, value: float) -> bool:
         """Whether the parameters pass with this value."""
+        return self.accepts(*self._with(table, parameter, value))
+
+    def _with(self, table: str, parameter: str, value: float) -> tuple[BladeParameters, ShroudParameters]:
         change: dict[str, Any] = {parameter: value}
         if table == "blade":
-            return self.accepts(replace(self.blade, **change), self.shroud)
-        return self.accepts(self.blade, replace(self.shroud, **change))
+            return replace(self.blade, **change), self.shroud
+        return self.blade, replace(self.shroud, **change)
+
+    def _meshing(self, table: str, parameter: str, values: Iterable[float]) -> float | None:
+        """The first of some values that passes and can be meshed, or None."""
+        for value in values:
+            if self.works(table, parameter, value) and self.meshes(*self._with(table, parameter, value)):
+                return value
+        return None
+
+    def all_below(self, table: str, parameter: str, value: float) -> bool:
+        """Whether the parameters pass with lower values too, as far as a few of them tell."""
+        lower = [factor * value for factor in BELOW]
+        return all(self.works(table, parameter, int(v) if isinstance(value, int) else v) for v in lower)
 
     def largest(self, table: str, parameter: str, start: float) -> float | None:
         """A length below ``start`` (m), as large as possible, or None; printed with six digits it still works."""
@@ -66,7 +87,9 @@ class Search:
         coarse = round(whole(works / LENGTH_STEP) * LENGTH_STEP, 12)
         for value in (coarse, rounded(works, SIGNIFICANT, whole)):
             if value > 0 and self.works(table, parameter, value):
-                return value
+                away = 1.0 if samples[-1] > samples[0] else -1.0
+                further = (rounded(value * (1.0 + away * share), 4, whole) for share in FURTHER[1:])
+                return self._meshing(table, parameter, (value, *further))
         return None
 
     def nearest_angle(self, table: str, parameter: str, limits: tuple[float, float]) -> float | None:
@@ -83,7 +106,9 @@ class Search:
             works, fails = (
                 (middle, fails) if self.works(table, parameter, round(middle * fine, 1)) else (works, middle)
             )
-        return round(works * fine, 1)
+        away = fine if found > start else -fine
+        values = (round(works * fine + away * round(step / fine), 1) for step in ANGLES_FURTHER)
+        return self._meshing(table, parameter, (value for value in values if limits[0] <= value <= limits[1]))
 
     def _first(self, table: str, parameter: str, values: FloatArray) -> float | None:
         return next((float(value) for value in values if self.works(table, parameter, float(value))), None)
@@ -95,7 +120,7 @@ class Search:
         for factor in np.geomspace(1.0, ANY, SECTION_STEPS)[1:]:
             reduced: dict[str, Any] = {name: rounded(size * factor, 3, floor) for name, size in sizes.items()}
             blade = replace(self.blade, **reduced)
-            if self.accepts(blade, self.shroud):
+            if self.accepts(blade, self.shroud) and self.meshes(blade, self.shroud):
                 return blade
         return None
 
@@ -107,7 +132,8 @@ class Search:
         while high - low > 1:
             middle = (low + high) // 2
             low, high = (middle, high) if self.works("blade", "n_blades", middle) else (low, middle)
-        return low
+        count = self._meshing("blade", "n_blades", (max(3, int(low * (1.0 - share))) for share in FURTHER))
+        return None if count is None else int(count)
 
 
 def rounded(number: float, digits: int, whole: Callable[[float], int]) -> float:

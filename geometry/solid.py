@@ -6,10 +6,13 @@ from math import ceil, radians
 import numpy as np
 
 from geometry.divisions import contact_fractions, graded_fractions
+from geometry.edge_angle import fitted_planform
 from geometry.fillet import fillet_layers
+from geometry.layout import MeshingError
 from geometry.parameters import BladeParameters, MeshParameters, ShroudParameters
-from geometry.planform import Planform, inner_radius, mid_radius, section_at
-from geometry.planform_mesh import PlanformMesh
+from geometry.planform import Planform, inner_radius, is_mirrored, mid_radius, section_at
+from geometry.planform_mesh import PlanformMesh, mesh_planform
+from geometry.quality import hexahedron_scaled_jacobian
 from geometry.sector import FloatArray, IntArray
 from geometry.straight_edges import resized
 
@@ -51,6 +54,30 @@ def airfoil_points(section: FloatArray, stagger: float, radius: float) -> FloatA
     x = along * np.cos(turn) - across * np.sin(turn)
     arc = along * np.sin(turn) + across * np.cos(turn)
     return bend(x, arc / radius, radius)
+
+
+def swept_planform(
+    blade: BladeParameters, shroud: ShroudParameters, mesh: MeshParameters
+) -> tuple[Planform, PlanformMesh, FloatArray, IntArray]:
+    """Planform and its mesh before mirroring, points (N, 3) and hexahedra (E, 8) of blade and shroud.
+
+    The footprint of the fillet at the shroud is that between straight edges of elements. Raises MeshingError.
+    """
+    plan = fitted_planform(blade, shroud)
+    offset = float(fillet_layers(shroud.fillet_radius, mesh.size)[0])
+    plan = replace(plan, section=replace(plan.section, offset=offset))
+    flat = mesh_planform(plan, mesh.size, mesh.contact_grid[0])
+    mirrored = is_mirrored(shroud)
+    upright = replace(blade, root_stagger=-blade.root_stagger, twist=-blade.twist) if mirrored else blade
+    points, hexahedra = sweep(plan, flat, upright, shroud, mesh)
+    if mirrored:
+        # 0 - x, not -x: the zeros of the axial coordinate stay +0
+        points = np.stack([0.0 - points[:, 0], points[:, 1], points[:, 2]], axis=1)
+        hexahedra = hexahedra[:, MIRRORED_CORNERS]
+    worst = float(hexahedron_scaled_jacobian(points, hexahedra).min())
+    if not worst > 0:
+        raise MeshingError(f"folded elements, worst scaled Jacobian {worst:.2g}")
+    return plan, flat, points, hexahedra
 
 
 def sweep(

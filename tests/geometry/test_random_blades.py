@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 from random_blades import random_blade
 
-from geometry import GeometryError, build_sector, check_parameters, hexahedron_scaled_jacobian
+from geometry import (
+    BladeParameters,
+    GeometryError,
+    MeshParameters,
+    ShroudParameters,
+    build_sector,
+    check_parameters,
+    hexahedron_scaled_jacobian,
+)
 
 LEAST_QUALITY = 0.1
 NAMED = re.compile(r"(blade|shroud)\.(\w+) (?:at most |at least )?(-?[\d.]+(?:e[+-]?\d+)?) fits")
@@ -32,6 +40,48 @@ def named_values(error):
     found = [("shroud", "angle", value) for value in NAMED_ANGLE.findall(error.allowed)]
     found += NAMED.findall(error.allowed)
     return [(table, name, int(value) if name == "n_blades" else float(value)) for table, name, value in found]
+
+
+# found by trying random blades: a value named for the first gave no mesh, one for the second was named twice
+STUBBY = {
+    "lens": (
+        BladeParameters(136, 0.382042, 0.124865, 0.0355431, 0.0086953, 0.00359406, twist=41.8379, section="lens"),
+        ShroudParameters(131.17985, 0.00506526, 0.03827994, 0.0144985),
+        MeshParameters(0.00584696, (7, 4)),
+    ),
+    "thick": (
+        BladeParameters(98, 0.928711, 0.48902, 0.225669, 0.119339, 0.114854, twist=54.9365),
+        ShroudParameters(63.278987, 0.02728316, 0.35238239, 0.16792706),
+        MeshParameters(0.0223336, (3, 4)),
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", STUBBY)
+def test_each_value_named_for_a_stubby_blade_meshes_and_is_named_once(kind):
+    blade, shroud, mesh = STUBBY[kind]
+    error = refusal(blade, shroud, mesh)
+    values = named_values(error)
+    assert values
+    assert len({place[:2] for place in values}) == len(values), str(error)
+    parts = {"blade": blade, "shroud": shroud}
+    for table, parameter, value in values:
+        changed = parts | {table: replace(parts[table], **{parameter: value})}
+        assert quality(**changed, mesh=mesh) > 0.0, (parameter, value)
+        if f"{parameter} at most" in str(error):  # a lower one fits as well
+            lower = type(value)(0.9 * value)
+            changed = parts | {table: replace(parts[table], **{parameter: lower})}
+            assert refusal(**changed, mesh=mesh) is None, (parameter, lower)
+
+
+def test_a_size_that_gives_no_mesh_is_refused_with_one_that_does():
+    blade, shroud, mesh = STUBBY["lens"]
+    blade = replace(blade, chord=0.02495)
+    with pytest.raises(GeometryError, match=r"gives no valid mesh; mesh\.size = [\d.]+ does") as caught:
+        build_sector(blade, shroud, mesh)
+    assert "np." not in str(caught.value)
+    size = float(re.search(r"mesh\.size = ([\d.]+) does", str(caught.value))[1])
+    assert quality(blade, shroud, replace(mesh, size=size)) > 0.0
 
 
 @pytest.mark.parametrize("seed", range(12))
