@@ -6,6 +6,7 @@ points is tried: most extremes are there. Then a quasi-Newton method (L-BFGS-B) 
 to slip the amplitude has a kink, and the extreme may lie on it.
 """
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
@@ -184,3 +185,48 @@ class TractionSearch:
                 options={"maxfun": MAX_QUASI_NEWTON, "ftol": SAME, "gtol": SAME},
             )
         return best
+
+
+def lowest_of_peaks(searches: Sequence[TractionSearch], start: Array) -> Array:
+    """Variables (n_c, 2) at which the largest of several peaks of one curve is least, by SLSQP from a start.
+
+    Minimised is a bound of all of them, with their exact gradients.
+    """
+    from scipy.optimize import minimize
+
+    known: dict[bytes, list[TractionState]] = {}
+    scale = max(search.states[0].amplitude for search in searches)
+
+    def states(values: Array) -> list[TractionState]:
+        variables = values[:-1].reshape(start.shape)
+        key = variables.tobytes()
+        if key not in known:
+            if len(known) == MAX_QUASI_NEWTON:
+                raise SearchStop
+            found = [search.move(variables) for search in searches]
+            known[key] = [state for state in found if state is not None]
+            if len(known[key]) < len(searches):
+                del known[key]
+                raise SearchStop
+        return known[key]
+
+    def below(values: Array) -> Array:
+        return np.array([values[-1] - state.amplitude / scale for state in states(values)])
+
+    def slopes(values: Array) -> Array:
+        return np.array([np.append(-state.gradient.reshape(-1) / scale, 1.0) for state in states(values)])
+
+    with suppress(SearchStop):
+        first = np.append(start.reshape(-1), 0.0)
+        first[-1] = max(state.amplitude for state in states(first)) / scale
+        minimize(
+            lambda values: values[-1],
+            first,
+            jac=lambda values: np.eye(values.size)[-1],
+            method="SLSQP",
+            bounds=[*[(-1.0, 1.0)] * start.size, (0.0, None)],
+            constraints={"type": "ineq", "fun": below, "jac": slopes},
+            options={"ftol": SAME, "maxiter": MAX_QUASI_NEWTON},
+        )
+    largest = {max(state.amplitude for state in each): each[0].variables for each in known.values()}
+    return largest[min(largest)] if largest else start

@@ -1,7 +1,8 @@
 """Bounds of a peak over the residual tractions that friction leaves undetermined."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.response_quantities import output_amplitude, output_harmonics
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
-from nonlinear.residual_tractions.extreme_amplitude import TractionSearch, TractionState
+from nonlinear.residual_tractions.extreme_amplitude import TractionSearch, TractionState, lowest_of_peaks
 from nonlinear.residual_tractions.traction_levels import (
     TractionElement,
     TractionLevels,
@@ -27,27 +28,30 @@ RANDOM_STARTS = 2
 MOST_PEAKS = 3  # local maxima of the curve from which the highest peak is sought
 BAND_POINTS = 16
 MOST_CURVES = 3  # solved to find the lowest highest peak
+_ONE_PEAK = 0.02  # relative difference of frequencies within which two peaks count as one
 SAME = 1e-6  # relative difference of two amplitudes that count as one
 
 
 @dataclass(frozen=True)
 class ResidualExtreme:
-    """The lowest or the highest peak over all admissible residual tractions.
+    """A motion with extreme residual tractions; all its numbers are of this one motion.
 
     Attributes
     ----------
     frequency_hz : float
         Frequency of the peak, Hz.
     amplitude_m : float
-        Amplitude of the output there, m, with the mean displacement of the projected tractions: of the vibration.
+        Largest displacement of the output over a period as a whole, static part included, m.
+    vibration_m : float
+        Largest displacement about the mean, m.
     static_m : float
-        Harmonic 0 of the output there, m: the residual tractions deflect the blade as well.
+        Mean (harmonic 0) of the output, m: the residual tractions deflect the blade as well.
     slider_origin : (n_c, 2) float
         Slider positions that lead to these tractions, m: `ContactParameters.slider_origin` of the same problem.
     traction : (n_c, 2) float
         Mean traction (T1, T2) of the nodes over the period at the peak, N.
     curve_frequency_hz, curve_amplitude_m : (P,) float
-        The response curve with sliders that start there, Hz and m; amplitudes with the same mean displacement.
+        The response curve with sliders that start there, Hz and m: largest displacements as a whole.
 
     Examples
     --------
@@ -64,6 +68,7 @@ class ResidualExtreme:
 
     frequency_hz: float
     amplitude_m: float
+    vibration_m: float
     static_m: float
     slider_origin: Array
     traction: Array
@@ -75,18 +80,20 @@ class ResidualExtreme:
 class ResidualBounds:
     """Lowest and highest peak of the main branch, and the band of its amplitudes at some frequencies.
 
-    Amplitudes are those of the vibration about the mean displacement with projected tractions: a residual traction
-    also deflects the blade (`ResidualExtreme.static_m`), which is no vibration.
+    A residual traction changes the vibration and deflects the blade as well, so there are two pairs of bounds.
 
     Attributes
     ----------
     lowest, highest : ResidualExtreme
-        The extreme peaks: the lowest and the highest of all that the main branch can have.
+        The lowest and the highest peak of the displacement as a whole (`ResidualExtreme.amplitude_m`) that the main
+        branch can have.
+    least_vibration, most_vibration : ResidualExtreme
+        The lowest and the highest peak of the vibration alone (`ResidualExtreme.vibration_m`).
     band_index : (F,) int
         Indices of some points of the main branch.
     band_lowest_m, band_highest_m : (F,) float
-        Lowest and highest amplitude at the frequencies of these points that the response reaches from the main branch
-        when the residual tractions change, m.
+        Lowest and highest displacement as a whole at the frequencies of these points that the response reaches from
+        the main branch when the residual tractions change, m.
 
     Examples
     --------
@@ -105,21 +112,28 @@ class ResidualBounds:
 
     lowest: ResidualExtreme
     highest: ResidualExtreme
+    least_vibration: ResidualExtreme
+    most_vibration: ResidualExtreme
     band_index: NDArray[np.int64]
     band_lowest_m: Array
     band_highest_m: Array
 
 
 Begun = tuple[TractionSearch, TractionState]
+_Found = tuple[float, ResidualExtreme]  # the amplitude that is meant, and all of its motion
 
 
 @dataclass(frozen=True)
 class _Problem:
-    """A curve with projected tractions: its continuation, contact and static displacement (n_c, 3)."""
+    """A curve with projected tractions: its continuation, contact and static displacement (n_c, 3).
+
+    `mean`: displacement in place of harmonic 0 in the amplitude meant, m. 0: the vibration, None: all displacement.
+    """
 
     continuation: Continuation
     contact: ContactParameters
     static: Array
+    mean: float | None
 
     @property
     def output(self) -> str:
@@ -135,27 +149,36 @@ class _Problem:
         """Which tractions are free at a point, (n_c, 2)."""
         return free_tractions(self.contact, self.element(point.balance.n_harmonics), point.displacement)
 
-    def mean(self, point: SolutionPoint) -> float:
-        """Harmonic 0 of the output at a point, m."""
-        return float(output_harmonics(point, self.output)[0].real)
+    def amplitude(self, point: SolutionPoint) -> float:
+        """The amplitude meant at a point, m."""
+        return output_amplitude(point, self.output, self.mean)
 
-    def search(self, point: SolutionPoint, mean: float, fixed_frequency: bool) -> Begun | None:
-        """A search over the tractions, begun at a solution with its own tractions; None if it is not found again."""
+    def radius(self, point: SolutionPoint) -> Array:
+        """Bound of the places from which a slider is not moved at a point, (n_c, 2), m."""
+        at_zero = replace(self.contact, slider_origin=np.zeros((self.contact.n_contacts, 2)))
+        return np.maximum(farthest_position(at_zero, point.displacement), self.continuation.balance.tiny)
+
+    def search(self, point: SolutionPoint, fixed_frequency: bool, radius: Array | None = None) -> Begun | None:
+        """A search over the tractions, begun at a solution with its own tractions; None if it is not found again.
+
+        Over the places where the sliders start, with the friction cone or in a given `radius` (n_c, 2), m.
+        """
         continuation = replace(
             self.continuation.with_balance(point.balance), adapt=None, stability=None, contact=None
         )
         element, displacement = self.element(point.balance.n_harmonics), point.displacement
-        at_zero = replace(self.contact, slider_origin=np.zeros((self.contact.n_contacts, 2)))
-        radius = np.maximum(farthest_position(at_zero, displacement), continuation.balance.tiny)
         tractions: TractionElement
-        if self.contact.law == "cone":
+        if self.contact.law == "cone" and radius is None:
+            radius = self.radius(point)
+        if radius is not None:
             variables = np.clip(self._position(point) / radius, -1.0, 1.0)
             tractions = TractionOrigins(element, np.zeros_like(radius), radius, variables)
         else:
-            levels = TractionLevels(at_zero, element, np.zeros_like(radius))
+            at_zero = replace(self.contact, slider_origin=np.zeros((self.contact.n_contacts, 2)))
+            levels = TractionLevels(at_zero, element, np.zeros((self.contact.n_contacts, 2)))
             variables = levels.level_of(point.contact.force, displacement)
             tractions = levels
-        search = TractionSearch(continuation, tractions, mean, fixed_frequency)
+        search = TractionSearch(continuation, tractions, self.mean, fixed_frequency)
         start = search.start(variables, point)
         return None if start is None else (search, start)
 
@@ -179,17 +202,19 @@ class _Problem:
         fresh = replace(continuation, balance=moved, contact=contact, adapt=None, stability=None)
         return continue_over_range(fresh, self.static)[0]
 
-    def extreme(self, point: SolutionPoint, mean: float, slider_origin: Array, branch: Branch) -> ResidualExtreme:
-        """A peak with the curve that its tractions lead to; `mean`: displacement in place of harmonic 0, m."""
-        return ResidualExtreme(
+    def extreme(self, point: SolutionPoint, slider_origin: Array, branch: Branch) -> _Found:
+        """A peak with the curve that its tractions lead to."""
+        extreme = ResidualExtreme(
             frequency_hz=point.omega / (2.0 * np.pi),
-            amplitude_m=output_amplitude(point, self.output, mean),
-            static_m=self.mean(point),
+            amplitude_m=output_amplitude(point, self.output),
+            vibration_m=output_amplitude(point, self.output, mean=0.0),
+            static_m=float(output_harmonics(point, self.output)[0].real),
             slider_origin=slider_origin,
             traction=-point.contact.force[0, :, :2],
             curve_frequency_hz=np.array([item.omega for item in branch.points]) / (2.0 * np.pi),
-            curve_amplitude_m=np.array([output_amplitude(item, self.output, mean) for item in branch.points]),
+            curve_amplitude_m=np.array([output_amplitude(item, self.output) for item in branch.points]),
         )
+        return self.amplitude(point), extreme
 
 
 def residual_bounds(
@@ -216,37 +241,46 @@ def residual_bounds(
     ResidualBounds or None
         Both bounds are solutions of the balance: a true bound may be farther out, never nearer.
     """
-    peak, output = branch.points[peak_index], continuation.options.output
-    problem = _Problem(continuation.with_balance(peak.balance), contact, static)
-    fixed = peak_index not in branch.peak_indices
-    mean = problem.mean(peak)
-    begun = problem.search(peak, mean, fixed)
-    if begun is None:
+    moved, fixed = continuation.with_balance(branch.points[peak_index].balance), peak_index not in branch.peak_indices
+    whole, vibration = (_Problem(moved, contact, static, mean) for mean in (None, 0.0))
+    pairs = [_extremes(problem, branch, peak_index, fixed) for problem in (whole, vibration)]
+    if pairs[0] is None or pairs[1] is None:
         return None
-    lowest = highest = problem.extreme(peak, mean, contact.slider_origin, branch)
-    others = [] if fixed else _other_peaks(branch, peak_index, output)
-    if any(problem.free(branch.points[index]).any() for index in (peak_index, *others)):
-        found = [_highest(problem, *begun)]
-        for point in (branch.points[index] for index in others):
-            other = problem.search(point, problem.mean(point), False)
-            found += [] if other is None else [_highest(problem, *other)]
-        highest = max([highest, *found], key=lambda item: item.amplitude_m)
-        lowest = _lowest(problem, lowest, begun)
+    (lowest, highest), most = pairs[0], pairs[1][1]
+    if most.amplitude_m > (1.0 + SAME) * highest.amplitude_m:
+        highest = most
     index = _band_indices(branch)
-    band = np.array([_band_point(problem, branch.points[i]) for i in index]).reshape(-1, 2)
-    return ResidualBounds(lowest, highest, np.array(index), band[:, 0], band[:, 1])
+    band = np.array([_band_point(whole, branch.points[i]) for i in index]).reshape(-1, 2)
+    return ResidualBounds(lowest, highest, *pairs[1], np.array(index), band[:, 0], band[:, 1])
 
 
-def _other_peaks(branch: Branch, peak_index: int, output: str) -> list[int]:
-    """Indices of the next highest peaks."""
-    others = [index for index in branch.peak_indices if index != peak_index]
-    return sorted(others, key=lambda index: -output_amplitude(branch.points[index], output))[: MOST_PEAKS - 1]
+def _extremes(
+    problem: _Problem, branch: Branch, peak_index: int, fixed: bool
+) -> tuple[ResidualExtreme, ResidualExtreme] | None:
+    """The lowest and the highest peak of the amplitude meant; None where the search fails."""
+    indices = [peak_index] if fixed else _highest_peaks(problem, branch)
+    begun = [problem.search(branch.points[index], fixed) for index in indices]
+    if begun[0] is None:
+        return None
+    # the peak of the vibration is located anew: it is not quite where that of the displacement is
+    first = branch.points[indices[0]] if problem.mean is None else begun[0][1].point
+    lowest = highest = problem.extreme(first, problem.contact.slider_origin, branch)
+    if any(problem.free(branch.points[index]).any() for index in indices):
+        found = [_highest(problem, *each) for each in begun if each is not None]
+        highest = max([highest, *found], key=itemgetter(0))
+        lowest = _lowest(problem, lowest, begun[0])
+    return lowest[1], highest[1]
+
+
+def _highest_peaks(problem: _Problem, branch: Branch) -> list[int]:
+    """Indices of the highest peaks, by the amplitude meant."""
+    return sorted(branch.peak_indices, key=lambda index: -problem.amplitude(branch.points[index]))[:MOST_PEAKS]
 
 
 def _starts(search: TractionSearch, start: TractionState) -> Iterator[Array]:
     """Variables from which an extreme is sought, beside those of the start.
 
-    Where every node sticks the vibration is that of a linear structure, the same for all tractions nearby, and the
+    Where every node sticks the vibration is that of a linear structure, the same for all tractions nearby, and its
     gradient is zero: then also the corners that unload one node after the other, so that it begins to slip.
     """
     shape = start.variables.shape
@@ -254,7 +288,7 @@ def _starts(search: TractionSearch, start: TractionState) -> Iterator[Array]:
     rng = np.random.default_rng(1)
     for _ in range(RANDOM_STARTS):
         yield rng.choice([-0.9, 0.9], size=shape)
-    if np.abs(start.gradient).max() <= SAME * start.amplitude:
+    if np.abs(start.gradient).max() <= SAME * start.amplitude or not start.point.contact.state.any():
         yield from search.unloading_corners(start)
 
 
@@ -268,40 +302,50 @@ def _extreme(search: TractionSearch, start: TractionState, sign: float) -> Tract
     return max(search.states, key=lambda state: sign * state.amplitude)
 
 
-def _highest(problem: _Problem, search: TractionSearch, start: TractionState) -> ResidualExtreme:
+def _highest(problem: _Problem, search: TractionSearch, start: TractionState) -> _Found:
     """The highest peak from a start."""
     state = _extreme(search, start, 1.0)
     origin = problem.slider_origin(search, state)
-    return problem.extreme(state.point, _mean(search), origin, problem.curve(origin, state.point.balance))
+    return problem.extreme(state.point, origin, problem.curve(origin, state.point.balance))
 
 
-def _mean(search: TractionSearch) -> float:
-    """The displacement that a search holds in place of harmonic 0, m."""
-    assert search.mean is not None
-    return search.mean
-
-
-def _lowest(problem: _Problem, projected: ResidualExtreme, begun: Begun) -> ResidualExtreme:
+def _lowest(problem: _Problem, projected: _Found, begun: Begun) -> _Found:
     """The lowest highest peak of a curve: where one peak is low, another of the same curve may rise above it."""
-    best = projected
+    found, peaks = [projected], [begun[1].point]
     for _ in range(MOST_CURVES):
         search, start = begun
         state = _extreme(search, start, -1.0)
         origin = problem.slider_origin(search, state)
         branch = problem.curve(origin, state.point.balance)
-        mean = _mean(search)
-        found = problem.extreme(state.point, mean, origin, branch)
-        tops = [] if search.fixed_frequency else sorted(branch.peak_indices, key=lambda i: found.curve_amplitude_m[i])
-        higher = bool(tops) and found.curve_amplitude_m[tops[-1]] > (1.0 + SAME) * state.amplitude
-        if higher:
-            found = problem.extreme(branch.points[tops[-1]], mean, origin, branch)
-        if found.amplitude_m < best.amplitude_m:
-            best = found
-        following = problem.search(branch.points[tops[-1]], mean, False) if higher else None
+        tops = [] if search.fixed_frequency else _highest_peaks(problem, branch)
+        top = branch.points[tops[0]] if tops else state.point
+        higher = problem.amplitude(top) > (1.0 + SAME) * state.amplitude
+        found.append(problem.extreme(top if higher else state.point, origin, branch))
+        following = problem.search(top, False) if higher else None
         if following is None:
             break
         begun = following
-    return best
+        if all(abs(top.omega / peak.omega - 1.0) > _ONE_PEAK for peak in peaks):
+            peaks.append(top)
+    if len(peaks) > 1:
+        found += _lowest_of_peaks(problem, peaks, min(found, key=itemgetter(0))[1].slider_origin)
+    return min(found, key=itemgetter(0))
+
+
+def _lowest_of_peaks(problem: _Problem, peaks: Sequence[SolutionPoint], origin: Array) -> Iterator[_Found]:
+    """Curves whose highest peak is low, over where their sliders start: all peaks are minimised at once.
+
+    From given starts (n_c, 2), m, and from 0: beyond the admissible places the gradient is zero.
+    """
+    radius = np.max([problem.radius(peak) for peak in peaks], axis=0)
+    begun = [problem.search(peak, False, radius) for peak in peaks]
+    searches = [each[0] for each in begun if each is not None]
+    for start in (np.clip(origin / radius, -1.0, 1.0), np.zeros_like(radius)):
+        moved = radius * lowest_of_peaks(searches, start)
+        branch = problem.curve(moved, peaks[0].balance)
+        tops = _highest_peaks(problem, branch)
+        if tops:
+            yield problem.extreme(branch.points[tops[0]], moved, branch)
 
 
 def _band_indices(branch: Branch) -> list[int]:
@@ -314,7 +358,7 @@ def _band_indices(branch: Branch) -> list[int]:
 def _band_point(problem: _Problem, point: SolutionPoint) -> tuple[float, float]:
     """The lowest and the highest amplitude at the frequency of a point, m."""
     amplitude = output_amplitude(point, problem.output)
-    begun = problem.search(point, problem.mean(point), True) if problem.free(point).any() else None
+    begun = problem.search(point, True) if problem.free(point).any() else None
     if begun is None:
         return amplitude, amplitude
     search, start = begun

@@ -139,8 +139,8 @@ def _write_labels(figure: Figure, panels: Sequence[tuple[Axes, str, Any]], title
 
 
 def _draw_residual_bands(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
-    """Bands of the amplitudes that residual tractions allow, with bars at the lowest and the highest peak."""
-    label: str | None = "residual tractions"
+    """Bands of the displacements that residual tractions allow, with bars at the lowest and the highest peak."""
+    label: str | None = "residual tractions (mean included)"
     for curve, colour in zip(curves, colours, strict=True):
         if curve.residual is None:
             continue

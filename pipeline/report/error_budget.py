@@ -99,7 +99,8 @@ def _residual(source: ReportSource) -> list[ErrorRow]:
     known = {n: (item.residual_lowest_m, item.residual_highest_m) for n, item in facts.items() if has_bounds(item)}
     if known:
         meaning += (
-            "The bounds are the lowest and the highest peak found over all tractions within the friction limits."
+            "The bounds are the lowest and the highest peak found over all tractions within the friction limits, of "
+            "the displacement as a whole, since tractions deflect the blade too; the notes give the vibration alone."
         )
         if any(is_estimate(source.curves[number]) for number in known):
             meaning += " With the friction cone they are estimates: some tractions may lead a little beyond them."

@@ -35,6 +35,8 @@ _NUMBERS = (
     "sampling_frequency_error",
     "residual_lowest_m",
     "residual_highest_m",
+    "residual_least_vibration_m",
+    "residual_most_vibration_m",
 )
 
 
@@ -150,7 +152,10 @@ class Curve(_Points):
         Estimated relative errors of the peak's amplitude and frequency from time sampling, 0 with
         `contact.integration = "exact"`; NaN: not known.
     residual_lowest_m, residual_highest_m : float
-        Lowest and highest peak over the admissible residual tractions, m; NaN unless asked for.
+        Lowest and highest peak over the admissible residual tractions, displacement as a whole, m; NaN unless asked
+        for.
+    residual_least_vibration_m, residual_most_vibration_m : float
+        The same of the vibration about its mean.
     harmonics : int
         Largest number of harmonics balanced at a point.
     detached : tuple of DetachedBranch
@@ -190,6 +195,8 @@ class Curve(_Points):
     sampling_frequency_error: float
     residual_lowest_m: float
     residual_highest_m: float
+    residual_least_vibration_m: float
+    residual_most_vibration_m: float
     harmonics: int
     detached: tuple[DetachedBranch, ...]
     bifurcations: tuple[Bifurcation, ...]

@@ -10,6 +10,7 @@ from pipeline.scene.labels import prefixed
 from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.respond import CurveResult
 
+_SAME = 1e-9  # of the peak: bounds that differ by less are one
 ESTIMATED = "; an estimate with the friction cone: some tractions may lead a little beyond it"
 
 
@@ -46,13 +47,34 @@ def is_estimate(curve: CurveResult) -> bool:
 
 
 def bounds_text(facts: CurveSummary) -> str:
-    """The bounds of a peak in words."""
+    """The bounds of a peak in words: of the displacement as a whole and of the vibration, each with its own mean."""
     low, high, peak = facts.residual_lowest_m, facts.residual_highest_m, facts.peak_amplitude_m
-    if high - low <= 1e-9 * peak:
-        return "residual tractions: no influence on the vibration at the peak"
-    shares = f"{change(low, peak)} to {change(high, peak)}"
+    least, most = facts.residual_least_vibration_m, facts.residual_most_vibration_m
+    if max(high - low, most - least) <= _SAME * peak:
+        return "residual tractions: no influence on the peak"
     factor, unit = prefixed(high, "m")
-    return f"residual tractions: peak between {low * factor:.4g} and {high * factor:.4g} {unit} ({shares})"
+
+    def bound(value: float, **others: float) -> str:
+        rest = ", ".join(f"{name} {other * factor:.4g}" for name, other in others.items())
+        return f"{value * factor:.4g} {unit} ({rest})"
+
+    lowest = bound(low, vibration=facts.residual_lowest_vibration_m, mean=facts.residual_lowest_static_m)
+    highest = bound(high, vibration=facts.residual_highest_vibration_m, mean=facts.residual_highest_static_m)
+    text = (
+        f"residual tractions: displacement as a whole at the peak between {lowest} and {highest}, "
+        f"{change(low, peak)} to {change(high, peak)}; its vibration alone "
+    )
+    if most - least <= _SAME * peak:
+        return f"{text}is {most * factor:.4g} {unit} whatever the tractions"
+    of_least = {
+        "mean": facts.residual_least_vibration_static_m,
+        "as a whole": facts.residual_least_vibration_displacement_m,
+    }
+    of_most = {
+        "mean": facts.residual_most_vibration_static_m,
+        "as a whole": facts.residual_most_vibration_displacement_m,
+    }
+    return f"{text}between {bound(least, **of_least)} and {bound(most, **of_most)}"
 
 
 def change(value: float, reference: float) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pipeline.scene.loads_section import ExcitationHarmonic
-from pipeline.stages.curve_summary import summary_attributes
+from pipeline.stages.curve_summary import RESIDUAL_BOUNDS, summary_attributes
 
 if TYPE_CHECKING:
     import h5py
@@ -105,11 +105,11 @@ def write_curve(path: Path, response: ResponseCurve, parameters: Mapping[str, An
 
 
 def _write_residual_bounds(group: h5py.Group, bounds: ResidualBounds) -> None:
-    """Write the band, and of either bound its tractions and its curve."""
+    """Write the band, and of each bound its tractions and its curve."""
     for name in ("band_index", "band_lowest_m", "band_highest_m"):
         group.create_dataset(name, data=getattr(bounds, name), track_times=False)
-    for bound, extreme in (("lowest", bounds.lowest), ("highest", bounds.highest)):
-        found = group.create_group(bound)
+    for bound in RESIDUAL_BOUNDS:
+        extreme, found = getattr(bounds, bound), group.create_group(bound)
         for name in ("slider_origin", "traction"):
             found.create_dataset(name, data=getattr(extreme, name), track_times=False)
         for name in ("frequency_hz", "amplitude_m"):

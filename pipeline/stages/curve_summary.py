@@ -29,8 +29,16 @@ NO_WORST: dict[str, Any] = {
     "worst_unresolved": "",
 }
 # attributes of the bounds over residual tractions, and their values where they were not asked for
+_OF_DISPLACEMENT = {"m": "amplitude_m", "hz": "frequency_hz", "vibration_m": "vibration_m", "static_m": "static_m"}
+_OF_VIBRATION = {"m": "vibration_m", "hz": "frequency_hz", "static_m": "static_m", "displacement_m": "amplitude_m"}
+RESIDUAL_BOUNDS = {
+    "lowest": _OF_DISPLACEMENT,
+    "highest": _OF_DISPLACEMENT,
+    "least_vibration": _OF_VIBRATION,
+    "most_vibration": _OF_VIBRATION,
+}
 NO_RESIDUAL: dict[str, Any] = {
-    f"residual_{bound}_{name}": math.nan for bound in ("lowest", "highest") for name in ("m", "hz", "static_m")
+    f"residual_{bound}_{name}": math.nan for bound, names in RESIDUAL_BOUNDS.items() for name in names
 }
 
 
@@ -92,9 +100,9 @@ def _residual(bounds: ResidualBounds | None) -> dict[str, Any]:
     if bounds is None:
         return dict(NO_RESIDUAL)
     return {
-        f"residual_{bound}_{name}": float(value)
-        for bound, found in (("lowest", bounds.lowest), ("highest", bounds.highest))
-        for name, value in (("m", found.amplitude_m), ("hz", found.frequency_hz), ("static_m", found.static_m))
+        f"residual_{bound}_{name}": float(getattr(getattr(bounds, bound), attribute))
+        for bound, names in RESIDUAL_BOUNDS.items()
+        for name, attribute in names.items()
     }
 
 
@@ -187,15 +195,27 @@ class CurveSummary:
     free_nodes: int
     residual_lowest_m: float
     residual_lowest_hz: float
+    residual_lowest_vibration_m: float
     residual_lowest_static_m: float
     residual_highest_m: float
     residual_highest_hz: float
+    residual_highest_vibration_m: float
     residual_highest_static_m: float
+    residual_least_vibration_m: float
+    residual_least_vibration_hz: float
+    residual_least_vibration_static_m: float
+    residual_least_vibration_displacement_m: float
+    residual_most_vibration_m: float
+    residual_most_vibration_hz: float
+    residual_most_vibration_static_m: float
+    residual_most_vibration_displacement_m: float
     outputs: tuple[dict[str, Any], ...] = ()
 
 
 def _bounds(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: float(attributes.get(name, none)) for name, none in NO_RESIDUAL.items()}
+    """Bounds over residual tractions; those of earlier versions, of a vibration about another mean, are not known."""
+    known = NO_RESIDUAL.keys() <= attributes.keys()
+    return {name: float(attributes[name]) if known else none for name, none in NO_RESIDUAL.items()}
 
 
 def read_summary(group: h5py.Group) -> CurveSummary:

@@ -185,11 +185,25 @@ def test_bounds_of_the_wedge_damper_and_exact_gradients(wedge: Continuation) -> 
     assert above is not None
     assert below is not None
     assert (above.amplitude - below.amplitude) / 2e-4 == pytest.approx(middle.gradient[0, 0], rel=1e-6)
-    assert middle.gradient[1].tolist() == [0.0, 0.0]  # the second contact slips
+    assert middle.gradient[1].tolist() == pytest.approx([0.0, 0.0], abs=1e-15)  # the second contact slips
     low, high = search.extreme(start, -1.0), search.extreme(start, 1.0)
     assert low.amplitude == pytest.approx(3.371e-4, rel=5e-4)
     assert high.amplitude == pytest.approx(4.48698e-4, rel=5e-4)
     assert high.point.contact.state.tolist() == [0, 0]  # fully stuck
+    # the displacement as a whole, with vibration and mean, against time samples of sliders that start at either limit
+    whole = TractionSearch(wedge, WithoutSprings(levels), mean=None)
+    start = whole.start(start.variables, start.point)
+    assert start is not None
+    sampled = contact_element(WEDGE, HARMONICS, replace(wedge.options, integration="sampled", samples=1024))
+    for sign, level in ((-1.0, 1.0), (1.0, -1.0)):
+        found = whole.extreme(start, sign)
+        element = WithoutSprings(StartedAtPhaseZero(sampled, level))
+        peak = nearest_peak(replace(wedge, balance=replace(wedge.balance, element=element)), found.point, mean=None)
+        assert peak is not None
+        for mean in (None, 0.0):
+            expected = output_amplitude(peak, "tip", mean)
+            assert output_amplitude(found.point, "tip", mean) == pytest.approx(expected, rel=1e-4)
+        assert found.amplitude > output_amplitude(found.point, "tip", 0.0) + 1e-3  # its mean: 1.0 and 1.6 mm
 
 
 def random_structure(seed: int, law: str = "two_sliders") -> tuple[ModalModel, ContactParameters, Excitation]:
@@ -232,25 +246,29 @@ def test_random_starts_stay_inside_the_bounds(curve: ResponseCurve) -> None:
     assert curve.peak is not None
     assert curve.free_nodes > 0
     assert bounds.highest.amplitude_m > 1.01 * curve.peak.amplitude_m
+    for each in (bounds.lowest, bounds.highest, bounds.least_vibration, bounds.most_vibration):  # one motion each
+        assert each.amplitude_m == pytest.approx(each.vibration_m + abs(each.static_m), rel=1e-12)  # H = 1
     modal, contact, excitation = random_structure(3)
     rng, reach = np.random.default_rng(3), 3.0 * float(np.abs(curve.relative_displacement).max())
-    mean = float(curve.output[curve.peak.index, 0].real)
     for _ in range(8):
         origin = rng.uniform(-reach, reach, (3, 2))
         other = forced_response(modal, replace(contact, slider_origin=origin), excitation, RANGE)
         # the range is swept densely: the largest vibration, to a few parts in ten thousand
-        vibration = (np.abs(mean) + other.harmonic_m[:, 0]).max()
-        assert bounds.lowest.amplitude_m * (1.0 - 1e-3) <= vibration <= bounds.highest.amplitude_m * (1.0 + 1e-6)
+        vibration, whole = other.harmonic_m[:, 0].max(), other.amplitude_m.max()
+        assert bounds.lowest.amplitude_m * (1.0 - 1e-3) <= whole <= bounds.highest.amplitude_m * (1.0 + 1e-6)
+        assert bounds.least_vibration.vibration_m * (1.0 - 1e-3) <= vibration
+        assert vibration <= bounds.most_vibration.vibration_m * (1.0 + 1e-6)
 
 
 def test_the_curve_from_the_bounding_tractions_has_the_bound_as_its_peak(curve: ResponseCurve) -> None:
     bounds = curve.residual_bounds
     assert bounds is not None
     modal, contact, excitation = random_structure(3)
-    for extreme in (bounds.lowest, bounds.highest):
+    for extreme in (bounds.lowest, bounds.highest, bounds.most_vibration):
         again = forced_response(modal, replace(contact, slider_origin=extreme.slider_origin), excitation, RANGE)
         near = int(np.argmin(np.abs(again.frequency_hz - extreme.frequency_hz)))
         np.testing.assert_allclose(again.static_m[near], extreme.static_m, rtol=1e-2)
+        np.testing.assert_allclose(again.harmonic_m[near, 0], extreme.vibration_m, rtol=1e-2)
         assert extreme.curve_amplitude_m.max() == pytest.approx(extreme.amplitude_m, rel=1e-4)
         assert np.all(np.abs(extreme.traction) <= contact.friction[:, None] * 10.0)
     assert np.all(bounds.band_lowest_m <= bounds.band_highest_m)

@@ -70,10 +70,20 @@ CURVE_KEYS = {
     "free_nodes",
     "residual_lowest_m",
     "residual_lowest_hz",
+    "residual_lowest_vibration_m",
     "residual_lowest_static_m",
     "residual_highest_m",
     "residual_highest_hz",
+    "residual_highest_vibration_m",
     "residual_highest_static_m",
+    "residual_least_vibration_m",
+    "residual_least_vibration_hz",
+    "residual_least_vibration_static_m",
+    "residual_least_vibration_displacement_m",
+    "residual_most_vibration_m",
+    "residual_most_vibration_hz",
+    "residual_most_vibration_static_m",
+    "residual_most_vibration_displacement_m",
 }
 
 

@@ -38,6 +38,8 @@ def test_files_and_summary_have_the_bounds(bounded: tuple[Path, str]) -> None:
     folder, _ = bounded
     found = summary_of(folder)["curves"][0]
     assert found["free_nodes"] > 0
+    assert found["residual_least_vibration_m"] <= found["residual_highest_vibration_m"] * (1.0 + 1e-6)
+    assert found["residual_least_vibration_displacement_m"] >= found["residual_lowest_m"] * (1.0 - 1e-6)
     assert found["residual_lowest_m"] <= found["peak_amplitude_m"] <= found["residual_highest_m"]
     with h5py.File(folder / "response.h5") as file:
         curve, group = file["curve/0"], file["curve/0/residual"]
@@ -47,6 +49,8 @@ def test_files_and_summary_have_the_bounds(bounded: tuple[Path, str]) -> None:
         assert np.all(group["band_lowest_m"][()] <= amplitude * (1.0 + 1e-12))
         assert np.all(amplitude <= group["band_highest_m"][()] * (1.0 + 1e-12))
         for bound in ("lowest", "highest"):
+            vibration, mean = found[f"residual_{bound}_vibration_m"], abs(found[f"residual_{bound}_static_m"])
+            assert max(vibration, mean) <= found[f"residual_{bound}_m"] <= (vibration + mean) * (1.0 + 1e-12)
             extreme = group[bound]
             assert extreme["slider_origin"].shape == extreme["traction"].shape == (3, 2)
             highest = extreme["amplitude_m"][()].max()
@@ -58,7 +62,11 @@ def test_notes_and_figure_show_the_bounds(bounded: tuple[Path, str]) -> None:
     assert "residual tractions" in printed.replace("\n", " ")
     with h5py.File(folder / "response.h5") as file:
         facts = read_summary(file["curve/0"])
+        old = {name: value for name, value in file["curve/0"].attrs.items() if "vibration" not in name}
     assert bounds_text(facts) in printed.replace("\n", " ")
+    assert f"vibration {1e3 * facts.residual_highest_vibration_m:.4g}, mean" in bounds_text(facts)
+    earlier = read_summary(SimpleNamespace(attrs=old))  # type: ignore[arg-type]
+    assert np.isnan([earlier.residual_lowest_m, earlier.residual_highest_m]).all()
     assert "residual tractions" in (folder / "figures" / "response.svg").read_text()
 
 

@@ -161,6 +161,6 @@ def _residual(result: UncertaintyResult) -> str:
     factor, unit = prefixed(result.residual.highest_m, "m")
     low, high = result.residual.lowest_m * factor, result.residual.highest_m * factor
     return (
-        f"residual tractions alone leave {low:.4g} to {high:.4g} {unit} open at the centre of the distributions: a "
-        "band of its own, no part of the scatter"
+        f"residual tractions alone leave {low:.4g} to {high:.4g} {unit} open at the centre of the distributions "
+        "(mean deflection included): a band of its own, no part of the scatter"
     )

@@ -79,7 +79,7 @@ class ResidualBand:
     Attributes
     ----------
     lowest_m, highest_m : float
-        Amplitudes, m.
+        Largest displacements as a whole, m.
     lowest_hz, highest_hz : float
         Their frequencies, Hz.
     """
