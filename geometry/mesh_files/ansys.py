@@ -1,4 +1,4 @@
-"""Ansys archives (.cdb, as CDWRITE writes them), by mapdl-archive; materials are read here.
+"""Ansys archives (.cdb, as CDWRITE writes them) and decks of Workbench with the same tables.
 
 Nodes of SOLID185 and SOLID186 go round as here; their prism and tetrahedral forms repeat nodes. A component of nodes
 is a node set, one of elements an element set; the name of a material is its number.
@@ -11,10 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from geometry.errors import MeshFileError
-from geometry.mesh_files.ansys_tables import check_tables
-from geometry.mesh_files.file_mesh import FileElements, FileMesh
-from geometry.mesh_files.libraries import optional_library
+from geometry.mesh_files.ansys_tables import AnsysTables, read_tables
+from geometry.mesh_files.file_mesh import NO_LABELS, FileElements, FileMesh
 from geometry.mesh_files.text_files import numbers, text_lines
 from geometry.sector import IntArray
 
@@ -28,7 +26,22 @@ PROPERTIES = {
     "ALPX": "expansion",
 }
 ORTHOTROPIC = {"EY": "EX", "EZ": "EX", "ALPY": "ALPX", "ALPZ": "ALPX"}
-MATERIAL, TYPE, NUMBER, NODES = 0, 1, 8, 10  # columns of an element
+MATERIAL, TYPE, NUMBER, NODES = 0, 1, 10, 11  # columns of an element
+# what elements and commands that are left out do, by the keys of `file_mesh.EFFECTS`; other elements are bodies
+ELEMENTS = {
+    "surfaces": (*range(151, 157), 200, 201),
+    "contacts": (12, 52, *range(169, 179)),
+    "ties": (179, 184),
+    "springs": (14, 37, 38, 39, 40, 214, 250),
+    "masses": (21,),
+}
+COMMANDS = {
+    "ties": ("CE", "CERIG", "CEINTF", "CP", "CPINTF", "RBE3", "CPNGEN", "CPSGEN", "CENGEN", "CESGEN"),
+    "contacts": ("CPCYC", "CECYC"),
+    "supports": ("D", "DK", "DL", "DA", "DSYM"),
+    "bodies": ("E", "EN"),
+    "unknown": ("CM", "CMGRP"),
+}
 
 
 def read_ansys(path: str | Path) -> FileMesh:
@@ -44,28 +57,55 @@ def read_ansys(path: str | Path) -> FileMesh:
     MeshFileError
         The file cannot be used.
     """
-    library = optional_library("mapdl_archive", path)
     lines = text_lines(path)
-    check_tables(path, lines)
-    try:
-        archive = library.Archive(str(path))
-        nodes = np.asarray(archive.nnum, dtype=np.int64)
-        mesh = FileMesh(str(path), nodes, np.array(archive.nodes, dtype=np.float64)[:, :3])
-        elements = [np.asarray(element, dtype=np.int64) for element in archive.elem]
-        types = {int(number): int(name) for number, name in archive.ekey}
-        mesh.node_sets = _components(archive.node_components)
-        mesh.element_sets = _components(archive.element_components)
-    except MemoryError:
-        raise
-    except (Exception, SystemExit) as error:  # whatever the library stumbles over
-        raise MeshFileError(path, f"cannot be read: {str(error) or type(error).__name__}") from None
-    _add_elements(mesh, elements, types)
+    tables = read_tables(path, lines)
+    mesh = FileMesh(str(path), np.concatenate(tables.node_labels), np.concatenate(tables.points))
+    _add_elements(mesh, [np.array(row, dtype=np.int64) for row in tables.elements], tables.types)
+    labels = {"NODE": np.unique(mesh.node_labels), "ELEM": np.unique([row[NUMBER] for row in tables.elements])}
+    for name, (kind, values) in tables.components.items():
+        sets = mesh.node_sets if kind == "NODE" else mesh.element_sets
+        sets[name] = _members(mesh, name, values, labels[kind])
+    _leave_out(mesh, tables)
     mesh.materials = _materials(mesh, lines)
     return mesh
 
 
-def _components(components: Any) -> dict[str, IntArray]:
-    return {str(name).strip(): np.asarray(labels, dtype=np.int64) for name, labels in components.items()}
+def _members(mesh: FileMesh, name: str, values: IntArray, labels: IntArray) -> IntArray:
+    """Labels of a component, ranges (first, -last) filled with those that are there."""
+    parts = [NO_LABELS]
+    for place in np.flatnonzero(values > 0):
+        last = -values[place + 1] if place + 1 < len(values) and values[place + 1] < 0 else values[place]
+        start, end = np.searchsorted(labels, values[place]), np.searchsorted(labels, last, side="right")
+        parts.append(labels[start:end])
+    ends = np.flatnonzero(values <= 0)
+    if len(ends) and (ends[0] == 0 or (values[ends - 1] <= 0).any()):
+        raise mesh.refuse(f"component {name}: a range must have a first and a last label")
+    return np.concatenate(parts)
+
+
+def _leave_out(mesh: FileMesh, tables: AnsysTables) -> None:
+    """Say which elements, constraints and components are left out."""
+    found: dict[str, dict[str, int]] = {}
+    counts = dict(tables.surfaces)
+    for row in tables.elements:
+        if tables.types.get(row[TYPE], 0) not in KINDS:
+            counts[row[TYPE]] = counts.get(row[TYPE], 0) + 1
+    for number, count in counts.items():
+        code = tables.types.get(number, 0)
+        if number in tables.surfaces and code in KINDS:
+            raise mesh.refuse(f"{count} SOLID{code} stand in an EBLOCK without SOLID: write the mesh with CDWRITE,DB")
+        effect = next((effect for effect, codes in ELEMENTS.items() if code in codes), "bodies")
+        name = f"elements of type {code or 'unknown'}"
+        if number in tables.surfaces and not code:  # Workbench writes surfaces and contact in this way
+            effect, name = "unknown", "elements of an EBLOCK without SOLID"
+        names = found.setdefault(effect, {})
+        names[name] = names.get(name, 0) + count
+    for effect, commands in COMMANDS.items():
+        given = {f"commands {name}": tables.commands[name] for name in commands if name in tables.commands}
+        if given:
+            found.setdefault(effect, {}).update(given)
+    for effect, names in found.items():
+        mesh.leave_out(effect, names)
 
 
 def _add_elements(mesh: FileMesh, elements: list[IntArray], types: dict[int, int]) -> None:
@@ -79,7 +119,6 @@ def _add_elements(mesh: FileMesh, elements: list[IntArray], types: dict[int, int
         kind = KINDS.get(types.get(int(key), 0))
         rows = np.flatnonzero(number == key)
         if kind is None:
-            mesh.notes.append(f"{len(rows)} elements of type {types.get(int(key), 'unknown')} left out: not solid")
             continue
         count = COUNTS[kind]
         nodes = np.zeros((len(rows), count), dtype=np.int64)

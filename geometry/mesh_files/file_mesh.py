@@ -20,7 +20,7 @@ EFFECTS = {
     "bodies": "no solid elements that are read: their stiffness and mass are missing here",
     "moves": "nodes stand where the file puts them first",
     "supports": "supports of the file: here the set root is held",
-    "contacts": "contact of the file: the scene says what touches",
+    "contacts": "contact of the file: the scene says what touches, and bonded parts are apart here",
     "surfaces": "no solid elements: without stiffness and mass",
     "unknown": "not known to the reader",
 }

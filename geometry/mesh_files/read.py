@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,6 +18,9 @@ from geometry.mesh_files.resolve import imported_mesh
 from geometry.mesh_files.text_files import check_file
 from geometry.mesh_files.vtu import read_vtu
 
+_APDL = re.compile(
+    rb"^\s*(/(PREP7|COM|BATCH|CLEAR|TITLE|NOPR|UNITS|WB)\b|(NBLOCK|ET),)", re.IGNORECASE | re.MULTILINE
+)
 READERS: dict[str, Callable[[str | Path], FileMesh]] = {
     ".inp": read_abaqus,
     ".bdf": read_nastran,
@@ -73,7 +77,19 @@ def read_mesh(path: str | Path) -> ImportedMesh:
     if suffix not in READERS:
         raise MeshFileError(path, f"the suffix must be one of {', '.join(READERS)}")
     check_file(path)
+    reader = READERS[suffix]
+    if suffix in (".inp", ".dat") and _is_apdl(path):  # Ansys calls its decks so too
+        reader = read_ansys
     try:
-        return imported_mesh(READERS[suffix](path))
+        return imported_mesh(reader(path))
     except MemoryError:
         raise MeshFileError(path, "is too large for the memory of this process") from None
+
+
+def _is_apdl(path: str | Path) -> bool:
+    """Whether a text starts with commands of Ansys."""
+    try:
+        with open(path, "rb") as file:
+            return _APDL.search(file.read(100_000)) is not None
+    except OSError:
+        return False

@@ -97,7 +97,7 @@ def test_what_is_left_out_is_said_with_what_it_does(tmp_path):
     }
     assert {
         "2 *BOUNDARY left out: supports of the file: here the set root is held",
-        "1 *TIE left out: contact of the file: the scene says what touches",
+        "1 *TIE left out: contact of the file: the scene says what touches, and bonded parts are apart here",
         "1 *CLOADS left out: not known to the reader",
     } <= set(mesh.notes)
 

@@ -40,11 +40,19 @@ def test_components_and_material():
     assert mesh.materials == {"1": {"young_modulus": 7e10, "poisson_ratio": 0.35, "density": 2700.0}}
 
 
-def archive(rows, nodes, materials=""):
+def archive(rows, nodes, materials="", node_format="(3i9,6e21.13e3)"):
     """An archive with the given elements: (label, type, nodes), and points."""
-    text = HEAD + f"NBLOCK,6,SOLID,{len(nodes):9d},{len(nodes):9d}\n(3i9,6e21.13e3)\n"
+    solid, widths = ("3", "") if "1i9" in node_format else ("6", "SOLID"), (9, 9, 9)
+    if "i7" in node_format:
+        widths = (7, 9, 9)
+    text = HEAD + f"NBLOCK,{solid[0]},{solid[1]},{len(nodes):9d},{len(nodes):9d}\n{node_format}\n"
     for k, point in enumerate(nodes, 1):
-        text += f"{k:9d}{0:9d}{0:9d}" + "".join(f"{x:21.13E}" for x in point) + "\n"
+        head = (
+            f"{k:9d}"
+            if "1i9" in node_format
+            else "".join(f"{x:{w}d}" for x, w in zip((k, 0, 0), widths, strict=True))
+        )
+        text += head + "".join(f"{x:21.13E}" for x in point) + "\n"
     text += f"N,R5.3,LOC,       -1,\nEBLOCK,19,SOLID,{len(rows):9d},{len(rows):9d}\n(19i9)\n"
     for label, kind, members in rows:
         head = [1, kind, 1, 1, 0, 0, 0, 0, len(members), 0, label, *members]
@@ -78,6 +86,81 @@ def test_elements_that_are_no_solids_and_materials_that_are_not_isotropic(tmp_pa
     assert mesh.materials == {"1": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7800.0}, "2": {}}
     assert any("1 elements of type 154 left out" in note for note in mesh.notes)
     assert any("material 2 is orthotropic" in note for note in mesh.notes)
+
+
+@pytest.mark.parametrize(
+    "node_format", ["(1i7,2i9,6e21.13)", "(3i9,6e21.13e3)", "(1i9,3e21.13e3)", "(3i9,3f21.13,3e21.13)"]
+)
+def test_formats_of_nodes(tmp_path, node_format):
+    """Those of Workbench 19.3, of CDWRITE, of decks of Workbench without the key SOLID, and another of Fortran."""
+    (tmp_path / "a.cdb").write_text(archive([(4, 3, [1, 2, 3, 3, 4, 5, 6, 6])], PRISM, node_format=node_format))
+    mesh = read_mesh(tmp_path / "a.cdb")
+    np.testing.assert_array_equal(mesh.points, PRISM)
+    assert volumes(mesh) == pytest.approx([1.0])
+
+
+ROW = "".join(f"{x:9d}" for x in (1, 1, 1, 1, 0, 0, 0, 0, 8, 0, 7, 1, 2, 3, 3, 4, 5, 6, 6))
+WORKBENCH = f"""\
+/com,***********  Elements for Body 1
+et,1,SOLID185
+*set,tid,2
+EBLOCK,19,SOLID,,1
+(19i9)
+{ROW}
+       -1
+et,tid,154
+et,3,170
+type,3
+eblock,10,,,2
+(15i9)
+       11        3        1        1        0        1        2        3
+       12        3        1        1        0        1        2        3
+       -1
+CE,R5.0,DEFI,       1,       2,  0.00000000
+CE,R5.0,1,UX  ,       2,UX  ,       1.0
+RBE3,4,ALL,ALL
+ETBLOCK,        1,        1
+(2i9,19a9)
+        9       21        0        0
+       -1
+EBLOCK,19,SOLID,       10,         2
+(19i9)
+        1        9        1        1        0        0        0        0        1        0        9        1
+        1       99        1        1        0        0        0        0        2        0       10        1        2
+       -1
+D,       1,UX  ,  0.00000000    ,  0.00000000
+EN,R5.5,ATTR,       -1
+MP,EX,1,2.1e11
+"""
+
+
+@pytest.mark.parametrize("suffix", [".cdb", ".dat", ".inp"])
+def test_a_deck_of_workbench_and_what_it_leaves_out(tmp_path, suffix):
+    nodes = archive([], PRISM).split("EBLOCK")[0].replace(HEAD, "/PREP7\n")
+    (tmp_path / f"ds{suffix}").write_text(nodes + WORKBENCH)
+    mesh = read_mesh(tmp_path / f"ds{suffix}")
+    assert [(block.kind, len(block)) for block in mesh.blocks] == [("wedge6", 1)]
+    assert set(mesh.warnings) == {
+        "1 commands CE, 1 commands RBE3 left out: nodes that they tie move freely here: "
+        "the structure is softer than that of the file",
+        "1 elements of type 21 left out: their mass is missing here: frequencies come out too high",
+        "1 elements of type unknown left out: no solid elements that are read: "
+        "their stiffness and mass are missing here",
+    }
+    assert {
+        "2 elements of type 170 left out: contact of the file: the scene says what touches, "
+        "and bonded parts are apart here",
+        "1 commands D left out: supports of the file: here the set root is held",
+    } <= set(mesh.notes)
+
+
+@pytest.mark.parametrize("suffix", [".cdb", ".dat", ".inp"])
+def test_a_deck_of_commands_is_named_as_such(tmp_path, suffix):
+    (tmp_path / f"a{suffix}").write_text("/PREP7\nET,1,186\n*DO,I,1,5\nN,I,I*0.1\n*ENDDO\nE,1,2,3,4\n")
+    with pytest.raises(
+        MeshFileError, match=r"holds 0 NBLOCK tables.* a deck of commands \(APDL\) must be run in Ansys"
+    ):
+        read_mesh(tmp_path / f"a{suffix}")
 
 
 def test_a_pyramid_is_refused(tmp_path):

@@ -159,7 +159,7 @@ def test_gmsh(tmp_path, case):
     refused(tmp_path / "blade.msh", found)
 
 
-ANSYS = {  # mapdl-archive alone would crash on most of these
+ANSYS = {
     "500 nodes in a row": (
         ("         8         0        10", "       500         0        10"),
         "a row of the EBLOCK",
@@ -174,13 +174,16 @@ ANSYS = {  # mapdl-archive alone would crash on most of these
         ("CMBLOCK,low     ,NODE,        18", "CMBLOCK,low,NODE,1000000"),
         "must be a row of low",
     ),
+    "a command that makes elements": (
+        ("CMBLOCK,low ", "EGEN,2,10,1\nCMBLOCK,low "),
+        "EGEN: makes or changes nodes or el",
+    ),
     "a solid key missing": (("EBLOCK,19,SOLID", "EBLOCK,19,"), "must be EBLOCK with the key SOLID"),
 }
 
 
 @pytest.mark.parametrize("case", ANSYS)
 def test_ansys(tmp_path, case):
-    pytest.importorskip("mapdl_archive")
     (old, new), found = ANSYS[case]
     path = tmp_path / "blade.cdb"
     write_mesh(path, every_kind())
