@@ -1,13 +1,13 @@
-"""Cells of meshlane as elements and faces of a mesh file."""
+"""Cells of VTK and MED as elements and faces of a mesh file."""
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from geometry.mesh_files.file_mesh import FileElements, FileMesh
-from geometry.sector import FloatArray
+from geometry.sector import FloatArray, IntArray
 
 KINDS = {
     "tetra": "tet4",
@@ -17,13 +17,33 @@ KINDS = {
     "wedge18": "wedge15",
     "hexahedron": "hex8",
     "hexahedron20": "hex20",
+    "hexahedron24": "hex20",
     "hexahedron27": "hex20",
 }
 NODES = {"wedge15": 15, "hex20": 20}
 FACE_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
 
 
-def mesh_of_cells(path: object, points: FloatArray, cells: list[Any]) -> FileMesh:
+@dataclass(frozen=True)
+class CellBlock:
+    """Cells of one kind.
+
+    Attributes
+    ----------
+    type : str
+        Name of the cell, as meshio has it.
+    data : (k, n) array
+        Points of each cell, from 0, in the order of VTK.
+    labels : (k,) array
+        Numbers of the cells in the file.
+    """
+
+    type: str
+    data: IntArray
+    labels: IntArray
+
+
+def mesh_of_cells(path: object, points: FloatArray, cells: list[CellBlock]) -> FileMesh:
     """A mesh of points and blocks of cells; labels are places in the file, from 1.
 
     Parameters
@@ -32,8 +52,8 @@ def mesh_of_cells(path: object, points: FloatArray, cells: list[Any]) -> FileMes
         The file.
     points : (N, 3) array
         Points.
-    cells : list of cell blocks
-        Each with `type` and `data`.
+    cells : list of CellBlock
+        The cells.
 
     Raises
     ------
@@ -43,26 +63,24 @@ def mesh_of_cells(path: object, points: FloatArray, cells: list[Any]) -> FileMes
     mesh = FileMesh(str(path))
     mesh.points = np.ascontiguousarray(points, dtype=np.float64)
     mesh.node_labels = np.arange(1, len(points) + 1)
-    first = 1
     for block in cells:
         if block.type.startswith("pyramid"):
-            raise mesh.refuse(f"cell {first} is a pyramid: only tetrahedra, wedges and hexahedra are read")
+            raise mesh.refuse(f"cell {block.labels[0]} is a pyramid: only tetrahedra, wedges and hexahedra are read")
         if block.type in KINDS:
             kind = KINDS[block.type]
-            nodes = np.asarray(block.data, dtype=np.int64) + 1
+            nodes = block.data + 1
             if (nodes < 1).any():
                 raise mesh.refuse(f"{block.type} cells name point {nodes.min() - 1}: points are counted from 0")
             if nodes.shape[1] > NODES.get(kind, 20):
                 mesh.notes.append(f"{block.type} cells are taken as {kind}: their inner nodes are left out")
                 nodes = nodes[:, : NODES[kind]]
-            mesh.elements.append(FileElements(kind, np.arange(first, first + len(nodes)), nodes))
+            mesh.elements.append(FileElements(kind, block.labels, nodes))
         elif block.type not in FACE_CORNERS and block.type not in ("vertex", "line", "line3"):
-            mesh.notes.append(f"{len(block.data)} cells {block.type} left out: no solid elements")
-        first += len(block.data)
+            mesh.leave_out("bodies", {f"cells {block.type}": len(block.data)})
     return mesh
 
 
-def add_cells_to_set(mesh: FileMesh, name: str, block: Any, first: int, inside: Any) -> None:
+def add_cells_to_set(mesh: FileMesh, name: str, block: CellBlock, inside: IntArray) -> None:
     """Put cells of a block into a set: solids into an element set, faces into a surface, all others into a node set.
 
     Parameters
@@ -71,10 +89,8 @@ def add_cells_to_set(mesh: FileMesh, name: str, block: Any, first: int, inside: 
         The mesh.
     name : str
         Name of the set.
-    block : cell block
+    block : CellBlock
         The cells.
-    first : int
-        Label of its first cell.
     inside : (k,) array
         Places of the cells in the block.
     """
@@ -83,9 +99,9 @@ def add_cells_to_set(mesh: FileMesh, name: str, block: Any, first: int, inside: 
         return
     if block.type in KINDS:
         before = mesh.element_sets.get(name, np.empty(0, dtype=np.int64))
-        mesh.element_sets[name] = np.concatenate([before, rows + first])
+        mesh.element_sets[name] = np.concatenate([before, block.labels[rows]])
         return
-    nodes = np.asarray(block.data, dtype=np.int64)[rows] + 1
+    nodes = block.data[rows] + 1
     if block.type in FACE_CORNERS:
         mesh.faces.setdefault(name, []).append(nodes[:, : FACE_CORNERS[block.type]])
     before = mesh.node_sets.get(name, np.empty(0, dtype=np.int64))

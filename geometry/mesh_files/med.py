@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from geometry.errors import MeshFileError
-from geometry.mesh_files.cells import add_cells_to_set, mesh_of_cells
+from geometry.mesh_files.cells import CellBlock, add_cells_to_set, mesh_of_cells
 from geometry.mesh_files.file_mesh import FileMesh
 from geometry.mesh_files.libraries import optional_library
 
@@ -35,13 +35,16 @@ def read_med(path: str | Path) -> FileMesh:
     points = np.asarray(grid.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshFileError(path, f"has points of shape {points.shape}: must be (N, 3)")
-    mesh = mesh_of_cells(path, points, grid.cells)
+    blocks, first = [], 1
+    for cells in grid.cells:
+        data = np.asarray(cells.data, dtype=np.int64)
+        blocks.append(CellBlock(cells.type, data, np.arange(first, first + len(data))))
+        first += len(data)
+    mesh = mesh_of_cells(path, points, blocks)
     for name, members in grid.point_sets.items():
         mesh.node_sets[str(name)] = np.asarray(members, dtype=np.int64) + 1
     for name, groups in grid.cell_sets.items():
-        first = 1
-        for block, members in zip(grid.cells, groups, strict=True):
+        for block, members in zip(blocks, groups, strict=True):
             if members is not None:
-                add_cells_to_set(mesh, str(name), block, first, members)
-            first += len(block.data)
+                add_cells_to_set(mesh, str(name), block, members)
     return mesh

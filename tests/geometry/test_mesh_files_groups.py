@@ -155,6 +155,108 @@ def test_fields_of_vtk_become_sets(tmp_path):
     assert found.notes == ("1 node of no solid element left out",)
 
 
+@pytest.fixture(scope="module")
+def vtk_grid():
+    """A grid of VTK, of voxels, with 3000 numbers in its points: several blocks of its compressors."""
+    import pyvista as pv
+
+    x = np.linspace(0.0, 1.0, 10) ** 1.3
+    grid = pv.RectilinearGrid(x, x, np.round(2 * x, 3)).cast_to_unstructured_grid()
+    grid.point_data["set_low"] = (grid.points[:, 2] == 0.0).astype(np.int32)
+    grid.cell_data["part"] = np.arange(grid.n_cells) % 2
+    return grid
+
+
+@pytest.mark.parametrize("compressor", ["None", "ZLib", "LZ4", "LZMA"])
+@pytest.mark.parametrize("mode", ["Ascii", "Binary", "Appended", "Encoded"])
+def test_files_that_vtk_writes(tmp_path, vtk_grid, mode, compressor):
+    """Against the grid that was written; sizes of headers and byte orders go round with the others."""
+    import vtk
+
+    writer = vtk.vtkXMLUnstructuredGridWriter()
+    writer.SetFileName(str(tmp_path / "a.vtu"))
+    writer.SetInputData(vtk_grid)
+    getattr(writer, f"SetDataModeTo{mode.replace('Encoded', 'Appended')}")()
+    writer.SetEncodeAppendedData(mode == "Encoded")
+    getattr(writer, f"SetCompressorTypeTo{compressor}")()
+    wide = compressor in ("ZLib", "LZMA")
+    getattr(writer, "SetHeaderTypeToUInt64" if wide else "SetHeaderTypeToUInt32")()
+    getattr(writer, "SetByteOrderToBigEndian" if mode == "Binary" else "SetByteOrderToLittleEndian")()
+    writer.SetBlockSize(4096)  # bytes
+    assert writer.Write() == 1
+    mesh = read_mesh(tmp_path / "a.vtu")
+    np.testing.assert_allclose(mesh.points, vtk_grid.points, rtol=1e-6 if mode == "Ascii" else 0)
+    np.testing.assert_array_equal(mesh.blocks[0].nodes, vtk_grid.cells.reshape(-1, 9)[:, [1, 2, 4, 3, 5, 6, 8, 7]])
+    assert sum(volumes(mesh)) == pytest.approx(2.0)
+    assert len(mesh.node_sets["low"]) == 100
+    assert {name: len(rows) for name, rows in mesh.element_sets.items()} == {"part_0": 365, "part_1": 364}
+
+
+@pytest.mark.parametrize(("code", "kind", "extra"), [(71, "tet10", 0), (72, "hex20", 7), (73, "wedge15", 3)])
+@pytest.mark.parametrize("version", ["2.3", "1.0"])
+def test_lagrange_cells(tmp_path, code, kind, extra, version):
+    """Of order 2; before version 2.1 two edges of a hexahedron were exchanged, as VTK still reads them."""
+    points = element_points(kind)
+    order = np.arange(len(points) + extra)
+    if code == 72 and version == "1.0":
+        order[[18, 19]] = order[[19, 18]]
+    points = np.vstack([points, points[:extra] + 0.1])[order]
+    write_lagrange(tmp_path / "a.vtu", code, points, version)
+    mesh = read_mesh(tmp_path / "a.vtu")
+    assert [block.kind for block in mesh.blocks] == [kind]
+    assert straight_middles(mesh)
+
+
+def write_lagrange(path, code, points, version="2.3"):
+    numbers = " ".join(f"{x!r}" for x in points.ravel().tolist())
+    arrays = {"connectivity": " ".join(map(str, range(len(points)))), "offsets": len(points), "types": code}
+    cells = "".join(
+        f'<DataArray type="Int64" Name="{name}" format="ascii">{text}</DataArray>' for name, text in arrays.items()
+    )
+    path.write_text(
+        f'<VTKFile type="UnstructuredGrid" version="{version}"><UnstructuredGrid>'
+        f'<Piece NumberOfPoints="{len(points)}" NumberOfCells="1"><Points>'
+        f'<DataArray type="Float64" NumberOfComponents="3" format="ascii">{numbers}</DataArray></Points>'
+        f"<Cells>{cells}</Cells></Piece></UnstructuredGrid></VTKFile>"
+    )
+
+
+@pytest.mark.parametrize(
+    ("code", "count", "found"),
+    [
+        (72, 64, "cell 1 is a Lagrange hexahedron of 64 nodes: must be .* of order 1 or 2; write the file with such"),
+        (79, 27, "cell 1 is a Bezier hexahedron of 27 nodes"),
+        (42, 8, "cell 1 is a polyhedron"),
+        (74, 14, "cell 1 is a pyramid"),
+    ],
+)
+def test_cells_that_are_refused(tmp_path, code, count, found):
+    write_lagrange(tmp_path / "a.vtu", code, np.random.default_rng(1).random((count, 3)))
+    with pytest.raises(MeshFileError, match=found):
+        read_mesh(tmp_path / "a.vtu")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "found"),
+    [
+        ("<VTKFile", "<!DOCTYPE a><VTKFile", "declares a document type"),
+        ('version="2.3"', 'version="2.3" compressor="vtkZstd"', "is compressed by vtkZstd: must be uncompressed"),
+        ('type="UnstructuredGrid"', 'type="PolyData"', "holds PolyData: an UnstructuredGrid of VTK is needed"),
+        ('NumberOfPoints="10"', 'NumberOfPoints="1000000000000"', "damaged, says 1000000000000 points"),
+        (">10<", ">11<", "damaged, the offsets of its cells"),
+        (">0 1 2", ">0 1 99", "damaged, cells name points beyond 0 to 9"),
+        ('format="ascii">0', 'format="binary">AAAA', "damaged"),
+    ],
+)  # fmt: skip
+def test_damaged_grids(tmp_path, old, new, found):
+    write_lagrange(tmp_path / "a.vtu", 71, element_points("tet10"))
+    text = (tmp_path / "a.vtu").read_text()
+    assert old in text
+    (tmp_path / "a.vtu").write_text(text.replace(old, new, 1))
+    with pytest.raises(MeshFileError, match=found):
+        read_mesh(tmp_path / "a.vtu")
+
+
 @pytest.mark.parametrize("cell", ["tetra", "wedge", "hexahedron", "tetra10", "wedge15", "hexahedron20"])
 def test_vtk_cells_of_either_orientation(tmp_path, cell):
     """Programs differ in which triangle of a wedge comes first."""
