@@ -21,6 +21,7 @@ from pipeline.results.provenance import provenance
 from pipeline.results.publishing import PicturesMissing, remove_outdated
 from pipeline.results.statistics import statistics
 from pipeline.scene.consistency import check_scene, check_scene_for_model
+from pipeline.scene.disk_checks import free_bore
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.scene.schema import STUDIES
 from pipeline.stages.code_fingerprint import remember_code
@@ -77,8 +78,8 @@ def execute(request: Request, reporter: Reporter) -> RunOutcome:
         reporter.line(f"note: {line}")
     for line in plausibility_warnings(request.scene):
         reporter.line(f"warning: {line}")
-    if given is None and request.scene.first.render is not None and request.without_mesh:
-        reporter.line("note: render: skipped, [model] has no elements that could be drawn")
+    for line in _nothing_to_do(request):
+        reporter.line(f"note: {line}")
     with _running(request, reporter, given) as run:
         return _execute(run, given, start)
 
@@ -168,7 +169,8 @@ def _check(request: Request) -> ReducedModel | None:
     check_cluster(request.scheduler, request.cluster, request.jobs)
     if request.rom is None:
         check_scene(request.scene)
-        _check_until(request)
+    _check_until(request)
+    if request.rom is None:
         return None
     from rom import ReducedModelError
 
@@ -191,13 +193,28 @@ def _check(request: Request) -> ReducedModel | None:
 
 
 def _check_until(request: Request) -> None:
-    """Refuse a last stage for which the scene has nothing: pictures of no mesh, studies that it does not ask for."""
-    if request.until == Stage.STUDY and not request.scene.first.studies:
+    """Refuse a last stage that the model of the scene does not allow, whatever sections the scene has."""
+    stage, scene = request.until, request.scene.first
+    if stage in (Stage.RENDER, Stage.STRESS) and request.without_mesh:
+        what = "[model]" if request.rom is None else str(request.rom)
+        found, allowed = f"asked for beside {what}", "a scene with a mesh: matrices have no elements to show it on"
+        raise input_error(request.scene.path, stage, found, allowed)
+    if stage == Stage.STRESS and (part := free_bore(scene)):
+        raise input_error(
+            request.scene.path, stage, f'asked for with {part}.bore = "free"', f'{part}.bore = "clamped"'
+        )
+
+
+def _nothing_to_do(request: Request) -> Iterator[str]:
+    """Stages that the scene or the command asks for and that have nothing to do, one line each."""
+    scene = request.scene.first
+    if request.rom is None and scene.render is not None and request.without_mesh:
+        yield "render: skipped, [model] has no elements that could be drawn"
+    if request.until == Stage.STUDY and not scene.studies:
         sections = " or ".join(f"[{name}]" for name in STUDIES)
-        raise input_error(request.scene.path, STUDIES[0], "missing", f"a table {sections} for --until study")
-    if request.until == Stage.RENDER and request.without_mesh:
-        allowed = "a mesh: [model] has nodes and matrices, no elements that could be drawn"
-        raise input_error(request.scene.path, "render", "asked for beside [model]", allowed)
+        yield f"study: the scene asks for none (no {sections}); only its curves are computed"
+    if request.until == Stage.STRESS and scene.stress is not None and scene.stress.curves is False:
+        yield "stresses: the scene asks for none (stress.curves = false)"
 
 
 def _respond(run: Run, models: Models, outcome: RunOutcome) -> None:

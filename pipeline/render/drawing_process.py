@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import stat
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TypeVar
 
+from pipeline.bootstrap import missing_packages
 from pipeline.errors import one_line
 from pipeline.process.deferred_modules import defer_unused
 from pipeline.process.garbage_collection import loading
@@ -22,7 +24,7 @@ from pipeline.render.job import Job
 J = TypeVar("J", bound=Job)
 _PROJECT = Path(__file__).parents[2]
 _ASIDE, _NICENESS = "SHROUD_DRAWING_ASIDE", 5  # the niceness leaves it a seventh of two busy cores
-_REMEDY = "apt-get install -y libegl1 libgl1 libxrender1"
+_DRAWING_PACKAGES = ("libgl1", "libxrender1", "libegl1")  # of those that the bootstrap looks for
 
 
 class RenderError(Exception):
@@ -35,7 +37,7 @@ def draw_apart(module: str, job: str, pictures: Sequence[Path]) -> None:
     Raises
     ------
     RenderError
-        The process died or a picture is missing; the message names the usual remedy.
+        The process died or a picture is missing; the message names system libraries that are not there.
     """
     Drawing(module, job).finish(pictures)
 
@@ -81,7 +83,7 @@ class Drawing:
         Raises
         ------
         RenderError
-            The process died or a picture is missing; the message names the usual remedy.
+            The process died or a picture is missing; the message names system libraries that are not there.
         """
         with self._process as process:
             try:
@@ -93,15 +95,28 @@ class Drawing:
                 process.kill()
                 raise
         if status < 0:
-            raise RenderError(f"the drawing process crashed, most likely for want of a GL library: {_REMEDY}")
+            raise RenderError(f"the drawing process crashed ({_signal_name(-status)}){_remedy()}")
         if status > 0 or not all(picture.is_file() for picture in pictures):
             last_line = one_line((output.strip().splitlines() or ["no picture"])[-1])
-            raise RenderError(f"{last_line} (if a GL library is missing: {_REMEDY})")
+            raise RenderError(f"{last_line}{_remedy()}")
 
     def end(self) -> None:
         """Kill the process, where it still runs."""
         with self._process as process:
             process.kill()
+
+
+def _signal_name(number: int) -> str:
+    """Name of the signal that ended a process."""
+    with suppress(ValueError):
+        return signal.Signals(number).name
+    return f"signal {number}"
+
+
+def _remedy() -> str:
+    """How to install the libraries for drawing that are missing here; nothing where none is."""
+    missing = [package for package in missing_packages() if package in _DRAWING_PACKAGES]
+    return f"; missing on this machine: apt-get install -y {' '.join(missing)}" if missing else ""
 
 
 def end_with_parent() -> None:

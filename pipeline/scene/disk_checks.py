@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.reading import Member, SceneFile, key_in_file
+from pipeline.scene.schema import Scene
 
 
 def unfit_beside_disk(file: SceneFile) -> Iterator[InputError]:
@@ -17,11 +18,16 @@ def unfit_beside_disk(file: SceneFile) -> Iterator[InputError]:
     InputError
         As soon as it is found.
     """
-    scene = file.first
-    for name, part in (("disk", scene.disk), ("mesh", scene.mesh)):
-        if part is not None and part.bore == "free" and scene.with_stress:
-            section = "fatigue" if scene.stress is None else "stress"
-            yield input_error(file.path, section, f'given with {name}.bore = "free"', f'{name}.bore = "clamped"')
+    scene, name = file.first, free_bore(file.first)
+    if name and scene.with_stress:
+        section = "fatigue" if scene.stress is None else "stress"
+        yield input_error(file.path, section, f'given with {name}.bore = "free"', f'{name}.bore = "clamped"')
+
+
+def free_bore(scene: Scene) -> str | None:
+    """Section of the disk that nothing holds; None where there is no such disk."""
+    parts = (("disk", scene.disk), ("mesh", scene.mesh))
+    return next((name for name, part in parts if part is not None and part.bore == "free"), None)
 
 
 def unfit_disk_keys(path: Path, member: Member) -> Iterator[InputError]:

@@ -11,7 +11,7 @@ from pipeline.scene.fields import key as _key
 
 
 class Render(Section):
-    """[render]: pictures of mode shapes. Nothing is rendered unless this section is there."""
+    """[render]: pictures of mode shapes. Without this section they are drawn where asked for by name."""
 
     modes: Annotated[tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=20)] = _key(
         "mode shapes to draw, 1 is the lowest", "a list of 1 to 20 whole numbers, 1 to 100", (1, 2, 3)

@@ -69,8 +69,8 @@ class Request:
     @property
     def expands(self) -> bool:
         """Whether shapes on the mesh are asked for, now or by the whole scene."""
-        needed = Stage.REPORT in self.wanted or Stage.STRESS in self.wanted
-        return self.scene.first.render is not None or bool(self._stress) or needed
+        needed = self.wanted & {Stage.RENDER, Stage.STRESS, Stage.REPORT}
+        return self.scene.first.render is not None or bool(self._stress | needed)
 
     @property
     def _stress(self) -> frozenset[Stage]:

@@ -43,7 +43,7 @@ def expand_to_mesh(model: ReducedModel, coordinates: NDArray[Any]) -> NDArray[An
     """
     if model.basis is None:
         raise ReducedModelError(
-            "basis: missing, allowed: a model reduced with it (a scene with [render], store_basis)"
+            "basis: missing, allowed: a model reduced with it (`shroud run SCENE --until render`, or store_basis)"
         )
     if model.basis.shape[0] % 3:
         raise ReducedModelError(f"basis: {model.basis.shape[0]} rows, allowed: three for each node of a mesh")

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
 
+from pipeline import bootstrap
 from pipeline.figures.curve_line import KINDS, stability_segments
 from pipeline.figures.style import save, styled, subplots
+from pipeline.render.drawing_process import RenderError, draw_apart
 from pipeline.render.mode_shapes import at_largest
 from pipeline.render.ring import turned
 from pipeline.scene.labels import prefixed, value_label
@@ -134,7 +136,11 @@ def test_modes_are_rendered_once(copied: Path) -> None:
     assert first != second
 
 
-def test_a_crash_of_the_renderer_is_reported_with_its_remedy(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("missing", [False, True])
+def test_a_crash_of_the_renderer_is_reported_with_the_remedy_where_a_library_is_missing(
+    copied: Path, monkeypatch: pytest.MonkeyPatch, missing: bool
+) -> None:
+    monkeypatch.setattr(bootstrap, "_loads", lambda name: not (missing and ("EGL" in name or "Mesa" in name)))
     crashing = copied.parent / "python"
     crashing.write_text("#!/bin/sh\nkill -SEGV $$\n")
     crashing.chmod(0o755)
@@ -143,9 +149,14 @@ def test_a_crash_of_the_renderer_is_reported_with_its_remedy(copied: Path, monke
     status, _, error = shroud("run", scene, "--out", copied, "--quiet")
     assert status == 1
     assert error.count("\n") == 1
-    assert error.startswith("render: mode shapes: the drawing process crashed")
-    assert "apt-get install" in error
+    remedy = "; missing on this machine: apt-get install -y libegl1" if missing else ""
+    assert error == f"render: mode shapes: the drawing process crashed (SIGSEGV){remedy}\n"
     assert summary_of(copied)["curves"][0]["complete"]
+
+
+def test_an_error_in_drawing_gives_no_advice_on_libraries_that_are_there(tmp_path: Path) -> None:
+    with pytest.raises(RenderError, match=r"No module named no_such_drawer$"):
+        draw_apart("no_such_drawer", "{}", [tmp_path / "a.png"])
 
 
 def test_pictures_of_an_earlier_scene_go_away(copied: Path) -> None:

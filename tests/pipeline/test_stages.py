@@ -1,16 +1,24 @@
 """Which stages run, as summary.json tells it: only what is needed and only what has changed."""
 
+import io
 import json
 import shutil
+import tomllib
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
-from pipeline_support import shroud, small_scene, statuses, summary_of, write_scene
+from PIL import Image
+from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
 
+import pipeline.figures.style
+import pipeline.render.render_stage
+import pipeline.stress.stress_stage
+from pipeline import InputError, run_scene
+from pipeline.render.job import RenderJob
 from pipeline.stages.stage_names import Stage
-from rom import read_reduced_model
+from rom import load_sector, mode_shapes, read_reduced_model
 
 ALL = ("mesh", "assemble", "reduce", "respond", "study", "stresses", "render", "figures", "report")
 NOT_ASKED = {"study": "skipped", "stresses": "skipped", "render": "skipped", "report": "skipped"}
@@ -118,6 +126,92 @@ def test_what_was_computed_before_is_found_again(copied: Path) -> None:
 def test_until_runs_what_the_stage_needs(copied: Path, stage: str, needs: tuple[str, ...]) -> None:
     found = rerun(copied, "--until", stage)
     assert found == {name: "reused" if name in needs else "skipped" for name in ALL}
+
+
+SHIPPED = sorted(path.stem for path in (Path(__file__).parents[2] / "scenes").glob("*.toml"))
+ORDERS = (  # pictures from nothing, then the other way round: on a model that was stored without a basis
+    ("render", "mesh", "stresses", "assemble", "figures", "study", "render", "respond", "report", "reduce"),
+    ("assemble", "respond", "study", "render", "reduce", "stresses", "mesh", "render"),
+)
+
+
+def coarse(name: str) -> dict[str, Any]:
+    """A shipped scene on a coarse mesh, with one short curve and the study that needs no curves of its own."""
+    scene = tomllib.loads((Path(__file__).parents[2] / "scenes" / f"{name}.toml").read_text())
+    low = scene["response"]["frequency"][0]
+    quick = dict.fromkeys(("detached", "truncation", "time_integration"), False)
+    scene["response"] |= {"harmonics": 1, "frequency": [low, 1.02 * low], "stability": "folds", **quick}
+    scene["response"].pop("tolerance", None)
+    scene["sweep"] = {key: values[-1:] for key, values in scene.get("sweep", {}).items()}
+    for study in ("map", "optimum", "uncertainty"):
+        scene.pop(study, None)
+    return scene | {"mesh": {"size": 0.012, "element": "hex8", "contact_grid": [2, 2]}, "rom": {"modes": 4}}
+
+
+@pytest.fixture
+def plain_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures of one pixel: what they show is computed as far as the model must allow it, but not drawn."""
+
+    pixel = io.BytesIO()
+    Image.new("RGB", (1, 1)).save(pixel, format="png")
+    kinds = {"png": pixel.getvalue(), "svg": b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"/>'}
+
+    def draw(module: str, text: str, pictures: list[Path]) -> None:
+        if module == pipeline.render.render_stage.MODES_DRAWER:
+            job = RenderJob.from_json(text)
+            springs = {"normal": job.normal, "tangential": job.tangential}
+            _, shapes = mode_shapes(read_reduced_model(job.rom), job.phase, count=max(job.modes), **springs)
+            assert shapes.shape == (max(job.modes), len(load_sector(job.sector).points), 3)
+        for picture in pictures:
+            picture.write_bytes(kinds["png"])
+
+    monkeypatch.setattr(pipeline.figures.style, "drawn", lambda _, form: kinds[form])
+    monkeypatch.setattr(pipeline.render.render_stage, "draw_apart", draw)
+    monkeypatch.setattr(pipeline.stress.stress_stage, "draw_apart", draw)
+    for begins in ("prepare", "begin"):
+        monkeypatch.setattr(pipeline.render.render_stage.RenderingAhead, begins, lambda *_: None)
+
+
+@pytest.mark.usefixtures("plain_pictures")
+@pytest.mark.parametrize("order", ORDERS, ids=lambda order: order[0])
+@pytest.mark.parametrize("name", SHIPPED)
+def test_every_stage_of_every_shipped_scene_works_by_its_name_alone(
+    tmp_path: Path, name: str, order: tuple[str, ...]
+) -> None:
+    """With or without a section of its own: three modes are drawn, stress is computed at the highest motion."""
+    scene = write_scene(tmp_path / "s.toml", coarse(name))
+    asked, out = tomllib.loads(scene.read_text()), tmp_path / "out"
+    for stage in order:
+        status, _, error = shroud("run", scene, "--out", out, "--until", stage)
+        assert status == 0, f"{stage}: {error}"
+        nothing = stage == "study" and "backbone" not in asked
+        assert (statuses(out)[stage] == "skipped") == nothing
+        assert error.count("note: study: the scene asks for none") == nothing
+        summary = summary_of(out)
+        assert summary["complete"]
+        pictures = {
+            "render": "renders/mode_3.png",
+            "stresses": "stress/stress_0.png",
+            "figures": "figures/response.png",
+        }
+        if stage in pictures:
+            assert pictures[stage] in summary["pictures"]
+            assert (out / pictures[stage]).is_file()
+    assert (out / "report.html").is_file() == ("report" in order)
+
+
+def test_a_stage_that_the_model_does_not_allow_is_refused(tmp_path: Path) -> None:
+    rom, scene = write_ground_model(tmp_path / "rom.h5"), write_scene(tmp_path / "g.toml", ground_scene())
+    for stage in ("render", "stresses"):
+        with pytest.raises(InputError, match=f"{stage}: asked for beside .*rom.h5, allowed: a scene with a mesh"):
+            run_scene(scene, tmp_path / "out", rom=rom, until=stage, quiet=True)
+    free = coarse("disk")
+    free["disk"]["bore"] = "free"
+    status, _, error = shroud(
+        "run", write_scene(tmp_path / "f.toml", free), "--out", tmp_path / "f", "--until", "stresses"
+    )
+    assert (status, error.count("\n")) == (2, 1)
+    assert error.endswith('stresses: asked for with disk.bore = "free", allowed: disk.bore = "clamped"\n')
 
 
 def test_force_makes_everything_again(copied: Path) -> None:
