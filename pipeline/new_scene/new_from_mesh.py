@@ -86,7 +86,8 @@ def new_scene_of_mesh(folder: Path, title: str, file: Path, options: MeshOptions
     own, problem, values = _tried(folder, text, mesh, told)
     picture = mesh_picture(*_drawn(mesh, told, own), f"{file.name}: {_heading(own, told)}")
     files = new_files(folder, text(values), {PICTURE: picture})
-    lines = [*survey(mesh), *told.why, *(own.findings.lines if own is not None else ())]
+    lines = [*survey(mesh), *told.why]
+    lines += [] if own is None else [line for line in own.findings.lines if not {line, f"note: {line}"} & {*lines}]
     return NewScene(tuple(files), tuple(lines), problem)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import hashlib
 import os
+import re
 from functools import lru_cache
 from pathlib import Path
 
@@ -86,7 +87,7 @@ def _state(path: Path) -> tuple[int, int]:
 
 @lru_cache(maxsize=64)
 def _included(path: Path, suffix: str, size: int, time: int) -> tuple[str, ...]:
-    if suffix.lower() not in _WITH_INCLUDES or b"include" not in path.read_bytes().lower():
+    if suffix.lower() not in _WITH_INCLUDES or not re.search(rb"include|input", path.read_bytes(), re.IGNORECASE):
         return ()
     from geometry import MeshFileError, included_names
 

@@ -6,10 +6,12 @@ import os
 
 from rom.errors import MatrixFileError
 
-STIFFNESS = ("K", "stiffness", "KAA", "K2GG", "KGG", "KLL", "KXX", "Kred", "Kr", "STIFF")
-MASS = ("M", "mass", "MAA", "M2GG", "MGG", "MLL", "MXX", "Mred", "Mr", "MASS")
+# of Nastran: a-set, external superelements (EXTSEOUT writes KAAX, MAAX), direct input, g-set, and its other sets
+_OF_NASTRAN = ("{}AA", "{}AAX", "{}2GG", "{}GG", "{}LL", "{}XX", "{}TT", "{}NN", "{}JJ")
+STIFFNESS = ("K", "stiffness", *(name.format("K") for name in _OF_NASTRAN), "Kred", "K_red", "Kr", "STIFF")
+MASS = ("M", "mass", *(name.format("M") for name in _OF_NASTRAN), "Mred", "M_red", "Mr", "MASS")
 TRANSFORMATION = ("T", "transformation", "basis", "Phi", "Psi", "GOA")
-FORCE = ("f", "force", "centrifugal", "force_centrifugal", "PG")
+FORCE = ("f", "force", "centrifugal", "force_centrifugal", "PG", "PAX")
 _LISTED = 8
 
 

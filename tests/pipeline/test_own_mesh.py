@@ -16,10 +16,12 @@ from geometry import (
     SectorMesh,
     export_sector,
     import_sector,
+    read_mesh,
     scaled_jacobian,
     subdivided,
     write_mesh,
 )
+from pipeline.new_scene.mesh_survey import survey
 from pipeline.report.surface import boundary_sides, outer_surface
 from pipeline.scene.mesh_file import mesh_file_hash, mesh_file_parts
 from pipeline.scene.reading import read_scene
@@ -135,6 +137,20 @@ def test_a_response_is_that_of_the_dummy_blade(folder: Path) -> None:
         assert found[1][key] == pytest.approx(found[0][key], rel=1e-4)
 
 
+def test_constraints_that_are_left_out_are_a_warning_at_every_command(folder: Path, tmp_path: Path) -> None:
+    text = (folder / "blade.inp").read_text() + "*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n"
+    (tmp_path / "tied.inp").write_text(text)
+    path = write_scene(tmp_path / "tied.toml", scene_with_mesh("tied.inp", name="tied"))
+    warned = "warning: 1 *EQUATION left out: nodes that they tie move freely here"
+    assert warned in shroud("validate", path)[2]
+    run = ("run", path, "--out", tmp_path / "out", "--until", "mesh")
+    for _ in range(2):  # the second time the mesh is there
+        status, said, error = shroud(*run)
+        assert status == 0, error
+        assert warned in said + error
+    assert any(line.startswith(warned) for line in survey(read_mesh(tmp_path / "tied.inp")))
+
+
 def test_results_are_cached_by_the_content_of_the_file(folder: Path, tmp_path: Path) -> None:
     text = (folder / "blade.inp").read_text()
     (tmp_path / "a.inp").write_text(text)
@@ -154,7 +170,10 @@ def test_results_are_cached_by_the_content_of_the_file(folder: Path, tmp_path: P
         ("main.inp", "*INCLUDE, INPUT=nodes.inc"),
         ("main.inp", '** a comment\n * include , format=free, Input = "nodes.inc"'),
         ("main.inp", "*INCLUDE,\nINPUT=nodes.inc"),
+        ("main.inp", "*NODE, NSET=all, INPUT=nodes.inc"),
+        ("main.inp", "*INCLUDE, INPUT=.\\nodes.inc"),
         ("main.bdf", "INCLUDE 'nodes.inc'"),
+        ("main.bdf", "INCLUDE './\n  nodes.inc'"),
         ("main.bdf", "include nodes.inc  $ the nodes"),
         ("main.dat", "  Include = nodes.inc"),
     ],

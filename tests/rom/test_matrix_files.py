@@ -10,6 +10,7 @@ from scipy.io import loadmat, mmread, mmwrite, savemat
 from scipy.sparse import coo_matrix, csc_matrix, random, tril
 
 from rom import MatrixFileError, read_dofs, read_matrix, read_nodes, write_matrices
+from rom.matrix_files.matrix_names import MASS, STIFFNESS
 
 N = 12
 
@@ -112,6 +113,21 @@ def test_every_format_gives_the_same_matrix(stiffness, tmp_path):
             assert found.labels.pairs.tolist() == [[k // 3 + 1, k % 3 + 1] for k in range(N)], name
     assert "completed by symmetry" in read_matrix(tmp_path / "half.mtx").notes[0]
     assert abs(read_matrix(tmp_path / "new.mat", "Kfull").matrix - stiffness).max() == 0.0
+
+
+@pytest.mark.parametrize("suffix", [".pch", ".op4"])
+def test_matrices_of_an_external_superelement_of_nastran(stiffness, tmp_path, suffix):
+    """EXTSEOUT calls them KAAX and MAAX, beside those of damping."""
+    path = tmp_path / f"ext{suffix}"
+    if suffix == ".pch":
+        named = [dmig(factor * stiffness, 6, large_field).replace("KAA ", name) for factor, name in
+                 ((1.0, "KAAX"), (2.0, "MAAX"), (3.0, "BAAX"))]  # fmt: skip
+        path.write_text("\n".join(named))
+    else:
+        op4.write(str(path), ["BAAX", "KAAX", "MAAX"], [factor * stiffness.toarray() for factor in (3.0, 1.0, 2.0)])
+    for factor, usual in ((1.0, STIFFNESS), (2.0, MASS)):
+        found = read_matrix(path, None, usual).matrix
+        assert abs(found - factor * stiffness).max() <= 1e-9 * abs(stiffness).max()
 
 
 def test_reading_op4_leaves_numpy_as_it_was(stiffness, tmp_path):
