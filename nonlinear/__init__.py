@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from nonlinear.mistuned_ring.ring_response import MistunedResponse, mistuned_response
     from nonlinear.mode_agreement import PeakAgreement, PeakMotion, compare_with_peaks, peak_motions
     from nonlinear.nonlinear_modes.mode_following import harmonic_shares
-    from nonlinear.nonlinear_modes.nonlinear_mode import ModeResonance, NonlinearMode, nonlinear_mode
+    from nonlinear.nonlinear_modes.nonlinear_mode import ModeDamping, ModeResonance, NonlinearMode, nonlinear_mode
     from nonlinear.options import (
         MOST_UNKNOWNS,
         Excitation,
@@ -102,6 +102,7 @@ __all__ = [
     "MistunedResponse",
     "Mistuning",
     "MistuningError",
+    "ModeDamping",
     "ModeResonance",
     "NonlinearMode",
     "Optimum",
@@ -177,6 +178,7 @@ _PLACES = {
     "ExcitationHarmonic": "nonlinear.options",
     "HarmonicBalance": "nonlinear.harmonic_balance.residual",
     "LinearisedResidual": "nonlinear.harmonic_balance.residual",
+    "ModeDamping": "nonlinear.nonlinear_modes.nonlinear_mode",
     "ModeResonance": "nonlinear.nonlinear_modes.nonlinear_mode",
     "NonlinearMode": "nonlinear.nonlinear_modes.nonlinear_mode",
     "harmonic_shares": "nonlinear.nonlinear_modes.mode_following",

@@ -10,9 +10,10 @@ in harmonic h is
 
     D_m^(h) = omega_m^2 + i h omega (c_m - 2 zeta_h omega) - (h omega)^2.
 
-zeta_h = zeta in all harmonics is the motion of [1]_. With zeta_1 = zeta alone, zeta_h = 0 above, the motion solves
-the forced equations exactly, under a force 2 i zeta omega^2 M q^(1) e^(i omega t) in phase with its velocity. That is
-the one to compare with a forced response: a higher harmonic in resonance keeps its own damping.
+zeta_h = zeta in all harmonics ("all_harmonics") is the motion of [1]_. With zeta_1 = zeta alone, zeta_h = 0 above
+("first_harmonic", the default), the motion solves the forced equations exactly, under a force
+2 i zeta omega^2 M q^(1) e^(i omega t) in phase with its velocity. That is the one to compare with a forced response:
+a higher harmonic in resonance keeps its own damping.
 
 One mode, the carrier k, vanishes from the receptance of harmonic 1: its coordinate q_k is an unknown of its own, real
 by the choice of phase. Then nothing is singular where the contacts are open. Equations and unknowns:

@@ -45,6 +45,8 @@ class FirstMotion:
         Number of the mode, from 1.
     amplitude : float
         Amplitude of the output, m.
+    every_harmonic : bool
+        Whether damping is compensated in all harmonics, and not in harmonic 1 alone.
     """
 
     receptance: RelativeReceptance
@@ -53,6 +55,7 @@ class FirstMotion:
     options: SolverOptions
     number: int
     amplitude: float
+    every_harmonic: bool = False
 
     def find(self) -> tuple[MotionPoint, ModeContinuation]:
         """The motion, and the continuation that goes on from it.
@@ -137,7 +140,8 @@ class FirstMotion:
     def _continuation(self, contact: ContactParameters, harmonics: int, carrier: int) -> ModeContinuation:
         receptance = replace(self.receptance, harmonics=tuple(range(harmonics + 1)))
         element = contact_element(contact, harmonics, self.options)
-        return ModeContinuation(ExtendedMotion(receptance, element, carrier), (2 * harmonics + 1, *self.static.shape))
+        motion = ExtendedMotion(receptance, element, carrier, self.every_harmonic)
+        return ModeContinuation(motion, (2 * harmonics + 1, *self.static.shape))
 
     def _springs(self) -> Iterator[Array]:
         """Shares (n_c,) of the springs that hold in the linear modes to start from."""

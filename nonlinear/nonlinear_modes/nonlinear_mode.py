@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ from nonlinear.nonlinear_modes.mode_curve import ModeContinuation, MotionPoint
 from nonlinear.nonlinear_modes.mode_following import ModePath, follow_mode
 from nonlinear.options import OptionsError, SolverOptions
 from rom import RelativeReceptance, RingModes, one_blas_thread
+
+ModeDamping = Literal["first_harmonic", "all_harmonics"]
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,7 @@ class NonlinearMode:
     frequency_hz : (P,) array
         Frequency, Hz.
     damping_ratio : (P,) array
-        Damping ratio: of the structure and of the contacts.
+        Damping ratio: of the structure and of the contacts; see `damping` of `nonlinear_mode`.
     modal_amplitude : (P,) array
         Norm a of the mass-normalised modal coordinates of harmonic 1, m sqrt(kg).
     force : (P,) array
@@ -225,6 +228,7 @@ def nonlinear_mode(
     options: SolverOptions,
     *,
     number: int = 1,
+    damping: ModeDamping = "first_harmonic",
 ) -> NonlinearMode:
     """A nonlinear mode of a travelling wave, from one amplitude of the output to another.
 
@@ -242,6 +246,9 @@ def nonlinear_mode(
         Harmonics (a number), contact integration and the output.
     number : int
         Number of the mode, from 1, in the order of frequency at the smallest amplitude.
+    damping : str
+        Harmonics in which a negative damping makes up for what is dissipated: "first_harmonic", whose resonances are
+        nearest to traced peaks, or "all_harmonics", the definition of Krack (2015). Equal with one harmonic.
 
     Returns
     -------
@@ -254,7 +261,7 @@ def nonlinear_mode(
         No static equilibrium, or no motion of the smallest amplitude was found.
     OptionsError
         The number of harmonics is "auto", the method is "static-first", the amplitudes do not ascend from a positive
-        one, or the structure has no mode of this number.
+        one, the structure has no mode of this number, or `damping` is none of the two.
 
     Examples
     --------
@@ -265,11 +272,14 @@ def nonlinear_mode(
     >>> print(mode.frequency_hz[[0, -1]].round(3), bool(mode.damping_ratio.max() > 0.1))
     [0.318 0.172] True
     """
+    if damping not in get_args(ModeDamping):
+        raise OptionsError(f"damping: {damping!r}, allowed: {' or '.join(map(repr, get_args(ModeDamping)))}")
     _check(modal.at(nodal_diameter).angular_frequency.size, amplitudes_m, options, number)
     harmonics = tuple(range(options.fixed_harmonics + 1))
     receptance = RelativeReceptance(modal, modal.phase(nodal_diameter), harmonics, 0.0)
     static = static_displacement(receptance, contact, options)
-    first = FirstMotion(receptance, contact, static, options, number, amplitudes_m[0])
+    every_harmonic = damping == "all_harmonics"
+    first = FirstMotion(receptance, contact, static, options, number, amplitudes_m[0], every_harmonic)
     start, continuation = first.find()
     levels = first.linear_levels(start.state, amplitudes_m[1])
     size = partial(vibration, receptance=receptance, output=options.output)

@@ -61,7 +61,7 @@ def backbone_figure(result: BackboneResult, title: str) -> Figure:
         _scale_axes(row, of_row, factor)
         row[0].set_ylabel(f"{mode_name(number, diameter)}: amplitude [{unit}]")
     _legend(figure, places[0], result.curves)
-    write_heading(figure, title)
+    write_heading(figure, f"{title}\nnonlinear modes, {result.definition}")
     return figure
 
 

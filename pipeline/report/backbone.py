@@ -39,7 +39,9 @@ def backbone_section(result: BackboneResult) -> StudySection:
     left = max(len(rows) - MOST_ROWS, 0), max(len(notes) - MOST_NOTES, 0)
     more = (f"{left[0]} more resonances and {left[1]} more remarks are in backbone.json.",) if any(left) else ()
     conclusion = (*_conclusion(result), *notes[:MOST_NOTES], *more)
-    return StudySection("Nonlinear modes", conclusion, CAPTION, HEADINGS, tuple(rows[:MOST_ROWS]))
+    return StudySection(
+        "Nonlinear modes", conclusion, f"{CAPTION} Modes: {result.definition}.", HEADINGS, tuple(rows[:MOST_ROWS])
+    )
 
 
 def _conclusion(result: BackboneResult) -> Iterator[str]:

@@ -35,6 +35,12 @@ class Backbone(Section):
         '"all" or a list of 1 to 100 numbers of curves, the first is 0',
         "all",
     )
+    damping: Literal["first_harmonic", "all_harmonics"] = key(
+        'harmonics in which a negative damping makes up for what is dissipated: "first_harmonic", whose resonances '
+        'are nearest to traced peaks, or "all_harmonics", the published definition (Krack 2015)',
+        '"first_harmonic" or "all_harmonics"',
+        "first_harmonic",
+    )
     tolerance: Number = key(
         "relative deviation of a resonance from the traced peak above which reasons are given: of the amplitude, or "
         "four times that of the frequency",

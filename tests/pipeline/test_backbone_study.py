@@ -14,6 +14,7 @@ from pipeline.figures.backbone_figure import backbone_figure
 from pipeline.report.backbone import backbone_section
 from pipeline.results.results import Results
 from pipeline.studies.backbone.backbone_result import BackboneResult
+from pipeline.studies.backbone.backbone_study import BackboneStudy
 from pipeline.studies.plain import plain, restored
 
 
@@ -91,6 +92,16 @@ def test_a_figure_without_any_mode(result: BackboneResult) -> None:
     assert any("no motion of mode 1" in line for line in backbone_section(one).conclusion)
 
 
+def test_the_definition_of_the_modes_is_named(done: tuple[Path, Results], result: BackboneResult) -> None:
+    said = {"first_harmonic": "damping compensated in harmonic 1", "all_harmonics": "all harmonics (Krack 2015)"}
+    assert json.loads((done[0] / "out" / "backbone.json").read_text())["damping"] == "first_harmonic"
+    for damping, text in said.items():
+        given = replace(result, damping=damping)
+        assert text in BackboneStudy().lines(given)[0]
+        assert text in backbone_section(given).caption
+        assert text in backbone_figure(given, "title").get_suptitle()
+
+
 def test_the_report_tells_every_resonance(result: BackboneResult) -> None:
     section = backbone_section(result)
     assert {len(row) for row in section.rows} == {len(section.headings)}
@@ -109,6 +120,7 @@ def test_the_report_tells_every_resonance(result: BackboneResult) -> None:
         ({"nodal_diameters": [2, 2]}, {}, "backbone.nodal_diameters: [2, 2], allowed:"),
         ({"amplitudes": [1.0, 0.5]}, {}, "backbone.amplitudes: [1.0, 0.5], allowed: a list of two numbers"),
         ({"curves": [3]}, {}, 'backbone.curves: [3], allowed: "all" or a list of numbers of curves, 0 to 2'),
+        ({"damping": "all"}, {}, 'backbone.damping: "all", allowed: "first_harmonic" or "all_harmonics"'),
         ({"tolerance": 0.0}, {}, "backbone.tolerance: 0.0, allowed: a number, 1e-6 to 1"),
         ({}, {"method": "static-first"}, 'response.method: "static-first", allowed: "coupled", with [backbone]'),
     ],

@@ -177,10 +177,19 @@ class BackboneResult:
         Deviation above which reasons are given.
     curves : tuple of CurveBackbones
         The curves with their modes.
+    damping : str
+        Harmonics in which damping is compensated: "first_harmonic" or "all_harmonics".
     """
 
     tolerance: float
     curves: tuple[CurveBackbones, ...]
+    damping: str = "first_harmonic"
+
+    @property
+    def definition(self) -> str:
+        """The definition of the modes in words."""
+        where = "all harmonics (Krack 2015)" if self.damping == "all_harmonics" else "harmonic 1 (backbone.damping)"
+        return f"damping compensated in {where}"
 
 
 def agreement(result: BackboneResult) -> tuple[int, int, float]:

@@ -39,13 +39,14 @@ class BackboneStudy:
             context.progress(_computed(found[-1]))
         if not found:
             raise StudyError("there is no curve with points whose nonlinear modes could be computed")
-        return BackboneResult(section.tolerance, tuple(found))
+        return BackboneResult(section.tolerance, tuple(found), section.damping)
 
     def lines(self, result: BackboneResult) -> Sequence[str]:
         """How many resonances agree with peaks, and what does not."""
         pairs, good, largest = agreement(result)
         said = [f"{good} of {pairs} resonances within {100.0 * result.tolerance:g} % of the traced peaks"]
         said[0] += f", {100.0 * largest:.2g} % at most" if good else ""
+        said[0] += f"; {result.definition}"
         said += [line for curve in result.curves for line in _told(curve)]
         more = len(said) - MOST_LINES
         said = said if more <= 1 else [*said[:MOST_LINES], f"{more} more in backbone.json"]

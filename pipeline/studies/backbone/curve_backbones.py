@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from nonlinear import (
         ContactParameters,
         Excitation,
+        ModeDamping,
         NonlinearMode,
         PeakAgreement,
         PeakMotion,
@@ -85,7 +86,9 @@ def curve_backbones(number: int, result: CurveResult, file: Path, rom: Path, sec
         limits = section.amplitudes or _amplitudes(curve)
         asked = section.nodal_diameters or (excitation.engine_order,)
         own_wave = [nd for nd in asked if problem.same_wave(nd)][:1]  # further ones are the same on the ring
-        computed = [_mode(problem, k, nd, limits, nd in own_wave) for nd in asked for k in section.modes]
+        computed = [
+            _mode(problem, k, nd, limits, nd in own_wave, section.damping) for nd in asked for k in section.modes
+        ]
         excited = [(place, found.mode) for place, found in enumerate(computed) if found.mode and found.excited]
         own = [(computed[place].backbone.number, mode) for place, mode in excited]
         pairs, missed = compare_with_peaks([mode for _, mode in excited], curve, modal, excitation)
@@ -131,7 +134,12 @@ def _amplitudes(curve: ResponseCurve) -> tuple[float, float]:
 
 
 def _mode(
-    problem: _Problem, number: int, nodal_diameter: int, limits: tuple[float, float], excited: bool
+    problem: _Problem,
+    number: int,
+    nodal_diameter: int,
+    limits: tuple[float, float],
+    excited: bool,
+    damping: ModeDamping,
 ) -> _Computed:
     """One mode; where it cannot be computed its message says why."""
     from nonlinear import OptionsError, harmonic_shares, nonlinear_mode
@@ -160,7 +168,8 @@ def _mode(
         seconds=0.0,
     )
     try:
-        mode = nonlinear_mode(problem.modal, problem.contact, nodal_diameter, limits, problem.options, number=number)
+        given = problem.modal, problem.contact, nodal_diameter, limits, problem.options
+        mode = nonlinear_mode(*given, number=number, damping=damping)
     except (ArithmeticError, OptionsError) as error:
         return _Computed(replace(told, message=str(error)), None, excited)
     first = mode.coordinates[:, 1]
