@@ -440,6 +440,5 @@ def command(arguments: list[str]) -> int:
             print_error(f"shroud: {kind}{reason_of(error)}")
         return NOT_REACHED
     if status > BY_SIGNAL:
-        said = Stopped(status - BY_SIGNAL).said
-        print_error(f"shroud: {said}; what is done is kept, the same command goes on from there")
+        print_error(Stopped(status - BY_SIGNAL).line)
     return status

@@ -75,11 +75,13 @@ def _compile(function: Function, **options: bool) -> Any:
 
     settings: Any = config
     njit: Any = numba.njit
+    # nogil: while a kernel runs, the thread that watches signals can end the process
+    fixed = {"error_model": "numpy", "no_cfunc_wrapper": True, "nogil": True}
     before = settings.CACHE_DIR
     folder = kernel_folder(before)
     settings.CACHE_DIR = str(folder or "")
     try:
-        kernel = njit(cache=folder is not None, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
+        kernel = njit(cache=folder is not None, **fixed, **options)(function)
     finally:
         settings.CACHE_DIR = before
     if folder is not None:

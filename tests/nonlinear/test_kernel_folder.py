@@ -3,6 +3,8 @@
 import os
 import pickle
 import stat
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -10,7 +12,7 @@ import pytest
 from nonlinear.contact import kernel_folder as module
 from nonlinear.contact import numba_cache
 from nonlinear.contact.kernel_folder import kernel_folder, own_folder
-from nonlinear.contact.numba_cache import compiled
+from nonlinear.contact.numba_cache import compiled, lean
 
 
 def mode(path: Path) -> int:
@@ -135,3 +137,22 @@ def test_a_damaged_file_of_a_kernel_is_compiled_anew(cached: Path) -> None:
     cached.write_bytes(whole[: len(whole) // 2])
     assert compiled(twice)(21.0) == 42.0
     assert cached.read_bytes() == whole
+
+
+def test_threads_run_beside_a_kernel(cached: Path) -> None:
+    """So that the thread that watches signals can end a process within a long kernel."""
+
+    def work(n: int) -> float:
+        x = 0.0
+        for i in range(n):
+            x = 0.5 * x + i % 7
+        return x
+
+    kernel = lean(work)
+    kernel(1)  # compiled
+    running, turns = threading.Thread(target=kernel, args=(10**8,)), 0
+    running.start()
+    while running.is_alive():
+        time.sleep(0.01)
+        turns += 1
+    assert turns > 3

@@ -69,6 +69,43 @@ def test_stopped_from_outside(copied: Path, number: signal.Signals, jobs: int, w
     assert len(entries(copied, "curve")) < before + len(FRICTIONS)
 
 
+LONG = {  # what is prepared, and what takes long
+    "a long point of many steps": ("pass", "while True: sum(range(100))"),
+    "a long call in C": ("import hashlib", "hashlib.pbkdf2_hmac('sha256', b'', b'', 2**31 - 1)"),
+}
+
+
+@pytest.mark.parametrize("work", LONG)
+def test_a_signal_is_heeded_within_a_long_point(tmp_path: Path, work: str) -> None:
+    """Where nothing looks for signals: an exception between two steps, the end of the process within a long call."""
+    program = tmp_path / "program.py"
+    program.write_text(
+        "import sys\n"
+        "from pipeline import cli\n"
+        "from pipeline.command_execution import stoppable\n"
+        "from pipeline.process import interrupts\n"
+        "interrupts.PATIENCE = 0.3\n"
+        "@cli.app.command()\n"
+        "def work():\n"
+        "    with stoppable() as found, found.looking():\n"
+        f"        {LONG[work][0]}\n"
+        "        print('begun', flush=True)\n"
+        f"        {LONG[work][1]}\n"
+        "sys.exit(cli.command(['work']))\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(Path.cwd())}
+    process = subprocess.Popen([sys.executable, program], env=environment, text=True, stdout=-1, stderr=-1)
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "begun\n"
+        process.send_signal(signal.SIGTERM)
+        _, error = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert error == "shroud: terminated; what is done is kept, the same command goes on from there\n"
+    assert process.returncode == 128 + signal.SIGTERM
+
+
 def test_sighup_stays_ignored_under_nohup(finished: Path, tmp_path: Path) -> None:
     program = (
         "import signal, sys\n"
