@@ -19,9 +19,10 @@ if TYPE_CHECKING:
     from geometry.mesh_files.includes import included_names
     from geometry.mesh_files.read import read_mesh
     from geometry.mesh_files.write import write_mesh
+    from geometry.own_mesh.cut_faces import named_cuts
     from geometry.own_mesh.findings import SectorFindings
     from geometry.own_mesh.own_sector import OwnSector, sector_from_mesh
-    from geometry.own_mesh.ring import SectorRing, fitting_ring
+    from geometry.own_mesh.ring import SectorRing, fitting_ring, ring_of_faces
     from geometry.own_mesh.sector_choice import SectorChoice
     from geometry.parameters import BladeParameters, DiskParameters, MeshParameters, ShroudParameters
     from geometry.quality import hexahedron_scaled_jacobian, scaled_jacobian
@@ -66,7 +67,9 @@ __all__ = [
     "hexahedron_scaled_jacobian",
     "import_sector",
     "included_names",
+    "named_cuts",
     "read_mesh",
+    "ring_of_faces",
     "rotate_about_axis",
     "scaled_jacobian",
     "sector_from_mesh",
@@ -112,7 +115,9 @@ _PLACES = {
     "hexahedron_scaled_jacobian": "geometry.quality",
     "import_sector": "geometry.exchange",
     "included_names": "geometry.mesh_files.includes",
+    "named_cuts": "geometry.own_mesh.cut_faces",
     "read_mesh": "geometry.mesh_files.read",
+    "ring_of_faces": "geometry.own_mesh.ring",
     "rotate_about_axis": "geometry.contact",
     "scaled_jacobian": "geometry.quality",
     "sector_from_mesh": "geometry.own_mesh.own_sector",

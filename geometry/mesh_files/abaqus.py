@@ -171,6 +171,7 @@ def _joined(path: str | Path, blocks: list[KeywordBlock], scopes: list[Scope]) -
     mesh.node_sets = dict(_named([(scope.name, scope.node_sets) for scope in scopes], spelled))
     mesh.element_sets = dict(_named([(scope.name, scope.element_sets) for scope in scopes], spelled))
     mesh.sides = dict(_named([(scope.name, scope.sides) for scope in scopes], spelled))
+    _name_cut_faces(mesh, blocks)
     materials, notes = materials_of(blocks)
     mesh.materials = materials
     names = {name.upper(): name for name in materials}
@@ -183,6 +184,21 @@ def _joined(path: str | Path, blocks: list[KeywordBlock], scopes: list[Scope]) -
         shifts = ", ".join(f"{scope.name} + {scope.offset}" for scope in scopes if scope.name)
         mesh.notes.append(f"several instances: their labels are shifted ({shifts})")
     return mesh
+
+
+def _name_cut_faces(mesh: FileMesh, blocks: list[KeywordBlock]) -> None:
+    """Give the two surfaces of *TIE, CYCLIC SYMMETRY the names of cut faces, where the file has no such sets."""
+    tie = next((b for b in blocks if b.keyword == "TIE" and "CYCLIC SYMMETRY" in b.parameters and b.data), None)
+    pair = [] if tie is None else [name.strip().upper() for name in tie.data[0].split(",")[:2]]
+    roles = ("cyclic_left", "cyclic_right")
+    for table in (mesh.sides, mesh.node_sets):
+        known = {name.upper(): name for name in table}
+        if len(pair) == 2 and set(pair) <= known.keys() and not {role.upper() for role in roles} & known.keys():
+            table.update({role: table[known[name]] for role, name in zip(roles, pair, strict=True)})  # type: ignore[attr-defined]
+            mesh.notes.append(
+                f"*TIE, CYCLIC SYMMETRY of {known[pair[0]]} and {known[pair[1]]}: the cut faces of a disk"
+            )
+            return
 
 
 def _leave_out(mesh: FileMesh, blocks: list[KeywordBlock], scopes: list[Scope]) -> None:

@@ -16,6 +16,7 @@ from geometry.sector import FloatArray
 _INNERMOST = 1e-4  # of the radial extent of the mesh: nodes of the root are within this of the hub or of its plane
 _MOST_TRIED = 20_000  # nodes of a boundary with which other numbers of blades are tried
 _SMOOTH = 0.866  # cosine of the largest angle between the normals of neighbouring sides of a face
+_MOST_LISTED = 4  # pairs in a message
 _NEAR = 0.02  # a node and its image under the pitch, over the length of an edge
 
 
@@ -27,18 +28,28 @@ class Pair:
     ----------
     right, left : (k,) array
         Rows of the boundary.
+    nodes : int
+        Corner nodes of the right sides.
+    area : float
+        Their area, m^2.
     radius, axial : (float, float)
         Range of the radius and of the axial coordinate, m.
     """
 
     right: IntArray
     left: IntArray
+    nodes: int
+    area: float
     radius: tuple[float, float]
     axial: tuple[float, float]
 
     def __str__(self) -> str:
-        radius, axial = (f"{low:.4g} to {high:.4g}" for low, high in (self.radius, self.axial))
-        return f"{len(self.right)} sides at radius {radius} m, axial {axial} m"
+        radius, axial = (
+            f"{low:.4g} to {high:.4g}"
+            for low, high in (self.radius, [round(1e3 * float(f"{end:.2g}"), 3) + 0.0 for end in self.axial])
+        )
+        size = f"{len(self.right)} sides, {self.nodes} nodes, {1e6 * self.area:.3g} mm^2"
+        return f"{size} at radius {radius} m, x {axial} mm"
 
 
 def find_root(points: FloatArray, blocks: tuple[ElementBlock, ...], outside: ElementSides) -> ElementSides:
@@ -62,8 +73,8 @@ def find_root(points: FloatArray, blocks: tuple[ElementBlock, ...], outside: Ele
 
 def find_faces(
     points: FloatArray, blocks: tuple[ElementBlock, ...], outside: ElementSides, n_blades: int
-) -> tuple[ElementSides, ElementSides]:
-    """Right and left face: the only connected pair of surfaces whose nodes one pitch turns into each other.
+) -> tuple[ElementSides, ElementSides, list[str]]:
+    """Right and left face: the only connected pair of surfaces whose nodes one pitch turns into each other; doubts.
 
     Raises OwnMeshError where there is none, or more than one.
     """
@@ -74,10 +85,19 @@ def find_faces(
         other = fitting_number(points, blocks, outside)
         told += f"; they would be with n_blades = {other}" if other else ", node by node"
         raise OwnMeshError(f"mesh.sets.{keys}", None, told)
+    radius = np.hypot(*points[np.unique(side_corners(blocks, outside)), 1:].T)
+    innermost = radius.min() + _INNERMOST * np.ptp(radius)
+    down = [pair for pair in found if pair.radius[0] < innermost]
     if len(found) > 1:
-        told = f"name the faces: {len(found)} pairs of surfaces are one pitch apart: {_list(found)}"
+        told = f"name the faces: {len(found)} pairs of surfaces are one pitch apart: {listed(found)}"
+        if down:
+            told += "; what reaches the innermost radius may be cut faces of a disk: cyclic_right and cyclic_left"
         raise OwnMeshError(f"mesh.sets.{keys}", None, told)
-    return chosen_sides(outside, found[0].right), chosen_sides(outside, found[0].left)
+    doubts = [
+        f"the contact faces found reach the innermost radius ({found[0]}): if they are the cut faces of a disk, name "
+        "them cyclic_right and cyclic_left"
+    ]
+    return chosen_sides(outside, found[0].right), chosen_sides(outside, found[0].left), doubts if down else []
 
 
 def matched_pairs(
@@ -93,7 +113,8 @@ def matched_pairs(
     distance, row = cKDTree(points[nodes]).query(image)
     partner = np.full(len(points), -1, dtype=np.int64)
     partner[nodes[distance < _NEAR * edge]] = nodes[row[distance < _NEAR * edge]]
-    known = {tuple(key): k for k, key in enumerate(np.sort(corners, axis=1).tolist())}
+    image_of = np.isin(corners, partner[partner >= 0]).all(axis=1)
+    known = {tuple(np.sort(corners[k]).tolist()): int(k) for k in np.flatnonzero(image_of)}
     pairs = []
     for k in np.flatnonzero((partner[corners] >= 0).all(axis=1)):
         other = known.get(tuple(np.sort(partner[corners[k]]).tolist()))
@@ -131,14 +152,14 @@ def _connected(points: FloatArray, corners: IntArray, pairs: IntArray) -> list[P
         at = points[np.unique(corners[rows[:, 0]])]
         radius = np.hypot(at[:, 1], at[:, 2])
         ranges = ((float(each.min()), float(each.max())) for each in (radius, at[:, 0]))
-        found.append(Pair(rows[:, 0], rows[:, 1], *ranges))
+        area = float(np.linalg.norm(_twice_area(points, corners[rows[:, 0]]), axis=1).sum() / 2.0)
+        found.append(Pair(rows[:, 0], rows[:, 1], len(at), area, *ranges))
     return sorted(found, key=lambda pair: -len(pair.right))
 
 
 def _smooth_pieces(points: FloatArray, corners: IntArray) -> IntArray:
     """Number (p,) of the surface of each side, corners (p, 4); surfaces end at edges where the normal turns."""
-    diagonals = points[corners[:, 2]] - points[corners[:, 0]], points[corners[:, 3]] - points[corners[:, 1]]
-    normal = np.cross(*diagonals)
+    normal = _twice_area(points, corners)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     sides = np.tile(np.arange(len(corners)), 4)
     edges = np.concatenate([np.sort(corners[:, [i, (i + 1) % 4]], axis=1) for i in range(4)])
@@ -151,5 +172,13 @@ def _smooth_pieces(points: FloatArray, corners: IntArray) -> IntArray:
     return pieces(len(corners), [np.column_stack([first, second])[smooth]])
 
 
-def _list(pairs: Sequence[Pair]) -> str:
-    return "; ".join(str(pair) for pair in pairs[:4])
+def _twice_area(points: FloatArray, corners: IntArray) -> FloatArray:
+    """Normals (p, 3) of sides with corners (p, 4), as long as twice the area."""
+    diagonals = points[corners[:, 2]] - points[corners[:, 0]], points[corners[:, 3]] - points[corners[:, 1]]
+    return np.asarray(np.cross(*diagonals))
+
+
+def listed(pairs: Sequence[Pair]) -> str:
+    """The first few of some pairs, in words."""
+    more = [f"and {len(pairs) - _MOST_LISTED} more"] * (len(pairs) > _MOST_LISTED)
+    return "; ".join([*map(str, pairs[:_MOST_LISTED]), *more])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,11 +13,24 @@ from geometry.elements import ElementSides, IntArray
 from geometry.errors import OwnMeshError
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import chosen_sides
+from geometry.own_mesh.candidates import Pair, listed, matched_pairs
 from geometry.own_mesh.named_sets import face_sides
 from geometry.own_mesh.sector_choice import SectorChoice
 from geometry.sector import FloatArray
 
 CUT_RIGHT, CUT_LEFT = "cyclic_right", "cyclic_left"
+# words for the two sides in names of sets; one letter or digit counts at the end of a name
+_SIDES = (
+    *(("right", "left"), ("high", "low"), ("plus", "minus"), ("positive", "negative"), ("pos", "neg")),
+    *(("upper", "lower"), ("next", "prev"), ("master", "slave"), ("source", "target"), ("hi", "lo")),
+    *((r"(?<=[^a-z])h$", "l"), (r"(?<=[mu]\d\d)h$", "l"), (r"(?<=[^a-z])r$", "l")),
+    *((r"(?<=[^a-z])b$", "a"), (r"(?<=[^\d])2$", "1"), (r"(?<=[^a-z])p$", "m")),
+)
+_ANSYS = re.compile(r"_[mu]\d\d[hl]$")  # matched or unmatched node patterns, number of the pair, high or low
+_CUT_NAME = re.compile(r"cyc|period|(?<![a-z])cut(?![a-z])|_[mu]\d\d[hl]$")
+_PLAIN = re.compile(r"^((sector|edge|side|boundary|face)?[ _-]?)(high|hi)([ _-]?(sector|edge|side|boundary|face)?)$")
+_BESIDE = 0.02  # of the radial extent of the mesh: as far may sides of one shroud be from the radius of its contact
+_LARGER = 1.0  # radial extents of the contact face: as far may sides that border on it reach beyond
 _MATCH = 1e-5  # of the size of a face: largest distance of two nodes that are one
 
 
@@ -36,13 +51,74 @@ class CutFaces:
     names: tuple[str, str]
 
 
-def with_cut_names(mesh: ImportedMesh, choice: SectorChoice) -> SectorChoice:
-    """The choice with the sets of the file that are called cyclic_right and cyclic_left, where it names neither."""
+def named_cuts(names: Iterable[str]) -> list[tuple[str, str]]:
+    """Pairs of set names that say that the sets are the cut faces of a sector.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Names of sets and surfaces of a mesh file.
+
+    Returns
+    -------
+    list of (str, str)
+        Right and left name, the surest pair first: `cyclic_right` and `cyclic_left`; the components of the Ansys
+        command CYCLIC, `NAME_M01H` and `NAME_M01L`; any two names with "cyclic", "periodic" or "cut" that differ in
+        right and left, high and low, ... alone.
+
+    Examples
+    --------
+    >>> from geometry import named_cuts
+    >>> named_cuts(["hub", "CYCLIC_M01L", "CYCLIC_M01H", "shroud high", "shroud low"])
+    [('CYCLIC_M01H', 'CYCLIC_M01L')]
+    """
+    return [pair for pair in _paired_names(names) if _CUT_NAME.search(pair[0].lower())]
+
+
+def _paired_names(names: Iterable[str]) -> list[tuple[str, str]]:
+    """Pairs of names that differ in the word for the side alone; those of cut faces by their very names first."""
+    by_lower = {name.lower(): name for name in names}
+    found: dict[frozenset[str], tuple[str, str]] = {}
+    for right, left in _SIDES:
+        for name in by_lower:
+            for at in re.finditer(right, name):
+                other = name[: at.start()] + left + name[at.end() :]
+                if other in by_lower and other != name:
+                    found.setdefault(frozenset((name, other)), (by_lower[name], by_lower[other]))
+    return sorted(found.values(), key=lambda pair: (pair[0].lower() != CUT_RIGHT, not _ANSYS.search(pair[0].lower())))
+
+
+def with_cut_names(mesh: ImportedMesh, choice: SectorChoice) -> tuple[ImportedMesh, SectorChoice, list[str]]:
+    """The choice with the names of cut faces that the file has, where it names neither; the mesh with these sets.
+
+    Sets that the choice uses otherwise are none. Names with high and low alone are taken where contact faces are
+    named. Several pairs of components of one name are joined in one set.
+    """
     if CUT_RIGHT in choice.sets or CUT_LEFT in choice.sets:
-        return choice
-    by_lower = {name.lower(): name for name in (*mesh.node_sets, *mesh.surfaces)}
-    found = {role: by_lower[role] for role in (CUT_RIGHT, CUT_LEFT) if role in by_lower}
-    return replace(choice, sets={**choice.sets, **found}) if len(found) == 2 else choice
+        return mesh, choice, []
+    names = [name for name in (*mesh.node_sets, *mesh.surfaces) if name not in choice.sets.values()]
+    found = named_cuts(names)
+    if not found and {"contact_right", "contact_left"} <= choice.sets.keys():
+        found = [pair for pair in _paired_names(names) if _PLAIN.search(pair[0].lower())]
+    if not found:
+        return mesh, choice, []
+    several = [pair for pair in found if _ANSYS.search(pair[0].lower())]
+    if len(several) < 2 or several[0] != found[0]:
+        several = found[:1]
+    right, left = (" + ".join(pair[k] for pair in several) for k in (0, 1))
+    if len(several) > 1:
+        joined = {
+            name: np.unique(np.concatenate([_nodes_of(mesh, pair[k]) for pair in several]))
+            for k, name in enumerate((right, left))
+        }
+        mesh = replace(mesh, node_sets={**mesh.node_sets, **joined})
+    choice = replace(choice, sets={**choice.sets, CUT_RIGHT: right, CUT_LEFT: left})
+    said = [f'cut faces of a disk: "{right}" and "{left}", by their names'] * (right.lower() != CUT_RIGHT)
+    return mesh, choice, said
+
+
+def _nodes_of(mesh: ImportedMesh, name: str) -> IntArray:
+    return mesh.surfaces[name].nodes(mesh.blocks) if name in mesh.surfaces else mesh.node_sets[name]
 
 
 def cut_faces(mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides) -> CutFaces | None:
@@ -61,12 +137,90 @@ def cut_faces(mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides) -
     return CutFaces(right, left, names)
 
 
-def without_cuts(mesh: ImportedMesh, cuts: CutFaces | None, outside: ElementSides) -> ElementSides:
-    """The boundary but for the cut faces."""
-    if cuts is None:
-        return outside
-    cut = {key for face in (cuts.right, cuts.left) for key in _keys(face)}
+def without(faces: Iterable[ElementSides], outside: ElementSides) -> ElementSides:
+    """The boundary but for some faces."""
+    cut = {key for face in faces for key in _keys(face)}
     return chosen_sides(outside, np.array([k for k, key in enumerate(_keys(outside)) if key not in cut], dtype=int))
+
+
+def with_other_faces(
+    mesh: ImportedMesh,
+    choice: SectorChoice,
+    outside: ElementSides,
+    contact: tuple[ElementSides, ElementSides],
+    cuts: CutFaces | None,
+) -> tuple[CutFaces | None, list[str]]:
+    """The cut faces, with those of `choice.other_faces`, and notes on surfaces that match but that nobody has named.
+
+    The mesh is in our axes. Sides beside the contact faces, at the radius of these, belong to the same shroud.
+    Raises OwnMeshError where there are others and the choice does not say what they are.
+    """
+    rest = without((*contact, *(() if cuts is None else (cuts.right, cuts.left))), outside)
+    pitch = 2.0 * np.pi / choice.n_blades
+    found = matched_pairs(mesh.points, mesh.blocks, rest, pitch)
+    beside = _beside(mesh, rest, contact[0], found)
+    others = [pair for k, pair in enumerate(found) if k not in beside]
+    told = listed([found[k] for k in beside])
+    notes = [f"free sides beside the contact faces match under the pitch too: {told}"] if beside else []
+    if not others:
+        return cuts, notes
+    if choice.other_faces == "free":
+        return cuts, [*notes, f"free surfaces that match under the pitch: {listed(others)}"]
+    if choice.other_faces == "cut":
+        sides = [
+            chosen_sides(rest, np.concatenate([getattr(pair, side) for pair in others])) for side in ("right", "left")
+        ]
+        if cuts is not None:
+            sides = [_together(a, b) for a, b in zip(sides, (cuts.right, cuts.left), strict=True)]
+        return CutFaces(sides[0], sides[1], ("found", "found")), [*notes, f"cut faces found: {listed(others)}"]
+    what = "pair of surfaces matches" if len(others) == 1 else "pairs of surfaces match"
+    told = f"{len(others)} more {what} under the pitch of {360.0 / choice.n_blades:.6g} degrees: "
+    told += "; ".join(f"{pair}{_set_names(mesh, rest, pair)}" for pair in others[:4])
+    told += "; name cut faces of a disk cyclic_right and cyclic_left, or say what all of them are: "
+    told += 'mesh.other_faces = "cut" (joined to the neighbours) or "free"'
+    raise OwnMeshError("mesh.sets", None, told)
+
+
+def _beside(mesh: ImportedMesh, sides: ElementSides, contact: ElementSides, pairs: list[Pair]) -> list[int]:
+    """Which pairs lie at the radius of a contact face or border on it, and are not much larger: of one shroud."""
+    radius = np.hypot(*mesh.points[:, 1:].T)
+    slack, nodes = _BESIDE * float(np.ptp(radius)), contact.nodes(mesh.blocks)
+    low, high = float(radius[nodes].min()), float(radius[nodes].max())
+    reach = slack + _LARGER * (high - low)
+    found: list[int] = []
+    while True:
+        more = [
+            k
+            for k, pair in enumerate(pairs)
+            if k not in found
+            and low - reach < pair.radius[0]
+            and pair.radius[1] < high + reach
+            and (
+                (low - slack < pair.radius[0] and pair.radius[1] < high + slack)
+                or np.isin(chosen_sides(sides, pair.right).nodes(mesh.blocks), nodes).any()
+            )
+        ]
+        if not more:
+            return found
+        found += more
+        nodes = np.concatenate([nodes, *(chosen_sides(sides, pairs[k].right).nodes(mesh.blocks) for k in more)])
+
+
+def _together(one: ElementSides, other: ElementSides) -> ElementSides:
+    names = ("block", "element", "side")
+    return ElementSides(*(np.concatenate([getattr(one, name), getattr(other, name)]) for name in names))
+
+
+def _set_names(mesh: ImportedMesh, sides: ElementSides, pair: Pair) -> str:
+    """Names of sets that hold one face of a pair and no more than a few nodes else, in words; "" for none."""
+    found = []
+    for rows in (pair.right, pair.left):
+        nodes = chosen_sides(sides, rows).nodes(mesh.blocks)
+        for name in dict.fromkeys((*mesh.surfaces, *mesh.node_sets)):
+            own = _nodes_of(mesh, name)
+            if len(own) < 2 * len(nodes) and np.isin(nodes, own).mean() > 0.9:
+                found.append(f'"{name}"')
+    return f" (sets {', '.join(found)})" if found else ""
 
 
 def paired_cuts(

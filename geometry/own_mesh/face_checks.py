@@ -7,33 +7,74 @@ import numpy as np
 from geometry.contact import rotate_about_axis
 from geometry.engine_axes import axes_through, distance_from_axis
 from geometry.errors import OwnMeshError
+from geometry.own_mesh.sector_choice import SectorChoice
 from geometry.own_mesh.side_quadrature import SidePoints
 from geometry.sector import FloatArray
 
 _SAME_PLACE = 0.2  # largest difference of radius or axial position of the faces, over the size of a face
 _AREAS = 0.1  # largest relative difference of the areas
 _OPPOSITE = 20.0  # degrees, largest angle between a normal and the opposite one
+_OBLIQUE = 0.05  # least part of the mean normal across the axis
 _WHOLE = 1e-2  # a number of blades this near to a whole one, relatively
 _CLOSED = 0.02  # of a gap: what may be left of it with the number of blades that closes it
 _LIKE = 0.05  # of the size of a face: as near are the points of two faces that are alike
 
 
-def check_places(right: SidePoints, left: SidePoints, direction: FloatArray, axis: object) -> None:
+def check_places(right: SidePoints, left: SidePoints, choice: SectorChoice) -> None:
     """Raise OwnMeshError where the faces are not at the same radius and axial position.
 
-    The faces are in the axes of the file, with the origin on the engine axis of a `direction` (3,), given as `axis`.
+    The faces are in the axes of the file, in m, with the origin on the engine axis that the choice says.
     """
+    direction, axis = choice.direction, choice.axis
     size = float(np.sqrt(right.area.sum()))
     faces = (right.centroid, left.centroid)
     radius = [float(distance_from_axis(direction, at)) for at in faces]
     axial = [float(at @ direction) for at in faces]
     if _on_axis(*faces, direction, size):
         told = "must be beside the contact faces; they lie on this axis or on opposite sides of it"
-        raise OwnMeshError("mesh.axis", axis, told + _fitting_axis(*faces, size))
+        fitting = _fitting_axis(*faces, size) or _fitting_point(right, left, choice)
+        raise OwnMeshError("mesh.axis", axis, told + fitting)
     for what, pair in (("radius", radius), ("axial position", axial)):
         if abs(pair[0] - pair[1]) > _SAME_PLACE * size:
             told = f"the contact faces must be at the same {what}; right {pair[0]:.4g} m, left {pair[1]:.4g} m"
-            raise OwnMeshError("mesh.axis", axis, told + _fitting_axis(*faces, size))
+            fitting = _fitting_axis(*faces, size) or _fitting_point(right, left, choice)
+            raise OwnMeshError("mesh.axis", axis, told + fitting)
+
+
+def axis_between(right: SidePoints, left: SidePoints, direction: FloatArray) -> tuple[int, FloatArray] | None:
+    """Number of blades and a point (3,) of the axis along a `direction` about which one face turns into the other.
+
+    The mean normals tell the angle, the centroids the place; the angle is positive or negative. None where the faces
+    are no images so.
+    """
+    from_left, to_right = (
+        normal - (normal @ direction) * direction for normal in (left.mean_normal, -right.mean_normal)
+    )
+    chord, size = right.centroid - left.centroid, float(np.sqrt(right.area.sum()))
+    turn = float(np.arctan2(direction @ np.cross(from_left, to_right), from_left @ to_right))
+    if min(np.linalg.norm(from_left), np.linalg.norm(to_right)) < _OBLIQUE or not abs(turn) > 1e-3:
+        return None
+    number = round(2.0 * np.pi / abs(turn))
+    if number < 3 or abs(2.0 * np.pi / abs(turn) - number) > _WHOLE * number:
+        return None
+    if abs(chord @ direction) > _LIKE * size:
+        return None
+    point = (right.centroid + left.centroid) / 2.0
+    point = point + np.cross(direction, chord) / (2.0 * np.tan(np.sign(turn) * np.pi / number))
+    return number, point - (point @ direction) * direction
+
+
+def _fitting_point(right: SidePoints, left: SidePoints, choice: SectorChoice) -> str:
+    """The axis that does not pass through the point that the choice says, in words; "" where there is none."""
+    for direction, name in ((choice.direction, None), *zip(np.eye(3), "xyz", strict=True)):
+        found = axis_between(right, left, direction)
+        if found is not None:
+            number, point = found
+            place = point / choice.metres + np.asarray(choice.axis_point, dtype=float)
+            there = ", ".join(f"{round(float(value), 6) + 0.0:.6g}" for value in place)
+            axis = "" if name is None else f'mesh.axis = "{name}", '
+            return f"; they are with {axis}mesh.axis_point = [{there}] and mesh.n_blades = {number}"
+    return "; mesh.axis_point names a point of the axis that is not the origin of the file"
 
 
 def check_pitch(right: SidePoints, left: SidePoints, n_blades: int, tolerance: float) -> None:

@@ -13,7 +13,14 @@ from geometry.errors import OwnMeshError
 from geometry.imported_mesh import ImportedMesh
 from geometry.own_mesh.body import boundary, check_orientation, checked_body, side_corners
 from geometry.own_mesh.candidates import find_faces, find_root
-from geometry.own_mesh.cut_faces import cut_faces, paired_cuts, with_cut_names, without_cuts
+from geometry.own_mesh.cut_faces import (
+    CutFaces,
+    cut_faces,
+    paired_cuts,
+    with_cut_names,
+    with_other_faces,
+    without,
+)
 from geometry.own_mesh.face_checks import check_places, closing_number
 from geometry.own_mesh.face_pairing import Surface
 from geometry.own_mesh.findings import SectorFindings
@@ -93,14 +100,17 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
     """
     mesh, notes = checked_body(mesh)
     sets, renamed = names_of_file(mesh, choice.sets)
-    choice = with_cut_names(mesh, replace(choice, sets=sets))
+    mesh, choice, cut_names = with_cut_names(mesh, replace(choice, sets=sets))
     metres = choice.metres
     mesh = replace(mesh, points=(mesh.points - np.asarray(choice.axis_point, dtype=float)) * metres)
     check_size(float(distance_from_axis(choice.direction, mesh.points).max()), choice.unit)
     outside = boundary(mesh.blocks)
     check_orientation(mesh.path, mesh.points, mesh.blocks, outside)
     cuts = cut_faces(mesh, choice, outside)
-    mesh, right, left, rotation, found = _turned(mesh, choice, without_cuts(mesh, cuts, outside))
+    shown = outside if cuts is None else without((cuts.right, cuts.left), outside)
+    _check_distinct(choice, cuts)
+    mesh, right, left, rotation, found, doubts = _turned(mesh, choice, shown)
+    cuts, others = with_other_faces(mesh, choice, outside, (right, left), cuts)
     joined, of_cuts = ({}, []) if cuts is None else paired_cuts(mesh.points, mesh, cuts, choice.n_blades)
     root, how = _root(mesh, choice, outside, (right, left), joined=cuts is not None)
     pair = pair_faces(_surface(mesh, right), _surface(mesh, left), choice)
@@ -116,17 +126,27 @@ def sector_from_mesh(mesh: ImportedMesh, choice: SectorChoice) -> OwnSector:
         areas=pair.areas,
         normal_angle=pair.normal_angle,
         rotation=rotation,
-        notes=(*mesh.notes, *notes, *renamed, *found, *of_cuts, *how, *_remarks(pair)),
-        warnings=(*mesh.warnings, *_warnings(pair, choice.n_blades)),
+        notes=(*mesh.notes, *notes, *renamed, *cut_names, *found, *others, *of_cuts, *how, *_remarks(pair)),
+        warnings=(*mesh.warnings, *doubts, *_warnings(pair, choice.n_blades)),
     )
     return OwnSector(sector, findings, materials_in_si(mesh.materials, choice.unit))
 
 
+def _check_distinct(choice: SectorChoice, cuts: CutFaces | None) -> None:
+    """Raise OwnMeshError where a set is named as a cut face and as a contact face."""
+    for role in (_RIGHT, _LEFT):
+        name = choice.sets.get(role)
+        if cuts is not None and name in cuts.names:
+            told = "is named as a cut face too: must be joined to the neighbour, or touch its face"
+            raise OwnMeshError(f"mesh.sets.{role}", name, told)
+
+
 def _turned(
     mesh: ImportedMesh, choice: SectorChoice, outside: ElementSides
-) -> tuple[ImportedMesh, ElementSides, ElementSides, np.ndarray, list[str]]:
-    """The mesh in our axes, right and left face, the rotation, and notes; the origin is on the engine axis."""
-    notes = []
+) -> tuple[ImportedMesh, ElementSides, ElementSides, np.ndarray, list[str], list[str]]:
+    """The mesh in our axes, right and left face, the rotation, notes and warnings; the origin is on the axis."""
+    notes: list[str] = []
+    doubts: list[str] = []
     if _RIGHT in choice.sets and _LEFT in choice.sets:
         right, left = (face_sides(mesh, role, choice.sets[role], outside) for role in (_RIGHT, _LEFT))
         if len(np.intersect1d(right.nodes(mesh.blocks), left.nodes(mesh.blocks))):
@@ -137,17 +157,17 @@ def _turned(
         raise OwnMeshError(f"mesh.sets.{missing}", None, "name both contact faces, or neither to have them found")
     else:
         first = axes_through(choice.direction, mesh.points.mean(axis=0))
-        right, left = find_faces(mesh.points @ first.T, mesh.blocks, outside, choice.n_blades)
+        right, left, doubts = find_faces(mesh.points @ first.T, mesh.blocks, outside, choice.n_blades)
         notes.append(f"contact faces found: {len(right)} element sides each, the only ones a pitch apart")
     at = [quadrature(mesh.points, side_tables(mesh.blocks, face)) for face in (right, left)]
-    check_places(at[0], at[1], choice.direction, choice.axis)
+    check_places(at[0], at[1], choice)
     rotation = axes_through(choice.direction, (at[0].centroid + at[1].centroid) / 2.0)
     if (rotation @ (at[0].centroid - at[1].centroid))[1] < 0.0:
         right, left = left, right
         notes.append("right and left face exchanged: the right one is on the +y side")
     if not np.array_equal(rotation, np.eye(3)):
         mesh = replace(mesh, points=mesh.points @ rotation.T)
-    return mesh, right, left, rotation, notes
+    return mesh, right, left, rotation, notes, doubts
 
 
 def _root(

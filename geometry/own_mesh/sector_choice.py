@@ -14,6 +14,7 @@ from geometry.units import UNIT_SYSTEMS
 
 SETS = ("root", "contact_right", "contact_left", "tip", "cyclic_right", "cyclic_left")
 BORES = ("clamped", "free")
+OTHER_FACES = ("ask", "free", "cut")
 _MOST_POINTS = 40  # in a direction of the contact grid
 
 
@@ -34,7 +35,7 @@ class SectorChoice:
     sets : mapping of str to str
         Names of node sets or surfaces of the file for `root`, `contact_right`, `contact_left` and `tip`; those
         without a name are found by geometry where that is safe. `cyclic_right` and `cyclic_left` are the cut faces of
-        a disk; without a name they are the sets of these names, where the file has them.
+        a disk; without a name they are the sets that the file names so or as other programs name them (`named_cuts`).
     contact_grid : (int, int) or None
         Contact points on each face along t1 and along t2. None: all corner nodes of faces
         whose meshes match, but for clamped ones.
@@ -43,6 +44,10 @@ class SectorChoice:
         the square root of the area of the face.
     bore : {"clamped", "free"}
         Whether the nodes of `root` are held. "free": nothing is; for the sector of a disk, joined at its cut faces.
+
+    other_faces : {"ask", "free", "cut"}
+        What surfaces are that one pitch turns into each other but that `sets` does not name: refused, free surfaces,
+        or cut faces of a disk.
 
     Raises
     ------
@@ -65,6 +70,7 @@ class SectorChoice:
     contact_grid: tuple[int, int] | None = (3, 3)
     tolerance: float | None = None
     bore: str = "clamped"
+    other_faces: str = "ask"
 
     def __post_init__(self) -> None:
         if self.unit not in UNIT_SYSTEMS:
@@ -80,6 +86,8 @@ class SectorChoice:
             raise OwnMeshError("mesh.axis_point", self.axis_point, "must be three finite numbers")
         if self.bore not in BORES:
             raise OwnMeshError("mesh.bore", self.bore, f"must be one of {', '.join(BORES)}")
+        if self.other_faces not in OTHER_FACES:
+            raise OwnMeshError("mesh.other_faces", self.other_faces, f"must be one of {', '.join(OTHER_FACES)}")
         for name in self.sets:
             if name not in SETS:
                 raise OwnMeshError(

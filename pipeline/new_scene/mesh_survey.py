@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from geometry import ImportedMesh
+    from geometry import ImportedMesh, SectorRing
 
 Array = NDArray[np.float64]
 ROLES = ("root", "contact_right", "contact_left", "tip")
@@ -31,11 +31,11 @@ _PAIRS = (
     ("pressure", "suction"),
     ("next", "prev"),
 )
-_CUT = "cyclic"
 _CONTACT = ("contact", "shroud", "face", "cont")
 _LARGEST = {"m": 3.0, "in": 80.0}  # coordinates up to which a mesh is in m, or else in inches; larger ones are mm
 _STIFF = (1e9, 1e7)  # moduli above the first are in Pa, below the second in MPa
 _AXES = ("x", "y", "z")
+_OFF_AXIS = 0.02  # of the distance of two faces: largest difference of their radii and axial places
 _LARGEST_PITCH = 2.5  # rad, of rings of three blades or more
 MOST_SETS = 12  # that are listed
 
@@ -54,6 +54,8 @@ class Guess:
         Names of sets by role.
     why : tuple of str
         What each of these was told from, one line each.
+    axis_point : tuple of float
+        A point of the axis, in the unit of the file.
     """
 
     unit: str
@@ -61,6 +63,7 @@ class Guess:
     n_blades: int | None
     sets: Mapping[str, str]
     why: tuple[str, ...]
+    axis_point: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 def survey(mesh: ImportedMesh) -> list[str]:
@@ -88,29 +91,44 @@ def guess(mesh: ImportedMesh, unit: str | None = None, axis: str | None = None, 
     why = [f"unit {unit}: given" if unit else f"unit {found_unit}: {why_unit}"]
     why += [f'{role}: "{name}", by its name' for role, name in sets.items()]
     best = None
-    if {"contact_right", "contact_left"} <= sets.keys():
-        centres = [_centre(mesh, sets[role]) for role in ("contact_right", "contact_left")]
-        best = _axis_between(centres[0], centres[1], axis)
-    if best is None:
+    kind = next((kind for kind in ("contact", "cyclic") if {f"{kind}_right", f"{kind}_left"} <= sets.keys()), "")
+    right, left = f"{kind}_right", f"{kind}_left"
+    faces = "contact faces" if kind == "contact" else "cut faces"
+    if kind:
+        best = _axis_between(_centre(mesh, sets[right]), _centre(mesh, sets[left]), axis)
+    if best is None or best[2] > _OFF_AXIS:
         from geometry import fitting_ring
 
+        moved = _ring_elsewhere(mesh, sets[right], sets[left], axis) if kind else None
+        if moved is not None:
+            place = ", ".join(f"{value:.6g}" for value in moved.axis_point)
+            why.append(
+                f"axis {moved.axis} through ({place}), {moved.n_blades} blades: about this axis the {faces} are "
+                f"{360.0 / moved.n_blades:.6g} degrees apart; through the origin they have no axis"
+            )
+            return Guess(
+                unit or found_unit, moved.axis, n_blades or moved.n_blades, sets, tuple(why), moved.axis_point
+            )
         ring = fitting_ring(mesh, axis)
         if ring is None:
-            why.append("axis, number of blades: not known without a pair of contact faces")
+            told = f"the {faces} are not at one radius" if kind else "not known without a pair of contact faces"
+            why.append(
+                f"axis, number of blades: {told}; mesh.axis_point names an axis that is not through the origin"
+            )
             return Guess(unit or found_unit, axis or "x", n_blades, sets, tuple(why))
         what = "1 pair of surfaces is" if ring.pairs == 1 else f"{ring.pairs} pairs of surfaces are"
         why.append(f"axis {ring.axis}, {ring.n_blades} blades: {what} {360.0 / ring.n_blades:.6g} degrees apart")
         return Guess(unit or found_unit, ring.axis, n_blades or ring.n_blades, sets, tuple(why))
     direction, pitch, mismatch = best
     if pitch < 0.0:  # the axis points the other way, or the names are exchanged: the scene keeps the axis
-        sets["contact_right"], sets["contact_left"] = sets["contact_left"], sets["contact_right"]
-        why.append(f"contact faces exchanged: the right one is ahead in the sense of turning about {direction}")
+        sets[right], sets[left] = sets[left], sets[right]
+        why.append(f"{faces} exchanged: the right one is ahead in the sense of turning about {direction}")
     number = round(2.0 * math.pi / abs(pitch))
     degrees = math.degrees(abs(pitch))
     why.append(
-        f"axis {direction}: radius and axial place of the two contact faces agree to {mismatch:.2g} of their distance"
+        f"axis {direction}: radius and axial place of the two {faces} agree to {mismatch:.2g} of their distance"
     )
-    why.append(f"{number} blades: the contact faces are {degrees:.6g} degrees apart, a pitch is {360.0 / number:.6g}")
+    why.append(f"{number} blades: the {faces} are {degrees:.6g} degrees apart, a pitch is {360.0 / number:.6g}")
     return Guess(unit or found_unit, direction, n_blades or max(number, 3), sets, tuple(why))
 
 
@@ -152,12 +170,27 @@ def _roles(names: list[str]) -> Iterator[tuple[str, str]]:
         for one, other in itertools.permutations(words, 2)
         if right in words[one] and words[other] == words[one] - {right} | {left}
     ]
-    if cuts := [pair for pair in pairs if _CUT in words[pair[0]]]:
+    from geometry import named_cuts
+
+    cuts = named_cuts(words)
+    if len(cuts) == 1 or (cuts and "right" in words[cuts[0][0]]):
         yield from zip(("cyclic_right", "cyclic_left"), cuts[0], strict=True)
-        pairs = [pair for pair in pairs if pair not in cuts]
+    taken = {name for pair in cuts for name in pair}
+    # high and low alone are the edges of a sector, whichever they are: geometry tells
+    pairs = [p for p in pairs if p[0] not in taken and ("high" not in words[p[0]] or words[p[0]] & set(_CONTACT))]
     pairs.sort(key=lambda pair: not words[pair[0]] & set(_CONTACT))
     if pairs:
         yield from zip(("contact_right", "contact_left"), pairs[0], strict=True)
+
+
+def _ring_elsewhere(mesh: ImportedMesh, right: str, left: str, axis: str | None) -> SectorRing | None:
+    """The ring about an axis that need not pass through the origin of the file; None where there is none."""
+    from geometry import ParameterError, ring_of_faces
+
+    try:
+        return ring_of_faces(mesh, right, left, axis)
+    except ParameterError:  # sets that are no faces
+        return None
 
 
 def _centre(mesh: ImportedMesh, name: str) -> Array:

@@ -110,6 +110,11 @@ def _mesh_lines(file: str, guess: Guess) -> list[str]:
         ),
         *(_keys({"n_blades": blades}, {"n_blades": "of the ring"}) if blades is not None else []),
         *_keys({"axis": guess.axis}, {"axis": "engine axis in the file"}),
+        *(
+            _keys({"axis_point": [*guess.axis_point]}, {"axis_point": "a point of it"})
+            if any(guess.axis_point)
+            else []
+        ),
         *_keys({"contact_grid": [3, 3]}, {"contact_grid": "contact nodes on a face, along it and along the radius"}),
         *(
             ['# bore = "free"               # nothing holds the disk: without a root']

@@ -34,7 +34,9 @@ class MeshSets(Section):
     contact_left: SetName | None = key("the opposite contact face", SET_NAME, None)
     tip: SetName | None = key("the loaded and observed point", SET_NAME, None)
     cyclic_right: SetName | None = key(
-        "cut face of a disk on the side of the next blade; by default the set of this name", SET_NAME, None
+        "cut face of a disk on the side of the next blade; by default the set that its name says to be it",
+        SET_NAME,
+        None,
     )
     cyclic_left: SetName | None = key("the opposite cut face", SET_NAME, None)
 
@@ -84,6 +86,12 @@ class Mesh(Section):
         '"clamped" or "free"',
         "clamped",
     )
+    other_faces: Literal["ask", "free", "cut"] = key(
+        "surfaces of the file that one pitch turns into each other and that mesh.sets does not name: an error, free "
+        "surfaces, or cut faces of a disk",
+        '"ask", "free" or "cut"',
+        "ask",
+    )
     sets: MeshSets = key("sets of the file by what they are", "a table [mesh.sets]", MeshSets())
 
     @field_validator("size", "n_blades")
@@ -104,7 +112,7 @@ class Mesh(Section):
             raise ValueError("nothing beside mesh.file, whose elements are used as they are")
         return value
 
-    @field_validator("n_blades", "unit", "axis", "axis_point", "tolerance", "bore", "sets")
+    @field_validator("n_blades", "unit", "axis", "axis_point", "tolerance", "bore", "other_faces", "sets")
     @classmethod
     def _of_a_file(cls, value: Any, info: ValidationInfo) -> Any:
         if value != _default(cls, info) and "file" in info.data and info.data["file"] is None:

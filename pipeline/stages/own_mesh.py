@@ -76,7 +76,7 @@ def sector_choice(mesh: Mesh) -> SectorChoice:
     assert mesh.n_blades is not None
     sets = {role: name for role, name in mesh.sets.model_dump().items() if name is not None}
     where = mesh.unit, mesh.axis, mesh.axis_point
-    return SectorChoice(mesh.n_blades, *where, sets, mesh.contact_grid, mesh.tolerance, mesh.bore)
+    return SectorChoice(mesh.n_blades, *where, sets, mesh.contact_grid, mesh.tolerance, mesh.bore, mesh.other_faces)
 
 
 def with_materials(mesh: ImportedMesh, names: frozenset[str]) -> ImportedMesh:

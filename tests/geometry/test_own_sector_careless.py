@@ -165,7 +165,7 @@ CASES = {
     "faces not unique": (
         imported(dummy(70.0)),
         SectorChoice(72),
-        "3 pairs of surfaces are one pitch apart: 16 sides at",
+        "3 pairs of surfaces are one pitch apart: 16 sides, 25 nodes, 60 mm.2 at",
     ),
 }
 

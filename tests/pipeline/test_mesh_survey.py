@@ -1,9 +1,11 @@
 """What `shroud new --mesh` tells from a mesh without being told."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from geometry import ElementBlock, ImportedMesh, fitting_ring
+from geometry import ElementBlock, ImportedMesh, OwnMeshError, SectorChoice, fitting_ring, sector_from_mesh
 from pipeline.new_scene.mesh_survey import guess
 
 CORNERS = [0, 1, 2, 3, 4, 5, 6, 7]
@@ -68,3 +70,22 @@ def test_roles_are_told_from_the_words_of_names(root, right, left):
     told = guess(brick(sets=faces))
     assert told.sets == {"root": root, "contact_right": right, "contact_left": left}
     assert (told.axis, told.n_blades) == ("z", 36)
+
+
+@pytest.mark.parametrize("place", [(0.0, 0.0, 50.0), (-700.0, 300.0, 0.0)])
+def test_an_axis_that_is_not_through_the_origin_is_found(place):
+    """The sector of a file whose axis, along y, is elsewhere; its contact faces are named."""
+    faces = {"contact_right": np.array([1, 2, 5, 6]), "contact_left": np.array([0, 3, 4, 7])}
+    mesh = brick(12, axis=1, sets=faces)
+    blocks = (ElementBlock("hex8", np.array([[0, 3, 2, 1, 4, 7, 6, 5]])),)  # those of the brick are inside out
+    moved = replace(mesh, points=mesh.points + place, blocks=blocks)
+    told = guess(moved)
+    assert (told.axis, told.n_blades) == ("y", 12)
+    np.testing.assert_allclose(np.delete(told.axis_point, 1), np.delete(place, 1), atol=1e-3)
+    names = {"root": "root", **{role: told.sets[role] for role in faces}}
+    rooted = replace(moved, node_sets={**moved.node_sets, "root": np.array([0, 1, 4, 5])})
+    where = {"unit": "mm", "axis": "y", "sets": names, "contact_grid": (1, 1)}
+    assert sector_from_mesh(rooted, SectorChoice(12, axis_point=told.axis_point, **where))
+    with pytest.raises(OwnMeshError, match=r"mesh\.axis_point = \[.*\] and mesh\.n_blades = 12|axis_point") as caught:
+        sector_from_mesh(rooted, SectorChoice(12, **where))
+    assert f"{place[2]:g}" in str(caught.value)
