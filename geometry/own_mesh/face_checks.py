@@ -88,6 +88,8 @@ def check_pitch(right: SidePoints, left: SidePoints, n_blades: int, tolerance: f
     told = f"the contact faces are {np.degrees(apart):.6g} degrees apart, not {np.degrees(pitch):.6g}"
     if fit > 1.5 and abs(fit - round(fit)) < _WHOLE * fit:
         told += f"; n_blades = {round(fit)} would fit"
+    else:
+        told += "; an axis that does not pass through the origin of the file needs mesh.axis_point"
     raise OwnMeshError("mesh.n_blades", n_blades, told)
 
 

@@ -36,6 +36,8 @@ _LARGEST = {"m": 3.0, "in": 80.0}  # coordinates up to which a mesh is in m, or 
 _STIFF = (1e9, 1e7)  # moduli above the first are in Pa, below the second in MPa
 _AXES = ("x", "y", "z")
 _OFF_AXIS = 0.02  # of the distance of two faces: largest difference of their radii and axial places
+_ASKEW = 0.2  # the same where no other axis fits
+_GAP = 0.05  # largest gap between two faces, over the size of one
 _LARGEST_PITCH = 2.5  # rad, of rings of three blades or more
 MOST_SETS = 12  # that are listed
 
@@ -96,19 +98,18 @@ def guess(mesh: ImportedMesh, unit: str | None = None, axis: str | None = None, 
     faces = "contact faces" if kind == "contact" else "cut faces"
     if kind:
         best = _axis_between(_centre(mesh, sets[right]), _centre(mesh, sets[left]), axis)
-    if best is None or best[2] > _OFF_AXIS:
+        moved = _ring_elsewhere(mesh, sets[right], sets[left], axis)
+        if moved is not None and (
+            best is None or best[2] > _OFF_AXIS or _far_apart(mesh, sets[right], best[1], moved)
+        ):
+            place = ", ".join(f"{value:.6g}" for value in moved.axis_point)
+            told = f"axis {moved.axis} through ({place}), {moved.n_blades} blades"
+            why.append(f"{told}: about this axis the {faces} are {360.0 / moved.n_blades:.6g} degrees apart")
+            blades = n_blades or moved.n_blades
+            return Guess(unit or found_unit, moved.axis, blades, sets, tuple(why), moved.axis_point)
+    if best is None or best[2] > _ASKEW:
         from geometry import fitting_ring
 
-        moved = _ring_elsewhere(mesh, sets[right], sets[left], axis) if kind else None
-        if moved is not None:
-            place = ", ".join(f"{value:.6g}" for value in moved.axis_point)
-            why.append(
-                f"axis {moved.axis} through ({place}), {moved.n_blades} blades: about this axis the {faces} are "
-                f"{360.0 / moved.n_blades:.6g} degrees apart; through the origin they have no axis"
-            )
-            return Guess(
-                unit or found_unit, moved.axis, n_blades or moved.n_blades, sets, tuple(why), moved.axis_point
-            )
         ring = fitting_ring(mesh, axis)
         if ring is None:
             told = f"the {faces} are not at one radius" if kind else "not known without a pair of contact faces"
@@ -181,6 +182,13 @@ def _roles(names: list[str]) -> Iterator[tuple[str, str]]:
     pairs.sort(key=lambda pair: not words[pair[0]] & set(_CONTACT))
     if pairs:
         yield from zip(("contact_right", "contact_left"), pairs[0], strict=True)
+
+
+def _far_apart(mesh: ImportedMesh, right: str, angle: float, ring: SectorRing) -> bool:
+    """Whether faces at an `angle`, rad, about the origin would leave a gap in a ring that fits them."""
+    nodes = mesh.points[set_nodes(mesh, right)]
+    gap = abs(2.0 * math.pi / ring.n_blades - abs(angle)) * float(np.linalg.norm(nodes.mean(axis=0)))
+    return gap > _GAP * float(np.linalg.norm(np.ptp(nodes, axis=0)))
 
 
 def _ring_elsewhere(mesh: ImportedMesh, right: str, left: str, axis: str | None) -> SectorRing | None:

@@ -86,6 +86,5 @@ def test_an_axis_that_is_not_through_the_origin_is_found(place):
     rooted = replace(moved, node_sets={**moved.node_sets, "root": np.array([0, 1, 4, 5])})
     where = {"unit": "mm", "axis": "y", "sets": names, "contact_grid": (1, 1)}
     assert sector_from_mesh(rooted, SectorChoice(12, axis_point=told.axis_point, **where))
-    with pytest.raises(OwnMeshError, match=r"mesh\.axis_point = \[.*\] and mesh\.n_blades = 12|axis_point") as caught:
+    with pytest.raises(OwnMeshError, match=r"mesh\.axis_point"):
         sector_from_mesh(rooted, SectorChoice(12, **where))
-    assert f"{place[2]:g}" in str(caught.value)
