@@ -163,7 +163,7 @@ def test_a_snubber_is_asked_for_and_sides_beside_the_contact_are_not():
     assert sector_from_mesh(mesh, SectorChoice(40, sets=names, other_faces="free"))
     # the only pair reaches the root: contact or cut?
     (doubt,) = sector_from_mesh(wedge(), SectorChoice(40, sets={"root": "ROOT"})).findings.warnings
-    assert "reach the innermost radius (8 sides, 15 nodes" in doubt
+    assert "reach the innermost radius (12 sides, 20 nodes" in doubt
     assert "cyclic_right and cyclic_left" in doubt
     beside = own(imported(dummy()))
     assert any(note.startswith("free sides beside the contact faces") for note in beside.findings.notes)
