@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from geometry.engine_axes import NAMED_AXES, axes_through
     from geometry.errors import GeometryError, MeshFileError, OwnMeshError, ParameterError, SectorFileError
     from geometry.exchange import MESHIO_CELLS, cell_library, export_sector, import_sector
+    from geometry.hdf5_content import check_dataset, check_links
     from geometry.imported_mesh import ImportedMesh
     from geometry.mesh_files.includes import included_names
     from geometry.mesh_files.read import read_mesh
@@ -59,6 +60,8 @@ __all__ = [
     "axes_through",
     "build_sector",
     "cell_library",
+    "check_dataset",
+    "check_links",
     "check_parameters",
     "check_sector",
     "contact_frames",
@@ -107,6 +110,8 @@ _PLACES = {
     "axes_through": "geometry.engine_axes",
     "build_sector": "geometry.build",
     "cell_library": "geometry.exchange",
+    "check_dataset": "geometry.hdf5_content",
+    "check_links": "geometry.hdf5_content",
     "check_parameters": "geometry.checks",
     "check_sector": "geometry.sector_check",
     "contact_frames": "geometry.contact",

@@ -1,12 +1,13 @@
 """Gmsh files (.msh), versions 2.2 to 4.1, read by gmsh itself: physical groups become sets and surfaces.
 
-gmsh takes a file that does not start as a mesh for a script, and runs a file of options of the same name beside it.
-So the first line is checked, and a link in a folder of its own is read.
+gmsh runs a file that does not start exactly as a mesh as a script, which can call programs, and so a file of options
+of the same name beside it. So a copy in a folder of its own is read, whose first bytes have been checked.
 """
 
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from geometry.gmsh_start import start_gmsh
 from geometry.mesh_files.file_mesh import FileElements, FileMesh
 from geometry.sector import IntArray
 
+HEAD = b"$MeshFormat"  # the first line
 KINDS = {4: "tet4", 5: "hex8", 6: "wedge6", 11: "tet10", 12: "hex20", 13: "wedge15", 17: "hex20", 18: "wedge15"}
 EXTRA_NODES = {12: "hex27", 13: "wedge18"}  # nodes in faces and inside are left out
 PYRAMIDS = (7, 14, 19)
@@ -49,10 +51,6 @@ def read_gmsh(path: str | Path) -> FileMesh:
     MeshFileError
         The file cannot be used.
     """
-    with open(path, "rb") as file:
-        head = file.readline(200).strip()
-    if head != b"$MeshFormat":
-        raise MeshFileError(path, "does not start with $MeshFormat: a mesh of gmsh, version 2.2 to 4.1, is needed")
     import gmsh
 
     running = bool(gmsh.isInitialized())
@@ -61,11 +59,12 @@ def read_gmsh(path: str | Path) -> FileMesh:
     before = gmsh.model.getCurrent() if running else ""
     try:
         with tempfile.TemporaryDirectory() as folder:
-            link = os.path.join(folder, "mesh.msh")
-            os.symlink(os.path.abspath(path), link)
+            copy = os.path.join(folder, "mesh.msh")
+            shutil.copyfile(path, copy)
+            _check_head(path, copy)
             gmsh.option.setNumber("General.Terminal", 0)
             gmsh.model.add("mesh file")
-            gmsh.merge(link)
+            gmsh.merge(copy)
         return _from_model(path, gmsh)
     except MeshFileError:
         raise
@@ -77,6 +76,14 @@ def read_gmsh(path: str | Path) -> FileMesh:
             gmsh.model.setCurrent(before)
         else:
             gmsh.finalize()
+
+
+def _check_head(path: str | Path, copy: str) -> None:
+    """Refuse what gmsh would not take for a mesh: also a blank before the first word makes a script of a file."""
+    with open(copy, "rb") as file:
+        head = file.readline(200).rstrip()
+    if head != HEAD:
+        raise MeshFileError(path, "does not start with $MeshFormat: a mesh of gmsh, version 2.2 to 4.1, is needed")
 
 
 def columns_from_gmsh(kind: str) -> list[int]:

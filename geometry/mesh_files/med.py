@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from geometry.errors import MeshFileError
+from geometry.hdf5_content import check_dataset, check_links
 from geometry.mesh_files.cells import CellBlock, add_cells_to_set, mesh_of_cells
 from geometry.mesh_files.file_mesh import FileMesh
 from geometry.mesh_files.libraries import optional_library
@@ -27,6 +29,7 @@ def read_med(path: str | Path) -> FileMesh:
     """
     meshlane = optional_library("meshlane", path)
     try:
+        _check_content(path)
         grid = meshlane.med.read(str(path))
     except MemoryError:
         raise
@@ -48,3 +51,16 @@ def read_med(path: str | Path) -> FileMesh:
             if members is not None:
                 add_cells_to_set(mesh, str(name), block, members)
     return mesh
+
+
+def _check_content(path: str | Path) -> None:
+    """Refuse links and data in other files, which meshlane would follow. Raises ValueError."""
+    import h5py
+
+    def check(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset):
+            check_dataset(item)
+
+    with h5py.File(path, "r") as file:
+        check_links(file)
+        file.visititems(check)

@@ -233,9 +233,9 @@ def _unfit_keys(path: Path, member: Member, wrong: Set[str]) -> Unfit:
 def _unfit_files(path: Path, scene: Scene) -> Unfit:
     """CSV files of loads that are not there, or that cannot be read."""
     for file in files_of(scene.excitation.load, scene.load.force):
-        yield from _raised(force_table, file)
+        yield from _raised(force_table, file, scene.contents)
     for file in files_of(scene.load.temperature):
-        yield from _raised(temperature_table, file)
+        yield from _raised(temperature_table, file, scene.contents)
 
 
 def _unfit_response(path: Path, member: Member) -> Unfit:

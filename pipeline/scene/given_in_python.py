@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.errors import input_error, shown
-from pipeline.scene.reading import Member, SceneFile, load_tables, scene_of_tables
+from pipeline.scene.reading import Member, SceneFile, load_tables, scene_of_tables, with_contents
 from pipeline.scene.schema import NOT_SWEPT, SECTIONS
 from pipeline.scene.sweep import LATIN_HYPERCUBE, POINTS, Sweep, read_sweep
 from pipeline.scene.toml_errors import parsed
@@ -43,7 +43,7 @@ def given_scene(
         As for `read_scene`, or an override of a key that a list of points or a Latin hypercube sweeps.
     """
     if isinstance(scene, SceneFile) and not overrides:
-        return scene
+        return with_contents(scene, {})  # its files may have been written again
     if isinstance(scene, SceneFile):
         path, tables, text = scene.path, parsed(scene.path, scene.text), scene.text
     elif isinstance(scene, Mapping):
@@ -82,7 +82,7 @@ def derived_member(file: SceneFile, values: Mapping[str, Any], place: str, given
         tables.pop(name, None)
     chosen = {key: [_plain(value)] for key, value in {**file.members[0].parameters, **values}.items()}
     sweep = Sweep(chosen, POINTS, (place,)) if chosen else Sweep({})
-    derived = scene_of_tables(file.path, tables, "", given_model, swept=sweep)
+    derived = scene_of_tables(file.path, tables, "", given_model, swept=sweep, contents=file.contents)
     return replace(derived.members[0], parameters=dict(values), place=place)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.errors import InputError, shown, system_reason
+from pipeline.scene.input_files import Contents, read_bytes
 
 if TYPE_CHECKING:
     import numpy as np
@@ -43,8 +44,8 @@ class NodalTable:
     values: NDArray[np.float64] | NDArray[np.complex128]
 
 
-def force_table(file: str) -> NodalTable:
-    """Forces on nodes from a CSV file.
+def force_table(file: str, contents: Contents | None = None) -> NodalTable:
+    """Forces on nodes from a CSV file; `contents`: hashes of input files, where they are known.
 
     Columns: `node`, or `x`, `y`, `z`; then `fx`, `fy`, `fz`, or `fx_re`, `fx_im`, ... for complex forces. A component
     that has no column is zero.
@@ -52,11 +53,11 @@ def force_table(file: str) -> NodalTable:
     Raises
     ------
     InputError
-        The file cannot be read, or a column or a cell of it is not allowed.
+        The file cannot be read, has another hash, or a column or a cell of it is not allowed.
     """
     import numpy as np
 
-    columns = _columns(file, (*REAL, *PARTS))
+    columns = _columns(file, (*REAL, *PARTS), contents)
     count = len(next(iter(columns.values())))
     parts = any(name in columns for name in PARTS)
     if parts and any(name in columns for name in REAL):
@@ -75,7 +76,7 @@ def force_table(file: str) -> NodalTable:
     return _table(file, columns, np.stack(forces, axis=1))
 
 
-def temperature_table(file: str) -> NodalTable:
+def temperature_table(file: str, contents: Contents | None = None) -> NodalTable:
     """Temperatures of nodes from a CSV file with the columns `node`, or `x`, `y`, `z`, and `temperature`.
 
     Raises
@@ -83,7 +84,7 @@ def temperature_table(file: str) -> NodalTable:
     InputError
         As `force_table`.
     """
-    columns = _columns(file, TEMPERATURE)
+    columns = _columns(file, TEMPERATURE, contents)
     if "temperature" not in columns:
         raise _refused(file, "no temperatures", "a column temperature")
     return _table(file, columns, columns["temperature"])
@@ -111,13 +112,13 @@ def _table(file: str, columns: dict[str, NDArray[np.float64]], values: NDArray[n
     return NodalTable(file, None, np.stack([columns[name] for name in POSITION], axis=1), values)
 
 
-def _columns(file: str, known: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
+def _columns(file: str, known: tuple[str, ...], contents: Contents | None) -> dict[str, NDArray[np.float64]]:
     """The columns of a file as numbers."""
     import numpy as np
 
     check_readable(file)
     try:
-        text = Path(file).read_text(encoding="utf-8-sig")
+        text = read_bytes(file, contents or {}).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise _refused(file, f"not UTF-8 text (byte {error.start})", "a CSV file") from None
     except OSError as error:

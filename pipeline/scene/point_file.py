@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.errors import InputError, input_error, system_reason
+from pipeline.scene.input_files import open_regular
 from pipeline.scene.swept_keys import SWEPT_KEYS
 from pipeline.scene.units import column_name
 from pipeline.scene.validation_errors import unknown_key
@@ -67,7 +68,7 @@ def _rows(scene: Path, path: Path) -> list[tuple[int, list[str]]]:
     try:
         if path.exists() and not path.is_file():
             raise _refused(scene, str(path), "not a file", allowed)
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             content = file.read(LARGEST_FILE + 1)
         if len(content) > LARGEST_FILE:
             raise _refused(scene, str(path), f"larger than {LARGEST_FILE} bytes", allowed)

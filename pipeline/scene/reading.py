@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from pipeline.errors import InputError, input_error, reason_of, shown, system_reason
 from pipeline.scene.deprecated_values import with_current_values
+from pipeline.scene.input_files import with_hashes
 from pipeline.scene.presets import Accuracy, with_preset
 from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.sweep import GRID, Sweep, read_sweep
@@ -78,6 +79,8 @@ class SceneFile:
         Text of the file as it was read.
     sweep_kind : str
         "grid" (every combination of lists), "points" or "latin_hypercube".
+    contents : mapping of str to str
+        Hashes of the input files as they were when the scene was read.
 
     Examples
     --------
@@ -94,6 +97,7 @@ class SceneFile:
     notes: tuple[str, ...] = ()
     text: str = ""
     sweep_kind: str = GRID
+    contents: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def first(self) -> Scene:
@@ -139,6 +143,7 @@ def scene_of_tables(
     given_model: bool = False,
     broken: Callable[[int, list[InputError]], None] | None = None,
     swept: Sweep | None = None,
+    contents: Mapping[str, str] | None = None,
 ) -> SceneFile:
     """The scene of the tables of a file, as `read_scene` reads it.
 
@@ -157,6 +162,8 @@ def scene_of_tables(
         that do. By default the first error is raised.
     swept : Sweep
         A sweep in place of that of the tables.
+    contents : mapping of str to str
+        Hashes of input files that are known.
     """
     raw = dict(raw)
     table = raw.pop("sweep", {})
@@ -180,7 +187,17 @@ def scene_of_tables(
             broken(index, scene_errors(path, merged, found, sweep.places(index)))
             scene = _valid_sections(merged)
         members.append(Member(index, _with_full_paths(path, scene), chosen, sweep.place(index)))
-    return SceneFile(path, tuple(members), tuple(lists), presets[0], notes, text, sweep.kind)
+    found = SceneFile(path, tuple(members), tuple(lists), presets[0], notes, text, sweep.kind)
+    return with_contents(found, contents or {})
+
+
+def with_contents(file: SceneFile, known: Mapping[str, str]) -> SceneFile:
+    """The scene with the hashes of its input files: those known, the others as the files are now."""
+    contents = dict(known)
+    for member in file.members:
+        with_hashes(member.scene.files, contents)
+    members = tuple(replace(member, scene=member.scene.with_contents(contents)) for member in file.members)
+    return replace(file, members=members if contents else file.members, contents=contents)
 
 
 def load_tables(path: Path) -> tuple[dict[str, Any], str]:

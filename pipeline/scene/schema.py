@@ -6,10 +6,11 @@ quote the latter.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, PrivateAttr, field_validator
 
 from pipeline.scene.backbone_section import Backbone
 from pipeline.scene.disk_section import Disk
@@ -33,6 +34,7 @@ from pipeline.scene.fields import (
     Whole,
 )
 from pipeline.scene.fields import key as _key
+from pipeline.scene.input_files import content_hash
 from pipeline.scene.loads_section import (
     ExcitationHarmonic,
     ExcitationLoad,
@@ -40,6 +42,7 @@ from pipeline.scene.loads_section import (
     Pressure,
     StaticForce,
     Temperature,
+    files_of,
     placed,
     unit_vector,
 )
@@ -361,6 +364,8 @@ class Scene(Section):
     render: Render | None = _key("", "a table", None)
     figures: Figures = _key("", "a table", Figures())
 
+    _contents: Mapping[str, str] = PrivateAttr(default_factory=dict)
+
     @field_validator("output")
     @classmethod
     def _different_names(cls, value: Any) -> Any:
@@ -371,6 +376,29 @@ class Scene(Section):
             if not item.of_model and item.name in ("tip", "tip_x", "tip_y", "tip_z"):
                 raise ValueError("tables [[output]] with other names than tip, tip_x, tip_y, tip_z")
         return value
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The input files: of the mesh or of the matrices, and of loads."""
+        matrices = [] if self.model is None else self.model.files.values()
+        loads = files_of(self.load.force, self.load.temperature)
+        loads += [] if self.excitation is None else files_of(self.excitation.load)  # None: does not obey the schema
+        return (*([] if self.mesh_file is None else [self.mesh_file]), *matrices, *loads)
+
+    @property
+    def contents(self) -> Mapping[str, str]:
+        """Hashes of the input files when the scene was read; without those that could not be read."""
+        return self._contents
+
+    def with_contents(self, contents: Mapping[str, str]) -> Scene:
+        """The scene with hashes of its input files."""
+        found = self.model_copy()
+        found._contents = contents
+        return found
+
+    def content(self, file: str) -> str:
+        """Hash of an input file when the scene was read; where it is not known, of the file as it is now."""
+        return self._contents.get(file) or content_hash(file)
 
     @property
     def with_stress(self) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from nonlinear import MOST_UNKNOWNS
 from pipeline.errors import input_error, shown
 from pipeline.scene.geometry_parameters import geometry_parameters
-from pipeline.scene.mesh_file import mesh_file_size
+from pipeline.scene.input_files import file_size
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.schema import Scene
 
@@ -112,7 +112,7 @@ def estimated_elements(scene: Scene) -> float:
     Of a mesh from a file as many as a file of its size has at most.
     """
     if scene.mesh_file is not None:
-        return mesh_file_size(scene.mesh_file) / BYTES_OF_AN_ELEMENT
+        return file_size(scene.mesh_file) / BYTES_OF_AN_ELEMENT
     assert scene.blade is not None
     assert scene.shroud is not None
     assert scene.mesh is not None

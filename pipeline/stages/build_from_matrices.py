@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pipeline.errors import InputError, reason_of
-from pipeline.process.isolated_reading import read_apart
+from pipeline.process.isolated_reading import MEMORY, MEMORY_PER_BYTE, read_apart
+from pipeline.scene.input_files import copies, file_size
 from pipeline.stages.scene_loads import scene_loads, with_modal_excitation
 from pipeline.stages.scene_to_solver import linear_operation
 
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
     from rom import BoundaryChoice, MatrixChoice, MatrixModel, ReducedModel
 
+T = TypeVar("T")
 REDUCED_MODEL = "rom.h5"
 AUGMENTED_MODEL = "augmented.h5"
 FACTS = "facts.json"
@@ -46,23 +49,27 @@ def read_matrices(scene: Scene) -> MatrixModel:
     """
     from rom import model_from_matrices
 
-    return _read(scene, partial(model_from_matrices, matrix_choice(scene)))
+    return _read(scene, model_from_matrices)
 
 
 def read_superelement(scene: Scene) -> tuple[ReducedModel, tuple[str, ...]]:
     """The reduced model in the files of [model], read in isolation, and what was found. Raises as `read_matrices`."""
     from rom import model_from_superelement
 
-    return _read(scene, partial(model_from_superelement, matrix_choice(scene), nodal_choice(scene)))
+    return _read(scene, lambda choice: model_from_superelement(choice, nodal_choice(scene)))
 
 
-def _read(scene: Scene, read: Any) -> Any:
+def _read(scene: Scene, read: Callable[[MatrixChoice], T]) -> T:
     from rom import MatrixFileError, ReducedModelError
 
     assert scene.model is not None
-    largest = max((Path(file) for file in scene.model.files.values()), key=lambda file: file.stat().st_size)
+    files = scene.model.files
+    largest = max(files.values(), key=file_size)
+    memory = MEMORY + MEMORY_PER_BYTE * sum(map(file_size, files.values()))
     try:
-        return read_apart(largest, ALLOWED, read, READER)
+        with copies(list(files.values()), scene.contents) as copy:
+            choice = replace(matrix_choice(scene), **{name: copy(file) for name, file in files.items()})
+            return read_apart(Path(largest), ALLOWED, partial(read, choice), READER, memory)
     except (MatrixFileError, ReducedModelError) as error:
         raise InputError(reason_of(error)) from None
 

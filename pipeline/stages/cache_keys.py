@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline.scene.mesh_file import mesh_file_hash
 from pipeline.scene.schema import Scene
 from pipeline.stages.code_fingerprint import code_fingerprint
-from pipeline.store.fingerprints import file_sha256, fingerprint
+from pipeline.store.fingerprints import fingerprint
 
 # Modules that compute the result of a stage. What these import counts with them.
 MESH_CODE = "pipeline.stages.build_mesh"
@@ -61,9 +60,7 @@ def _matrix_model_keys(scene: Scene) -> ModelKeys:
     """Keys by the content of the files of [model], whatever their names."""
     assert scene.model is not None
     code = code_fingerprint(MATRICES_CODE)
-    content = {name: (Path(file).suffix.lower(), file_sha256(Path(file))) for name, file in scene.model.files.items()}
-    if (beside := Path(scene.model.stiffness).with_suffix(".dof")).is_file():
-        content["beside"] = (".dof", file_sha256(beside))
+    content = {name: (Path(file).suffix.lower(), scene.content(file)) for name, file in scene.model.files.items()}
     said = scene.model.model_dump(exclude=set(scene.model.files))
     assemble = fingerprint({"files": content, "model": said, "code": code})
     excitation = {"direction": scene.excitation.unit_direction, "at": scene.excitation.at, **load_inputs(scene)}
@@ -76,7 +73,7 @@ def _mesh_inputs(scene: Scene) -> dict[str, Any]:
     assert scene.mesh is not None  # a scene that describes a blade has all of these
     if scene.mesh_file is not None:
         choice = scene.mesh.model_dump(exclude={"file", "size", "element", "grading"})
-        return {"file": mesh_file_hash(scene.mesh_file), "mesh": choice, "materials": sorted(scene.materials)}
+        return {"file": scene.content(scene.mesh_file), "mesh": choice, "materials": sorted(scene.materials)}
     assert scene.blade is not None
     assert scene.shroud is not None
     made_here = {"size", "contact_grid", "grading"}
@@ -141,21 +138,21 @@ def load_inputs(scene: Scene) -> dict[str, Any]:
         return {}
     return {
         "loads": {
-            "excitation": [_without_file(item) for item in excitation.load],
-            "force": [_without_file(item) for item in load.force],
+            "excitation": [_without_file(scene, item) for item in excitation.load],
+            "force": [_without_file(scene, item) for item in load.force],
             "pressure": [item.model_dump() for item in load.pressure],
-            "temperature": None if load.temperature is None else _without_file(load.temperature),
+            "temperature": None if load.temperature is None else _without_file(scene, load.temperature),
             "outputs": outputs,
             "expansion": None if scene.material is None else scene.material.expansion,
         }
     }
 
 
-def _without_file(item: Any) -> dict[str, Any]:
+def _without_file(scene: Scene, item: Any) -> dict[str, Any]:
     """A table with the content of its file in place of its name."""
     values: dict[str, Any] = item.model_dump()
     if values.get("file") is not None:
-        values["file"] = file_sha256(Path(values["file"]))
+        values["file"] = scene.content(values["file"])
     return values
 
 

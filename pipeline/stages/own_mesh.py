@@ -12,6 +12,7 @@ from pipeline.errors import InputError, input_error, reason_of
 from pipeline.process.isolated_reading import read_apart
 from pipeline.scene.centrifugal_strain import LARGEST_STRAIN, allowed_speed, centrifugal_strain
 from pipeline.scene.consistency import parameter_error
+from pipeline.scene.input_files import Contents, copies, file_size
 from pipeline.scene.size_limits import LARGEST_MODEL, MARGIN
 from pipeline.stages.mesh_findings import FINDINGS, elements_by_kind, extent, own_findings
 
@@ -39,23 +40,31 @@ def read_own_sector(scene: Scene) -> OwnSector:
     from geometry import sector_from_mesh
 
     assert scene.mesh is not None
-    mesh = with_materials(read_mesh_file(scene.mesh.file or ""), frozenset(scene.materials))
+    mesh = with_materials(read_mesh_file(scene.mesh.file or "", scene.contents), frozenset(scene.materials))
     return sector_from_mesh(mesh, sector_choice(scene.mesh))
 
 
-def read_mesh_file(file: str) -> ImportedMesh:
+def read_mesh_file(file: str, contents: Contents | None = None) -> ImportedMesh:
     """A mesh file, read in isolation.
+
+    Parameters
+    ----------
+    file : str
+        The file.
+    contents : mapping of str to str
+        Hashes of input files, where they are known.
 
     Raises
     ------
     InputError
-        It cannot be read, or is too large.
+        It cannot be read, is too large, or has another hash.
     """
     from geometry import MeshFileError, read_mesh
 
     try:
-        memory = MEMORY + MEMORY_PER_BYTE * Path(file).stat().st_size
-        mesh = read_apart(Path(file), ALLOWED, partial(read_mesh, file), READER, memory)
+        memory = MEMORY + MEMORY_PER_BYTE * file_size(file)
+        with copies([file], contents or {}) as copy:
+            mesh = read_apart(Path(file), ALLOWED, partial(read_mesh, copy(file)), READER, memory)
     except MeshFileError as error:
         raise InputError(reason_of(error)) from None
     if mesh.n_elements > LARGEST_MODEL:

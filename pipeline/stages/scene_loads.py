@@ -129,7 +129,7 @@ class _Loads:
         if getattr(load, "surface", None) is not None:
             return self._pressure("excitation", load.surface)
         if load.file is not None:
-            table = force_table(load.file)
+            table = force_table(load.file, self.scene.contents)
             return nodal_force(self.full, self._nodes_of(table), table.values)
         nodes = self._point(load.at) if load.at is not None else self._set("excitation", key, load.set)
         share = 1.0 / len(nodes) if load.share == "total" else 1.0
@@ -171,7 +171,10 @@ class _Loads:
         assert temperature is not None
         if temperature.uniform is not None:
             return temperature.uniform - temperature.reference
-        return self._nodal_temperature(temperature_table(str(temperature.file))) - temperature.reference
+        return self._nodal_temperature(self._temperatures(str(temperature.file))) - temperature.reference
+
+    def _temperatures(self, file: str) -> NodalTable:
+        return temperature_table(file, self.scene.contents)
 
     def _nodal_temperature(self, table: NodalTable) -> NDArray[np.float64]:
         """Temperatures at all points of the mesh: of the nearest point of the file."""

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geometry import check_dataset, check_links
+
 if TYPE_CHECKING:
     import h5py
-
-LARGEST_UNSTORED = 100_000_000  # bytes that a dataset may claim without any data in the file
-HIGHEST_COMPRESSION = 100  # of datasets beyond that: real data do not compress to a hundredth
 
 # Exceptions of h5py on damaged files: errors of HDF5 come as OSError, RuntimeError, KeyError or ValueError; nonsense
 # in a header makes NumPy and Python raise the others.
@@ -58,13 +57,8 @@ def opened(path: str | os.PathLike[str]) -> Iterator["h5py.File"]:
     """
     import h5py
 
-    def elsewhere(name: str, link: Any) -> str | None:
-        return name if isinstance(link, h5py.ExternalLink) else None
-
     with h5py.File(path, "r") as file:
-        found = file.visititems_links(elsewhere)
-        if found is not None:
-            raise ValueError(f"{found}: a link into another file, allowed: data in the file itself")
+        check_links(file)
         yield file
 
 
@@ -102,13 +96,7 @@ def stored_array(dataset: Any) -> np.ndarray:
         raise ValueError(f"{dataset.name}: empty, allowed: numbers")
     if dataset.dtype.kind not in "biufc":
         raise ValueError(f"{dataset.name}: type {dataset.dtype}, allowed: numbers")
-    if dataset.is_virtual or dataset.external:
-        raise ValueError(f"{dataset.name}: its data are in other files, allowed: data in the file itself")
-    held = dataset.id.get_storage_size()
-    for shape in (dataset.shape, dataset.chunks):
-        claimed = float(np.prod(shape or (1,), dtype=float)) * dataset.dtype.itemsize
-        if claimed > LARGEST_UNSTORED and claimed > HIGHEST_COMPRESSION * held:
-            raise ValueError(f"{dataset.name}: claims {claimed:.3g} bytes, the file holds {held} of them")
+    check_dataset(dataset)
     return np.asarray(dataset[()])
 
 

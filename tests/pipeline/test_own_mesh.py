@@ -23,7 +23,7 @@ from geometry import (
 )
 from pipeline.new_scene.mesh_survey import survey
 from pipeline.report.surface import boundary_sides, outer_surface
-from pipeline.scene.mesh_file import mesh_file_hash, mesh_file_parts
+from pipeline.scene.input_files import content_hash, file_parts
 from pipeline.scene.reading import read_scene
 from pipeline.stages.cache_keys import model_keys
 
@@ -181,16 +181,16 @@ def test_results_are_cached_by_the_content_of_the_file(folder: Path, tmp_path: P
 def test_included_files_count_with_the_file(name: str, statement: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text(f"{statement}\n")
     (tmp_path / "nodes.inc").write_text("*NODE\n1, 0., 0., 0.\n")
-    before = mesh_file_hash(str(tmp_path / name))
-    assert [part.name for part in mesh_file_parts(str(tmp_path / name))] == [name, "nodes.inc"]
+    before = content_hash(str(tmp_path / name))
+    assert [part.name for part in file_parts(str(tmp_path / name))] == [name, "nodes.inc"]
     (tmp_path / "nodes.inc").write_text("*NODE\n1, 0., 0., 1.0\n")
-    assert mesh_file_hash(str(tmp_path / name)) != before
+    assert content_hash(str(tmp_path / name)) != before
 
 
 @pytest.mark.parametrize("line", ["** *INCLUDE, INPUT=nodes.inc", "*HEADING\ninclude nodes.inc"])
 def test_comments_include_nothing(line: str, tmp_path: Path) -> None:
     (tmp_path / "main.inp").write_text(f"{line}\n")
-    assert len(mesh_file_parts(str(tmp_path / "main.inp"))) == 1
+    assert len(file_parts(str(tmp_path / "main.inp"))) == 1
 
 
 @pytest.mark.parametrize(
