@@ -55,7 +55,7 @@ def read_med(path: str | Path) -> FileMesh:
 
 def _check_content(path: str | Path) -> None:
     """Refuse links and data in other files, which meshlane would follow. Raises ValueError."""
-    import h5py
+    h5py = optional_library("h5py", path)
 
     def check(name: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset):

@@ -30,7 +30,7 @@ HEAVY = (
 # Folders and top-level files of a package, lowest first: each imports only from those on earlier lines.
 LAYERS = {
     "geometry": [
-        {"errors", "gmsh_start", "units"},
+        {"errors", "gmsh_start", "hdf5_content", "units"},
         {"elements"},
         {"sector"},
         {"contact", "engine_axes", "imported_mesh"},
