@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from pipeline.errors import InputError, input_error, reason_of, shown, system_reason
 from pipeline.scene.deprecated_values import with_current_values
 from pipeline.scene.input_files import with_hashes
+from pipeline.scene.loads_section import files_of
 from pipeline.scene.presets import Accuracy, with_preset
 from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.sweep import GRID, Sweep, read_sweep
@@ -187,17 +188,25 @@ def scene_of_tables(
             broken(index, scene_errors(path, merged, found, sweep.places(index)))
             scene = _valid_sections(merged)
         members.append(Member(index, _with_full_paths(path, scene), chosen, sweep.place(index)))
-    found = SceneFile(path, tuple(members), tuple(lists), presets[0], notes, text, sweep.kind)
-    return with_contents(found, contents or {})
+    file = SceneFile(path, tuple(members), tuple(lists), presets[0], notes, text, sweep.kind)
+    return with_contents(file, contents or {})
 
 
 def with_contents(file: SceneFile, known: Mapping[str, str]) -> SceneFile:
     """The scene with the hashes of its input files: those known, the others as the files are now."""
     contents = dict(known)
     for member in file.members:
-        with_hashes(member.scene.files, contents)
+        with_hashes(input_files(member.scene), contents)
     members = tuple(replace(member, scene=member.scene.with_contents(contents)) for member in file.members)
     return replace(file, members=members if contents else file.members, contents=contents)
+
+
+def input_files(scene: Scene) -> list[str]:
+    """The files of the mesh or of the matrices, and of loads."""
+    found = [] if scene.mesh_file is None else [scene.mesh_file]
+    found += [] if scene.model is None else scene.model.files.values()
+    found += files_of(scene.load.force, scene.load.temperature)
+    return found if scene.excitation is None else found + files_of(scene.excitation.load)  # does not obey the schema
 
 
 def load_tables(path: Path) -> tuple[dict[str, Any], str]:

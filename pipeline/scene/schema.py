@@ -34,7 +34,6 @@ from pipeline.scene.fields import (
     Whole,
 )
 from pipeline.scene.fields import key as _key
-from pipeline.scene.input_files import content_hash
 from pipeline.scene.loads_section import (
     ExcitationHarmonic,
     ExcitationLoad,
@@ -42,7 +41,6 @@ from pipeline.scene.loads_section import (
     Pressure,
     StaticForce,
     Temperature,
-    files_of,
     placed,
     unit_vector,
 )
@@ -378,14 +376,6 @@ class Scene(Section):
         return value
 
     @property
-    def files(self) -> tuple[str, ...]:
-        """The input files: of the mesh or of the matrices, and of loads."""
-        matrices = [] if self.model is None else self.model.files.values()
-        loads = files_of(self.load.force, self.load.temperature)
-        loads += [] if self.excitation is None else files_of(self.excitation.load)  # None: does not obey the schema
-        return (*([] if self.mesh_file is None else [self.mesh_file]), *matrices, *loads)
-
-    @property
     def contents(self) -> Mapping[str, str]:
         """Hashes of the input files when the scene was read; without those that could not be read."""
         return self._contents
@@ -395,10 +385,6 @@ class Scene(Section):
         found = self.model_copy()
         found._contents = contents
         return found
-
-    def content(self, file: str) -> str:
-        """Hash of an input file when the scene was read; where it is not known, of the file as it is now."""
-        return self._contents.get(file) or content_hash(file)
 
     @property
     def with_stress(self) -> bool:

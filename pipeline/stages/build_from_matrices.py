@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -27,12 +27,12 @@ READER = "the reader of matrices"
 ALLOWED = "files with stiffness, mass and nodes"
 
 
-def matrix_choice(scene: Scene) -> MatrixChoice:
-    """What [model] says about its files."""
+def matrix_choice(scene: Scene, files: Mapping[str, str]) -> MatrixChoice:
+    """What [model] says about its files, or about these copies of them."""
     from rom import MatrixChoice
 
     assert scene.model is not None
-    values = scene.model.model_dump()
+    values = scene.model.model_dump() | dict(files)
     values["sets"] = {role: name for role, name in values["sets"].items() if name is not None}
     return MatrixChoice(**values)
 
@@ -68,7 +68,7 @@ def _read(scene: Scene, read: Callable[[MatrixChoice], T]) -> T:
     memory = MEMORY + MEMORY_PER_BYTE * sum(map(file_size, files.values()))
     try:
         with copies(list(files.values()), scene.contents) as copy:
-            choice = replace(matrix_choice(scene), **{name: copy(file) for name, file in files.items()})
+            choice = matrix_choice(scene, {name: copy(file) for name, file in files.items()})
             return read_apart(Path(largest), ALLOWED, partial(read, choice), READER, memory)
     except (MatrixFileError, ReducedModelError) as error:
         raise InputError(reason_of(error)) from None

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pipeline.scene.input_files import content_hash
 from pipeline.scene.schema import Scene
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.store.fingerprints import fingerprint
@@ -60,7 +61,7 @@ def _matrix_model_keys(scene: Scene) -> ModelKeys:
     """Keys by the content of the files of [model], whatever their names."""
     assert scene.model is not None
     code = code_fingerprint(MATRICES_CODE)
-    content = {name: (Path(file).suffix.lower(), scene.content(file)) for name, file in scene.model.files.items()}
+    content = {name: (Path(file).suffix.lower(), _content(scene, file)) for name, file in scene.model.files.items()}
     said = scene.model.model_dump(exclude=set(scene.model.files))
     assemble = fingerprint({"files": content, "model": said, "code": code})
     excitation = {"direction": scene.excitation.unit_direction, "at": scene.excitation.at, **load_inputs(scene)}
@@ -73,7 +74,7 @@ def _mesh_inputs(scene: Scene) -> dict[str, Any]:
     assert scene.mesh is not None  # a scene that describes a blade has all of these
     if scene.mesh_file is not None:
         choice = scene.mesh.model_dump(exclude={"file", "size", "element", "grading"})
-        return {"file": scene.content(scene.mesh_file), "mesh": choice, "materials": sorted(scene.materials)}
+        return {"file": _content(scene, scene.mesh_file), "mesh": choice, "materials": sorted(scene.materials)}
     assert scene.blade is not None
     assert scene.shroud is not None
     made_here = {"size", "contact_grid", "grading"}
@@ -152,8 +153,13 @@ def _without_file(scene: Scene, item: Any) -> dict[str, Any]:
     """A table with the content of its file in place of its name."""
     values: dict[str, Any] = item.model_dump()
     if values.get("file") is not None:
-        values["file"] = scene.content(values["file"])
+        values["file"] = _content(scene, values["file"])
     return values
+
+
+def _content(scene: Scene, file: str) -> str:
+    """Hash of an input file when the scene was read; where it is not known, of the file as it is now."""
+    return scene.contents.get(file) or content_hash(file)
 
 
 def _reduction_inputs(scene: Scene) -> dict[str, Any]:

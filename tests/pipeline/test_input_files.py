@@ -16,7 +16,7 @@ from geometry import write_mesh
 from pipeline.errors import InputError
 from pipeline.scene.input_files import content_hash, file_parts
 from pipeline.scene.nodal_table import force_table, temperature_table
-from pipeline.scene.reading import read_scene
+from pipeline.scene.reading import input_files, read_scene
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_from_matrices import read_matrices
 from pipeline.stages.cache_keys import model_keys
@@ -66,7 +66,7 @@ def table_case(folder: Path, section: str) -> tuple[Scene, Path, Read]:
     )
     contents = small_scene(load={section: given}, material__expansion=1e-5)
     scene = read_scene(write_scene(folder / "s.toml", contents)).first
-    return scene, folder / "t.csv", lambda scene: float(np.max(read(scene.files[0], scene.contents).values))
+    return scene, folder / "t.csv", lambda scene: float(np.max(read(*input_files(scene), scene.contents).values))
 
 
 CASES: dict[str, Callable[[Path], tuple[Scene, Path, Read]]] = {
