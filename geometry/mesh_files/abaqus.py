@@ -28,7 +28,7 @@ GENERATORS = (
 LEFT_OUT = {
     "EQUATION": "ties", "MPC": "ties", "RIGID BODY": "ties", "COUPLING": "ties", "KINEMATIC COUPLING": "ties",
     "DISTRIBUTING COUPLING": "ties", "TIE": "ties", "SHELL TO SOLID COUPLING": "ties", "EMBEDDED ELEMENT": "ties",
-    "PRE-TENSION SECTION": "ties", "CYCLIC SYMMETRY MODEL": "ties", "FASTENER": "ties", "MULTIPLE CYCLIC": "ties",
+    "PRE-TENSION SECTION": "ties", "CYCLIC SYMMETRY MODEL": "cyclic", "FASTENER": "ties",
     "NETWORK MPC": "ties", "DISPLAY BODY": "ties", "PERIODIC MEDIA": "ties",
     "SPRING": "springs", "DASHPOT": "springs", "CONNECTOR SECTION": "springs", "JOINT": "springs",
     "BUSHING": "springs", "FOUNDATION": "springs", "ELEMENT FOUNDATION": "springs", "MATRIX ASSEMBLE": "springs",
@@ -213,9 +213,8 @@ def _leave_out(mesh: FileMesh, blocks: list[KeywordBlock], scopes: list[Scope]) 
     for block in blocks:
         inside_step = block.keyword == "STEP" or (inside_step and block.keyword != "END STEP")
         effect = LEFT_OUT.get(block.keyword, "unknown")
-        cyclic = block.keyword == "TIE" and "CYCLIC SYMMETRY" in block.parameters
-        if cyclic or block.keyword == "CYCLIC SYMMETRY MODEL":  # the cut faces of the scene say the same
-            effect = "contacts"
+        if block.keyword == "TIE" and "CYCLIC SYMMETRY" in block.parameters:
+            effect = "cyclic"
         tied = block.keyword == "CONTACT PAIR" and ("TIED" in block.parameters or "TIE" in block.parameters)
         known = block.keyword in MESH + SETS + _KNOWN or block.keyword in ("PART", "INSTANCE", "END STEP")
         if effect == "unknown" and (known or inside_step):

@@ -37,7 +37,7 @@ ELEMENTS = {
 }
 COMMANDS = {
     "ties": ("CE", "CERIG", "CEINTF", "CP", "CPINTF", "RBE3", "CPNGEN", "CPSGEN", "CENGEN", "CESGEN"),
-    "contacts": ("CPCYC", "CECYC"),
+    "cyclic": ("CYCLIC", "CPCYC", "CECYC"),
     "supports": ("D", "DK", "DL", "DA", "DSYM"),
     "bodies": ("E", "EN"),
     "unknown": ("CM", "CMGRP"),

@@ -25,7 +25,21 @@ GENERATORS = (
 )
 # commands that tie nodes or hold them, which are counted
 COUNTED = (
-    *("CE", "CERIG", "CEINTF", "CP", "CPINTF", "CPCYC", "CECYC", "RBE3", "CPNGEN", "CPSGEN", "CENGEN", "CESGEN"),
+    *(
+        "CE",
+        "CERIG",
+        "CEINTF",
+        "CP",
+        "CPINTF",
+        "CYCLIC",
+        "CPCYC",
+        "CECYC",
+        "RBE3",
+        "CPNGEN",
+        "CPSGEN",
+        "CENGEN",
+        "CESGEN",
+    ),
     *("D", "DK", "DL", "DA", "DSYM", "E", "EN", "CM", "CMGRP"),
 )
 _FIELD = re.compile(r"(\d*)\s*(?:([ieEfFdDgG])(\d+)(?:\.\d+)?(?:e\d+)?|x)", re.IGNORECASE)

@@ -19,12 +19,13 @@ EFFECTS = {
     "masses": "their mass is missing here: frequencies come out too high",
     "bodies": "no solid elements that are read: their stiffness and mass are missing here",
     "moves": "nodes stand where the file puts them first",
-    "supports": "supports of the file: here the set root is held",
+    "supports": "supports of the file: the scene says what is held",
+    "cyclic": "cyclic symmetry of the file: the scene names its cut faces",
     "contacts": "contact of the file: the scene says what touches, and bonded parts are apart here",
     "surfaces": "no solid elements: without stiffness and mass",
     "unknown": "not known to the reader",
 }
-NO_EFFECT = ("supports", "contacts", "surfaces", "unknown")
+NO_EFFECT = ("supports", "cyclic", "contacts", "surfaces", "unknown")
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ def included_file(main: str | Path, parent: str | Path, name: str, chain: tuple[
         It stands elsewhere, also by a symbolic link, or includes itself.
     """
     folder = os.path.realpath(os.path.dirname(os.path.abspath(main)))
-    target = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(parent)), plain_name(name)))
+    target = os.path.realpath(included_place(main, parent, plain_name(name)))
     if os.path.commonpath([folder, target]) != folder:
         shared = os.path.commonpath([folder, os.path.dirname(target)])
         other = ""
@@ -97,6 +97,20 @@ def included_file(main: str | Path, parent: str | Path, name: str, chain: tuple[
     if not os.path.isfile(target):
         raise MeshFileError(main, f"includes {name}: no such file")
     return target
+
+
+def included_place(main: str | Path, parent: str | Path, name: str) -> str:
+    """Where a file that is included stands: beside the file that includes it, or else beside the main file.
+
+    Parameters
+    ----------
+    main, parent : str or path
+        The file that is read, and the one that holds the statement.
+    name : str
+        With slashes.
+    """
+    places = [os.path.join(os.path.dirname(os.path.abspath(file)), name) for file in (parent, main)]
+    return next((place for place in places if os.path.isfile(place)), places[0])
 
 
 def plain_name(name: str) -> str:

@@ -96,8 +96,8 @@ def test_what_is_left_out_is_said_with_what_it_does(tmp_path):
         "1 S4 left out: no solid elements that are read: their stiffness and mass are missing here",
     }
     assert {
-        "2 *BOUNDARY left out: supports of the file: here the set root is held",
-        "1 *TIE left out: contact of the file: the scene says what touches, and bonded parts are apart here",
+        "2 *BOUNDARY left out: supports of the file: the scene says what is held",
+        "1 *TIE left out: cyclic symmetry of the file: the scene names its cut faces",
         "1 *CLOADS left out: not known to the reader",
     } <= set(mesh.notes)
 

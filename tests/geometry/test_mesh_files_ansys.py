@@ -150,7 +150,7 @@ def test_a_deck_of_workbench_and_what_it_leaves_out(tmp_path, suffix):
     assert {
         "2 elements of type 170 left out: contact of the file: the scene says what touches, "
         "and bonded parts are apart here",
-        "1 commands D left out: supports of the file: here the set root is held",
+        "1 commands D left out: supports of the file: the scene says what is held",
     } <= set(mesh.notes)
 
 

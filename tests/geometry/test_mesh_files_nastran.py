@@ -168,8 +168,8 @@ def test_what_is_left_out_is_said_with_what_it_does(tmp_path):
         "1 CONM2 left out: their mass is missing here: frequencies come out too high",
     }
     assert {
-        "1 SPC left out: supports of the file: here the set root is held",
-        "1 GRID with PS left out: supports of the file: here the set root is held",
+        "1 SPC left out: supports of the file: the scene says what is held",
+        "1 GRID with PS left out: supports of the file: the scene says what is held",
         "1 PLOTEL left out: no solid elements: without stiffness and mass",
         "1 FOO left out: not known to the reader",
     } <= set(mesh.notes)
