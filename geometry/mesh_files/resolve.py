@@ -55,8 +55,8 @@ def imported_mesh(mesh: FileMesh) -> ImportedMesh:
     if turned:
         mesh.notes.append(f"{counted(turned, 'element')} numbered the other way round, inside out: turned round")
     wholes = [part for pair in parts for part in pair if len(part.labels)]
-    for whole in wholes:
-        _check_doubles(mesh, whole)
+    for kind in dict.fromkeys(whole.kind for whole in wholes):
+        _check_doubles(mesh, kind, [whole for whole in wholes if whole.kind == kind])
     blocks, element_labels, side_maps = _blocks(mesh, wholes)
     finder = _ElementFinder(element_labels)
     collapsed = sum(len(whole.labels) for whole in wholes if whole.collapsed)
@@ -127,15 +127,17 @@ def _check_element_labels(mesh: FileMesh, wholes: list[WholeElements]) -> None:
         )
 
 
-def _check_doubles(mesh: FileMesh, whole: WholeElements) -> None:
+def _check_doubles(mesh: FileMesh, kind: str, wholes: list[WholeElements]) -> None:
     """No two elements of a kind with the same corners."""
-    corners = np.sort(whole.nodes[:, : ELEMENT_KINDS[whole.kind].corners], axis=1)
+    count = ELEMENT_KINDS[kind].corners
+    labels = np.concatenate([whole.labels for whole in wholes])
+    corners = np.sort(np.concatenate([whole.nodes[:, :count] for whole in wholes]), axis=1)
     order = np.lexsort(corners.T)
     same = (corners[order[1:]] == corners[order[:-1]]).all(axis=1)
     if same.any():
-        one, other = sorted(whole.labels[order[np.flatnonzero(same)[0] + np.arange(2)]].tolist())
+        one, other = sorted(labels[order[np.flatnonzero(same)[0] + np.arange(2)]].tolist())
         raise mesh.refuse(
-            f"elements {one} and {other} ({whole.kind}) have the same corners "
+            f"elements {one} and {other} ({kind}) have the same corners "
             f"({counted(int(same.sum()), 'such pair')}): each must be there once"
         )
 

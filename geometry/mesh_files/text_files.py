@@ -80,7 +80,8 @@ def included_file(main: str | Path, parent: str | Path, name: str, chain: tuple[
     """
     folder = os.path.realpath(os.path.dirname(os.path.abspath(main)))
     target = os.path.realpath(included_place(main, parent, plain_name(name)))
-    if os.path.commonpath([folder, target]) != folder:
+    on_a_drive = plain_name(name)[1:2] == ":"  # of Windows
+    if on_a_drive or os.path.commonpath([folder, target]) != folder:
         shared = os.path.commonpath([folder, os.path.dirname(target)])
         other = ""
         if os.path.isfile(target) and len(Path(shared).parts) > 1:

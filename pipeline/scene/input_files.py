@@ -210,9 +210,11 @@ def _walk(file: str, take: _Take) -> list[tuple[Path, Path | None]]:
         if place == main and suffix in _WITH_DOFS:
             names = (main.with_suffix(".dof").name,)
         for name in names:
-            target = os.path.realpath(source.parent / name)
+            beside = source.parent if (source.parent / name).is_file() else main.parent  # as the readers look for it
+            target = os.path.realpath(beside / name)
             inside = os.path.commonpath([folder, target]) == folder
-            waiting.append((Path(os.path.normpath(place.parent / name)), Path(target) if inside else None))
+            near = place.parent if beside == source.parent else beside
+            waiting.append((Path(os.path.normpath(near / name)), Path(target) if inside else None))
     return list(found.items())
 
 

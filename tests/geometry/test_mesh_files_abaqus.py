@@ -190,6 +190,15 @@ def test_nodes_from_a_file_of_their_own(tmp_path):
     assert included_names(tmp_path / "blade.inp", ".inp") == ("n.inc",)
 
 
+def test_files_of_included_files_stand_beside_them_or_beside_the_main_one(tmp_path):
+    head, tail = CUBE.split("*Element", 1)
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "all.inc").write_text("*INCLUDE, INPUT=parts/nodes.inc\n*INCLUDE, INPUT=elements.inc\n")
+    (tmp_path / "parts" / "nodes.inc").write_text(head)
+    (tmp_path / "parts" / "elements.inc").write_text("*Element" + tail)
+    assert read(tmp_path, "*INCLUDE, INPUT=parts/all.inc\n").n_elements == 2
+
+
 def test_a_file_of_the_folder_above_names_where_to_start(tmp_path):
     (tmp_path / "job").mkdir()
     (tmp_path / "nodes.inc").write_text(CUBE.split("*Element")[0])

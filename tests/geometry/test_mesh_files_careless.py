@@ -26,6 +26,14 @@ ABAQUS = {
         NODES + TET + "2, 2, 3, 1, 4\n",
         "elements 1 and 2 .* have the same corners",
     ),
+    "the same element in another table": (
+        NODES + TET + "*ELEMENT, TYPE=C3D4\n2, 2, 3, 1, 4\n",
+        "elements 1 and 2 .* have the same corners",
+    ),
+    "a path of Windows": (
+        NODES + TET + "*INCLUDE, INPUT=C:\\m\\x.inc\n",
+        "only files in its own folder can be included",
+    ),
     "unknown node": (NODES + TET.replace("3, 4", "3, 44"), r"element 1 \(tet4\) names node 44"),
     "node label 0": (NODES.replace("1, 0.", "0, 0.") + TET, "node 0: must be a positive integer"),
     "negative label": (NODES.replace("5, 1.", "-5, 1.") + TET, "node -5: must be a positive integer"),

@@ -187,6 +187,14 @@ def test_included_files_count_with_the_file(name: str, statement: str, tmp_path:
     assert content_hash(str(tmp_path / name)) != before
 
 
+def test_a_file_that_an_included_one_takes_from_the_main_folder_counts_too(tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "main.inp").write_text("*INCLUDE, INPUT=parts/all.inc\n")
+    (tmp_path / "parts" / "all.inc").write_text("*INCLUDE, INPUT=parts/nodes.inc\n")
+    (tmp_path / "parts" / "nodes.inc").write_text("*NODE\n1, 0., 0., 0.\n")
+    assert [part.name for part in file_parts(str(tmp_path / "main.inp"))] == ["main.inp", "all.inc", "nodes.inc"]
+
+
 @pytest.mark.parametrize("line", ["** *INCLUDE, INPUT=nodes.inc", "*HEADING\ninclude nodes.inc"])
 def test_comments_include_nothing(line: str, tmp_path: Path) -> None:
     (tmp_path / "main.inp").write_text(f"{line}\n")
