@@ -182,6 +182,8 @@ def _lines(main: str, path: str, chain: tuple[str, ...], opened: list[int]) -> I
         raise MeshFileError(main, f"includes more than {MOST_INCLUDED} files or 50 one within the other: too many")
     for number, line, name in _statements(text_lines(path)):
         if name is None:
+            if line.lstrip()[:7].upper() == "INCLUDE":
+                raise MeshFileError(path, f"line {number}: {line.strip()[:40]!r} must name a file, quotes closed")
             yield path, number, line
             continue
         target = included_file(main, path, name, chain)

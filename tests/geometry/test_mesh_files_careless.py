@@ -126,6 +126,10 @@ NASTRAN = {
     "bad set": ("SET 1 = 1, two\nBEGIN BULK\n" + GRID + CTETRA, "SET 1: 'TWO' must be a positive integer"),
     "too many nodes": (GRID + "CTETRA,1,1,1,2,3,4,5,6\n,7,8,9,10,11,12\n", "has more than 10 nodes"),
     "included password file": (GRID + "INCLUDE '/etc/passwd'\n" + CTETRA, "includes /etc/passwd: only files in its"),
+    "an include without an end": (
+        GRID + "INCLUDE 'a.inc\n" + CTETRA,
+        'line 5: "INCLUDE \'a.inc" must name a file, quotes',
+    ),
     "includes itself": (GRID + "INCLUDE 'blade.bdf'\n", "which includes itself"),
 }
 GMSH = {
