@@ -26,6 +26,11 @@ def print_validation(scene: Path, as_json: bool) -> bool:
 
             errors, found_in_mesh = check_meshes(file)
             file = None if errors else file
+        if file is not None and file.first.model is not None:
+            from pipeline.stages.build_from_matrices import check_matrices
+
+            errors = check_matrices(file)
+            file = None if errors else file
     except InputError as error:
         file, errors = None, [str(error)]
     if file is None:

@@ -75,7 +75,7 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
 
 def _print_results(request: Request, outcome: RunOutcome) -> None:
     """The table of the curves, with notes and warnings on them."""
-    from pipeline.results.frequency_range import range_warning
+    from pipeline.results.frequency_range import held_point_warning, range_warning
     from pipeline.results.overview import abbreviated
     from pipeline.results.residual_notes import residual_notes
     from pipeline.results.stress import stress_lines, stress_warning
@@ -83,6 +83,7 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         branch_warning,
         coriolis_notes,
         harmonics_warning,
+        measured_errors,
         mode_notes,
         motion_notes,
         sampling_warning,
@@ -102,7 +103,7 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
     if warning := stress_warning(outcome.stress):
         print_notes([warning], "warning")
     if request.scene.accuracy is not None:
-        print(request.scene.accuracy.text())
+        print(request.scene.accuracy.text(measured_errors(outcome)))
     if warning := worst_warning(outcome.curves):
         print_notes([warning], "warning")
     if warning := harmonics_warning(outcome):
@@ -111,7 +112,7 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         print_notes([warning], "warning")
     if warning := sampling_warning(outcome):
         print_notes([warning], "warning")
-    if warning := range_warning(outcome, request.scene.first):
+    for warning in filter(None, (f(outcome, request.scene.first) for f in (range_warning, held_point_warning))):
         print_notes([warning], "warning")
     page = f", {outcome.report}" if outcome.report else ""
     print(f"{outcome.seconds:.2f} s, results in {request.out}{page}")

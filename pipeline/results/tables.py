@@ -164,6 +164,17 @@ def sampling_warning(outcome: RunOutcome) -> str:
     )
 
 
+def measured_errors(outcome: RunOutcome) -> tuple[float, float] | None:
+    """Largest modal truncation error of receptances and of natural frequencies; None: not known."""
+    known = [model for model in outcome.models if model["modes_error"] is not None]
+    if not known:
+        return None
+    receptance, frequency = (
+        max(model[f"{name}_error"] for model in known) for name in ("receptance", "modes_frequency")
+    )
+    return receptance, frequency
+
+
 def mode_notes(outcome: RunOutcome) -> list[str]:
     """A line on the modal truncation error of the reduced models, where it is known."""
     known = [model for model in outcome.models if model["modes_error"] is not None]
@@ -171,9 +182,9 @@ def mode_notes(outcome: RunOutcome) -> list[str]:
         return []
     modes = sorted({model["modes"] for model in known})
     number = str(modes[0]) if len(modes) == 1 else f"{modes[0]} to {modes[-1]}"
-    frequency, receptance = (
-        share(max(model[f"{name}_error"] for model in known)) for name in ("modes_frequency", "receptance")
-    )
+    measured = measured_errors(outcome)
+    assert measured is not None
+    receptance, frequency = map(share, measured)
     on_a_mesh = any(model["mesh"] is not None and "wave_error" not in model for model in known)
     return [
         f"{number} fixed-interface modes: modal truncation error {frequency} in natural frequencies, "

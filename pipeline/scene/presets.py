@@ -72,8 +72,11 @@ class Accuracy:
         """Errors that were measured with all values of the preset."""
         return PRESETS[self.name].expected
 
-    def text(self) -> str:
-        """One line: values, expected errors, and the keys that they do not cover."""
+    def text(self, measured: tuple[float, float] | None = None) -> str:
+        """One line: values, expected errors or larger ones that a run measured, and the keys that they do not cover.
+
+        `measured`: relative errors of receptances and of natural frequencies of the scene itself.
+        """
         given = ", ".join(
             f"{key} {value:g}" if key == SIZE else f"{key} {value}" for key, value in self.values.items()
         )
@@ -81,6 +84,13 @@ class Accuracy:
             f"{100.0 * e:g} %" for e in (self.expected.peak_amplitude, self.expected.peak_frequency)
         )
         error = f"expected error of a peak {amplitude}, of its frequency {frequency} ({SOURCE})"
+        limits = self.expected.peak_amplitude, self.expected.peak_frequency
+        if measured is not None and any(found > limit for found, limit in zip(measured, limits, strict=True)):
+            receptance, natural = (f"{100.0 * found:.2g} %" for found in measured)
+            error = (
+                f"error measured on this scene {receptance} of a receptance, {natural} of a natural frequency, "
+                f"more than the {amplitude} and {frequency} {SOURCE}: raise rom.modes"
+            )
         line = f'accuracy "{self.name}": {given or "nothing"}; {error}'
         return line + (
             f"; not by the preset, so that the error may be another: {', '.join(self.others)}" * bool(self.others)

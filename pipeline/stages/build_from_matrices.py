@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pipeline.errors import InputError, reason_of
 from pipeline.process.isolated_reading import MEMORY, MEMORY_PER_BYTE, read_apart
+from pipeline.scene.consistency import parameter_error
 from pipeline.scene.input_files import copies, file_size
 from pipeline.stages.scene_loads import scene_loads, with_modal_excitation
 from pipeline.stages.scene_to_solver import linear_operation
 
 if TYPE_CHECKING:
+    from pipeline.scene.reading import SceneFile
     from pipeline.scene.schema import Scene
     from rom import BoundaryChoice, MatrixChoice, MatrixModel, ReducedModel
 
@@ -57,6 +59,23 @@ def read_superelement(scene: Scene) -> tuple[ReducedModel, tuple[str, ...]]:
     from rom import model_from_superelement
 
     return _read(scene, lambda choice: model_from_superelement(choice, nodal_choice(scene)))
+
+
+def check_matrices(file: SceneFile) -> list[str]:
+    """Read the files of [model] of a scene; a line for each model that cannot be made of them."""
+    lines: dict[str, None] = {}
+    known: set[object] = set()
+    for member in file.members:
+        if member.scene.model is None or member.scene.model in known:
+            continue
+        known.add(member.scene.model)
+        try:
+            (read_superelement if member.scene.model.reduced else read_matrices)(member.scene)
+        except InputError as error:
+            lines[str(error)] = None
+        except ValueError as error:
+            lines[str(parameter_error(file.path, member, error))] = None
+    return list(lines)
 
 
 def _read(scene: Scene, read: Callable[[MatrixChoice], T]) -> T:

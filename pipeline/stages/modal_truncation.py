@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from pipeline.stages.build_reduced_model import AUGMENTED_MODEL
 from pipeline.stages.cache_keys import linear_operation_inputs
@@ -16,16 +19,24 @@ if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
     from pipeline.stages.model_chain import BuiltModel
     from pipeline.store.content_store import Store
+    from rom import LinearOperation, ReducedModel
 
 FILE = "modes_error.json"
-UNKNOWN: dict[str, float | None] = {"modes_error": None, "modes_frequency_error": None, "receptance_error": None}
+HELD = "stuck_immobility"  # residue at the first free natural frequency over that at the first stuck one
+UNKNOWN: dict[str, float | None] = {
+    "modes_error": None,
+    "modes_frequency_error": None,
+    "receptance_error": None,
+    HELD: None,
+}
 
 
 def stored_truncation_error(store: Store, model: BuiltModel, scene: Scene) -> dict[str, float | None]:
     """Largest relative errors: of the natural frequencies in the range, of the receptances over it, of both.
 
-    All None where they are not known: for a model from elsewhere, with many contact nodes, and where the frequency
-    range goes beyond the modes of the model.
+    Beside them how much less the force moves the outputs in the first stuck mode than in the first free one. All
+    None where they are not known: for a model from elsewhere, with many contact nodes, and where the frequency range
+    goes beyond the modes of the model.
     """
     augmented = model.rom.parent / AUGMENTED_MODEL
     if not augmented.exists():
@@ -42,6 +53,24 @@ def larger(one: dict[str, Any], other: dict[str, float | None]) -> dict[str, flo
     return {name: None if None in pair else max(pair) for name, pair in pairs.items()}
 
 
+def _immobility(model: ReducedModel, operation: LinearOperation) -> float:
+    """The output per force at the first resonance times its frequency squared, free over stuck.
+
+    With equal damping ratios that is the product of the mass-normalised mode at force and output.
+    """
+    from rom import linear_responses, natural_frequencies
+
+    normal, tangential = operation.contact_conditions()["stuck"]
+    free = float(natural_frequencies(model, operation.phase, count=1)[0])
+    stuck = float(natural_frequencies(model, operation.phase, normal=normal, tangential=tangential, count=1)[0])
+    around = replace(operation, frequency_hz=(0.9 * min(free, stuck), 1.1 * max(free, stuck)))
+    residues = {}
+    for found in linear_responses(model, around):
+        row = int(np.argmin(np.abs(found.sample_hz - found.natural_hz[0])))
+        residues[found.condition] = float(np.abs(found.output[row]).max()) * float(found.natural_hz[0]) ** 2
+    return residues["free"] / max(residues["stuck"], 1e-30)
+
+
 def _write(path: Path, model: BuiltModel, augmented: Path, scene: Scene) -> None:
     from rom import read_reduced_model, reduction_errors
 
@@ -56,5 +85,6 @@ def _write(path: Path, model: BuiltModel, augmented: Path, scene: Scene) -> None
             "modes_error": max(frequency, receptance),
             "modes_frequency_error": frequency,
             "receptance_error": receptance,
+            HELD: _immobility(reduced, operation),
         }
     path.write_text(json.dumps(values))

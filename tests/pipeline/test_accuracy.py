@@ -99,6 +99,15 @@ def test_expected_errors_are_said_and_written(tmp_path: Path) -> None:
     assert "mesh.size" in written["not_by_preset"]
 
 
+def test_a_larger_error_of_the_scene_itself_is_printed_in_place_of_the_expected_one(tmp_path: Path) -> None:
+    accuracy = read_scene(write_scene(tmp_path / "s.toml", bare())).accuracy
+    assert accuracy is not None
+    assert "expected error of a peak 5 %" in accuracy.text((0.04, 0.001))
+    line = accuracy.text((0.23, 0.001))
+    assert "error measured on this scene 23 % of a receptance, 0.1 % of a natural frequency" in line
+    assert "expected error" not in line
+
+
 def test_no_preset_is_null_in_the_summary(tmp_path: Path) -> None:
     path = write_scene(tmp_path / "s.toml", small_scene(mesh__size=0.012))
     assert shroud("run", path, "--out", tmp_path / "out", "--until", "mesh", "--quiet")[0] == 0

@@ -279,6 +279,20 @@ def test_a_scene_that_does_not_fit_is_refused_with_one_line(folder: Path, tmp_pa
     assert re.search(said, error), error
 
 
+def test_validate_reads_the_table_of_nodes(folder: Path, tmp_path: Path) -> None:
+    """A table without contact sets makes no model: the scene is not valid."""
+    for name in ("K.mtx", "M.mtx"):
+        os.link(folder / name, tmp_path / name)
+    table = (folder / "nodes.csv").read_text()
+    path = write_scene(tmp_path / "s.toml", matrix_scene())
+    (tmp_path / "nodes.csv").write_text(table)
+    assert shroud("validate", path)[0] == 0
+    (tmp_path / "nodes.csv").write_text(table.replace("contact_right", "").replace("contact_left", ""))
+    status, said, error = shroud("validate", path)
+    assert (status, said, error.count("\n")) == (2, "", 1)
+    assert "nodes.csv: no node is in the set contact_right, allowed: " in error
+
+
 def test_frequencies_are_those_of_the_full_matrices(folder: Path, ran: Path) -> None:
     """Stuck and free natural frequencies in the summary against the matrices themselves."""
     from scipy.sparse.linalg import eigsh

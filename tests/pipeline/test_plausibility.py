@@ -3,11 +3,18 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
+from scipy.linalg import eigh
 
+from pipeline.results.frequency_range import held_point_warning
+from pipeline.scene.given_in_python import given_scene
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.scene.reading import read_scene
+from pipeline.stages.modal_truncation import HELD, _immobility
+from pipeline.stages.request import RunOutcome
+from rom import LinearOperation, ReducedModel
 
 MILLIMETRES = {
     "blade__length": 150.0,
@@ -129,3 +136,20 @@ def test_a_model_without_units_is_taken_as_it_is(tmp_path: Path) -> None:
     assert statuses(tmp_path / "out")["respond"] == "ran"
     quiet = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")
     assert quiet == (0, "", "")
+
+
+@pytest.mark.parametrize("spring", [10.0, 1e4])
+def test_a_point_that_stuck_shrouds_hold_is_no_place_for_the_force(spring: float) -> None:
+    """Two masses in a row, the contact at the outer one that is loaded; neighbours in opposition."""
+    tip, mass, stiffness = np.array([0.0, 1.0]), np.eye(2), np.array([[2e3, -1e3], [-1e3, 1e3]])
+    face = np.stack([0.0 * tip, 0.0 * tip, tip])
+    model = ReducedModel(mass, stiffness, face, np.zeros((1, 3)), tip, {"tip": tip}, contact_left=face)
+    springs = np.array([spring])
+    operation = LinearOperation((1.0, 100.0), np.pi, springs, springs, damping_ratio=1e-3)
+    free, stuck = (eigh(stiffness + held * np.outer(tip, tip))[1][1, 0] for held in (0.0, 4.0 * spring))
+    found = _immobility(model, operation)
+    assert found == pytest.approx((free / stuck) ** 2, rel=0.1)  # springs change the damping ratio
+    outcome = RunOutcome(models=[{HELD: found}, {HELD: None}])
+    scene = given_scene(small_scene(), {}).first
+    warning = held_point_warning(outcome, scene)
+    assert ('surface = "pressure_side"' in warning) == (spring > 1e3)

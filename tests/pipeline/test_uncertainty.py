@@ -24,6 +24,7 @@ from pipeline.studies.uncertainty.remarks import headline, remarks_on
 from pipeline.studies.uncertainty.samples import mixed_values, sampled_values
 from pipeline.studies.uncertainty.sobol_indices import sobol_indices
 from pipeline.studies.uncertainty.uncertainty_result import UncertaintyResult
+from pipeline.studies.uncertainty.uncertainty_study import _without_derivative
 from rom import ReducedModel, write_reduced_model
 
 FRICTION = {"key": "contact.friction", "distribution": "normal", "deviation": 0.05}
@@ -242,6 +243,12 @@ def test_two_workers_give_the_same_bytes_figure_and_section(tmp_path: Path) -> N
     assert "variance of the amplitude by force, alone and with all others [%]" in rows
     assert "above 4 m" in section.conclusion[0]
     check_what_is_said_of_open_samples(result)
+
+
+def test_a_missing_derivative_is_not_called_a_zero() -> None:
+    said = _without_derivative(["contact.interference"], ["contact.preload"])
+    assert said == "the derivative with respect to contact.interference is not available at the centre"
+    assert _without_derivative(["contact.preload"], ["contact.preload"]).endswith("(contact.preload is 0 there)")
 
 
 def check_what_is_said_of_open_samples(result: UncertaintyResult) -> None:

@@ -186,7 +186,7 @@ class _Computation:
             return "the worst motion at the centre is no peak: it stands at the end of stable motion or of the range"
         missing = [key for key in self.keys if key not in rates]
         if missing:
-            return f"{', '.join(missing)} is 0 at the centre, where no derivative is known"
+            return _without_derivative(missing, [each.key for each in self.marginals if each.centre == 0.0])
         peak = facts.worst_amplitude_m, facts.worst_frequency_hz
         return first_order(self.marginals, peak, rates, levels, self.section.seed)
 
@@ -241,6 +241,13 @@ class _Computation:
         if every.shape[1] < 2 * REPLICATES or np.ptp(every) <= 1e-12 * every.max():
             return ()
         return sobol_indices(self.keys, every[0], every[1], every[2:], self.section.seed)
+
+
+def _without_derivative(missing: Sequence[str], zero: Sequence[str]) -> str:
+    """Why there is no first-order answer: keys without a derivative, those among them whose centre is `zero`."""
+    there = [key for key in missing if key in zero]
+    why = f" ({', '.join(there)} is 0 there)" if there else ""
+    return f"the derivative with respect to {', '.join(missing)} is not available at the centre{why}"
 
 
 def _takes_bounds(scene: Scene) -> bool:
