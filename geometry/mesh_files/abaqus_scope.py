@@ -114,7 +114,14 @@ def _node_table(block: KeywordBlock) -> FloatArray:
             pass
     rows = []
     for line in block.data:
-        row = [*(part.strip() or "0" for part in line.split(",")[:4]), "0", "0", "0"][:4]
+        parts = line.split(",")
+        row = [*(part.strip() or "0" for part in parts[:4]), "0", "0", "0"][:4]
+        beyond = sum(map(bool, map(str.strip, parts[4:])))  # a normal
+        if beyond > 3 or (beyond and not set(line) & set(".eEdD")):
+            raise block.refuse(
+                f"{line.strip()[:40]!r}: must be a label and 3 coordinates, a normal may follow; numbers have points, "
+                "not commas"
+            )
         rows.append(numbers(row, refusal))
     return np.array(rows)
 

@@ -18,6 +18,10 @@ QUADRATIC = "*NODE\n" + "".join(
 )
 ABAQUS = {
     "missing coordinate values": (NODES.replace("2, 1.,", "2, nan,") + TET, r"node 2 is at \(nan, 0, 0\)"),
+    "decimal commas": (
+        "*NODE\n1, 0, 0, 0\n2, 1,5, 0,0, 0,25\n" + TET,
+        r"line 1, \*NODE: '2, 1,5, 0,0, 0,25': must be a label .* numbers have points, not commas",
+    ),
     "infinite": (NODES.replace("2, 1.,", "2, 1e999,") + TET, r"node 2 is at \(inf, 0, 0\).*must be finite"),
     "words for numbers": (NODES.replace("2, 1.,", "2, one,") + TET, "line 1, \\*NODE: 'one' in the data"),
     "node twice": (NODES + "2, 1., 0., 0.5\n" + TET, "node 2 is defined twice at different places"),
