@@ -119,8 +119,8 @@ def _node_table(block: KeywordBlock) -> FloatArray:
         beyond = sum(map(bool, map(str.strip, parts[4:])))  # a normal
         if beyond > 3 or (beyond and not set(line) & set(".eEdD")):
             raise block.refuse(
-                f"{line.strip()[:40]!r}: must be a label and 3 coordinates, a normal may follow; numbers have points, "
-                "not commas"
+                f"{line.strip()[:40]!r}: must be a label and 3 coordinates, a normal may follow; numbers have "
+                "points, not commas"
             )
         rows.append(numbers(row, refusal))
     return np.array(rows)

@@ -90,12 +90,16 @@ def _cards(path: str | os.PathLike[str]) -> Iterator[list[str]]:
     for line in lines:
         text = line.split("$")[0]
         start = text[:8].split(",")[0].strip().rstrip("*").upper()
-        if start == "" or start.startswith("+"):
+        if start[:1] in ("", "+", "*"):
             card += _fields(text)[1:] if card and text.strip() else []
-            continue
-        if card:
-            yield card
-        card = _fields(text) if start == "DMIG" else []
+        else:
+            if card and start[:1] == "=":
+                raise MatrixFileError(path, f"a replicated entry: {' '.join(text.split())[:40]}", _ALLOWED)
+            if card:
+                yield card
+            card = _fields(text) if start == "DMIG" else []
+        if card and any(map(str.strip, text.split(",")[10:])):
+            raise MatrixFileError(path, f"a line of more than 10 fields: {' '.join(text.split())[:40]}", _ALLOWED)
     if card:
         yield card
 

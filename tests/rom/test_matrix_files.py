@@ -130,6 +130,20 @@ def test_matrices_of_an_external_superelement_of_nastran(stiffness, tmp_path, su
         assert abs(found - factor * stiffness).max() <= 1e-9 * abs(stiffness).max()
 
 
+def test_continuations_of_dmig_with_names(stiffness, tmp_path):
+    """A large field may name its continuations: *A1 goes on as * does."""
+    plain = dmig(stiffness, 6, large_field)
+    (tmp_path / "k.pch").write_text(plain.replace("\n*       ", "\n*A1     "))
+    assert abs(read_matrix(tmp_path / "k.pch").matrix - stiffness).max() <= 1e-9 * abs(stiffness).max()
+    for line, said in (
+        ("=,=,*(1),==", "a replicated entry: =,"),
+        ("DMIG,KAA,1,1,,1,1,1.,,2,1,.5", "more than 10 fields"),
+    ):
+        (tmp_path / "k.pch").write_text(plain + line + "\n")
+        with pytest.raises(MatrixFileError, match=said):
+            read_matrix(tmp_path / "k.pch")
+
+
 def test_reading_op4_leaves_numpy_as_it_was(stiffness, tmp_path):
     op4.write(str(tmp_path / "k.op4"), ["K"], [stiffness.toarray()])
     with np.printoptions(linewidth=77, precision=5):
