@@ -101,7 +101,7 @@ def _leave_out(mesh: FileMesh, tables: AnsysTables) -> None:
         names = found.setdefault(effect, {})
         names[name] = names.get(name, 0) + count
     for effect, commands in COMMANDS.items():
-        given = {f"commands {name}": tables.commands[name] for name in commands if name in tables.commands}
+        given = {name: tables.commands[name] for name in commands if name in tables.commands}
         if given:
             found.setdefault(effect, {}).update(given)
     for effect, names in found.items():
