@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from nonlinear.branches.bifurcations import Bifurcation, BifurcationKind
     from nonlinear.branches.branch_starts import BranchStart, branch_starts
-    from nonlinear.branches.peaks import Peak
+    from nonlinear.branches.peaks import Peak, at_range_end
     from nonlinear.branches.termination import TerminationReason
     from nonlinear.branches.worst_motion import WorstMotion
     from nonlinear.contact.contact_cycle import ContactCycle, contact_cycle
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         punch_stiffness,
     )
     from nonlinear.continuation.named_outputs import largest_lengths, output_components
+    from nonlinear.harmonic_balance.initial_solution import StaticContact
     from nonlinear.harmonic_balance.residual import HarmonicBalance, LinearisedResidual
     from nonlinear.mistuned_ring.amplification import whitehead_bound
     from nonlinear.mistuned_ring.linear_peak import LinearPeak
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from nonlinear.nonlinear_modes.nonlinear_mode import ModeDamping, ModeResonance, NonlinearMode, nonlinear_mode
     from nonlinear.options import (
         MOST_UNKNOWNS,
+        TRUNCATION_TOLERATED,
         Excitation,
         ExcitationHarmonic,
         OptionsError,
@@ -59,6 +61,7 @@ if TYPE_CHECKING:
     from nonlinear.peak_curves.joint_optimum import ActivePeak, JointOptimum, find_joint_optimum
     from nonlinear.peak_curves.optimum import find_optimum
     from nonlinear.peak_curves.optimum_result import Optimum, PeakCurve, SolvedResponse, WorstEnvelope
+    from nonlinear.peak_curves.peak_search import NO_PEAK, solved_response
     from nonlinear.peak_curves.peak_sensitivity import PeakSensitivity, peak_sensitivity
     from nonlinear.peak_curves.performance_curve import PerformanceCurve, performance_curve
     from nonlinear.residual_tractions.residual_bounds import ResidualBounds, ResidualExtreme
@@ -77,8 +80,10 @@ if TYPE_CHECKING:
 __all__ = [
     "LIFT_OFF",
     "MOST_UNKNOWNS",
+    "NO_PEAK",
     "SLIP",
     "STICK",
+    "TRUNCATION_TOLERATED",
     "ActivePeak",
     "Bifurcation",
     "BifurcationKind",
@@ -128,10 +133,12 @@ __all__ = [
     "SolutionSearch",
     "SolvedResponse",
     "SolverOptions",
+    "StaticContact",
     "StepError",
     "TerminationReason",
     "WorstEnvelope",
     "WorstMotion",
+    "at_range_end",
     "branch_starts",
     "build_harmonic_balance",
     "carry_branches",
@@ -154,17 +161,21 @@ __all__ = [
     "peak_sensitivity",
     "performance_curve",
     "punch_stiffness",
+    "solved_response",
     "whitehead_bound",
 ]
 
 _PLACES = {
     "LIFT_OFF": "nonlinear.contact.parameters",
     "MOST_UNKNOWNS": "nonlinear.options",
+    "NO_PEAK": "nonlinear.peak_curves.peak_search",
+    "TRUNCATION_TOLERATED": "nonlinear.options",
     "SLIP": "nonlinear.contact.parameters",
     "STICK": "nonlinear.contact.parameters",
     "Bifurcation": "nonlinear.branches.bifurcations",
     "BifurcationKind": "nonlinear.branches.bifurcations",
     "BranchStart": "nonlinear.branches.branch_starts",
+    "at_range_end": "nonlinear.branches.peaks",
     "branch_starts": "nonlinear.branches.branch_starts",
     "Extension": "nonlinear.response_extension",
     "carry_branches": "nonlinear.response_extension",
@@ -205,6 +216,7 @@ _PLACES = {
     "ResidualExtreme": "nonlinear.residual_tractions.residual_bounds",
     "ResponseCurve": "nonlinear.response_curve",
     "SolverOptions": "nonlinear.options",
+    "StaticContact": "nonlinear.harmonic_balance.initial_solution",
     "TerminationReason": "nonlinear.branches.termination",
     "WorstMotion": "nonlinear.branches.worst_motion",
     "contact_cycle": "nonlinear.contact.contact_cycle",
@@ -215,6 +227,7 @@ _PLACES = {
     "least_samples": "nonlinear.options",
     "output_components": "nonlinear.continuation.named_outputs",
     "punch_stiffness": "nonlinear.contact.parameters",
+    "solved_response": "nonlinear.peak_curves.peak_search",
     "FoundSolution": "nonlinear.worst_motion.solutions_at",
     "RingIntegration": "nonlinear.worst_motion.ring_integration",
     "RingPatterns": "nonlinear.worst_motion.ring_patterns",

@@ -9,9 +9,13 @@ Method = Literal["coupled", "static-first"]
 Integration = Literal["exact", "sampled"]
 Stability = Literal["ring", "wave", "folds"]
 ResidualTractions = Literal["projected", "bounds"]
+Objective = Literal["displacement", "harmonic_1"]
+
+Measure = float | Literal["harmonic_1"] | None  # of a motion: with this mean, its first harmonic alone, as it is
 
 HIGHEST_EXCITED = 31  # harmonic of the excitation
 BLADE_PERIODS = 10_000  # of the time integration for a curve
+TRUNCATION_TOLERATED = 0.05  # truncation error of a peak or of the worst motion above which H is too small
 MOST_UNKNOWNS = 10_000  # of a harmonic balance; its dense Jacobian then takes 0.8 GB
 
 
@@ -171,6 +175,9 @@ class SolverOptions:
         Most periods times blades that this time integration may take for a curve.
     output : str
         Name of the output whose peaks are located.
+    objective : str
+        What a search for an optimum makes low: "displacement", the largest abs(x(t)) over a period; "harmonic_1", the
+        amplitude of the first harmonic of x alone. Response curves do not depend on it.
     outputs : tuple of str
         Further outputs whose motion is recorded. "NAME" of a model with outputs NAME_x, NAME_y and NAME_z is the
         vector of these.
@@ -206,6 +213,7 @@ class SolverOptions:
     time_integration: bool = True
     blade_periods: int = BLADE_PERIODS
     output: str = "tip"
+    objective: Objective = "displacement"
     outputs: tuple[str, ...] = ()
     tolerance: float = 1e-13
     round_off: float = 1e-12
@@ -231,6 +239,8 @@ class SolverOptions:
             raise OptionsError(f"blade_periods: {self.blade_periods}, allowed: 1 or more")
         if self.integration not in ("exact", "sampled"):
             raise OptionsError(f'integration: {self.integration!r}, allowed: "exact" or "sampled"')
+        if self.objective not in ("displacement", "harmonic_1"):
+            raise OptionsError(f'objective: {self.objective!r}, allowed: "displacement" or "harmonic_1"')
         if self.stability not in ("ring", "wave", "folds"):
             raise OptionsError(f'stability: {self.stability!r}, allowed: "ring", "wave" or "folds"')
         if self.method not in ("coupled", "static-first"):
@@ -245,6 +255,11 @@ class SolverOptions:
         """Frequency range in rad/s."""
         low, high = self.frequency_hz
         return 2.0 * math.pi * low, 2.0 * math.pi * high
+
+    @property
+    def measure(self) -> Measure:
+        """What the objective counts of the motion of the output, as `output_amplitude` takes it."""
+        return "harmonic_1" if self.objective == "harmonic_1" else None
 
     @property
     def fixed_harmonics(self) -> int:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from nonlinear.branches.bifurcations import Bifurcation
 from nonlinear.branches.branch import Branch
-from nonlinear.branches.peaks import Peak
+from nonlinear.branches.peaks import Peak, at_range_end
 from nonlinear.branches.termination import TerminationReason
 from nonlinear.branches.worst_motion import WorstMotion
 from nonlinear.contact.fourier import ComplexArray
@@ -16,6 +16,7 @@ from nonlinear.contact.parameters import LIFT_OFF, SLIP, STICK, Array
 from nonlinear.continuation.named_outputs import largest_lengths, output_components
 from nonlinear.continuation.response_quantities import evaluate_responses, largest_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.harmonic_balance.initial_solution import StaticContact
 from nonlinear.harmonic_balance.residual import HarmonicBalance
 from nonlinear.options import SolverOptions
 from nonlinear.residual_tractions.residual_bounds import ResidualBounds
@@ -75,7 +76,7 @@ class ResponseCurve:
     contact_force : (P, H+1, n_c, 3) complex
         Fourier coefficients f_R^(h) in (t1, t2, n), N.
     peak : Peak or None
-        The highest local maximum; an end of the curve if that is higher.
+        The highest local maximum; an end of the curve if that is higher (`Peak.at_end`: no peak).
     peaks : tuple of Peak
         All local maxima.
     bifurcations : tuple of Bifurcation
@@ -114,6 +115,8 @@ class ResponseCurve:
         than `truncation_error` where the peak detaches.
     outputs : mapping of str to (P, H+1, c) complex
         Fourier coefficients of the further outputs that `SolverOptions.outputs` names; c = 3 for a vector x, y, z.
+    static_contact : StaticContact or None
+        Contact in static equilibrium at speed; None on a detached branch and without a solution.
 
     Examples
     --------
@@ -164,6 +167,7 @@ class ResponseCurve:
     truncation_frequency_hz: float = float("nan")
     motion_truncation_error: float = float("nan")
     outputs: Mapping[str, ComplexArray] = field(default_factory=dict)
+    static_contact: StaticContact | None = None
 
     def amplitude_of(self, name: str) -> Array:
         """Largest abs(x(t)) of a further output over a period at each point, (P,); of a vector its largest length.
@@ -237,7 +241,13 @@ def assemble_curve(
         output=response,
         relative_displacement=displacement,
         contact_force=force,
-        peak=_highest(peaks, frequency_hz, amplitude, SAME_AMPLITUDE if len(numbers) < 2 else AMPLITUDE_JUMP),
+        peak=_highest(
+            peaks,
+            frequency_hz,
+            amplitude,
+            SAME_AMPLITUDE if len(numbers) < 2 else AMPLITUDE_JUMP,
+            options.frequency_hz,
+        ),
         peaks=peaks,
         bifurcations=tuple(
             Bifurcation(kind, float(frequency_hz[i]), float(amplitude[i]), i, k) for kind, i, k in branch.bifurcations
@@ -265,7 +275,9 @@ def _batches(points: list[SolutionPoint]) -> Iterator[slice]:
             start = index
 
 
-def _highest(peaks: tuple[Peak, ...], frequency_hz: Array, amplitude: Array, tolerance: float) -> Peak | None:
+def _highest(
+    peaks: tuple[Peak, ...], frequency_hz: Array, amplitude: Array, tolerance: float, limits_hz: tuple[float, float]
+) -> Peak | None:
     """The highest located peak; the largest amplitude, if that is higher by more than the relative `tolerance`."""
     if amplitude.size == 0:
         return None
@@ -273,4 +285,5 @@ def _highest(peaks: tuple[Peak, ...], frequency_hz: Array, amplitude: Array, tol
     located = max(peaks, key=lambda peak: peak.amplitude_m, default=None)
     if located is not None and located.amplitude_m >= (1.0 - tolerance) * amplitude[largest]:
         return located
-    return Peak(float(frequency_hz[largest]), float(amplitude[largest]), largest, located=False)
+    at, height = float(frequency_hz[largest]), float(amplitude[largest])
+    return Peak(at, height, largest, located=False, at_end=height > 0.0 and at_range_end(at, limits_hz))

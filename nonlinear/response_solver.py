@@ -13,7 +13,7 @@ from nonlinear.contact.parameters import Array, ContactElement, ContactError, Co
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.point_stability import PointStability
 from nonlinear.continuation.resonances import find_resonances
-from nonlinear.harmonic_balance.initial_solution import static_displacement
+from nonlinear.harmonic_balance.initial_solution import StaticContact, static_displacement
 from nonlinear.harmonic_balance.residual import HarmonicBalance, has_odd_harmonics_only
 from nonlinear.harmonic_balance.truncated_balances import TruncatedBalances
 from nonlinear.harmonic_selection.adaptive_harmonics import (
@@ -147,6 +147,7 @@ def _solve(
         if options.truncation:
             truncation = estimator.of_branch(branches[0].points, branches[0].peak_indices)
     curve = assemble_curve(balance, branches[0], options)
+    curve = replace(curve, static_contact=StaticContact.of(contact, static))
     curve = with_peak_errors(curve, branches[0], contact, estimator, truncation)
     curve = _with_residual_tractions(curve, continuation, contact, branches[0], static)
     others = [(branch, "") for branch in branches[1:]]

@@ -19,6 +19,7 @@ from pipeline.command_options import (
     ForceOption,
     JobsOption,
     JsonOption,
+    ObjectiveOption,
     OutOption,
     OverOption,
     QuietOption,
@@ -230,6 +231,7 @@ def check(
 def optimise(
     scene: SceneArgument,
     over: OverOption = None,
+    objective: ObjectiveOption = None,
     rom: RomOption = None,
     out: OutOption = None,
     jobs: JobsOption = None,
@@ -240,8 +242,8 @@ def optimise(
 
     Without --over: over the keys of the scene's table [optimum]. A key without LOW:HIGH gets a range from the scene.
     """
+    from pipeline.optimise.optimise_scene import objective_asked, optimum_text
     from pipeline.optimise.optimise_scene import optimise as search
-    from pipeline.optimise.optimise_scene import optimum_text
     from pipeline.process.progress import Reporter
     from pipeline.results.outputs import as_json as json_text
     from pipeline.scene.reading import read_scene
@@ -252,7 +254,7 @@ def optimise(
     if not quiet:
         print_notes(file.notes)
     with stoppable() as interrupts:
-        found = search(request, over or [], Reporter(quiet, interrupts=interrupts))
+        found = search(request, over or [], Reporter(quiet, interrupts=interrupts), objective_asked(objective))
     if found.lines and as_json:
         print(json_text(found.values))
     elif found.lines and not quiet:

@@ -46,6 +46,12 @@ BladesOption = Annotated[int | None, typer.Option("--blades", metavar="N", help=
 RomOption = Annotated[
     Path | None, typer.Option("--rom", metavar="FILE.h5", help="Reduced model, as in respond.", readable=False)
 ]
+ObjectiveOption = Annotated[
+    str | None,
+    typer.Option(
+        "--objective", metavar="WHAT", help="What is made low: displacement (largest, default) or harmonic_1."
+    ),
+]
 OverOption = Annotated[
     list[str] | None,
     typer.Option(

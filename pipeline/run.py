@@ -15,6 +15,7 @@ from pipeline.process.clock import seconds_since
 from pipeline.process.isolated_reading import read_given_model
 from pipeline.process.progress import Reporter
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
+from pipeline.results.frequency_range import Resonance, missing_warnings, stored_resonances
 from pipeline.results.outputs import LISTED, curve_summary, write_results, write_summary
 from pipeline.results.point_reader import TABLE_HASH
 from pipeline.results.provenance import provenance
@@ -44,6 +45,7 @@ from pipeline.store.output_folder import working_store
 
 if TYPE_CHECKING:
     from pipeline.render.render_stage import RenderingAhead
+    from pipeline.scene.reading import Member
     from rom import ReducedModel
 
 UNFINISHED = "the run has not come to its end; the same command goes on from there"
@@ -218,9 +220,27 @@ def _nothing_to_do(request: Request) -> Iterator[str]:
 
 
 def _respond(run: Run, models: Models, outcome: RunOutcome) -> None:
-    """The response of every member."""
+    """The response of every member; resonances that the frequency range leaves out are said before."""
+    for line in _left_out(run, models, outcome):
+        run.reporter.line(f"warning: {line}")
     outcome.curves, problems = member_curves(run, models)
     outcome.problems.extend(problems)
+
+
+def _left_out(run: Run, models: Models, outcome: RunOutcome) -> list[str]:
+    """Lines on resonances outside the frequency range, from the reduced models."""
+
+    def of(member: Member) -> list[Resonance]:
+        model = models[member.index]
+        return [] if model is None else stored_resonances(run.store, model.key, member.scene, model.rom)
+
+    try:
+        return missing_warnings(run.request.scene.members, of)
+    except StorageError:
+        raise
+    except Exception as error:  # the curves stand without them
+        outcome.problems.append(f"natural frequencies: {reason_of(error)}")
+        return []
 
 
 def _publish(run: Run, models: Models, outcome: RunOutcome) -> None:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
 from pipeline.errors import InputError
 from pipeline.terminal import print_error, print_notes
+
+if TYPE_CHECKING:
+    from pipeline.scene.reading import Member, SceneFile
 
 Told = tuple[str | None, str | None, int | None]  # unit, axis, number of blades
 
@@ -39,7 +43,7 @@ def print_validation(scene: Path, as_json: bool) -> bool:
         for line in errors:
             print_error(line)
         return False
-    remarks = [*plausibility_warnings(file), *found_in_mesh]
+    remarks = [*plausibility_warnings(file), *found_in_mesh, *_left_out(file)]
     if as_json:
         accuracy = None if file.accuracy is None else file.accuracy.plain()
         found = {
@@ -57,6 +61,23 @@ def print_validation(scene: Path, as_json: bool) -> bool:
     if file.accuracy is not None:
         print(file.accuracy.text())
     return True
+
+
+def _left_out(file: SceneFile) -> list[str]:
+    """Lines on resonances outside the frequency range, as far as an earlier run of the scene has found them."""
+    folder = Path("out") / file.first.name / "store"
+    if not folder.is_dir():
+        return []
+    from pipeline.results.frequency_range import Resonance, missing_warnings, stored_resonances
+    from pipeline.stages.cache_keys import model_keys
+    from pipeline.store.content_store import Store
+
+    store = Store(folder)
+
+    def of(member: Member) -> list[Resonance]:
+        return stored_resonances(store, model_keys(member.scene).reduce, member.scene, None)
+
+    return missing_warnings(file.members, of)
 
 
 def print_new_scene(folder: Path, title: str | None, mesh: Path | None, told: Told) -> None:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pipeline.stages.request import Request, RunOutcome
     from pipeline.verify.stage import Verification
 
-NO_TERMINAL = 130  # characters in a line of a table where stdout is no terminal
+NO_TERMINAL = 150  # characters in a line of a table where stdout is no terminal
 
 
 def print_error(text: str) -> None:
@@ -75,7 +75,7 @@ def print_verification(found: Verification, quiet: bool, as_json: bool) -> None:
 
 def _print_results(request: Request, outcome: RunOutcome) -> None:
     """The table of the curves, with notes and warnings on them."""
-    from pipeline.results.frequency_range import held_point_warning, range_warning
+    from pipeline.results.frequency_range import held_point_warning
     from pipeline.results.overview import abbreviated
     from pipeline.results.residual_notes import residual_notes
     from pipeline.results.stress import stress_lines, stress_warning
@@ -86,6 +86,7 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         measured_errors,
         mode_notes,
         motion_notes,
+        opened_warning,
         sampling_warning,
         wave_notes,
     )
@@ -104,6 +105,8 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         print_notes([warning], "warning")
     if request.scene.accuracy is not None:
         print(request.scene.accuracy.text(measured_errors(outcome)))
+    if warning := opened_warning(outcome):
+        print_notes([warning], "warning")
     if warning := worst_warning(outcome.curves):
         print_notes([warning], "warning")
     if warning := harmonics_warning(outcome):
@@ -112,7 +115,7 @@ def _print_results(request: Request, outcome: RunOutcome) -> None:
         print_notes([warning], "warning")
     if warning := sampling_warning(outcome):
         print_notes([warning], "warning")
-    for warning in filter(None, (f(outcome, request.scene.first) for f in (range_warning, held_point_warning))):
+    if warning := held_point_warning(outcome, request.scene.first):
         print_notes([warning], "warning")
     page = f", {outcome.report}" if outcome.report else ""
     print(f"{outcome.seconds:.2f} s, results in {request.out}{page}")

@@ -6,6 +6,7 @@ import numpy as np
 
 from nonlinear.branches.branch import Branch, join, with_special_points, with_stability
 from nonlinear.branches.known_branches import KnownBranch, lies_on
+from nonlinear.branches.peaks import at_range_end
 from nonlinear.branches.termination import TerminationReason
 from nonlinear.continuation.arclength_continuation import Continuation, Progress
 from nonlinear.continuation.response_quantities import output_amplitude
@@ -15,7 +16,6 @@ MOST_BRANCHES = 12  # detached branches of a curve; what is found beyond them is
 MOST_POINTS = 250  # of a detached branch in each direction, or as many as the known branches have
 SAMPLED_POINTS = 5  # of a new branch, evenly along it, that are looked for on the known ones
 COMMON_POINTS = 2  # of these; one may be a branch point, at which two branches cross
-END_TOLERANCE = 1e-9  # relative distance of a frequency from a limit of the range that counts as reached
 
 
 @dataclass(frozen=True)
@@ -168,10 +168,10 @@ def _both_ways(
 
 def _termination(continuation: Continuation, points: list[SolutionPoint], closed: bool) -> TerminationReason:
     """Why a detached branch ended."""
-    low, high = continuation.options.frequency_hz
+    limits = continuation.options.frequency_hz
     frequencies = [point.omega / (2.0 * np.pi) for point in points]
     ends = (frequencies[0], frequencies[-1])
-    complete = closed or all(min(abs(end - low), abs(end - high)) <= END_TOLERANCE * end for end in ends)
+    complete = closed or all(at_range_end(end, limits) for end in ends)
     shape = "closed" if closed else "open" if complete else "not traced to its end"
     span = f"{min(frequencies):.6g} to {max(frequencies):.6g} Hz in {len(points)} points"
     return TerminationReason(

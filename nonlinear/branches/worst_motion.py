@@ -34,6 +34,14 @@ class WorstMotion:
         What was searched and what was not, in a sentence.
     unresolved : str
         What the search left open, so that the worst motion may be higher; "" where nothing.
+    at_end : bool
+        Whether it lies at an end of the frequency range, from where the response rises further: a lower bound.
+    not_counted : str
+        Higher motions on detached branches whose truncation error is above the tolerance, where time integration did
+        not confirm them; "" where there are none.
+    truncation_error : float
+        Estimated relative error of the amplitude by neglected harmonics, that of its branch; 0 for a motion of time
+        integration, NaN without an estimate.
 
     Examples
     --------
@@ -53,3 +61,6 @@ class WorstMotion:
     ring_blades: int = 0
     searched: str = ""
     unresolved: str = ""
+    at_end: bool = False
+    not_counted: str = ""
+    truncation_error: float = float("nan")

@@ -10,6 +10,7 @@ from nonlinear.contact.fourier import ComplexArray, to_complex
 from nonlinear.contact.parameters import Array, ContactForces
 from nonlinear.continuation.named_outputs import output_components
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.options import Measure
 from rom import RelativeReceptance
 
 
@@ -52,14 +53,19 @@ def output_harmonics(point: SolutionPoint, output: str) -> ComplexArray:
     return output_under_forces(point.balance.receptance, point.omega, point.contact, output)
 
 
-def output_amplitude(point: SolutionPoint, output: str, mean: float | None = None) -> float:
-    """Largest abs(x(t)) of the output at a point, m; with a given `mean` displacement in place of harmonic 0."""
+def output_amplitude(point: SolutionPoint, output: str, mean: Measure = None) -> float:
+    """Largest abs(x(t)) of the output at a point, m; with a given `mean` displacement in place of harmonic 0, or of
+    its first harmonic alone."""
     return largest_amplitude(with_mean(output_harmonics(point, output), mean)).value
 
 
-def with_mean(harmonics: ComplexArray, mean: float | None) -> ComplexArray:
-    """The coefficients (H+1,) with a given mean in place of harmonic 0; None: unchanged."""
-    return harmonics if mean is None else np.append(complex(mean), harmonics[1:])
+def with_mean(harmonics: ComplexArray, mean: Measure) -> ComplexArray:
+    """The coefficients (H+1,) with a given mean in place of harmonic 0; None: unchanged; "harmonic_1": that alone."""
+    if mean is None:
+        return harmonics
+    if mean == "harmonic_1":
+        return np.where(np.arange(harmonics.size) == 1, harmonics, 0.0)
+    return np.append(complex(mean), harmonics[1:])
 
 
 def output_under_forces(
@@ -70,7 +76,7 @@ def output_under_forces(
     return receptance.output(output, coordinates)
 
 
-def amplitude_derivative(point: SolutionPoint, output: str, mean: float | None = None) -> float:
+def amplitude_derivative(point: SolutionPoint, output: str, mean: Measure = None) -> float:
     """dA/ds: derivative of the amplitude of the output with respect to the arc length, m.
 
     With the coefficients x_h of the output and the angle theta at which abs(x) is largest,
@@ -84,7 +90,8 @@ def amplitude_derivative(point: SolutionPoint, output: str, mean: float | None =
     harmonics, derivative = (receptance.output(output, part) for part in (coordinates, dcoordinates_domega))
     derivative = domega_ds * derivative + (receptance.output_rows(output, point.omega) * forces[..., 1]).sum(axis=1)
     if mean is not None:
-        harmonics, derivative = with_mean(harmonics, mean), with_mean(derivative, 0.0)
+        harmonics = with_mean(harmonics, mean)
+        derivative = with_mean(derivative, mean if mean == "harmonic_1" else 0.0)
     amplitude = largest_amplitude(harmonics)
     turn = np.exp(1j * amplitude.angle * np.arange(derivative.size))
     return float(amplitude.sign * (derivative @ turn).real)

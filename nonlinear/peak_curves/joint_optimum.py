@@ -17,14 +17,23 @@ import numpy as np
 
 from nonlinear.branches.worst_motion import Motion, WorstMotion
 from nonlinear.contact.parameters import Array
-from nonlinear.options import OptionsError
+from nonlinear.options import Objective, OptionsError
 from nonlinear.peak_curves.joint_peaks import Box, CarriedPeak, lowest_of_peaks, multipliers
-from nonlinear.peak_curves.optimum_description import elasticities
+from nonlinear.peak_curves.optimum_description import elasticities, said_of
 from nonlinear.peak_curves.optimum_result import SolvedResponse
 from nonlinear.peak_curves.parameter_family import Problem, check_range
 from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
 from nonlinear.peak_curves.peak_derivatives import peak_derivatives
-from nonlinear.peak_curves.peak_search import Solve, origin_of, solve_in_turn, solved_response, stored_point
+from nonlinear.peak_curves.peak_search import (
+    NO_PEAK,
+    Solve,
+    ends_said,
+    origin_of,
+    peak_height,
+    solve_in_turn,
+    solved_response,
+    stored_point,
+)
 from nonlinear.peak_curves.peak_stability import PeakStability
 from nonlinear.response_curve import ResponseCurve
 from rom import one_blas_thread
@@ -104,6 +113,10 @@ class JointOptimum:
         One line that says what was found.
     remarks : tuple of str
         What was searched and what was left open.
+    objective : {"displacement", "harmonic_1"}
+        What amplitudes are, see `SolverOptions.objective`.
+    truncation_error : float
+        As of `Optimum`.
 
     Examples
     --------
@@ -132,6 +145,8 @@ class JointOptimum:
     seconds: float
     message: str
     remarks: tuple[str, ...] = ()
+    objective: Objective = "displacement"
+    truncation_error: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -146,7 +161,7 @@ class _Sample:
     @property
     def height(self) -> float:
         """The worst motion, m; infinite where none is known."""
-        return self.solved.bound_m if np.isfinite(self.solved.bound_m) else np.inf
+        return self.solved.height
 
 
 @dataclass
@@ -173,7 +188,7 @@ class _Descent:
         curves = self.solver([self.box.at(place) for place in places])
         found: list[_Sample] = []
         for place, curve in zip(places, curves, strict=True):
-            solved = solved_response(float(len(self.samples) + len(found)), curve, reason)
+            solved = solved_response(float(len(self.samples) + len(found)), curve, reason, self.box.problem[3])
             found.append(_Sample(place, curve, solved, self._peaks(place, curve, solved)))
         self.samples += found
         return found
@@ -209,14 +224,15 @@ class _Descent:
 
     def _peaks(self, place: Array, curve: ResponseCurve, solved: SolvedResponse) -> tuple[CarriedPeak, ...]:
         """The peaks of a response that persist, or that count as they do; none lower than `MATTERS`."""
-        if not np.isfinite(solved.bound_m):
+        if not np.isfinite(solved.height):
             return ()
         follower = PeakContinuation(self.box.line(place, np.clip(1.0 - place, 0.1, 0.9)))
         continuation, stability = follower.continuation(0.0), PeakStability(follower)
         found: list[CarriedPeak] = []
         for number, branch in enumerate((curve, *curve.detached)):
             for peak in branch.peaks:
-                if not peak.located or not MATTERS * solved.bound_m <= peak.amplitude_m <= 1.001 * solved.bound_m:
+                height = peak_height(branch, peak, self.box.problem[3])
+                if not peak.located or not MATTERS * solved.bound_m <= height <= 1.001 * solved.bound_m:
                     continue
                 start = follower.peak_near(0.0, stored_point(continuation, branch, peak.index))
                 counts = start is not None and start.is_maximum
@@ -313,6 +329,7 @@ def _with_fixed_harmonics(box: Box, progress: Callable[[str], None], solver: Sol
     descent.spread()
     if not np.isfinite(descent.best.height):
         message = descent.samples[0].curve.termination.message
+        message = NO_PEAK if all(sample.solved.at_end for sample in descent.samples) else message
         raise ArithmeticError(f"no motion that persists is known over {', '.join(box.names)}: {message}")
     for start in sorted(descent.samples, key=lambda sample: sample.height)[:STARTS]:
         descent.descend(start)
@@ -339,6 +356,7 @@ def _described(descent: _Descent) -> JointOptimum:
         f"{len(descent.samples)} places searched; a lower place between them may be missed",
         *([] if active else ["the worst motion there is no followed peak: the lowest of single responses"]),
         *([f"at the optimum: {best.solved.unresolved}"] if best.solved.unresolved else []),
+        *ends_said([sample.solved for sample in descent.samples]),
         *([f"limit of {descent.most} responses reached"] if len(descent.samples) >= descent.most - 1 else []),
     ]
     return JointOptimum(
@@ -359,8 +377,10 @@ def _described(descent: _Descent) -> JointOptimum:
         responses=tuple(each.solved for each in descent.samples),
         harmonics=box.problem[3].fixed_harmonics,
         seconds=0.0,
-        message=f"{listed}: {amplitude:.4g} m at {frequency:.6g} Hz",
+        message=f"{listed}: {said_of(box.problem[3])}{amplitude:.4g} m at {frequency:.6g} Hz",
         remarks=tuple(remarks),
+        objective=box.problem[3].objective,
+        truncation_error=best.solved.truncation_error,
     )
 
 

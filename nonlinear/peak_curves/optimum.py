@@ -14,12 +14,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from nonlinear.options import OptionsError
+from nonlinear.options import OptionsError, SolverOptions
 from nonlinear.peak_curves.envelope_minimum import MARGIN, Minimum, lowest_of
 from nonlinear.peak_curves.optimum_description import described
 from nonlinear.peak_curves.optimum_result import Optimum
 from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem, check_range
-from nonlinear.peak_curves.peak_search import PeakSearch, Solve, solve_in_turn, solved_response
+from nonlinear.peak_curves.peak_search import NO_PEAK, PeakSearch, Solve, solve_in_turn, solved_response
 from nonlinear.peak_curves.response_placement import FIRST_SHARES, Placement
 from nonlinear.peak_curves.worst_envelope import AGREES, EnvelopeOfPeaks
 from nonlinear.response_curve import ResponseCurve
@@ -117,7 +117,11 @@ def _with_chosen_harmonics(
         progress(f"number of harmonics at the optimum of {family.name} and where the worst motion is 10 % higher")
         there = solver([family.at(share) for share in shares])
         known |= zip(shares, there, strict=True)
-        lower = [curve for curve in known.values() if _height(curve) < (1.0 - AGREES) * found.amplitude_m]
+        lower = [
+            curve
+            for curve in known.values()
+            if _height(curve, family.problem[3]) < (1.0 - AGREES) * found.amplitude_m
+        ]
         asked = max(map(_harmonics, (*there, *lower)))
         if asked <= number:
             return replace(found, remarks=(_harmonics_said(family, number, known, found), *found.remarks))
@@ -125,17 +129,16 @@ def _with_chosen_harmonics(
         number = asked
 
 
-def _height(curve: ResponseCurve) -> float:
+def _height(curve: ResponseCurve, options: SolverOptions) -> float:
     """Amplitude of the worst motion of a response, m; infinite where it is not known."""
-    solved = solved_response(0.0, curve, "")
-    return float(solved.bound_m) if np.isfinite(solved.bound_m) else np.inf
+    return solved_response(0.0, curve, "", options).height
 
 
 def _harmonics_said(family: ParameterFamily, number: int, known: dict[float, ResponseCurve], found: Optimum) -> str:
     """How many harmonics the optimum has, and what their number changes where the envelope is least accurate."""
     said = f"{number} harmonics, as many as the tolerance asks for at the optimum and where it is 10 % higher"
     values = np.array([family.value(share) for share in known])
-    heights = np.array([_height(curve) for curve in known.values()])
+    heights = np.array([_height(curve, family.problem[3]) for curve in known.values()])
     with np.errstate(all="ignore"):
         change = np.abs(found.envelope.at(values) / heights - 1.0)
     change = np.where(np.isfinite(change), change, 0.0)
@@ -160,8 +163,9 @@ def _optimum(family: ParameterFamily, progress: Callable[[str], None], solver: S
     search = PeakSearch(family, progress, solver)
     placement = Placement(search, most)
     placement.explore()
-    if not any(np.isfinite(response.solved.bound_m) for response in search.responses) and not search.pieces:
-        first = search.responses[0].curve.termination.message
+    at_end = all(response.solved.at_end for response in search.responses)
+    if at_end or not (search.pieces or any(np.isfinite(each.solved.bound_m) for each in search.responses)):
+        first = NO_PEAK if at_end else search.responses[0].curve.termination.message
         raise ArithmeticError(
             f"no peak to follow over {family.name} from {family.low:.6g} to {family.high:.6g}: {first}"
         )

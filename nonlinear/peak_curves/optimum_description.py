@@ -8,12 +8,13 @@ import numpy as np
 
 from nonlinear.branches.worst_motion import Motion
 from nonlinear.contact.parameters import Array
+from nonlinear.options import SolverOptions
 from nonlinear.peak_curves.envelope_minimum import Minimum
 from nonlinear.peak_curves.optimum_result import KINDS, Optimum, PeakCurve, SolvedResponse, WorstEnvelope
 from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem, parameter_value
 from nonlinear.peak_curves.peak_branch import PeakPiece
 from nonlinear.peak_curves.peak_derivatives import peak_derivatives
-from nonlinear.peak_curves.peak_search import SAME_SHARE, ResponseAt
+from nonlinear.peak_curves.peak_search import SAME_SHARE, ResponseAt, ends_said
 from nonlinear.peak_curves.response_placement import ACCURATE, Placement, is_open
 from nonlinear.peak_curves.worst_envelope import AGREES, NARROW, UNKNOWN, EnvelopeOfPeaks
 
@@ -63,6 +64,7 @@ def described(placement: Placement, lowest: Minimum) -> Optimum:
         seconds=0.0,
         message=_message(family, lowest, value, amplitude, frequency),
         remarks=tuple(_remarks(placement, envelope, lowest, here)),
+        objective=problem[3].objective,
     )
 
 
@@ -177,7 +179,12 @@ def _row(envelope: EnvelopeOfPeaks, share: float, height: float, peaks: Array) -
 
 def _message(family: ParameterFamily, lowest: Minimum, value: float, amplitude: float, frequency: float) -> str:
     said = KINDS[lowest.kind].format(f"{value:.6g}")
-    return f"{family.name}: {said}, {amplitude:.4g} m at {frequency:.6g} Hz"
+    return f"{family.name}: {said}, {said_of(family.problem[3])}{amplitude:.4g} m at {frequency:.6g} Hz"
+
+
+def said_of(options: SolverOptions) -> str:
+    """What is said before an amplitude that is not the largest displacement."""
+    return "harmonic 1 of " if options.objective == "harmonic_1" else ""
 
 
 def _remarks(placement: Placement, envelope: EnvelopeOfPeaks, lowest: Minimum, here: ResponseAt | None) -> list[str]:
@@ -209,10 +216,7 @@ def _remarks(placement: Placement, envelope: EnvelopeOfPeaks, lowest: Minimum, h
             f"{family.value(share):.6g}" for share in envelope.jumps if abs(share - lowest.share) < 2 * NARROW
         )
         said.append(f"the worst motion jumps at {jumps}: keep a distance")
-    low, high = family.problem[3].frequency_hz
-    if lowest.peak is None and here is not None and here.solved.frequency_hz in (low, high):
-        where = f"{here.solved.frequency_hz:g} Hz, an end of the frequency range"
-        said.append(f"the worst motion at the optimum is at {where}")
+    said += ends_said(solved)
     if here is not None and here.solved.unresolved:
         said.append(f"at the optimum: {here.solved.unresolved}")
     return said

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from nonlinear.branches.worst_motion import Motion, WorstMotion
 from nonlinear.contact.parameters import Array
+from nonlinear.options import Objective
 
 Kind = Literal["smooth", "kink", "jump", "plateau", "sampled", "edge", "flat"]
 KINDS: dict[Kind, str] = {
@@ -74,7 +75,8 @@ class SolvedResponse:
     value : float
         The parameter, SI units.
     amplitude_m, frequency_hz : float
-        The worst motion, m and Hz; NaN where no motion is known to persist.
+        The worst motion, m and Hz, or its first harmonic where that is the objective and the motion is periodic; NaN
+        where no motion is known to persist.
     bound_m : float
         The same; where the search for the worst motion left something open, the highest solution of any branch if
         that is higher, stable or not: what the ring does instead of it is not known.
@@ -94,6 +96,8 @@ class SolvedResponse:
         Why the response was solved at this value: "first", "between", "search", "refinement", "optimum".
     unresolved : str
         What the search for the worst motion left open; "" where nothing.
+    at_end : bool
+        Whether the worst motion lies at an end of the frequency range: no candidate for an optimum.
 
     Examples
     --------
@@ -117,6 +121,12 @@ class SolvedResponse:
     harmonics: int
     reason: str
     unresolved: str = ""
+    at_end: bool = False
+
+    @property
+    def height(self) -> float:
+        """`bound_m`; infinite where no motion is known, and at an end of the frequency range, where no peak is."""
+        return self.bound_m if np.isfinite(self.bound_m) and not self.at_end else float("inf")
 
 
 @dataclass(frozen=True)
@@ -215,6 +225,8 @@ class Optimum:
         The peaks followed.
     responses : tuple of SolvedResponse
         The responses solved, by ascending value.
+    objective : {"displacement", "harmonic_1"}
+        What amplitudes are, see `SolverOptions.objective`.
     harmonics : int
         Number of harmonics; the one chosen, where it was "auto".
     truncation_error : float
@@ -260,3 +272,4 @@ class Optimum:
     seconds: float
     message: str
     remarks: tuple[str, ...] = field(default=())
+    objective: Objective = "displacement"

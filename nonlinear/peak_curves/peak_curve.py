@@ -145,8 +145,8 @@ class PeakContinuation:
     def points(self, start: PeakPoint, direction: float) -> Iterator[PeakPoint]:
         """Peaks after `start`, at first with growing (`direction` +1) or falling (-1) parameter.
 
-        It ends beyond the range of the parameter or of the frequency, where no next peak is found, and after
-        `MOST_FOLDS` folds.
+        It ends beyond the range of the parameter, at an end of the frequency range, where no next peak is found, and
+        after `MOST_FOLDS` folds.
         """
         if start.tangent[1] * direction < 0.0:
             start = replace(start, tangent=(-start.tangent[0], -start.tangent[1]))
@@ -156,8 +156,8 @@ class PeakContinuation:
             found = None
             while found is None:
                 found, iterations = self._step(peak, step)
-                if found is None:
-                    step /= 2.0
+                if found is None or not low <= found.point.omega <= high:
+                    found, step = None, step / 2.0
                     if step < SMALLEST_STEP:
                         yield from self._end(peak)
                         return
@@ -167,7 +167,7 @@ class PeakContinuation:
                 if fold is not None:
                     yield fold
             yield found
-            if folds > MOST_FOLDS or not (0.0 <= found.share <= 1.0 and low <= found.point.omega <= high):
+            if folds > MOST_FOLDS or not 0.0 <= found.share <= 1.0:
                 return
             step = min(1.5 * step, LARGEST_STEP) if iterations <= _FEW else step
             step = 0.5 * step if iterations >= _MANY else step
@@ -231,7 +231,8 @@ class PeakContinuation:
 
     def _peak(self, share: float, point: SolutionPoint, towards: tuple[float, float]) -> PeakPoint | None:
         """The peak at a solution with the slopes of g and the tangent on the side of `towards`."""
-        amplitude = output_amplitude(_with_forces(point), self.family.problem[3].output)
+        options = self.family.problem[3]
+        amplitude = output_amplitude(_with_forces(point), options.output, options.measure)
         bare = PeakPoint(share, point, amplitude, 0.0, (0.0, 0.0), towards)
         base = _Base(self, share, point, self._rate(bare))
         ahead, behind, above = (
@@ -284,9 +285,9 @@ class _Base:
         exact = continuation.solver.point(
             found.unknown, found.omega, point.tangent, found.iterations, 0.0, point.step
         )
-        output = continuation.options.output
-        amplitude = output_amplitude(exact, output)
-        return _Found(exact, amplitude_derivative(exact, output) / amplitude, amplitude)
+        measured = continuation.options.output, continuation.options.measure
+        amplitude = output_amplitude(exact, *measured)
+        return _Found(exact, amplitude_derivative(exact, *measured) / amplitude, amplitude)
 
 
 def _with_forces(point: SolutionPoint) -> SolutionPoint:

@@ -23,6 +23,7 @@ import numpy as np
 from nonlinear.continuation.response_quantities import output_amplitude
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import HarmonicBalance
+from nonlinear.options import SolverOptions
 from nonlinear.peak_curves.parameter_family import PARAMETERS, Problem, parameter_value, with_parameter
 from nonlinear.residual_tractions.amplitude_sensitivity import amplitude_adjoint
 from nonlinear.response_solver import build_harmonic_balance
@@ -42,14 +43,14 @@ def peak_derivatives(problem: Problem, peak: SolutionPoint, names: Sequence[str]
     names : sequence of str
         The parameters, see `with_parameter`.
     """
-    output = problem[3].output
-    found = {}
-    _, adjoint = amplitude_adjoint(peak.balance.evaluate(peak.unknown, peak.omega), output, None, peak)
+    options, found = problem[3], {}
+    linearised = peak.balance.evaluate(peak.unknown, peak.omega)
+    _, adjoint = amplitude_adjoint(linearised, options.output, options.measure, peak)
 
     def objective(name: str, value: float) -> float:
         """A - lambda R at the unknowns of the peak, less than a constant."""
         balance = build_harmonic_balance(*with_parameter(problem, name, value))
-        return _amplitude(balance, peak, output) - float(
+        return _amplitude(balance, peak, options) - float(
             adjoint @ balance.evaluate(peak.unknown, peak.omega).residual
         )
 
@@ -83,6 +84,7 @@ def _natural_unit(problem: Problem, peak: SolutionPoint, name: str) -> float:
     return float(max(stiffnesses)) if name in ("normal_stiffness", "tangential_stiffness") else 0.0
 
 
-def _amplitude(balance: HarmonicBalance, peak: SolutionPoint, output: str) -> float:
+def _amplitude(balance: HarmonicBalance, peak: SolutionPoint, options: SolverOptions) -> float:
     """Amplitude of the output at the unknowns of a peak under the forces of another balance."""
-    return output_amplitude(replace(peak, balance=balance, contact=balance.forces(peak.unknown)), output)
+    moved = replace(peak, balance=balance, contact=balance.forces(peak.unknown))
+    return output_amplitude(moved, options.output, options.measure)

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
+from nonlinear.branches.peaks import Peak, at_range_end
 from nonlinear.contact.fourier import to_real
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.solution_point import SolutionPoint
+from nonlinear.options import TRUNCATION_TOLERATED, SolverOptions
 from nonlinear.peak_curves.optimum_result import SolvedResponse
 from nonlinear.peak_curves.parameter_family import ParameterFamily, Problem
 from nonlinear.peak_curves.peak_branch import PeakPiece, follow_peak
-from nonlinear.peak_curves.peak_curve import PeakContinuation
+from nonlinear.peak_curves.peak_curve import PeakContinuation, PeakPoint
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.response_solver import forced_response
+from nonlinear.worst_motion.candidates import highest_persistent, without_doubtful
 
 SAME = 1e-3  # relative difference of the amplitudes of two peaks that count as one
 SAME_FREQUENCY = 3e-2
 LOW = 0.3  # of the highest solution of a response: lower peaks of it are not followed
 SAME_SHARE = 1e-9  # difference of two shares that count as one
+
+NO_PEAK = "the worst motion lies at an end of the frequency range, which is no peak"
 
 Solve = Callable[[Sequence[Problem]], Sequence[ResponseCurve]]
 
@@ -93,7 +98,7 @@ class PeakSearch:
             self.progress(f"response at {self.family.name} = {self.family.value(share):.6g} ({reason})")
         curves = self.solver([self.family.at(share) for share in new])
         found = [
-            ResponseAt(share, curve, solved_response(self.family.value(share), curve, reason))
+            ResponseAt(share, curve, solved_response(self.family.value(share), curve, reason, self.family.problem[3]))
             for share, curve in zip(new, curves, strict=True)
         ]
         self.responses = sorted([*self.responses, *found], key=lambda each: each.share)
@@ -106,13 +111,19 @@ class PeakSearch:
         for number, branch in enumerate((response.curve, *response.curve.detached)):
             origin = origin_of(response.curve, number)
             for peak in branch.peaks:
-                high = peak.amplitude_m >= LOW * response.solved.highest_peak_m
-                if peak.located and high and not self._known(response.share, peak.amplitude_m, peak.frequency_hz):
+                height = peak_height(branch, peak, continuation.options)
+                high = height >= LOW * response.solved.highest_peak_m
+                if peak.located and high and not self._known(response.share, height, peak.frequency_hz):
                     point = stored_point(continuation, branch, peak.index)
                     start = self.follower.peak_near(response.share, point)
-                    if start is not None and start.is_maximum:
+                    if start is not None and start.is_maximum and not self._is_followed(start):
                         self.progress(f"peak {start.amplitude:.4g} m followed over {self.family.name}")
                         self.pieces += follow_peak(self.follower, start, origin)
+
+    def _is_followed(self, start: PeakPoint) -> bool:
+        """Whether a peak of the first harmonic is known: `_known` was asked with that of the displacement."""
+        first = self.family.problem[3].objective == "harmonic_1"
+        return first and self._known(start.share, start.amplitude, start.frequency_hz)
 
     def _known(self, share: float, amplitude: float, frequency_hz: float) -> bool:
         for piece in self.pieces:
@@ -124,7 +135,42 @@ class PeakSearch:
         return False
 
 
-def solved_response(value: float, curve: ResponseCurve, reason: str) -> SolvedResponse:
+def peak_height(branch: ResponseCurve, peak: Peak, options: SolverOptions) -> float:
+    """Height of a peak of a branch as the objective counts it, m."""
+    return float(branch.harmonic_m[peak.index, 0]) if options.objective == "harmonic_1" else peak.amplitude_m
+
+
+def ends_said(solved: Sequence[SolvedResponse]) -> list[str]:
+    """That some worst motions lie at an end of the frequency range; nothing where none does."""
+    count = sum(each.at_end for each in solved)
+    if not count:
+        return []
+    return [f"at {count} of {len(solved)} values {NO_PEAK}: they are no candidates; widen response.frequency"]
+
+
+def _of_first_harmonic(curve: ResponseCurve, options: SolverOptions) -> ResponseCurve:
+    """The curve with the amplitude of harmonic 1 as that of its points, and with the worst motion by it.
+
+    A motion that is not periodic keeps its largest displacement, which bounds its first harmonic.
+    """
+    if options.objective != "harmonic_1" or curve.worst is None:
+        return curve
+    first, *others = (replace(b, amplitude_m=b.harmonic_m[:, 0], detached=()) for b in (curve, *curve.detached))
+    changed, worst = replace(first, detached=tuple(others)), curve.worst
+    if worst.ring_blades:
+        return replace(changed, worst=worst)
+    branches, _ = without_doubtful((first, *others), max(options.harmonic_tolerance, TRUNCATION_TOLERATED))
+    place = highest_persistent(branches)
+    if place is None:
+        return replace(changed, worst=worst)
+    height, at = (float(getattr(branches[place[0]], name)[place[1]]) for name in ("amplitude_m", "frequency_hz"))
+    at_end = at_range_end(at, options.frequency_hz)
+    unresolved = "" if worst.at_end and not at_end else worst.unresolved
+    found = replace(worst, amplitude_m=height, frequency_hz=at, branch=place[0], index=place[1], at_end=at_end)
+    return replace(changed, worst=replace(found, unresolved=unresolved))
+
+
+def solved_response(value: float, curve: ResponseCurve, reason: str, options: SolverOptions) -> SolvedResponse:
     """Summary of a response.
 
     Parameters
@@ -135,7 +181,20 @@ def solved_response(value: float, curve: ResponseCurve, reason: str) -> SolvedRe
         The response.
     reason : str
         Why it was solved.
+    options : SolverOptions
+        Its options, with the objective.
+
+    Examples
+    --------
+    With the names of the example of `forced_response`:
+
+    >>> from dataclasses import replace
+    >>> from nonlinear import solved_response
+    >>> first = solved_response(0.0, curve, "", replace(options, objective="harmonic_1"))
+    >>> bool(first.amplitude_m <= curve.peak.amplitude_m)
+    True
     """
+    curve = _of_first_harmonic(curve, options)
     worst = curve.worst
     nan = float("nan")
     branches = (curve, *curve.detached)
@@ -161,6 +220,7 @@ def solved_response(value: float, curve: ResponseCurve, reason: str) -> SolvedRe
         max(branch.harmonics for branch in branches),
         reason,
         unresolved,
+        worst is not None and worst.at_end,
     )
 
 

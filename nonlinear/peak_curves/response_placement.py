@@ -58,9 +58,9 @@ class Placement:
         found = self.search.solve(shares, reason)
         heights = dict(zip(shares, expected, strict=True))
         for response in found:
-            wrong = abs(response.solved.bound_m / heights[response.share] - 1.0)
-            if checked and np.isfinite(wrong):
-                self.errors[response.share] = float(wrong)
+            height, guess = response.solved.height, float(heights[response.share])
+            if checked and np.isfinite(guess) and np.isfinite(height):
+                self.errors[response.share] = abs(height / guess - 1.0)
         return found
 
     def explore(self) -> None:
@@ -122,12 +122,14 @@ def is_open(gap: Gap, lowest: float) -> bool:
     lowest : float
         Lowest height of the envelope, m.
     """
-    shows = gap.error > SHOWS and gap.width > WIDE
+    shows = gap.error > SHOWS and gap.width > WIDE and weight(gap, lowest) > 0.0
     return shows or (gap.width > NARROW and weight(gap, lowest) > ACCURATE)
 
 
 def weight(gap: Gap, lowest: float) -> float:
     """Relative error of a gap that matters: less where the gap lies far above the lowest height of the envelope."""
+    if gap.before.at_end and gap.after.at_end:  # between them the frequency range ends too early as well
+        return 0.0
     height = min(gap.before.height, gap.after.height)
     above = lowest / height if np.isfinite(height) and height > 0.0 else 1.0
     return float(gap.error * min(1.0, above) ** 2)

@@ -41,6 +41,8 @@ class Node(NamedTuple):
         Relative error of what was expected there before the response was solved; NaN where nothing was expected.
     turn : int
         Count of the responses for which something was expected, at this one.
+    at_end : bool
+        Whether the worst motion lies at an end of the frequency range, and its height is not known.
     """
 
     share: float
@@ -48,6 +50,7 @@ class Node(NamedTuple):
     response: int
     error: float = float("nan")
     turn: int = -1
+    at_end: bool = False
 
 
 class Gap(NamedTuple):
@@ -182,7 +185,7 @@ class EnvelopeOfPeaks:
         found = []
         for mark in {mark for piece in self.pieces for mark in _ends(piece) if 0.0 < mark < 1.0}:
             below, above = self.at(np.array([mark - BESIDE, mark + BESIDE]))
-            if abs(above - below) > JUMP * min(above, below):
+            if min(above, below) < np.inf and abs(above - below) > JUMP * min(above, below):
                 found.append(float(mark))
         found += [
             0.5 * (gap.before.share + gap.after.share)
@@ -195,7 +198,7 @@ class EnvelopeOfPeaks:
         """Whether the worst motion at a node is a followed peak that persists, or lower."""
         if node.response < 0:
             return True
-        height = self.responses[node.response].solved.bound_m
+        height = np.inf if node.at_end else self.responses[node.response].solved.bound_m
         return bool(height <= (1.0 + AGREES) * self.persistent(np.array([node.share]))[0])
 
     @cached_property
@@ -206,13 +209,15 @@ class EnvelopeOfPeaks:
         response = self.responses[index]
         height = response.solved.bound_m
         persistent = float(self.persistent(np.array([response.share]))[0])
+        at_end = response.solved.at_end
         height = max(height if np.isfinite(height) else -np.inf, persistent)
         return Node(
             response.share,
-            height if np.isfinite(height) else np.inf,
+            height if np.isfinite(height) and not at_end else np.inf,
             index,
             self.errors.get(response.share, np.nan),
             self._turns.get(response.share, -1),
+            at_end,
         )
 
 

@@ -16,10 +16,11 @@ from nonlinear.contact.parameters import Array
 from nonlinear.continuation.response_quantities import complex_force, largest_amplitude, with_mean
 from nonlinear.continuation.solution_point import SolutionPoint
 from nonlinear.harmonic_balance.residual import LinearisedResidual
+from nonlinear.options import Measure
 
 
 def amplitude_sensitivity(
-    linearised: LinearisedResidual, output: str, mean: float | None, peak: SolutionPoint | None = None
+    linearised: LinearisedResidual, output: str, mean: Measure, peak: SolutionPoint | None = None
 ) -> Array:
     """Derivative of the amplitude of an output by a change of the contact forces, (2H+1, n_c, 3), m/N.
 
@@ -29,8 +30,8 @@ def amplitude_sensitivity(
         The balance at a solution.
     output : str
         Name of the output.
-    mean : float or None
-        Mean displacement in place of harmonic 0 of the output, m; None: harmonic 0 as it is.
+    mean : float, "harmonic_1" or None
+        Mean displacement in place of harmonic 0 of the output, m; the first harmonic alone; None: as it is.
     peak : SolutionPoint, optional
         The solution as a located peak. The adjoint equation is then bordered by the tangent: near a fold dR/dx alone
         is nearly singular.
@@ -49,7 +50,7 @@ def amplitude_sensitivity(
 
 
 def amplitude_adjoint(
-    linearised: LinearisedResidual, output: str, mean: float | None, peak: SolutionPoint | None = None
+    linearised: LinearisedResidual, output: str, mean: Measure, peak: SolutionPoint | None = None
 ) -> tuple[Array, Array]:
     """dA/df (2H+1, n_c, 3) at constant displacement, m/N, and the adjoint solution lambda (n,).
 
@@ -60,7 +61,8 @@ def amplitude_adjoint(
     coordinates, dcoordinates = receptance.modal_response(omega, complex_force(contact))
     amplitude = largest_amplitude(with_mean(receptance.output(output, coordinates), mean))
     turn = amplitude.sign * np.exp(1j * np.arange(coordinates.shape[0]) * amplitude.angle)
-    turn[0] = turn[0] if mean is None else 0.0
+    if mean is not None:
+        turn = with_mean(turn, mean if mean == "harmonic_1" else 0.0)
     # Re(sum_h row_h f_h) = conj(row) . f in real coefficients
     direct = to_real((receptance.output_rows(output, omega) * turn[:, None]).conj()).reshape(shape)
     dA_dx = np.einsum("ika,kabij->jkb", direct, contact.jacobian)[balance.first_row :].reshape(-1)

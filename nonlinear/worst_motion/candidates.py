@@ -1,7 +1,8 @@
 """Points of the branches of a curve that the worst motion can come from: stable ones and exposed unstable ones."""
 
+import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +61,25 @@ def highest_persistent(branches: Sequence[ResponseCurve]) -> Place | None:
         if heights.size and heights.max() > height:
             best, height = (number, int(np.argmax(heights))), heights.max()
     return best
+
+
+def without_doubtful(
+    branches: Sequence[ResponseCurve], tolerance: float
+) -> tuple[tuple[ResponseCurve, ...], tuple[int, ...]]:
+    """The branches, and the numbers of those that may exist only because harmonics are missing.
+
+    A detached branch that would give the worst motion has to have a truncation error within the tolerance. Otherwise
+    its points count as unstable, with unknown growth: time integration tells whether the ring stays there.
+    """
+    kept, doubtful = list(branches), list[int]()
+    while (place := highest_persistent(kept)) is not None and place[0] > 0:
+        branch = kept[place[0]]
+        if math.isnan(branch.truncation_error) or branch.truncation_error <= tolerance:
+            break
+        unknown = np.full(branch.points, np.nan)
+        kept[place[0]] = replace(branch, stable=np.zeros(branch.points, dtype=bool), growth_rate=unknown)
+        doubtful.append(place[0])
+    return tuple(kept), tuple(doubtful)
 
 
 def stable_amplitudes(branches: Sequence[ResponseCurve], frequency_hz: float) -> Array:

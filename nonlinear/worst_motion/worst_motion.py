@@ -5,14 +5,17 @@ high as an unstable one, the ring does something else, which may be higher than 
 started from the unstable solution with a disturbance in its worst pattern, tells what.
 """
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from nonlinear.branches.peaks import at_range_end
 from nonlinear.branches.worst_motion import WorstMotion
 from nonlinear.contact.parameters import ContactParameters
-from nonlinear.options import Excitation, SolverOptions
+from nonlinear.options import TRUNCATION_TOLERATED, Excitation, SolverOptions
 from nonlinear.response_curve import ResponseCurve
 from nonlinear.time_integration.ring import Ring
 from nonlinear.time_integration.ring_motion import RingMotion
@@ -22,6 +25,7 @@ from nonlinear.worst_motion.candidates import (
     branches_of,
     highest_persistent,
     unstable_stretches,
+    without_doubtful,
 )
 from nonlinear.worst_motion.ring_integration import Integrated, RingIntegration, Solution
 from nonlinear.worst_motion.search_statement import searched, unresolved
@@ -88,7 +92,8 @@ def worst_of(
     reason : str
         Why there is no time integration.
     """
-    branches = branches_of(curve)
+    tolerance = max(options.harmonic_tolerance, TRUNCATION_TOLERATED)
+    branches, doubtful = without_doubtful(branches_of(curve), tolerance)
     place = highest_persistent(branches)
     height = 0.0 if place is None else float(branches[place[0]].amplitude_m[place[1]])
     matter = [each for each in unstable_stretches(branches) if each.height_m >= COULD_MATTER * height]
@@ -104,11 +109,31 @@ def worst_of(
     }
     found = max(departures, key=lambda departure: departure.new_height, default=None)
     if found is not None and found.motion is not None and found.new_height > height:
-        return _reached(found, found.motion, spoken)
-    if place is None:
-        return WorstMotion(float("nan"), float("nan"), -1, -1, **spoken)
-    frequency_hz = float(branches[place[0]].frequency_hz[place[1]])
-    return WorstMotion(height, frequency_hz, *place, **spoken)
+        worst = _reached(found, found.motion, spoken)
+    elif place is None:
+        worst = WorstMotion(float("nan"), float("nan"), -1, -1, **spoken)
+    else:
+        holder = branches[place[0]]
+        error = holder.truncation_error
+        worst = WorstMotion(height, float(holder.frequency_hz[place[1]]), *place, **spoken, truncation_error=error)
+    beside = [_not_counted(number, branches[number], departures) for number in doubtful if number != worst.branch]
+    return _with_end(replace(worst, not_counted="; ".join(beside)), options)
+
+
+def _not_counted(number: int, branch: ResponseCurve, departures: Sequence[Departure]) -> str:
+    """What is said of a branch above the worst motion that more harmonics do not confirm."""
+    integrated = any(each.place[0] == number and each.motion is not None for each in departures)
+    why = "the ring does not stay on it" if integrated else "not checked by time integration"
+    error = f"{100.0 * branch.truncation_error:.3g} %" if math.isfinite(branch.truncation_error) else "unknown"
+    return f"detached branch {number}, up to {branch.amplitude_m.max():.4g} m: truncation error {error}, {why}"
+
+
+def _with_end(worst: WorstMotion, options: SolverOptions) -> WorstMotion:
+    """The worst motion, marked where it lies at an end of the frequency range: there it is a lower bound."""
+    if not (worst.amplitude_m > 0.0 and at_range_end(worst.frequency_hz, options.frequency_hz)):
+        return worst
+    end = f"{worst.frequency_hz:.6g} Hz is an end of the frequency range, beyond which the response may rise further"
+    return replace(worst, at_end=True, unresolved="; ".join(filter(None, (end, worst.unresolved))))
 
 
 def _why_not(options: SolverOptions) -> str:
@@ -137,4 +162,5 @@ def _reached(departure: Departure, motion: RingMotion, spoken: dict[str, Any]) -
         motion.nodal_diameter,
         motion.n_blades,
         **spoken,
+        truncation_error=0.0,
     )

@@ -14,14 +14,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MARKS = {"branch point": "D", "Neimark-Sacker": "s", "period doubling": "^"}
+END_OF_RANGE = "end of the range, no peak"
+MARK_OF_END = 6  # of matplotlib: an arrow head up, its tip on the point
 SAME_HEIGHT = 1e-3  # relative difference of a worst motion and a peak that are one point of the figure
 THIN = 0.8  # width of a detached branch
 OPEN: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "none", "zorder": 4}
 
 
-def mark_peak(axes: Axes, frequency_hz: float, height: float, colour: Any) -> None:
-    """A small circle on the peak."""
-    axes.plot(frequency_hz, height, "o", color=colour, markersize=5, markeredgewidth=1.0, **OPEN)
+def mark_peak(axes: Axes, frequency_hz: float, height: float, colour: Any, at_end: bool = False) -> None:
+    """A small circle on the peak; an arrow head up where the highest point lies at an end of the range."""
+    look = OPEN | {"markersize": 5, "markeredgewidth": 1.0, "clip_on": not at_end}
+    axes.plot(frequency_hz, height, MARK_OF_END if at_end else "o", color=colour, **look)
 
 
 def mark_bifurcations(axes: Axes, curves: Sequence[PlottedCurve], colours: Sequence[Any], factor: float) -> None:
@@ -63,8 +66,10 @@ def explain_lines(axes: Axes, curves: Sequence[PlottedCurve]) -> None:
     for name, shown in (("isolated branch", any(closed)), ("detached branch", not all(closed))):
         if shown:
             axes.plot([], [], linewidth=THIN, label=f"{name} (thin)", **grey)
-    if curves:
+    if any(not curve.peak_at_end for curve in curves):
         axes.plot([], [], "o", markersize=5, label="peak", **OPEN, **grey)
+    if any(curve.peak_at_end for curve in curves):
+        axes.plot([], [], MARK_OF_END, markersize=5, label=END_OF_RANGE, **OPEN, **grey)
 
 
 def grey_mark(handle: Any) -> Any:

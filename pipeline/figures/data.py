@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.results.worst import height_mark
 from pipeline.scene.labels import member_label
 from pipeline.scene.schema import Contact, Scene
 from pipeline.stages.curve_file import AMPLITUDE, BRANCHES, RESIDUAL, section_from_attributes
@@ -40,6 +41,10 @@ class SweepPoint:
         Frequency, Hz, and amplitude, m, of the peak of the main branch and of the worst motion; nan where not known.
     worst_open : bool
         Whether the worst motion may be higher than that.
+    mark : str
+        What is said beside the worst motion; see `height_mark`.
+    peak_at_end : bool
+        Whether the highest amplitude of the main branch lies at an end of the frequency range, and is no peak.
     """
 
     index: int
@@ -48,6 +53,8 @@ class SweepPoint:
     peak: tuple[float, float]
     worst: tuple[float, float]
     worst_open: bool
+    mark: str = ""
+    peak_at_end: bool = False
 
     @property
     def height(self) -> float:
@@ -125,6 +132,8 @@ class PlottedCurve:
         Largest values of the further outputs over a period.
     joined : bool
         Whether the sector is that of a bladed disk: each wave has modes of its own.
+    peak_at_end : bool
+        Whether the highest point lies at an end of the frequency range, and is no peak.
     """
 
     index: int
@@ -148,6 +157,7 @@ class PlottedCurve:
     worst_open: bool
     outputs: Mapping[str, Array] = field(default_factory=dict)
     joined: bool = False
+    peak_at_end: bool = False
 
     def contact_parameters(self, n_contacts: int) -> ContactParameters:
         """Contact parameters of each of the contact nodes."""
@@ -171,6 +181,8 @@ def sweep_points(curves: Sequence[CurveResult]) -> list[SweepPoint]:
             peak=(facts.peak_frequency_hz, facts.peak_amplitude_m),
             worst=(facts.worst_frequency_hz, facts.worst_amplitude_m),
             worst_open=bool(facts.worst_unresolved),
+            mark=height_mark(facts),
+            peak_at_end=facts.peak_at_end,
         )
         for index, curve in enumerate(curves)
         if curve.file and curve.rom and (facts := curve.facts) and facts.points
@@ -217,6 +229,7 @@ def _read(index: int, curve: CurveResult, file: Path, rom: Path, model: tuple[Ar
             contact_area=model[0],
             outputs=_outputs(source),
             joined=model[1],
+            peak_at_end=facts.peak_at_end,
         )
 
 

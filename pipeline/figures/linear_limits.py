@@ -16,18 +16,24 @@ if TYPE_CHECKING:
     from nonlinear import ContactParameters, Excitation
     from rom import ReducedModel, RingModes
 
+BEYOND = 4.0  # ratio of frequencies up to which a resonance outside the range is looked for
 _EVEN = 600  # evenly spaced frequencies
 _NEAR, _WIDTH = 121, 0.04  # frequencies around each resonance, and their relative distance from it at most
 
 
 @dataclass(frozen=True)
 class Limit:
-    """Amplitude of the vibration, m, over frequency, Hz, and the indices of the plotted curves with this limit."""
+    """Amplitude of the vibration, m, over frequency, Hz, and the indices of the plotted curves with this limit.
+
+    `resonance` (Hz, m) is its highest peak in the frequency range; where the range ends below a higher amplitude, the
+    highest peak beyond that end; None without either.
+    """
 
     kind: str
     frequency_hz: Array
     amplitude_m: Array
     curves: tuple[int, ...]
+    resonance: tuple[float, float] | None = None
 
     @property
     def peak(self) -> tuple[float, float]:
@@ -81,8 +87,23 @@ def _limit(kind: str, model: ReducedModel, curves: Sequence[PlottedCurve], at: l
     scene = curve.scene
     modal: RingModes = damped_modes(model, scene.response, scene.load)
     contact, wave = curve.contact_parameters(model.n_contacts), section_excitation(scene.excitation)
-    frequency, amplitude = linear_limit(kind, model, (modal, contact, wave), scene.response.frequency)
-    return Limit(kind, frequency, amplitude, tuple(at))
+    problem, (low, high) = (modal, contact, wave), scene.response.frequency
+    frequency, amplitude = linear_limit(kind, model, problem, (low, high))
+    top = int(np.argmax(amplitude))
+    resonance: tuple[float, float] | None = float(frequency[top]), float(amplitude[top])
+    if top in (0, len(frequency) - 1):
+        beyond = (low / BEYOND, low) if top == 0 else (high, high * BEYOND)
+        resonance = _highest_inside(*linear_limit(kind, model, problem, beyond))
+    return Limit(kind, frequency, amplitude, tuple(at), resonance)
+
+
+def _highest_inside(frequency: Array, amplitude: Array) -> tuple[float, float] | None:
+    """The highest local maximum (Hz, m); None where the response has none but at its ends."""
+    inner = 1 + np.flatnonzero((amplitude[1:-1] > amplitude[:-2]) & (amplitude[1:-1] >= amplitude[2:]))
+    if not inner.size:
+        return None
+    top = inner[np.argmax(amplitude[inner])]
+    return float(frequency[top]), float(amplitude[top])
 
 
 def linear_limit(

@@ -13,6 +13,7 @@ from pipeline.figures.optimum_curves import OptimumCurves, optimum_curves
 from pipeline.figures.style import DISTINCT, LOG_FROM, plain_log_labels, scale, subplots, write_heading
 from pipeline.figures.sweep_keys import SweepKey
 from pipeline.scene.labels import quantity
+from pipeline.studies.optimum.optimum_result import OBJECTIVES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -124,7 +125,7 @@ def curves_figure(result: OptimumResult, curves: OptimumCurves, title: str) -> F
         _draw_responses(panel, curves, name, at, size)
         draw_marks(panel, result, curves.key, name, size)
     _set_axes(upper, lower, curves.envelope, at, factor)
-    upper.set_ylabel(f"largest displacement [{unit}]")
+    upper.set_ylabel(f"{OBJECTIVES[result.objective]} [{unit}]")
     lower.set(xlabel=SweepKey(curves.key, ()).axis, ylabel="its frequency [Hz]")
     if curves.elasticities:
         draw_elasticities(figure.add_subplot(grid[:, 1]), curves.elasticities)
@@ -295,7 +296,7 @@ def trials_figure(result: OptimumResult, title: str) -> Figure:
         panel.set_xlabel(named.axis() if len(keys) > 1 else SweepKey(key, ()).axis)
         panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=8.5)
     first = axes[0, 0]
-    first.set_ylabel(f"largest displacement [{unit}]")
+    first.set_ylabel(f"{OBJECTIVES[result.objective]} [{unit}]")
     if heights.max(initial=0.0) > LOG_FROM * heights.min(initial=math.inf):
         first.set_yscale("log")
         plain_log_labels(first.yaxis)

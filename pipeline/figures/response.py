@@ -111,7 +111,7 @@ def _draw_panel(
         for branch in curve.branches:
             heights, look = branch.amplitude_m * factor, {"color": colour, "linewidth": THIN}
             draw_line(axes, branch.frequency_hz, heights, branch.stable, None, branch.nodal_diameter, **look)
-        mark_peak(axes, curve.peak[0], curve.peak[1] * factor, colour)
+        mark_peak(axes, curve.peak[0], curve.peak[1] * factor, colour, curve.peak_at_end)
     explain_lines(axes, curves)
     _draw_residual_bands(axes, curves, colours, factor)
     mark_bifurcations(axes, curves, colours, factor)

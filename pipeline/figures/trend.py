@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pipeline.figures.curve_marks import END_OF_RANGE, MARK_OF_END
 from pipeline.figures.data import SweepPoint
 from pipeline.figures.linear_limits import Limit
 from pipeline.figures.style import (
@@ -56,6 +57,7 @@ def trend_figure(points: Sequence[SweepPoint], limits: Sequence[Limit], title: s
         peaks["label"] = MAIN if number == 0 else None
         upper.plot(x, [point.peak[1] * factor for point in members], **peaks)
         lower.plot(x, [point.peak[0] for point in members], **peaks)
+        _mark_ends(lower, x, members, colour)
     _draw_limits(upper, lower, limits, factor)
     _set_axes(upper, lower, points, key)
     write_heading(upper, title)
@@ -92,6 +94,16 @@ def _mark_open(axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], fac
         label = None
 
 
+def _mark_ends(axes: Axes, x: Sequence[float], curves: Sequence[SweepPoint], colour: str) -> None:
+    """Arrow heads at the frequencies of highest amplitudes that are no peaks: the range ends there."""
+    ends = [(place, curve.peak[0]) for place, curve in zip(x, curves, strict=True) if curve.peak_at_end]
+    if ends:
+        label = None if END_OF_RANGE in axes.get_legend_handles_labels()[1] else END_OF_RANGE
+        look: dict[str, Any] = {"color": colour, "markerfacecolor": "none", "markersize": 9, "zorder": 4}
+        axes.plot(*zip(*ends, strict=True), marker=MARK_OF_END, linestyle="none", label=label, **look)
+        axes.legend(fontsize=9)
+
+
 def _lines(points: Sequence[SweepPoint], key: SweepKey) -> dict[str, list[SweepPoint]]:
     """The curves of each combination of the other keys, by its label, in the order of the key."""
     lines: dict[str, list[SweepPoint]] = {}
@@ -106,7 +118,9 @@ def _draw_limits(upper: Axes, lower: Axes, limits: Sequence[Limit], factor: floa
     for kind, style in (("free", (0, (1, 1))), ("stuck", (0, (6, 1.5, 1, 1.5)))):
         chosen = [limit for limit in limits if limit.kind == kind]
         if len(chosen) == 1:
-            frequency, amplitude = chosen[0].peak
+            if chosen[0].resonance is None:
+                continue
+            frequency, amplitude = chosen[0].resonance
             look: dict[str, Any] = {"color": LIMIT_COLOUR, "linestyle": style, "linewidth": 1.0}
             upper.axhline(amplitude * factor, label=f"linear, {kind}", **look)
             lower.axhline(frequency, **look)

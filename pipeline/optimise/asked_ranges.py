@@ -9,7 +9,7 @@ from dataclasses import replace
 from pipeline.errors import InputError, input_error, shown
 from pipeline.scene.key_values import key_value
 from pipeline.scene.optimum_checks import OPTIMISED_KEYS, PLACE, unfit_optimum_keys
-from pipeline.scene.optimum_section import MOST_KEYS, Optimum, Range
+from pipeline.scene.optimum_section import MOST_KEYS, Objective, Optimum, Range
 from pipeline.scene.reading import SceneFile
 from pipeline.scene.suggestions import meant
 from pipeline.scene.swept_keys import SWEPT_KEYS
@@ -106,9 +106,9 @@ def default_range(file: SceneFile, key: str, now: float | None, static: Range | 
     return low, min(high, highest)
 
 
-def with_ranges(file: SceneFile, ranges: dict[str, Range]) -> SceneFile:
+def with_ranges(file: SceneFile, ranges: dict[str, Range], objective: Objective = "displacement") -> SceneFile:
     """The scene with the section [optimum] over these ranges."""
-    optimum = Optimum(over=dict(ranges))
+    optimum = Optimum(over=dict(ranges), objective=objective)
     changed = [replace(m, scene=m.scene.model_copy(update={"optimum": optimum})) for m in file.members]
     return replace(file, members=tuple(changed))
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast, get_args
 
 from pipeline.errors import input_error
 from pipeline.figures.study_figures import study_figures
@@ -17,7 +17,7 @@ from pipeline.results.publishing import PicturesMissing
 from pipeline.run import solved_members
 from pipeline.scene.given_in_python import given_scene
 from pipeline.scene.key_values import key_value
-from pipeline.scene.optimum_section import Range
+from pipeline.scene.optimum_section import Objective, Range
 from pipeline.scene.reading import SceneFile
 from pipeline.stages.request import Request
 from pipeline.studies.registry import study_named
@@ -49,7 +49,9 @@ class Optimised:
     problems: tuple[str, ...]
 
 
-def optimise(request: Request, over: Sequence[str], reporter: Reporter) -> Optimised:
+def optimise(
+    request: Request, over: Sequence[str], reporter: Reporter, objective: Objective | None = None
+) -> Optimised:
     """Find the optimum of a scene, and write optimum.json and its figure.
 
     Parameters
@@ -60,6 +62,8 @@ def optimise(request: Request, over: Sequence[str], reporter: Reporter) -> Optim
         Keys with their ranges as on the command line; none: those of the section [optimum].
     reporter : Reporter
         Says what is going on.
+    objective : str, optional
+        What is made low; None: as in the section [optimum], the largest displacement without one.
 
     Raises
     ------
@@ -74,6 +78,11 @@ def optimise(request: Request, over: Sequence[str], reporter: Reporter) -> Optim
         raise input_error(file.path, STUDY, "missing", allowed)
     given_model = request.rom is not None
     base = _base(file, given_model)
+    own = file.first.optimum
+    if objective is None:
+        objective = "displacement" if own is None else own.objective
+    elif own is not None and not asked:
+        base = with_ranges(base, own.ranges, objective)
     if asked:
         known = {key: limits or (0.5, 1.0) for key, limits in asked.items()}
         check_ranges(with_ranges(base, {key: known[key] for key in asked if asked[key]} or known), given_model)
@@ -85,7 +94,7 @@ def optimise(request: Request, over: Sequence[str], reporter: Reporter) -> Optim
         context = StudyContext(run, models, outcome)
         try:
             if asked:
-                ranged = with_ranges(base, _ranges(context, file, asked))
+                ranged = with_ranges(base, _ranges(context, file, asked), objective)
                 check_ranges(ranged, given_model)
                 context = replace(context, run=replace(run, request=replace(run.request, scene=ranged)))
             found = studied(context, study_named(STUDY))
@@ -131,3 +140,16 @@ def optimum_text(found: Optimised, out: Path) -> str:
     """The lines of the optimum and where its files are."""
     names = ", ".join(str(out / name) for name in found.files)
     return "\n".join([*found.lines, names])
+
+
+def objective_asked(text: str | None) -> Objective | None:
+    """The objective of the command line.
+
+    Raises
+    ------
+    InputError
+        There is none of this name.
+    """
+    if text is not None and text not in get_args(Objective):
+        raise input_error("shroud", "--objective", text, " or ".join(get_args(Objective)))
+    return cast("Objective | None", text)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.figures.curve_line import KINDS, stability_segments
-from pipeline.figures.curve_marks import MARKS, SAME_HEIGHT
+from pipeline.figures.curve_marks import END_OF_RANGE, MARKS, SAME_HEIGHT
 from pipeline.figures.data import PlottedCurve, SweepPoint
 from pipeline.figures.hysteresis import spread
 from pipeline.figures.quantiles import ENDS, MOST_KEYS, ends
@@ -90,7 +90,8 @@ def _line(curve: Any, factor: float, step: int) -> dict[str, Any]:
 
 
 def _marks(curve: PlottedCurve, factor: float) -> Iterable[dict[str, Any]]:
-    yield {"shape": "circle", "what": "peak of the main branch", **_place([curve.peak], factor)}
+    what = END_OF_RANGE if curve.peak_at_end else "peak of the main branch"
+    yield {"shape": "circle", "what": what, **_place([curve.peak], factor)}
     frequency, height = curve.worst
     if math.isfinite(height) and not np.isclose(height, curve.peak[1], rtol=SAME_HEIGHT):
         what = "worst motion, or higher" if curve.worst_open else "worst motion"
@@ -153,6 +154,7 @@ def _sweep_line(
         kind = "worst motion" if known else "peak of the main branch"
         said.append(
             f"curve {point.index}: {point.label}\n{kind} {'or higher ' * point.worst_open}at {frequency:.6g} Hz"
+            f"{point.mark}"
         )
     place = key.position if _even(key) else key.number
     x = [place(point.parameters[key.name]) for point in points]

@@ -10,7 +10,8 @@ from pipeline.figures.data import PlottedCurve
 from pipeline.report.many_curves import listed
 from pipeline.report.report_source import ReportSource
 from pipeline.results.residual_notes import change, has_bounds, is_estimate
-from pipeline.results.tables import TOLERATED, TOLERATED_SAMPLING, sampling_errors, share
+from pipeline.results.tables import TOLERATED, TOLERATED_SAMPLING, sampling_errors
+from pipeline.results.worst import share
 
 SMALL, FAIR, LARGE, UNKNOWN = "small", "noticeable", "large", "not known"
 

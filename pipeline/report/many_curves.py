@@ -11,7 +11,8 @@ import numpy as np
 
 from pipeline.figures.data import SweepPoint
 from pipeline.results.overview import MOST_ROWS
-from pipeline.results.tables import amplitude_scale, share
+from pipeline.results.tables import amplitude_scale
+from pipeline.results.worst import share
 from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.respond import CurveResult
 

@@ -6,9 +6,9 @@ import math
 
 from pipeline.figures.optimum_curves import elasticities_of
 from pipeline.report.studies import StudySection
-from pipeline.results.worst import with_unit
+from pipeline.results.worst import truncation_mark, with_unit
 from pipeline.scene.labels import quantity, value_label
-from pipeline.studies.optimum.optimum_result import OptimumResult
+from pipeline.studies.optimum.optimum_result import OBJECTIVES, OptimumResult
 
 CAPTION = (
     "Largest displacement and frequency of the worst motion over the parameter. Thin: followed peaks, dashed where "
@@ -50,7 +50,8 @@ def optimum_section(result: OptimumResult) -> StudySection:
 def _choice(result: OptimumResult) -> str:
     """What to choose, and how much better than the scene's own values it is."""
     chosen = ", ".join(value_label(key, _rounded(value)) for key, value in result.values.items())
-    text = f"Choose {chosen}: worst motion {with_unit(result.amplitude_m)} at {result.frequency_hz:.5g} Hz"
+    what = f"worst motion ({OBJECTIVES[result.objective]}) {with_unit(result.amplitude_m)}"
+    text = f"Choose {chosen}: {what} at {result.frequency_hz:.5g} Hz{truncation_mark(result.truncation_error)}"
     if not math.isfinite(result.gain):
         return f"{text}."
     own = ", ".join(quantity(key).value(_rounded(value)) for key, value in result.base.values.items())

@@ -43,7 +43,7 @@ from pipeline.report.viewer import MOST_MODELS, ViewerData, chosen_evenly
 from pipeline.results.provenance import origin
 from pipeline.results.publishing import Attempts
 from pipeline.results.stress import SPOT_HEADINGS
-from pipeline.results.worst import search_notes
+from pipeline.results.worst import END_MARK, search_notes
 from pipeline.scene.labels import member_label, prefixed
 from pipeline.scene.schema import Scene
 from pipeline.stages.build_mesh import SECTOR
@@ -154,7 +154,8 @@ def _cards(source: ReportSource, points: Sequence[SweepPoint]) -> list[tuple[str
     peaks = [point for point in points if math.isfinite(point.peak[1])]
     cards = _worst_cards(worst)
     said = {card[1:] for card in cards}
-    of_peaks = _extremes(peaks, [point.peak for point in peaks], "peak of the main branch")
+    marks = [END_MARK * point.peak_at_end for point in peaks]
+    of_peaks = _extremes(peaks, [point.peak for point in peaks], "peak of the main branch", marks)
     cards += [card for card in of_peaks if card[1:] not in said]
     if source.model_rows:
         row = source.model_rows[0]
@@ -168,28 +169,34 @@ def _cards(source: ReportSource, points: Sequence[SweepPoint]) -> list[tuple[str
 def _worst_cards(curves: Sequence[SweepPoint]) -> list[tuple[str, str, str]]:
     """Highest and lowest worst motion; of the lowest only where nothing was left open that may be higher."""
     closed = [curve for curve in curves if not curve.worst_open]
-    cards = _extremes(curves, [curve.worst for curve in curves], "worst motion")
+    cards = _extremes(curves, [curve.worst for curve in curves], "worst motion", [curve.mark for curve in curves])
     if len(closed) == len(curves):
         return cards
     title, value, of = cards[0]
     cards = [(title, f">= {value}", of)]
     if closed and len(curves) > 1:
-        title, value, of = _extremes(closed, [curve.worst for curve in closed], "worst motion")[:2][-1]
+        marks = [curve.mark for curve in closed]
+        title, value, of = _extremes(closed, [curve.worst for curve in closed], "worst motion", marks)[:2][-1]
         known = f"{len(closed)} of {len(curves)} curves, the others >="
         cards.append(("lowest worst motion", value, f"{of}; {known}"))
     return cards
 
 
 def _extremes(
-    curves: Sequence[SweepPoint], points: Sequence[tuple[float, float]], name: str
+    curves: Sequence[SweepPoint], points: Sequence[tuple[float, float]], name: str, marks: Sequence[str]
 ) -> list[tuple[str, str, str]]:
-    """Highest and lowest of these points (Hz, m) over the curves, and their ratio; the point of a single curve."""
+    """Highest and lowest of these points (Hz, m) over the curves, and their ratio; the point of a single curve.
+
+    `marks` are written behind the frequencies.
+    """
     if not curves:
         return []
     order = sorted(range(len(curves)), key=lambda place: points[place][1])
     cards = []
     for title, place in ((f"highest {name}", order[-1]), (f"lowest {name}", order[0])):
-        of = f"{curves[place].label + ', ' if curves[place].parameters else ''}{points[place][0]:.5g} Hz"
+        of = (
+            f"{curves[place].label + ', ' if curves[place].parameters else ''}{points[place][0]:.5g} Hz{marks[place]}"
+        )
         cards.append((title, _with_unit(points[place][1], "m"), of))
     if len(curves) == 1:
         return [(name, *cards[0][1:])]

@@ -14,8 +14,8 @@ from pipeline.figures.sweep_keys import sweep_keys
 from pipeline.report.load_rows import load_rows
 from pipeline.report.report_source import ReportSource
 from pipeline.results.branch_ends import branch_remarks
-from pipeline.results.tables import amplitude_scale, bare_value, is_sampled, share, truncation_cell
-from pipeline.results.worst import worst_cells
+from pipeline.results.tables import amplitude_scale, bare_value, is_sampled, static_said, truncation_cell
+from pipeline.results.worst import END_MARK, end_said, share, worst_cells
 from pipeline.scene.geometry_parameters import geometry_parameters
 from pipeline.scene.labels import member_label, prefixed, quantity, value_label
 from pipeline.scene.schema import Scene
@@ -100,7 +100,7 @@ def curve_table(source: ReportSource, stable_at_peak: dict[int, bool], shown: Se
                 number,
                 label,
                 swept,
-                _number(facts.peak_frequency_hz, "{:.6g}"),
+                _number(facts.peak_frequency_hz, f"{{:.6g}}{END_MARK * facts.peak_at_end}"),
                 _number(facts.peak_amplitude_m, "{:.4g}", factor),
                 Cell(worst[0], _plain(facts.worst_frequency_hz)),
                 Cell(worst[1], _plain(facts.worst_amplitude_m)),
@@ -124,12 +124,16 @@ def _notes(curve: Any, stable: bool) -> Iterable[str]:
     facts = curve.facts
     if not curve.complete:
         yield f"incomplete: {curve.reason}"
-    if facts.peak_index >= 0 and not facts.peak_located:
-        yield "peak at the end of the frequency range"
+    if said := end_said(facts):
+        yield said
+    if said := static_said(curve):
+        yield said + "; closed at rest, opened by static forces" * facts.static_opened
     if not stable:
         yield "unstable peak"
     if facts.worst_unresolved:
         yield f"the worst motion may be higher: {facts.worst_unresolved}"
+    if facts.worst_not_counted:
+        yield f"not counted as worst motion: {facts.worst_not_counted}"
     if facts.truncation_branch == "detached":
         where = f"{facts.truncation_frequency_hz:.6g} Hz"
         yield f"with more harmonics the peak lies on a detached branch, that of the main branch at {where}"

@@ -111,4 +111,4 @@ def _how_sure(errors: Sequence[ErrorRow], unsure: int, known: int) -> str:
 
 
 def _place(point: SweepPoint) -> str:
-    return f"{with_unit(point.worst[1])} at {point.worst[0]:.5g} Hz"
+    return f"{with_unit(point.worst[1])} at {point.worst[0]:.5g} Hz{point.mark}"

@@ -13,15 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.results.point_reader import PointReader
+from pipeline.results.worst import END_MARK, truncation_mark
 from pipeline.scene.labels import prefixed, value_label
 from pipeline.stages.curve_file import BRANCHES
-from pipeline.stages.curve_summary import stored_worst
+from pipeline.stages.curve_summary import stored_static, stored_worst
 from pipeline.stages.curve_table import CurveTable, LazyArrays
 
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import Bifurcation, Peak, WorstMotion
+    from nonlinear import Bifurcation, Peak, StaticContact, WorstMotion
     from pipeline.stages.curve_summary import CurveSummary
 
 Array = NDArray[Any]
@@ -128,7 +129,7 @@ class Curve(_Points):
     datasets : mapping of str to array
         Every dataset of the curve by its name in `response.h5` (docs/outputs.md).
     peak : Peak or None
-        The highest peak of the main branch, None without points.
+        The highest peak of the main branch, None without points; `at_end`: an end of the range, no peak.
     worst : WorstMotion or None
         The highest motion that can persist, on any branch; None where it is not known.
     complete : bool
@@ -164,6 +165,8 @@ class Curve(_Points):
         Bifurcations of the main branch in the order of its points.
     rom : Path or None
         File of its reduced model, None where that could not be computed.
+    static_contact : StaticContact or None
+        Contact in static equilibrium at speed: normal force of a face, open share, gap; None where it is not known.
     outputs : tuple of dict
         Name, largest value over a period (`peak_amplitude`), frequency and branch of each further output. Its values
         at the points are ``datasets["amplitude_NAME"]``, its complex coefficients ``datasets["output_NAME"]``.
@@ -201,13 +204,17 @@ class Curve(_Points):
     detached: tuple[DetachedBranch, ...]
     bifurcations: tuple[Bifurcation, ...]
     rom: Path | None
+    static_contact: StaticContact | None = None
     outputs: tuple[Mapping[str, Any], ...] = ()
 
     def __repr__(self) -> str:
         swept = ", ".join(value_label(key, value) for key, value in self.parameters.items())
         peak = "no peak" if self.peak is None else f"peak {_height(self.peak.amplitude_m)}"
-        peak += "" if self.peak is None else f" at {self.peak.frequency_hz:.6g} Hz"
+        peak += "" if self.peak is None else f" at {self.peak.frequency_hz:.6g} Hz{END_MARK * self.peak.at_end}"
         worst = "" if self.worst is None else f", worst motion {_height(self.worst.amplitude_m)}"
+        worst += (
+            "" if self.worst is None else END_MARK * self.worst.at_end + truncation_mark(self.worst.truncation_error)
+        )
         end = "" if self.complete else f", incomplete: {self.reason}"
         return f"<Curve {self.number}{': ' if swept else ''}{swept}, {peak}{worst}{end}>"
 
@@ -263,6 +270,7 @@ class Curves(Sequence[Curve]):
             detached=() if facts is None else _detached(self._reader, number, facts),
             bifurcations=() if facts is None else _bifurcations(facts),
             rom=self._folder / columns["rom"][number] if columns["rom"][number] else None,
+            static_contact=None if facts is None else stored_static(vars(facts)),
             outputs=() if facts is None else facts.outputs,
         )
 
@@ -323,7 +331,8 @@ def _peak(facts: CurveSummary | None) -> Peak | None:
 
     if facts is None or facts.peak_index < 0:
         return None
-    return Peak(facts.peak_frequency_hz, facts.peak_amplitude_m, facts.peak_index, facts.peak_located)
+    at = facts.peak_frequency_hz, facts.peak_amplitude_m, facts.peak_index
+    return Peak(*at, facts.peak_located, facts.peak_at_end)
 
 
 def _bifurcations(facts: CurveSummary) -> tuple[Bifurcation, ...]:

@@ -13,6 +13,7 @@ from pipeline.process.isolated_reading import read_apart, read_model
 from pipeline.results.outputs import number_or_null
 from pipeline.results.overview import MOST_ROWS, end_lines
 from pipeline.results.statistics import statistics
+from pipeline.results.worst import END_MARK, truncation_mark
 from pipeline.stages.curve_summary import CurveSummary, read_summary
 from pipeline.stages.curve_table import TABLE, CurveTable, read_table
 
@@ -153,14 +154,19 @@ def _curve_lines(curve: dict[str, Any]) -> Iterator[str]:
     height, frequency, worst, worst_at = (math.nan if curve[name] is None else curve[name] for name in names)
     yield one_line(
         f"curve/{curve['curve']}: {end}, {curve['points']} points, {curve['harmonics']} harmonics, "
-        f"peak {height:.6g} m at {frequency:.6g} Hz"
+        f"peak {height:.6g} m at {frequency:.6g} Hz{END_MARK * bool(curve.get('peak_at_end'))}"
     )
     if math.isfinite(worst):
         yield one_line(
-            f"  worst motion: {worst:.6g} m at {worst_at:.6g} Hz, "
-            f"{curve['worst_motion']}, branch {curve['worst_branch']} (0: main)"
+            f"  worst motion: {worst:.6g} m at {worst_at:.6g} Hz{END_MARK * bool(curve.get('worst_at_end'))}, "
+            f"{curve['worst_motion']}, branch {curve['worst_branch']} (0: main){_harmonics_said(curve)}"
         )
     yield one_line("  " + ", ".join(f"{key} = {value}" for key, value in curve["parameters"].items()))
+
+
+def _harmonics_said(curve: dict[str, Any]) -> str:
+    error = curve.get("worst_truncation_error")
+    return truncation_mark(math.nan if error is None else error)
 
 
 def _plain(value: Any) -> Any:

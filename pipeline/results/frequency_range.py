@@ -1,30 +1,106 @@
-"""Whether a run can show a resonance: a natural frequency in the range, a force that excites it."""
+"""Whether a run can show its resonances: a frequency range that holds them, a force that excites them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from pipeline.scene.schema import Scene
+from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.modal_truncation import HELD
-from pipeline.stages.request import RunOutcome
+from pipeline.store.fingerprints import fingerprint
+
+if TYPE_CHECKING:
+    from pipeline.scene.reading import Member
+    from pipeline.scene.schema import Contact, Scene
+    from pipeline.stages.request import RunOutcome
+    from pipeline.store.content_store import Store
+
+FREE, STUCK = "free", "stuck"
+COUNT = 10  # natural frequencies of each state that are looked at
+EXCITED = 0.05  # of the highest resonance: lower ones are not excited
+ROOM = 0.05  # part of a frequency by which the proposed range goes beyond it
+NAMED = 4  # resonances in a line
+MOST = 100  # members of a sweep that are looked at, evenly spread
+KIND, FILE = "resonances", "resonances.json"
 
 _HELD_FROM = 20.0  # free over stuck: the force at the point works on 5 % of what it does in the free mode
 
 
-def range_warning(outcome: RunOutcome, scene: Scene) -> str:
-    """A line where no natural frequency, free, sliding or stuck, lies in the frequency range; otherwise empty.
+@dataclass(frozen=True)
+class Resonance:
+    """A resonance of the linear structure with free or stuck contacts under one harmonic of the excitation.
 
-    Such a curve has no resonance, which is seldom what the range was chosen for.
+    `number` counts the natural frequencies of its wave: whatever the contacts do, that of a number lies between its
+    free and its stuck value. `frequency_hz` is the excitation frequency, `amplitude_m` that of the output there.
+    """
+
+    state: str
+    engine_order: int
+    number: int
+    frequency_hz: float
+    amplitude_m: float
+
+
+def missing_warnings(members: Sequence[Member], resonances: Callable[[Member], Sequence[Resonance]]) -> list[str]:
+    """A line for each frequency range of a sweep that leaves out resonances between which peaks of its curves lie.
+
+    Parameters
+    ----------
+    members : sequence of Member
+        The curves of the scene.
+    resonances : callable
+        Gives the resonances of a member; none where they are not known.
+    """
+    found: dict[tuple[float, float], dict[tuple[str, int, str], Resonance]] = {}
+    step = -(-len(members) // MOST)
+    for member in members[::step]:
+        for each in missing(member.scene, resonances(member)):
+            name = each.state, each.engine_order, f"{each.frequency_hz:.4g}"
+            found.setdefault(member.scene.response.frequency, {}).setdefault(name, each)
+    return [missing_said(limits, list(outside.values())) for limits, outside in found.items()]
+
+
+def missing_said(limits: tuple[float, float], outside: Sequence[Resonance]) -> str:
+    """The line on resonances outside a frequency range (Hz), with the range that would hold them."""
+    outside = sorted(outside, key=lambda each: each.frequency_hz)
+    named = [f"{each.frequency_hz:.4g} Hz ({each.state}, engine order {each.engine_order})" for each in outside]
+    if len(named) > NAMED:
+        named = [*named[:2], "...", *named[-2:]]
+    low = min(limits[0], _rounded(outside[0].frequency_hz * (1.0 - ROOM), math.floor))
+    high = max(limits[1], _rounded(outside[-1].frequency_hz * (1.0 + ROOM), math.ceil))
+    several = len(outside) > 1
+    return (
+        f"response.frequency, {limits[0]:g} to {limits[1]:g} Hz, leaves out the resonance{'s' * several} at "
+        f"{', '.join(named)}: peaks may lie outside, and the end of the range is no peak; "
+        f"[{low:g}, {high:g}] holds {'them' if several else 'it'}"
+    )
+
+
+def missing(scene: Scene, resonances: Sequence[Resonance]) -> list[Resonance]:
+    """Resonances outside the frequency range between which peaks lie that the range is about.
+
+    With a gap everywhere a peak begins at the free resonance, with an interference everywhere at the stuck one; else
+    at either. A natural frequency counts where the range holds a part of the way from its free to its stuck value;
+    where it holds nothing of any, the first one that is excited counts.
     """
     low, high = scene.response.frequency
-    known = [hz for model in outcome.models for hz in _natural_frequencies(model)]
-    if not known or any(low <= hz <= high for hz in known):
-        return ""
-    below = max((hz for hz in known if hz < low), default=None)
-    above = min((hz for hz in known if hz > high), default=None)
-    nearest = " and ".join(f"{hz:.6g} Hz" for hz in (below, above) if hz is not None)
-    return f"no natural frequency lies in response.frequency, {low:g} to {high:g} Hz; the nearest: {nearest}"
+    strongest = max((each.amplitude_m for each in resonances), default=0.0)
+    ways: dict[tuple[int, int], dict[str, Resonance]] = {}
+    for each in resonances:
+        ways.setdefault((each.engine_order, each.number), {})[each.state] = each
+    excited = {
+        key: way
+        for key, way in ways.items()
+        if len(way) == 2 and max(each.amplitude_m for each in way.values()) >= EXCITED * strongest
+    }
+    about = [way for way in excited.values() if way[FREE].frequency_hz <= high and way[STUCK].frequency_hz >= low]
+    about = about or [excited[key] for key in sorted(excited)[:1]]
+    states = contact_states(scene.contact)
+    return [way[state] for way in about for state in states if not low <= way[state].frequency_hz <= high]
 
 
 def held_point_warning(outcome: RunOutcome, scene: Scene) -> str:
@@ -39,9 +115,77 @@ def held_point_warning(outcome: RunOutcome, scene: Scene) -> str:
     )
 
 
-def _natural_frequencies(model: dict[str, Any]) -> Iterator[float]:
-    """All natural frequencies of an entry of `models` in the summary, Hz."""
-    yield from model["free_hz"]
-    for state in ("free_at_order_hz", "sliding_hz", "stuck_hz"):
-        for values in model.get(state, {}).values():
-            yield from values
+def contact_states(contact: Contact) -> tuple[str, ...]:
+    """The linear states that curves with these contacts come near to."""
+    given = contact.interference
+    values = [float(value) for value in (given if isinstance(given, tuple | list) else (given,))]
+    if contact.preload:
+        return (STUCK,)
+    states = [FREE] * (min(values) <= 0.0) + [STUCK] * (max(values) >= 0.0)
+    return tuple(states)
+
+
+def resonance_key(reduced_model: str, scene: Scene) -> str:
+    """Key in the store of the resonances of a scene on a reduced model."""
+    contact, response = scene.contact, scene.response
+    return fingerprint(
+        {
+            "reduce": reduced_model,
+            "excitation": scene.excitation.model_dump(),
+            "damping": [response.damping_ratio, response.rayleigh],
+            "load": scene.load.model_dump(),
+            "stiffness": [contact.normal_stiffness, contact.tangential_stiffness],
+            "material": scene.material.model_dump() if scene.material else None,
+            "code": code_fingerprint(__name__),
+        }
+    )
+
+
+def stored_resonances(store: Store, reduced_model: str, scene: Scene, rom: Path | None) -> list[Resonance]:
+    """The resonances in the store; computed on the reduced model `rom` where they are not there, none without one."""
+    key = resonance_key(reduced_model, scene)
+    if rom is None:
+        entry = store.find(KIND, key)
+    else:
+        entry = store.get(KIND, key, lambda folder: _write(folder / FILE, rom, scene))
+    values = [] if entry is None else json.loads(entry.file(FILE).read_text(encoding="utf-8"))
+    return [Resonance(**item) for item in values]
+
+
+def _write(path: Path, rom: Path, scene: Scene) -> None:
+    path.write_text(json.dumps([asdict(each) for each in resonances_of(rom, scene)]), encoding="utf-8")
+
+
+def resonances_of(rom: Path, scene: Scene) -> list[Resonance]:
+    """First resonances of a reduced model with free and with stuck contacts, for every excited harmonic."""
+    from pipeline.stages.scene_to_solver import contact_on_model, damped_modes, excitation
+    from rom import RelativeReceptance, linear_response, natural_frequencies, read_reduced_model
+
+    model = read_reduced_model(rom, with_basis=False)
+    modal, contact, wave = (
+        damped_modes(model, scene.response, scene.load),
+        contact_on_model(scene, model),
+        excitation(scene),
+    )
+    phase = modal.phase(wave.engine_order)
+    given: dict[str, Any] = {"phase": phase, "force": wave.force, "harmonic_factors": wave.factors}
+    springs = {"normal": contact.normal_stiffness, "tangential": contact.tangential_stiffness}
+    states: dict[str, dict[str, Any]] = {FREE: {}, STUCK: springs}
+    found = []
+    for h in RelativeReceptance(modal, phase, (1,), wave.force, wave.factors).excited_harmonics:
+        for state, stiffness in states.items():
+            own = natural_frequencies(model, h * phase, count=min(COUNT, model.size), **stiffness) / h
+            amplitude = abs(linear_response(modal, own, harmonic=h, **given, **stiffness))
+            order = h * scene.excitation.engine_order
+            found += [
+                Resonance(state, order, number, float(hz), float(height))
+                for number, (hz, height) in enumerate(zip(own, amplitude, strict=True), start=1)
+                if hz > 0.0
+            ]
+    return found
+
+
+def _rounded(frequency_hz: float, towards: Callable[[float], int]) -> float:
+    """A frequency with two digits, rounded in one direction."""
+    unit = 10.0 ** (math.floor(math.log10(frequency_hz)) - 1)
+    return float(f"{towards(frequency_hz / unit) * unit:.6g}")

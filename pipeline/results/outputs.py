@@ -15,7 +15,7 @@ from pipeline.results.point_reader import TABLE_HASH
 from pipeline.scene.units import column_name
 from pipeline.stages.code_fingerprint import code_fingerprint
 from pipeline.stages.curve_file import BRANCHES, cell_value
-from pipeline.stages.curve_summary import NO_RESIDUAL
+from pipeline.stages.curve_summary import NO_RESIDUAL, NO_STATIC
 from pipeline.stages.curve_table import TABLE, CurveTable, write_table
 from pipeline.stages.respond import CurveResult
 from pipeline.stages.stored_curve import ADDED
@@ -209,16 +209,17 @@ def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
     numbers: dict[str, Any] = dict.fromkeys(("peak_frequency_hz", "peak_amplitude_m", "energy_error"))
     numbers |= dict.fromkeys(("truncation_error", "sampling_error", "sampling_frequency_error"))
     numbers |= dict.fromkeys(("truncation_branch", "truncation_frequency_hz", "motion_truncation_error"))
-    numbers |= {"points": 0, "iterations": 0, "seconds": 0.0}
+    numbers |= {"peak_at_end": False, "points": 0, "iterations": 0, "seconds": 0.0}
     numbers["harmonics"] = curve.member.scene.response.harmonics
     numbers |= {"bifurcations": [], "detached": []}
-    numbers |= worst_summary(facts) | residual_summary(facts)
+    numbers |= worst_summary(facts) | residual_summary(facts) | static_summary(facts)
     if facts is not None:
         names = ["peak_frequency_hz", "peak_amplitude_m", "energy_error", "truncation_error"]
         names += ["truncation_frequency_hz", "motion_truncation_error", "sampling_error", "sampling_frequency_error"]
         for name in names:
             numbers[name] = number_or_null(getattr(facts, name))
         numbers["truncation_branch"] = facts.truncation_branch or None
+        numbers["peak_at_end"] = facts.peak_at_end
         numbers["points"], numbers["iterations"] = facts.points, facts.total_iterations
         numbers["seconds"], numbers["harmonics"] = facts.seconds, facts.harmonics
         numbers["bifurcations"], numbers["detached"] = list(facts.bifurcations), list(facts.detached)
@@ -238,10 +239,11 @@ def curve_summary(curve: CurveResult, out: Path) -> dict[str, Any]:
 def worst_summary(facts: CurveSummary | None) -> dict[str, Any]:
     """The worst motion of a curve as in summary.json; null where there is none."""
     found = ("amplitude_m", "frequency_hz", "branch", "motion", "scatter", "nodal_diameter", "ring_blades")
-    names = (*found, "searched", "unresolved")
+    names = (*found, "searched", "unresolved", "at_end", "not_counted", "truncation_error")
     if facts is None or not facts.worst_searched:
         return {f"worst_{name}": None for name in names}
     values = {f"worst_{name}": getattr(facts, f"worst_{name}") for name in names}
+    values["worst_truncation_error"] = number_or_null(facts.worst_truncation_error)
     if not math.isfinite(facts.worst_amplitude_m):
         values |= {f"worst_{name}": None for name in found}
     return values
@@ -251,6 +253,13 @@ def residual_summary(facts: CurveSummary | None) -> dict[str, Any]:
     """What residual tractions leave open, as in summary.json; null where it is not known."""
     values = {name: None if facts is None else number_or_null(getattr(facts, name)) for name in NO_RESIDUAL}
     return {"free_nodes": None if facts is None or facts.free_nodes < 0 else facts.free_nodes, **values}
+
+
+def static_summary(facts: CurveSummary | None) -> dict[str, Any]:
+    """The static contact as in summary.json; null where it is not known."""
+    if facts is None or not math.isfinite(facts.static_force_n):
+        return dict.fromkeys(NO_STATIC)
+    return {name: getattr(facts, name) for name in NO_STATIC}
 
 
 def write_summary(store: Store, out: Path, summary: dict[str, Any]) -> None:

@@ -65,6 +65,9 @@ def key_table(found: Mapping[str, Any]) -> Table:
     for key, ends in found["keys"].items():
         cells = []
         for end in (ends["best"], ends["worst"]):
+            if end is None:
+                cells += ["not known", "-", "-"]
+                continue
             cells += [_value(key, end["value"]), with_unit(end["median_m"]), with_unit(end["highest_m"])]
         table.add_row(quantity(key).symbol, *cells)
     return table
@@ -73,7 +76,10 @@ def key_table(found: Mapping[str, Any]) -> Table:
 def overview_lines(table: CurveTable) -> tuple[list[str], dict[str, Any]]:
     """Lines on the number of curves, the best and the worst one; and the statistics behind."""
     found = statistics(table)
-    return [f"{found['curves']} curves, {found['complete']} complete; {ROWS}", *end_lines(found)], found
+    lines = [f"{found['curves']} curves, {found['complete']} complete; {ROWS}"]
+    if found["lower_bounds"]:
+        lines.append(f"{found['lower_bounds']} of them may be higher than found: quantiles are lower bounds")
+    return [*lines, *end_lines(found)], found
 
 
 def end_lines(found: Mapping[str, Any] | None) -> list[str]:
@@ -82,7 +88,8 @@ def end_lines(found: Mapping[str, Any] | None) -> list[str]:
     for name, word in (("best", "lowest"), ("worst", "highest")):
         if found is not None and (curve := found[name]) is not None:
             swept = ", ".join(value_label(key, value) for key, value in curve["parameters"].items())
-            height = f"{with_unit(curve['amplitude_m'])} at {curve['frequency_hz']:.6g} Hz"
+            least = ">= " * curve.get("lower_bound", False)
+            height = f"{least}{with_unit(curve['amplitude_m'])} at {curve['frequency_hz']:.6g} Hz"
             lines.append(f"{word}: {height}, curve {curve['curve']} ({swept})")
     return lines
 

@@ -21,7 +21,8 @@ def statistics(table: CurveTable) -> dict[str, Any]:
     """Statistics of the curves, as in summary.json.
 
     The height of a curve is its worst motion, or the peak of its main branch where that is not known. Of a swept key
-    the best value is the one with the lowest height of its highest curve.
+    the best value is the one with the lowest height of its highest curve. What may be higher than found, an end of
+    the frequency range for example, is never best; `lower_bounds` is the number of such curves.
 
     Parameters
     ----------
@@ -37,13 +38,17 @@ def statistics(table: CurveTable) -> dict[str, Any]:
     """
     heights = table.heights
     found: dict[str, Any] = {"curves": len(table), "complete": int(np.sum(table.columns["complete"]))}
+    found["lower_bounds"] = int(np.sum(table.lower_bounds & np.isfinite(heights)))
     found |= {"levels": list(LEVELS), "quantiles": {name: _quantiles(table.columns[name]) for name in QUANTITIES}}
     known = np.flatnonzero(np.isfinite(heights))
     if known.size == 0:
         return found | {"best": None, "worst": None, "keys": {}}
-    best, worst = (int(known[pick(heights[known])]) for pick in (np.argmin, np.argmax))
-    keys = {key: _by_value(values[known], heights[known]) for key, values in table.parameters.items()}
-    return found | {"best": _curve(table, best), "worst": _curve(table, worst), "keys": keys}
+    closed = known[~table.lower_bounds[known]]
+    worst = int(known[np.argmax(heights[known])])
+    best = None if closed.size == 0 else _curve(table, int(closed[np.argmin(heights[closed])]))
+    open_above = table.lower_bounds[known]
+    keys = {key: _by_value(values[known], heights[known], open_above) for key, values in table.parameters.items()}
+    return found | {"best": best, "worst": _curve(table, worst), "keys": keys}
 
 
 def _quantiles(values: Array) -> list[float | None]:
@@ -60,18 +65,20 @@ def _curve(table: CurveTable, number: int) -> dict[str, Any]:
         "parameters": table.parameters_of(number),
         "amplitude_m": float(columns[f"{kind}_amplitude_m"][number]),
         "frequency_hz": float(columns[f"{kind}_frequency_hz"][number]),
+        "lower_bound": bool(table.lower_bounds[number]),
     }
 
 
-def _by_value(values: Array, heights: Array) -> dict[str, Any]:
+def _by_value(values: Array, heights: Array, open_above: Array) -> dict[str, Any]:
     """Best and worst value of a key, or range [low, high] of values where there are many numbers."""
     groups = _groups(values)
     rows = [
         {"value": value, "median_m": float(np.median(heights[rows])), "highest_m": float(np.max(heights[rows]))}
         for value, rows in groups
     ]
-    order = sorted(rows, key=lambda row: row["highest_m"])
-    return {"best": order[0], "worst": order[-1]}
+    order = sorted(range(len(rows)), key=lambda number: rows[number]["highest_m"])
+    closed = [number for number in order if not open_above[groups[number][1]].any()]
+    return {"best": rows[closed[0]] if closed else None, "worst": rows[order[-1]]}
 
 
 def _groups(values: Array) -> list[tuple[Any, Array]]:

@@ -7,21 +7,22 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from nonlinear import TRUNCATION_TOLERATED as TOLERATED
 from pipeline.results.branch_ends import branch_remarks
-from pipeline.results.worst import worst_cells
+from pipeline.results.worst import END_MARK, share, worst_cells
 from pipeline.scene.labels import prefixed, quantity
+from pipeline.stages.curve_summary import CurveSummary
 from pipeline.stages.request import RunOutcome
 from pipeline.stages.respond import CurveResult
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-TOLERATED = 0.05  # truncation error of a peak above which a run warns
 TOLERATED_SAMPLING = 0.01  # the same of the sampling error of its amplitude or frequency
 
 
 def curve_table(outcome: RunOutcome, most: int | None = None) -> Table:
-    """One row a curve: swept parameters, worst motion, peak of the main branch, its errors, points and seconds.
+    """One row a curve: swept parameters, worst motion, peak of the main branch, static contact, errors, seconds.
 
     `most` is the number of curves, the first ones, that have a row; None: all.
     """
@@ -38,7 +39,8 @@ def curve_table(outcome: RunOutcome, most: int | None = None) -> Table:
     errors = ("trunc.\nerror", *(("sampling\nerror",) * sampled), "energy\nerror")
     worst = ("worst\n[Hz]", f"worst\n[{unit}]", "on\nbranch")
     peak = ("main\npeak [Hz]", f"main\npeak [{unit}]")
-    for heading in (*worst, *peak, "har-\nmonics", *errors, "points", "seconds"):
+    static = ("static\nforce [N]", "open", "static\nv [µm]")
+    for heading in (*worst, *peak, *static, "har-\nmonics", *errors, "points", "seconds"):
         table.add_column(escape(heading), justify="right")
     for index, curve in enumerate(outcome.curves[:most]):
         text = bare_value if most is None else short_value
@@ -84,18 +86,19 @@ def _numbers(curve: CurveResult, factor: float, sampled: bool) -> list[str]:
     """Cells of a curve; with `sampled` there is one of the sampling error, the larger of amplitude and frequency."""
     facts = curve.facts
     if facts is None:
-        return ["failed", *(["-"] * (6 + sampled)), "-", "0", "-"]
+        return ["failed", *(["-"] * (9 + sampled)), "-", "0", "-"]
     known = math.isfinite(facts.peak_frequency_hz)
     frequency = f"{facts.peak_frequency_hz:.6g}" if known else "-"
     amplitude = f"{facts.peak_amplitude_m * factor:.4g}" if known else "-"
     if known and not facts.peak_located:
-        frequency += " (end)"
+        frequency += END_MARK
     mark = "" if facts.complete else " (incomplete)"
     energy = f"{facts.energy_error:.0e}" if math.isfinite(facts.energy_error) else "-"
     return [
         *worst_cells(facts, factor),
         frequency,
         amplitude,
+        *static_cells(facts),
         str(facts.harmonics),
         truncation_cell(facts.truncation_error, facts.truncation_branch),
         *([_sampling(curve)] * sampled),
@@ -105,19 +108,43 @@ def _numbers(curve: CurveResult, factor: float, sampled: bool) -> list[str]:
     ]
 
 
+def static_cells(facts: CurveSummary) -> tuple[str, str, str]:
+    """Static normal force of a face, N, its open share, and the range of v, um (above 0 pressed together)."""
+    if not math.isfinite(facts.static_force_n):
+        return "-", "-", "-"
+    low, high = (f"{1e6 * v:.3g}" for v in (facts.static_lowest_m, facts.static_highest_m))
+    span = low if low == high else f"{low} to {high}"
+    return f"{facts.static_force_n:.4g}", f"{100.0 * facts.static_open_share:.3g} %", span
+
+
+def static_said(curve: CurveResult) -> str:
+    """The static contact of a curve in words; "" where it is not known."""
+    facts = curve.facts
+    if facts is None or not math.isfinite(facts.static_force_n):
+        return ""
+    force, share_open, span = static_cells(facts)
+    speed = curve.member.scene.load.speed_rpm
+    at = f"at {speed:g} rev/min" if speed else "at rest"
+    return f"static contact {at}: {force} N on a face, {share_open} of it open, v = {span} µm (below 0: gap)"
+
+
+def opened_warning(outcome: RunOutcome) -> str:
+    """A line on the curves whose contacts are closed at rest and open in static equilibrium; "" without any."""
+    opened = [n for n, c in enumerate(outcome.curves) if c.facts is not None and c.facts.static_opened]
+    if not opened:
+        return ""
+    first = opened[0]
+    return (
+        f"{len(opened)} of {len(outcome.curves)} curves: nodes that are closed at rest are open before the blade "
+        f"vibrates; centrifugal load and other static forces take the faces apart. Curve {first}: "
+        f"{static_said(outcome.curves[first])}"
+    )
+
+
 def _sampling(curve: CurveResult) -> str:
     assert curve.facts is not None
     worst = max(curve.facts.sampling_error, curve.facts.sampling_frequency_error)
     return share(worst) if is_sampled(curve) else "none"
-
-
-def share(error: float) -> str:
-    """A relative error in percent; "unknown" where it is infinite: a more accurate solution has no such peak."""
-    if math.isnan(error):
-        return "-"
-    if error > 0.5:
-        return "over 50 %" if math.isfinite(error) else "unknown"
-    return "< 0.01 %" if error < 1e-4 else f"{100.0 * error:.2g} %"
 
 
 def truncation_cell(error: float, branch: str) -> str:

@@ -5,12 +5,17 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
+from nonlinear import TRUNCATION_TOLERATED
 from pipeline.scene.labels import prefixed
-from pipeline.stages.curve_summary import CurveSummary
-from pipeline.stages.respond import CurveResult
+
+if TYPE_CHECKING:
+    from pipeline.stages.curve_summary import CurveSummary
+    from pipeline.stages.respond import CurveResult
 
 SEARCHED = "searched: "  # beginning of each sentence
+END_MARK = " (end)"  # beside a frequency or an amplitude at an end of the frequency range, where no peak is
 _NUMBER = re.compile(r"\d+")
 SHORT_OF_TIME = ("take too long", "left out", "not settled")  # what is open after too short a time integration
 MOST_NAMED = 10  # curves whose numbers are listed
@@ -20,13 +25,48 @@ NOTICEABLE = 1.03  # ratio of the worst motion to the peak of the main branch ab
 def worst_cells(facts: CurveSummary | None, factor: float) -> tuple[str, str, str]:
     """Frequency (Hz), amplitude (m times `factor`) and kind of the worst motion, for a table.
 
-    An amplitude that the search may have fallen short of has the mark ">=", a quasi-periodic motion a star.
+    An amplitude that the search may have fallen short of has the mark ">=", a quasi-periodic motion a star, an end of
+    the frequency range "(end)", an amplitude with too few harmonics "(H too small)".
     """
     if facts is None or not math.isfinite(facts.worst_amplitude_m):
         return "-", "unknown" if facts is not None and facts.worst_searched else "-", "-"
     at_least = ">= " if facts.worst_unresolved else ""
-    amplitude = f"{at_least}{facts.worst_amplitude_m * factor:.4g}"
-    return f"{facts.worst_frequency_hz:.6g}", amplitude, _branch(facts) + "*" * (facts.worst_motion != "periodic")
+    amplitude = f"{at_least}{facts.worst_amplitude_m * factor:.4g}{' (H too small)' * harmonics_lack(facts)}"
+    return (
+        f"{facts.worst_frequency_hz:.6g}{END_MARK * facts.worst_at_end}",
+        amplitude,
+        _branch(facts) + "*" * (facts.worst_motion != "periodic"),
+    )
+
+
+def harmonics_lack(facts: CurveSummary) -> bool:
+    """Whether the height of a curve has a truncation error that is too large: H is too small for it."""
+    return number_error(facts) > TRUNCATION_TOLERATED
+
+
+def truncation_mark(error: float) -> str:
+    """` (H too small: truncation error 24 %)` where that is the case; otherwise empty."""
+    return f" (H too small: truncation error {share(error)})" if error > TRUNCATION_TOLERATED else ""
+
+
+def height_mark(facts: CurveSummary) -> str:
+    """What is said beside the worst motion of a curve: an end of the range, and harmonics that are too few."""
+    return END_MARK * facts.at_end + truncation_mark(number_error(facts))
+
+
+def number_error(facts: CurveSummary) -> float:
+    """Truncation error of the height of a curve: of its worst motion, or of the peak where that has none."""
+    worst = facts.worst_truncation_error
+    return facts.truncation_error if math.isnan(worst) else worst
+
+
+def share(error: float) -> str:
+    """A relative error in percent; "unknown" where it is infinite: a more accurate solution has no such peak."""
+    if math.isnan(error):
+        return "-"
+    if error > 0.5:
+        return "over 50 %" if math.isfinite(error) else "unknown"
+    return "< 0.01 %" if error < 1e-4 else f"{100.0 * error:.2g} %"
 
 
 def worst_kind(facts: CurveSummary) -> str:
@@ -81,6 +121,7 @@ def search_notes(curves: Sequence[CurveResult]) -> list[str]:
     """What the search for the worst motion covered and what it did not, and what it left open, curve by curve."""
     said = [curve.facts.worst_searched for curve in curves if curve.facts is not None and curve.facts.worst_searched]
     notes = [f"worst motion: the highest that persists; {_merged(said)}"] if said else []
+    notes += end_notes(curves)
     if said and any(curve.carried_from for curve in curves):
         notes.append("branches of neighbouring curves of the sweep were continued to these curves, too")
     if any(curve.facts is not None and curve.facts.worst_motion == "quasi-periodic" for curve in curves):
@@ -95,6 +136,8 @@ def search_notes(curves: Sequence[CurveResult]) -> list[str]:
     for number, curve in enumerate(curves):
         if curve.facts is not None and curve.facts.worst_unresolved:
             notes.append(f"curve {number}: the worst motion may be higher: {curve.facts.worst_unresolved}")
+        if curve.facts is not None and curve.facts.worst_not_counted:
+            notes.append(f"curve {number}: not counted as worst motion: {curve.facts.worst_not_counted}")
     short = {
         curve.member.scene.response.blade_periods
         for curve in curves
@@ -103,6 +146,29 @@ def search_notes(curves: Sequence[CurveResult]) -> list[str]:
     if short:
         notes.append(f"response.blade_periods above {max(short)} lets time integration go on for longer")
     return notes
+
+
+def end_notes(curves: Sequence[CurveResult]) -> list[str]:
+    """A line for each curve whose highest amplitude lies at an end of the frequency range."""
+    return [
+        f"curve {number}: {said}"
+        for number, curve in enumerate(curves)
+        if curve.facts is not None and (said := end_said(curve.facts))
+    ]
+
+
+def end_said(facts: CurveSummary) -> str:
+    """That the highest amplitude of a curve is no peak, and its highest peak inside the range; "" for a peak."""
+    if not (facts.worst_at_end or facts.peak_at_end):
+        return ""
+    height, at = facts.peak_amplitude_m, facts.peak_frequency_hz
+    if facts.worst_at_end:
+        height, at = facts.worst_amplitude_m, facts.worst_frequency_hz
+    inner = max(facts.peaks, key=lambda peak: float(peak["amplitude_m"]), default=None)
+    inside = "none inside it"
+    if inner is not None:
+        inside = f"the highest inside it: {with_unit(inner['amplitude_m'])} at {inner['frequency_hz']:.6g} Hz"
+    return f"{with_unit(height)} at {at:.6g} Hz, an end of the frequency range, is no peak ({inside})"
 
 
 def with_unit(amplitude_m: float) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -10,6 +10,7 @@ from pipeline.scene.fields import Number, Section, key
 
 MOST_KEYS = 6
 RANGES = f"a table of 1 to {MOST_KEYS} dotted keys, each with a list of two numbers, the second above the first"
+Objective = Literal["displacement", "harmonic_1"]
 Range = tuple[Number, Number]
 Ranges = Annotated[dict[str, Range], Field(min_length=1, max_length=MOST_KEYS)]
 
@@ -19,6 +20,12 @@ class Optimum(Section):
 
     over: Annotated[dict[str, Range | Ranges], Field(min_length=1, max_length=MOST_KEYS)] = key(
         "keys of the scene with the ranges in which they may lie", RANGES
+    )
+
+    objective: Objective = key(
+        "what is made low: the largest displacement over a period, or its first harmonic alone",
+        '"displacement" or "harmonic_1"',
+        "displacement",
     )
 
     @property

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import h5py
 
-    from nonlinear import Bifurcation, ResidualBounds, ResponseCurve, WorstMotion
+    from nonlinear import Bifurcation, ResidualBounds, ResponseCurve, StaticContact, WorstMotion
 
 
 # attributes of the worst motion, and their values where there is none
@@ -27,6 +27,9 @@ NO_WORST: dict[str, Any] = {
     "worst_ring_blades": 0,
     "worst_searched": "",
     "worst_unresolved": "",
+    "worst_at_end": False,
+    "worst_not_counted": "",
+    "worst_truncation_error": math.nan,
 }
 # attributes of the bounds over residual tractions, and their values where they were not asked for
 _OF_DISPLACEMENT = {"m": "amplitude_m", "hz": "frequency_hz", "vibration_m": "vibration_m", "static_m": "static_m"}
@@ -42,6 +45,13 @@ NO_RESIDUAL: dict[str, Any] = {
 }
 
 
+# attributes of the static contact, and their values where it is not known
+NO_STATIC: dict[str, Any] = {
+    **{f"static_{name}": math.nan for name in ("force_n", "open_share", "lowest_m", "highest_m")},
+    "static_opened": False,
+}
+
+
 def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
     """The summary of a curve as attributes of its file; nan where there is no number."""
     import numpy as np
@@ -53,6 +63,7 @@ def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
         "peak_amplitude_m": math.nan if peak is None else float(peak.amplitude_m),
         "peak_index": -1 if peak is None else int(peak.index),
         "peak_located": peak is not None and bool(peak.located),
+        "peak_at_end": peak is not None and bool(peak.at_end),
         "points": len(response.frequency_hz),
         "total_iterations": int(np.sum(response.iterations)),
         "seconds": float(response.seconds),
@@ -74,11 +85,14 @@ def summary_attributes(response: ResponseCurve) -> dict[str, Any]:
         "free_nodes": int(response.free_nodes),
         "outputs": json.dumps([_peak_of(response, name) for name in response.outputs]),
         **_residual(response.residual_bounds),
+        **_static(response.static_contact),
     }
 
 
 def _peak_of(response: ResponseCurve, name: str) -> dict[str, Any]:
     """The largest amplitude of a further output on any branch; branch 0 is the main one."""
+    from nonlinear import at_range_end
+
     branches = [response, *response.detached]
     found = [(number, branch.amplitude_of(name)) for number, branch in enumerate(branches) if branch.points]
     if not found:
@@ -86,12 +100,14 @@ def _peak_of(response: ResponseCurve, name: str) -> dict[str, Any]:
     number, amplitude = max(found, key=lambda each: float(each[1].max()))
     at = int(amplitude.argmax())
     frequency = float(branches[number].frequency_hz[at])
+    limits = float(response.frequency_hz[0]), float(response.frequency_hz[-1])
     return {
         "name": name,
         "peak_amplitude": float(amplitude[at]),
         "peak_frequency_hz": frequency,
         "branch": number,
         "stable": bool(branches[number].stable[at]),
+        "at_end": response.termination.complete and at_range_end(frequency, limits),
     }
 
 
@@ -104,6 +120,23 @@ def _residual(bounds: ResidualBounds | None) -> dict[str, Any]:
         for bound, names in RESIDUAL_BOUNDS.items()
         for name, attribute in names.items()
     }
+
+
+def _static(found: StaticContact | None) -> dict[str, Any]:
+    """The static contact as attributes."""
+    if found is None:
+        return dict(NO_STATIC)
+    return {name: getattr(found, name.removeprefix("static_")) for name in NO_STATIC}
+
+
+def stored_static(attributes: Mapping[str, Any]) -> StaticContact | None:
+    """The static contact from the attributes of a curve; None where it is not known."""
+    from nonlinear import StaticContact
+
+    values = {name: type(none)(attributes.get(name, none)) for name, none in NO_STATIC.items()}
+    if math.isnan(values["static_force_n"]):
+        return None
+    return StaticContact(**{name.removeprefix("static_"): value for name, value in values.items()})
 
 
 def _worst(worst: WorstMotion | None) -> dict[str, Any]:
@@ -131,6 +164,7 @@ def _detached(branch: ResponseCurve) -> dict[str, Any]:
         "from_hz": float(branch.frequency_hz.min()),
         "to_hz": float(branch.frequency_hz.max()),
         "peak_amplitude_m": float(branch.amplitude_m.max()),
+        "peak_at_end": branch.peak is not None and branch.peak.at_end,
         "points": branch.points,
         "stable_points": int(branch.stable.sum()),
         "reason": branch.termination.message,
@@ -163,6 +197,7 @@ class CurveSummary:
     peak_amplitude_m: float
     peak_index: int
     peak_located: bool
+    peak_at_end: bool
     points: int
     total_iterations: int
     seconds: float
@@ -192,6 +227,9 @@ class CurveSummary:
     worst_ring_blades: int
     worst_searched: str
     worst_unresolved: str
+    worst_at_end: bool
+    worst_not_counted: str
+    worst_truncation_error: float
     free_nodes: int
     residual_lowest_m: float
     residual_lowest_hz: float
@@ -209,7 +247,17 @@ class CurveSummary:
     residual_most_vibration_hz: float
     residual_most_vibration_static_m: float
     residual_most_vibration_displacement_m: float
+    static_force_n: float
+    static_open_share: float
+    static_lowest_m: float
+    static_highest_m: float
+    static_opened: bool
     outputs: tuple[dict[str, Any], ...] = ()
+
+    @property
+    def at_end(self) -> bool:
+        """Whether the worst motion, or the peak where that is not known, lies at an end of the frequency range."""
+        return self.worst_at_end if math.isfinite(self.worst_amplitude_m) else self.peak_at_end
 
 
 def _bounds(attributes: Mapping[str, Any]) -> dict[str, Any]:
@@ -226,6 +274,7 @@ def read_summary(group: h5py.Group) -> CurveSummary:
         peak_amplitude_m=float(attributes["peak_amplitude_m"]),
         peak_index=int(attributes["peak_index"]),
         peak_located=bool(attributes["peak_located"]),
+        peak_at_end=bool(attributes.get("peak_at_end", not attributes["peak_located"])),
         points=int(attributes["points"]),
         total_iterations=int(attributes["total_iterations"]),
         seconds=float(attributes["seconds"]),
@@ -247,6 +296,7 @@ def read_summary(group: h5py.Group) -> CurveSummary:
         detached=tuple(json.loads(attributes["detached"])),
         **{name: type(none)(attributes.get(name, none)) for name, none in NO_WORST.items()},
         free_nodes=int(attributes.get("free_nodes", -1)),
+        **{name: type(none)(attributes.get(name, none)) for name, none in NO_STATIC.items()},
         outputs=tuple(json.loads(attributes.get("outputs", "[]"))),
         **_bounds(attributes),
     )

@@ -97,6 +97,14 @@ class CurveTable:
         return CurveSummary(**values)
 
     @property
+    def lower_bounds(self) -> NDArray[np.bool_]:
+        """Whether the height of each curve may be higher: an end of the range, or an open search; (n,)."""
+        worst = self.columns["worst_amplitude_m"]
+        at_end = np.where(np.isfinite(worst), self.columns["worst_at_end"], self.columns["peak_at_end"]).astype(bool)
+        found: NDArray[np.bool_] = at_end | np.array([bool(said) for said in self.columns["worst_unresolved"]], bool)
+        return found
+
+    @property
     def heights(self) -> Array:
         """Worst motion of each curve, m; where it is not known the peak of the main branch; nan without either."""
         worst = self.columns["worst_amplitude_m"]
@@ -139,8 +147,12 @@ def read_table(group: h5py.Group) -> CurveTable:
     count = len(group["solved"])
 
     def column(name: str) -> Array:
-        absent = name == "outputs" and name not in group  # files of earlier versions
-        return np.full(count, "[]", dtype=object) if absent else _read(group[name])
+        if name in group:
+            return _read(group[name])
+        if name == "peak_at_end":  # files of earlier versions
+            return ~_read(group["peak_located"])
+        none = _NONE.get(_TYPES[name], "[]")
+        return np.full(count, none, dtype=object if isinstance(none, str) else None)
 
     columns = LazyArrays([*_TYPES, *_OTHERS], column)
     return CurveTable(columns, LazyArrays(list(parameters), lambda key: _read(parameters[key])))

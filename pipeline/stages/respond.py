@@ -98,7 +98,8 @@ def curve_line(found: CurveResult) -> str:
     """What to say of a curve that has been solved."""
     facts = found.facts
     assert facts is not None
-    peak = f"peak {facts.peak_frequency_hz:.6g} Hz {facts.peak_amplitude_m:.4g} m"
+    name = "end of the range" if facts.peak_at_end else "peak"
+    peak = f"{name} {facts.peak_frequency_hz:.6g} Hz {facts.peak_amplitude_m:.4g} m"
     return f"{peak}, {facts.points} points, {facts.seconds:.2f} s" + (
         "" if facts.complete else f" (incomplete: {facts.reason})"
     )

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.stages.curve_file import BRANCHES, COLUMNS, OUTPUT, write_branch
-from pipeline.stages.curve_summary import stored_worst, summary_attributes
+from pipeline.stages.curve_summary import stored_static, stored_worst, summary_attributes
 from pipeline.store.fingerprints import content_fingerprint
 
 if TYPE_CHECKING:
@@ -48,7 +48,8 @@ def read_curve(path: Path) -> ResponseCurve:
 
     with h5py.File(path, "r") as file:
         branches = tuple(_read(group) for group in branch_groups(file))
-        return replace(_read(file), detached=branches, worst=stored_worst(file.attrs))
+        found = replace(_read(file), detached=branches, static_contact=stored_static(file.attrs))
+        return replace(found, worst=stored_worst(file.attrs))
 
 
 def read_added(path: Path) -> ResponseCurve:
@@ -169,4 +170,5 @@ def _peak(attributes: Mapping[str, Any]) -> Peak | None:
     if index < 0:
         return None
     height, located = float(attributes["peak_amplitude_m"]), bool(attributes["peak_located"])
-    return Peak(float(attributes["peak_frequency_hz"]), height, index, located)
+    at_end = bool(attributes["peak_at_end"])
+    return Peak(float(attributes["peak_frequency_hz"]), height, index, located, at_end)

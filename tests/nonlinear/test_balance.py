@@ -1,17 +1,19 @@
 """Derivatives of the balance and of the amplitude along the curve against finite differences."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
 from lumped import lumped_blade
 
-from nonlinear import SLIP, ContactParameters, Excitation, SolverOptions, build_harmonic_balance
+from nonlinear import SLIP, ContactParameters, Excitation, SolverOptions, StaticContact, build_harmonic_balance
 from nonlinear.branches.range_continuation import continue_over_range
 from nonlinear.continuation.arclength_continuation import Continuation
 from nonlinear.continuation.bordered_system import BorderedSystem
 from nonlinear.continuation.response_quantities import amplitude_derivative, largest_amplitude, output_amplitude
 from nonlinear.harmonic_balance.initial_solution import periodic_start, static_displacement
+from nonlinear.response_solver import build_continuation
 from rom import modal_model
 
 
@@ -137,3 +139,36 @@ def test_even_harmonics_that_nothing_excites_are_left_out(preload, law):
 def test_a_load_that_varies_excites_all_harmonics():
     balance, _, _ = build(3, interference=5.0)
     assert not balance.odd
+
+
+@pytest.mark.parametrize(("pull", "interference"), [(0.0, 0.4), (3.0, 0.4), (-3.0, -0.2), (12.0, 0.4), (3.0, -0.2)])
+def test_static_contact_against_all_states_of_its_nodes(pull, interference):
+    """Without friction: of the 8 sets of closed nodes one is in equilibrium, K q = f - sum over it of n N."""
+    blade = lumped_blade(n_contacts=3)
+    rng = np.random.default_rng(2)
+    force = np.zeros(len(blade.stiffness))
+    force[3:] = pull * rng.normal(1.0, 0.6, size=force.size - 3)  # on the contact nodes of both faces
+    force[3:12] *= -1.0  # takes the right face from the left one
+    model = replace(blade, force_static=force)
+    v0 = interference + np.array([0.0, 0.1, -0.15])
+    contact = ContactParameters.shared(
+        3, normal_stiffness=6.0, tangential_stiffness=0.0, friction=0.0, interference=v0
+    )
+    static = build_continuation(
+        modal_model(model, damping_ratio=0.01), contact, Excitation(4, 1.0), SolverOptions((0.1, 0.2))
+    )[2]
+    found = StaticContact.of(contact, static)
+    normals = (blade.contact_right - blade.contact_left)[2::3]
+    solutions = []
+    for states in product((False, True), repeat=3):
+        closed = np.array(states)
+        rows = normals[closed]
+        matrix = blade.stiffness + 2.0 * rows.T @ rows
+        v = v0 + normals @ np.linalg.solve(matrix, force - 2.0 * rows.T @ v0[closed])
+        if np.array_equal(v > 0.0, closed):
+            solutions.append((2.0 * v[closed].sum(), 1.0 - closed.mean(), v.min(), v.max()))
+    ((load, share, lowest, highest),) = solutions
+    assert found.force_n == pytest.approx(load, rel=1e-9, abs=1e-12)
+    assert found.open_share == pytest.approx(share)
+    assert (found.lowest_m, found.highest_m) == pytest.approx((lowest, highest), rel=1e-9)
+    assert found.opened == bool(np.any((v0 > 0.0) & (v0 + static[:, 2] <= 0.0)))

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from lumped import oscillator
-from test_peak_curves import closed_form, slider
+from lumped import lumped_blade, oscillator
+from test_peak_curves import QUICK, closed_form, slider
 
 from nonlinear import (
     ContactError,
@@ -211,3 +211,51 @@ def test_multipliers_of_an_exchange() -> None:
     gradients = np.array([[3.0, 5.0], [-1.0, 7.0]])
     low_end = np.array([False, True])
     np.testing.assert_allclose(multipliers(gradients, low_end, inside), [0.25, 0.75], atol=1e-6)
+
+
+def test_the_first_harmonic_as_objective_against_responses_over_the_interference() -> None:
+    """Contacts that press: the displacement has a mean and a second harmonic too. The parabola through the first
+    harmonics of single responses has its minimum where the search finds it; that of the displacement is another."""
+    modal = modal_model(lumped_blade(n_contacts=1), damping_ratio=0.02)
+    contact = ContactParameters.shared(1, normal_stiffness=4.0, tangential_stiffness=3.0, friction=0.4)
+    wave, options = Excitation(4, 1.0), SolverOptions((0.34, 0.36), harmonics=2, **QUICK)
+    problem = modal, contact, wave, replace(options, objective="harmonic_1")
+    found = find_optimum(problem, "interference", 0.55, 0.6, most_responses=12)
+    assert found.objective == "harmonic_1"
+    assert "harmonic 1 of" in found.message
+    values = found.value + 0.004 * np.arange(-2.0, 3.0)
+    curves = [forced_response(modal, contact.with_interference(value), wave, options) for value in values]
+    heights = [top_of(curve.frequency_hz, curve.harmonic_m[:, 0]) for curve in curves]
+    fit = np.polynomial.Polynomial.fit(values, heights, 4)
+    assert float(fit(found.value)) == pytest.approx(found.amplitude_m, rel=2e-5)
+    lowest = min((z.real for z in fit.deriv().roots() if abs(z.imag) < 1e-9), key=lambda z: abs(z - found.value))
+    assert lowest == pytest.approx(found.value, abs=3e-4)
+    displacement = np.polynomial.Polynomial.fit(values, [curve.peak.amplitude_m for curve in curves], 4)
+    assert abs(displacement.deriv()(found.value)) > 10.0 * abs(fit.deriv()(found.value))
+    assert found.amplitude_m < 0.995 * curves[2].peak.amplitude_m
+    ahead = forced_response(modal, contact.with_interference(found.value), replace(wave, force=1.001), options)
+    rise = (top_of(ahead.frequency_hz, ahead.harmonic_m[:, 0]) - heights[2]) / 0.001
+    assert rise == pytest.approx(found.derivatives["force"], rel=2e-2)
+
+
+def top_of(x, y) -> float:
+    """Highest value of the parabola through the highest point and its neighbours."""
+    k = int(np.argmax(y))
+    a, b, c = np.polyfit(x[k - 1 : k + 2] - x[k], y[k - 1 : k + 2], 2)
+    return float(c - b**2 / (4.0 * a))
+
+
+def test_the_end_of_the_range_is_no_optimum() -> None:
+    """With more preload the peak of the slider leaves the range, and the end of the range lies ever lower."""
+    modal, contact, wave, options = slider()
+    options = replace(options, frequency_hz=(0.1, 0.18))
+    ends = forced_response(modal, replace(contact, preload=np.array([6.0])), wave, options)
+    found = find_optimum((modal, contact, wave, options), "preload", 0.9, 6.0, most_responses=12)
+    assert ends.worst.at_end
+    assert ends.worst.amplitude_m < found.amplitude_m
+    assert not found.worst.at_end
+    assert found.frequency_hz < 0.18
+    assert found.amplitude_m == pytest.approx(closed_form(np.array(found.value)), rel=1e-6)
+    assert any("end of the frequency range" in said and "no candidates" in said for said in found.remarks)
+    with pytest.raises(ArithmeticError, match="end of the frequency range, which is no peak"):
+        find_optimum((modal, contact, wave, options), "preload", 5.0, 6.0, most_responses=12)

@@ -281,6 +281,42 @@ def test_a_motion_that_falls_but_is_the_highest_at_the_end_is_said():
     assert worst_of(curve, OPTIONS, 72, fallen).unresolved == ""
 
 
+def test_the_end_of_the_range_is_a_lower_bound_and_no_peak():
+    """The hill ends on its way up: at 9 Hz, where the range ends, nothing is known of the peak beyond."""
+    rising = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 9.0]
+    worst = worst_of(curve_of([*SEVEN[:6], 9.0], rising, [True] * 7), OPTIONS, 72, never)
+    assert (worst.amplitude_m, worst.frequency_hz, worst.at_end) == (9.0, 9.0, True)
+    assert worst.unresolved.startswith("9 Hz is an end of the frequency range")
+    inside = worst_of(curve_of(SEVEN, HILL, [True] * 7), OPTIONS, 72, never)
+    assert (inside.at_end, inside.unresolved) == (False, "")
+
+
+@pytest.mark.parametrize("error", [3.65, 0.03, math.nan])
+@pytest.mark.parametrize("stays", [True, False])
+def test_a_detached_branch_that_more_harmonics_do_not_confirm_is_named_beside(error, stays):
+    """Case n02 of issue 39: 122.8 um from a branch with an estimate of 365 %; a ring started there fell to 11 um."""
+    high = replace(curve_of([4.0, 5.0], [50.0, 60.0], [True, True]), truncation_error=error)
+    curve = curve_of(SEVEN, HILL, [True] * 7, high)
+    fallen = {"amplitude_m": 1.0, "lowest_m": 1.0, "periodic": True, "envelope_m": np.ones((300, 4))}
+    integrate, starts = ring_to(60.0, stays=stays, started_m=60.0, **({} if stays else fallen))
+    worst = worst_of(curve, OPTIONS, 72, integrate)
+    if not error > 0.05:
+        assert (worst.amplitude_m, worst.branch, starts, worst.not_counted) == (60.0, 1, [], "")
+        assert worst.truncation_error == pytest.approx(error, nan_ok=True)
+    elif stays:
+        assert (worst.amplitude_m, worst.branch, worst.not_counted) == (60.0, 1, "")
+    else:
+        assert (worst.amplitude_m, worst.branch, worst.truncation_error) == (9.0, 0, 0.01)
+        assert (
+            worst.not_counted == "detached branch 1, up to 60 m: truncation error 365 %, the ring does not stay on it"
+        )
+        assert worst.unresolved == ""
+        without = worst_of(curve, OPTIONS, 72, None, "switched off")
+        assert (without.amplitude_m, without.branch) == (9.0, 0)
+        assert without.not_counted.endswith("not checked by time integration")
+        assert "1 unstable part of the branches, up to 60 m" in without.unresolved
+
+
 def test_more_blade_periods_are_shared_out_alike():
     curve = curve_of(SEVEN, HILL, [True, True, True, False, True, True, True])
     ring, _ = ring_to(15.0)

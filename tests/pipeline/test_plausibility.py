@@ -8,13 +8,22 @@ import pytest
 from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
 from scipy.linalg import eigh
 
-from pipeline.results.frequency_range import held_point_warning
+from pipeline.results.frequency_range import (
+    Resonance,
+    held_point_warning,
+    missing,
+    missing_warnings,
+    resonances_of,
+    stored_resonances,
+)
 from pipeline.scene.given_in_python import given_scene
 from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.scene.reading import read_scene
+from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.modal_truncation import HELD, _immobility
 from pipeline.stages.request import RunOutcome
-from rom import LinearOperation, ReducedModel
+from pipeline.store.content_store import Store
+from rom import LinearOperation, ReducedModel, write_reduced_model
 
 MILLIMETRES = {
     "blade__length": 150.0,
@@ -120,6 +129,93 @@ def test_nothing_is_wrong_with_the_scenes_that_ship(scene: Path) -> None:
     assert plausibility_warnings(read_scene(scene)) == []
 
 
+def resonances(*rows: tuple[str, int, int, float, float]) -> list[Resonance]:
+    return [Resonance(*row) for row in rows]
+
+
+BLADE = resonances(  # one that the force excites, one that it does not, a third far above, and engine order 12
+    ("free", 6, 1, 250.0, 1e-3),
+    ("stuck", 6, 1, 821.0, 4e-4),
+    ("free", 6, 2, 500.0, 1e-6),
+    ("stuck", 6, 2, 700.0, 1e-6),
+    ("free", 6, 3, 1500.0, 1e-4),
+    ("stuck", 6, 3, 2100.0, 1e-4),
+    ("free", 12, 1, 125.0, 5e-4),
+    ("stuck", 12, 1, 480.0, 3e-4),
+)
+
+
+@pytest.mark.parametrize(
+    ("interference", "limits", "outside"),
+    [
+        (2e-4, [100.0, 600.0], [821.0]),
+        (-2e-4, [100.0, 600.0], []),
+        (-2e-4, [200.0, 600.0], [125.0]),
+        (0.0, [200.0, 600.0], [821.0, 125.0]),
+        ([-1e-6, 1e-6], [300.0, 900.0], [250.0, 125.0]),
+        (2e-4, [100.0, 900.0], []),
+        (2e-4, [3000.0, 4000.0], [821.0]),
+        (-2e-4, [3000.0, 4000.0], [250.0]),
+    ],
+)
+def test_resonances_that_the_range_leaves_out(
+    interference: Any, limits: list[float], outside: list[float], tmp_path: Path
+) -> None:
+    """The designer's range of issue 39 ended at 600 Hz, below the stuck resonance at 821 Hz."""
+    scene = small_scene(contact__interference=interference, response__frequency=limits)
+    member = read_scene(write_scene(tmp_path / "s.toml", scene)).members[0]
+    assert sorted(each.frequency_hz for each in missing(member.scene, BLADE)) == sorted(outside)
+    lines = missing_warnings([member], lambda _: BLADE)
+    assert len(lines) == bool(outside)
+    assert all(f"{hz:.4g} Hz" in lines[0] for hz in outside)
+    low, high = min(limits[0], *outside, limits[1]), max(limits[1], *outside, limits[0])
+    for line in lines:  # the range proposed holds them, and not much more
+        given = [float(word) for word in line.rpartition("[")[2].partition("]")[0].split(", ")]
+        assert 0.85 * low <= given[0] <= low
+        assert high <= given[1] <= 1.15 * high
+
+
+def test_validate_knows_the_resonances_of_an_earlier_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = write_scene(tmp_path / "s.toml", small_scene(response__frequency=[0.1, 0.18], contact__interference=1e-6))
+    assert "leaves out" not in shroud("validate", path)[2]
+    scene = read_scene(path).first
+    write_reduced_model(tmp_path / "rom.h5", lumped_mass())
+    store = Store(tmp_path / "out" / scene.name / "store")
+    stored_resonances(store, model_keys(scene).reduce, scene, tmp_path / "rom.h5")
+    status, _, error = shroud("validate", path)
+    assert status == 0
+    assert "warning: response.frequency, 0.1 to 0.18 Hz, leaves out the resonance at " in error
+
+
+def lumped_mass() -> ReducedModel:
+    """A mass of 1 kg on a spring of 1 N/m, in contact with the next blade along t1."""
+    one = np.ones(1)
+    return ReducedModel(np.eye(1), np.eye(1), np.eye(3, 1), np.zeros((1, 3)), one, {"tip": one}, n_blades=12)
+
+
+def test_resonances_of_a_lumped_blade_and_a_run_that_says_what_its_range_leaves_out(tmp_path: Path) -> None:
+    """A mass of 1 kg on 1 N/m that sticks to 3 N/m: 1 / (2 pi) Hz free, 2 / (2 pi) Hz stuck; A = F / (2 zeta k)."""
+    rom = tmp_path / "rom.h5"
+    write_reduced_model(rom, lumped_mass())
+    contact = {"normal_stiffness": 1.0, "tangential_stiffness": 3.0, "friction": 0.5, "preload": 2.0}
+    scene = {"contact": contact, "excitation": {"engine_order": 3, "force": 1.0}, "name": "s"}
+    scene["response"] = {"frequency": [0.1, 0.18], "damping_ratio": 0.01}
+    path = write_scene(tmp_path / "s.toml", scene)
+    found = {each.state: each for each in resonances_of(rom, read_scene(path).first)}
+    assert found["free"].frequency_hz == pytest.approx(1.0 / (2.0 * np.pi))
+    assert found["stuck"].frequency_hz == pytest.approx(2.0 / (2.0 * np.pi))
+    assert found["free"].amplitude_m == pytest.approx(1.0 / 0.02)
+    status, out, error = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out")
+    assert status == 0
+    assert "leaves out the resonance at 0.3183 Hz (stuck, engine order 3)" in error
+    assert "[0.1, 0.34] holds it" in error
+    assert "0.18 (end)" in out
+    assert "0.18 Hz, an end of the frequency range, is no peak (none inside it)" in out
+    (curve,) = summary_of(tmp_path / "out")["curves"]
+    assert (curve["peak_at_end"], curve["worst_at_end"], curve["peak_frequency_hz"]) == (True, True, 0.18)
+
+
 def test_a_model_without_units_is_taken_as_it_is(tmp_path: Path) -> None:
     """Stiffness and interference of a given model may have any size; friction and damping ratio have no unit."""
     scene = {**ground_scene(friction=3.0), "response": {"frequency": [5.0, 6.0], "rayleigh": [0.0, 0.002]}}
@@ -129,9 +225,11 @@ def test_a_model_without_units_is_taken_as_it_is(tmp_path: Path) -> None:
     warnings = [line for line in error.splitlines() if line.startswith("warning: ")]
     assert len(warnings) == 2
     assert warnings[0].startswith(f"warning: {path}: contact.friction: 3.0 is unusual")
-    highest = max(hz for hz in summary_of(tmp_path / "out")["models"][0]["stuck_hz"]["0"])
+    stuck = summary_of(tmp_path / "out")["models"][0]["stuck_hz"]["0"][0]  # preloaded contacts
     assert warnings[1] == (
-        f"warning: no natural frequency lies in response.frequency, 5 to 6 Hz; the nearest: {highest:.6g} Hz"
+        "warning: response.frequency, 5 to 6 Hz, leaves out the resonance at "
+        f"{stuck:.4g} Hz (stuck, engine order 0): peaks may lie outside, and the end of the range is no peak; "
+        "[0.2, 6] holds it"
     )
     assert statuses(tmp_path / "out")["respond"] == "ran"
     quiet = shroud("respond", path, "--rom", rom, "--out", tmp_path / "out", "--quiet")

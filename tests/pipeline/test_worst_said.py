@@ -14,7 +14,7 @@ from pipeline.figures.style import styled
 from pipeline.report.page import _worst_cards
 from pipeline.results.outputs import curve_summary
 from pipeline.results.tables import curve_table
-from pipeline.results.worst import search_notes, worst_cells, worst_warning
+from pipeline.results.worst import height_mark, search_notes, worst_cells, worst_warning
 from pipeline.scene.reading import read_scene
 from pipeline.stages.curve_summary import NO_WORST, CurveSummary, stored_worst
 from pipeline.stages.respond import CurveResult
@@ -29,7 +29,13 @@ def facts_with(**worst: Any) -> CurveSummary:
     for field in fields(CurveSummary):
         kind = str(field.type)
         values[field.name] = {"float": math.nan, "int": 0, "bool": True, "str": ""}.get(kind, ())
-    values |= {"peak_amplitude_m": PEAK, "peak_frequency_hz": 445.6, **NO_WORST}
+    values |= {
+        "peak_amplitude_m": PEAK,
+        "peak_frequency_hz": 445.6,
+        "peak_at_end": False,
+        "static_opened": False,
+        **NO_WORST,
+    }
     return CurveSummary(**values | {f"worst_{name}": value for name, value in worst.items()})
 
 
@@ -56,6 +62,33 @@ def curves(tmp_path: Path) -> list[CurveResult]:
         facts_with(searched=SEARCHED.format("no time integration"), unresolved="1 unstable part"),
     ]
     return [CurveResult(member, None, None, found, "") for member, found in zip(members, facts, strict=True)]
+
+
+def test_an_end_of_the_range_is_marked_and_its_inner_peak_named(curves: list[CurveResult]) -> None:
+    """85 nm at 600 Hz, where the range ended, stood in a report as the best value (issue 39)."""
+    peaks = ({"frequency_hz": 300.0, "amplitude_m": 60e-9},)
+    end = replace(periodic(85e-9), worst_frequency_hz=600.0, worst_at_end=True, worst_unresolved="600 Hz is an end")
+    end = replace(end, peak_amplitude_m=85e-9, peak_frequency_hz=600.0, peak_at_end=True, peaks=peaks)
+    assert worst_cells(end, 1e9) == ("600 (end)", ">= 85", "main")
+    (said,) = (note for note in search_notes([replace(curves[0], facts=end)]) if "no peak" in note)
+    assert said == (
+        "curve 0: 85 nm at 600 Hz, an end of the frequency range, is no peak (the highest inside it: 60 nm at 300 Hz)"
+    )
+    assert "none inside it" in "".join(search_notes([replace(curves[0], facts=replace(end, peaks=()))]))
+    assert not any("no peak" in note for note in search_notes(curves))
+    assert height_mark(end) == " (end)"
+    row = curve_summary(replace(curves[0], facts=end), Path())
+    assert (row["peak_at_end"], row["worst_at_end"]) == (True, True)
+
+
+def test_too_few_harmonics_are_said_beside_the_number(curves: list[CurveResult]) -> None:
+    facts = replace(periodic(5e-6), worst_truncation_error=0.24)
+    assert worst_cells(facts, 1e6)[1] == "5 (H too small)"
+    assert height_mark(facts) == " (H too small: truncation error 24 %)"
+    beside = replace(facts, worst_truncation_error=0.01, worst_not_counted="detached branch 1, up to 1.2e-04 m")
+    assert worst_cells(beside, 1e6)[1] == "5"
+    notes = search_notes([replace(curves[0], facts=beside)])
+    assert "curve 0: not counted as worst motion: detached branch 1, up to 1.2e-04 m" in notes
 
 
 def test_a_warning_where_a_motion_is_higher_than_the_main_branch(curves: list[CurveResult]) -> None:
@@ -154,7 +187,7 @@ def test_tiles_of_the_report_do_not_praise_a_curve_whose_search_is_open() -> Non
 
     def plotted(height_m: float, is_open: bool) -> Any:
         label = f"curve of {1e6 * height_m:g} um"
-        return SimpleNamespace(worst=(100.0, height_m), worst_open=is_open, label=label, parameters={"a": 1})
+        return SimpleNamespace(worst=(100.0, height_m), worst_open=is_open, label=label, parameters={"a": 1}, mark="")
 
     known, other, unsure = plotted(5e-6, False), plotted(9e-6, False), plotted(1e-6, True)
     tiles = _worst_cards([known, other])

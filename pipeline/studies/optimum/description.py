@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
+from pipeline.results.worst import END_MARK, truncation_mark
 from pipeline.scene.labels import prefixed, quantity
 from pipeline.scene.units import key_unit
-from pipeline.studies.optimum.optimum_result import OptimumResult, Trial
+from pipeline.studies.optimum.optimum_result import OBJECTIVES, OptimumResult, Trial
 
 KINDS = {
     "smooth": "smooth minimum",
@@ -23,7 +24,8 @@ def message_of(result: OptimumResult) -> str:
     values = ", ".join(f"{key} = {shown(key, value)}" for key, value in result.values.items())
     if result.kind == "flat":
         return f"{', '.join(result.values)}: {KINDS['flat']}, {_motion(result)}"
-    return f"{values}: {KINDS[result.kind]}, {_motion(result)}{_gain(result)}"
+    first = "harmonic 1 of " if result.objective == "harmonic_1" else ""
+    return f"{values}: {KINDS[result.kind]}, {first}{_motion(result)}{_gain(result)}"
 
 
 def shown(key: str, value: float) -> str:
@@ -45,7 +47,7 @@ def table_rows(result: OptimumResult) -> list[tuple[str, str]]:
     for key, value in result.values.items():
         low, high = result.ranges[key]
         rows.append((key, f"{shown(key, value)} (range {shown(key, low)} to {shown(key, high)})"))
-    rows.append(("worst motion", f"{_motion(result)}, {result.motion}"))
+    rows.append((f"worst motion, {OBJECTIVES[result.objective]}", f"{_motion(result)}, {result.motion}"))
     rows.append(("kind", KINDS[result.kind]))
     if math.isfinite(result.curvature):
         (key,) = result.within
@@ -73,7 +75,9 @@ def _per(key: str, power: int = 1) -> str:
 def _motion(result: OptimumResult | Trial) -> str:
     """Amplitude and frequency with units."""
     factor, unit = prefixed(result.amplitude_m, "m")
-    return f"{result.amplitude_m * factor:.4g} {unit} at {result.frequency_hz:.6g} Hz"
+    at_end = END_MARK if isinstance(result, Trial) and result.at_end else ""
+    mark = at_end + truncation_mark(result.truncation_error)
+    return f"{result.amplitude_m * factor:.4g} {unit} at {result.frequency_hz:.6g} Hz{mark}"
 
 
 def _base(base: Trial) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from nonlinear import ContactError, JointOptimum, Optimum, find_joint_optimum, find_optimum
@@ -55,6 +55,7 @@ class FollowedPeaks:
         member = self.context.member({key: self._given(key, value) for key, value in self.others.items()}, PLACE)
         model = self.context.model_of(member)
         inputs = {"limits": dict(self.limits), "rough": self.rough, "curve": self.context.key_of(member, model)}
+        inputs["objective"] = objective_of(self.context)
         kind: type[Any] = Optimum if len(self.limits) == 1 else JointOptimum
         found: Optimum | JointOptimum = self.context.stored(
             "optimum", inputs, kind, __name__, lambda: self._found(member.scene, model.rom)
@@ -65,7 +66,8 @@ class FollowedPeaks:
         from rom import read_reduced_model
 
         model = read_reduced_model(rom, with_basis=False)
-        problem = nonlinear_problem(scene, model)
+        modal, contact, wave, options = nonlinear_problem(scene, model)
+        problem = modal, contact, wave, replace(options, objective=objective_of(self.context))
         factors = {key: per_unit(key, scene, model.n_contacts) for key in self.limits}
         ranges = {
             SOLVER_KEYS[key]: (low / factors[key], high / factors[key]) for key, (low, high) in self.limits.items()
@@ -103,6 +105,12 @@ class FollowedPeaks:
 
     def _given(self, key: str, value: float) -> Any:
         return as_in_scene(self.context.scene, key, value)
+
+
+def objective_of(context: StudyContext) -> Any:
+    """What the optimum of a scene makes low, as of `SolverOptions`."""
+    section = context.scene.optimum
+    return "displacement" if section is None else section.objective
 
 
 def per_unit(key: str, scene: Scene, n_contacts: int) -> float:

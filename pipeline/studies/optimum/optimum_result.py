@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 
 from nonlinear import JointOptimum, Optimum
 
+OBJECTIVES = {"displacement": "largest displacement", "harmonic_1": "first harmonic"}  # what amplitudes are
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -22,7 +24,9 @@ class Trial:
     motion : str
         "periodic" or "quasi-periodic"; "peak" where no motion is known to persist and the highest peak is meant.
     at_end : bool
-        Whether its frequency is an end of the frequency range.
+        Whether its frequency is an end of the frequency range: no peak, and no candidate.
+    truncation_error : float
+        Estimated relative error of the amplitude by neglected harmonics; NaN without an estimate.
     unresolved : str
         What the search for the worst motion left open; "" where nothing.
     reason : str
@@ -36,6 +40,12 @@ class Trial:
     at_end: bool = False
     unresolved: str = ""
     reason: str = ""
+    truncation_error: float = math.nan
+
+    @property
+    def height(self) -> float:
+        """The amplitude, m; infinite where there is none, and at an end of the frequency range."""
+        return self.amplitude_m if math.isfinite(self.amplitude_m) and not self.at_end else math.inf
 
 
 @dataclass(frozen=True)
@@ -83,6 +93,12 @@ class OptimumResult:
         One line that says what was found.
     remarks : tuple of str
         What was left open, a sentence each.
+    objective : str
+        What is made low: "displacement", the largest displacement over a period; "harmonic_1", its first harmonic.
+    harmonics : int
+        Number of harmonics at the optimum; 0: not known.
+    truncation_error : float
+        Estimated relative error of the amplitude at the optimum by neglected harmonics; NaN without an estimate.
     """
 
     ranges: Mapping[str, tuple[float, float]]
@@ -104,8 +120,13 @@ class OptimumResult:
     seconds: float
     message: str
     remarks: tuple[str, ...] = field(default=())
+    objective: str = "displacement"
+    harmonics: int = 0
+    truncation_error: float = math.nan
 
     @property
     def gain(self) -> float:
         """Worst motion with the scene's own values over that at the optimum; NaN where one is not known."""
+        if self.base.at_end:
+            return math.nan
         return self.base.amplitude_m / self.amplitude_m if self.amplitude_m else math.nan

@@ -9,14 +9,14 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
-from nonlinear import JointOptimum, Optimum
+from nonlinear import NO_PEAK, JointOptimum, Optimum
 from pipeline.process.clock import seconds_since
 from pipeline.scene.key_values import key_value
 from pipeline.scene.optimum_checks import SOLVER_KEYS
 from pipeline.stages.scene_to_solver import face_area, resolved_contact
 from pipeline.studies.optimum.derivative_free import EVALUATIONS, GRID, TOLERANCE, Point, UnitSearch
 from pipeline.studies.optimum.description import message_of, result_lines
-from pipeline.studies.optimum.followed_peaks import FollowedPeaks, per_unit
+from pipeline.studies.optimum.followed_peaks import FollowedPeaks, objective_of, per_unit
 from pipeline.studies.optimum.optimum_result import OptimumResult, Trial
 from pipeline.studies.optimum.trials import CurveTrials, trial_of
 from pipeline.studies.study import StudyContext, StudyError
@@ -97,7 +97,7 @@ class _Search:
         self.search = UnitSearch(function, len(keys), grid, evaluations)
         best = self.search.minimise(self._own_point(keys))
         if best is None:
-            reasons = [trial.reason for trial in self.trials.values() if trial.reason]
+            reasons = [trial.reason or NO_PEAK for trial in self.trials.values() if trial.reason or trial.at_end]
             raise StudyError(f"no values in the ranges have a motion: {reasons[0]}")
         return best
 
@@ -121,13 +121,13 @@ class _Search:
         """Worst amplitudes of the curves at these points; infinite where there is none."""
         found = CurveTrials(self.context)([self._values(point) for point in points])
         self.trials |= dict(zip(points, found, strict=True))
-        return [_height(trial.amplitude_m) for trial in found]
+        return [trial.height for trial in found]
 
     def _followed(self, points: Sequence[Point]) -> list[float]:
         """Lowest worst amplitudes over the followed key at these points; infinite where there is none."""
         for point in points:
             self._follow(point, rough=bool(point))
-        return [_height(self.trials[point].amplitude_m) for point in points]
+        return [self.trials[point].height for point in points]
 
     def _follow(self, point: Point, rough: bool) -> None:
         """The optimum over the followed keys at a point; with none of the other keys a failure is raised."""
@@ -145,7 +145,8 @@ class _Search:
         own = found.values if isinstance(found, JointOptimum) else {found.name: found.value}
         at = values | {KEYS[name]: value * self._per_unit(KEYS[name]) for name, value in own.items()}
         self.searches[point] = found
-        self.trials[point] = Trial(at, found.amplitude_m, found.frequency_hz, found.motion)
+        motion = found.amplitude_m, found.frequency_hz, found.motion
+        self.trials[point] = Trial(at, *motion, truncation_error=found.truncation_error)
 
     def _of_peaks(self, best: Point) -> OptimumResult:
         """The result where peaks were followed over keys of the solver."""
@@ -179,7 +180,8 @@ class _Search:
         """The result where curves at single values were compared."""
         trial = self.trials[best]
         within = {self.outer[0]: self._within(best)} if len(self.outer) == 1 else {}
-        ends = ["the worst motion lies at an end of the frequency range"] if trial.at_end else []
+        count = sum(each.at_end for each in self.trials.values())
+        ends = [f"at {count} of {len(self.trials)} values {NO_PEAK}: they are no candidates"] if count else []
         opened = [f"at the optimum: {trial.unresolved}"] if trial.unresolved else []
         missing = [each for each in self.trials.values() if each.reason]
         lost = [f"{len(missing)} of {len(self.trials)} curves are missing: {each.reason}" for each in missing[:1]]
@@ -210,6 +212,9 @@ class _Search:
             "trials": tuple(self.trials[point] for point in sorted(self.trials)) if self.outer else (),
             "seconds": 0.0,
             "message": "",
+            "objective": objective_of(self.context),
+            "harmonics": self._harmonics(),
+            "truncation_error": trial.truncation_error,
             **said,
         }
         found = OptimumResult(**values)
@@ -219,6 +224,11 @@ class _Search:
             notes.append(f"keys compared by single curves are known to {100 * TOLERANCE:g} % of their ranges")
         found = replace(found, remarks=(*found.remarks, *notes))
         return replace(found, message=message_of(found))
+
+    def _harmonics(self) -> int:
+        """Number of harmonics of the followed peaks; of single curves that of the scene, where it is fixed."""
+        asked = self.context.scene.response.harmonics
+        return max((found.harmonics for found in self.searches.values()), default=asked if asked != "auto" else 0)
 
     def _kind(self, best: Point, inside: str) -> str:
         """Kind of an optimum at a point of the unit cube."""
@@ -231,7 +241,7 @@ class _Search:
         """Values around the optimum of one key up to which the worst motion is 10 % higher, between the curves."""
         ((low, high),) = (self.ranges[key] for key in self.outer)
         shares = sorted(point[0] for point in self.trials)
-        heights = {point[0]: trial.amplitude_m for point, trial in self.trials.items()}
+        heights = {point[0]: trial.height for point, trial in self.trials.items()}
         limit, ends = WITHIN * heights[best[0]], []
         for side in (-1.0, 1.0):
             beyond = sorted((s for s in shares if (s - best[0]) * side >= 0.0), reverse=side < 0.0)
@@ -248,7 +258,7 @@ class _Search:
         """The worst motion with the scene's own values."""
         curves = self.context.outcome.curves
         own = {key: value for key, value in self._own_values(list(self.ranges)).items() if math.isfinite(value)}
-        return trial_of(own, curves[0]) if curves else Trial(own, reason="not computed")
+        return trial_of(own, curves[0], objective_of(self.context)) if curves else Trial(own, reason="not computed")
 
     def _own_values(self, keys: Sequence[str]) -> dict[str, float]:
         """The scene's own values; NaN where there is none."""
@@ -275,8 +285,3 @@ def _kind_of(found: Optimum | JointOptimum) -> str:
     if not found.peaks:
         return "sampled"
     return "kink" if len(found.peaks) > 1 else "smooth"
-
-
-def _height(amplitude: float) -> float:
-    """The amplitude, infinite where there is none."""
-    return amplitude if math.isfinite(amplitude) else math.inf

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from nonlinear import NO_PEAK, TRUNCATION_TOLERATED
+from pipeline.results.worst import share
 from pipeline.scene.labels import prefixed
 from pipeline.studies.uncertainty.quantiles import LEVELS, Estimate
 
@@ -87,6 +89,14 @@ def _bounds(result: UncertaintyResult) -> Iterator[str]:
         factor, unit = prefixed(top.value, "m")
         bound = "without an upper bound" if top.at_most is None else f"at most {top.at_most * factor:.4g} {unit}"
         yield f"{said}; that at 95 % is {bound}"
+    if result.at_end:
+        yield f"on {result.at_end} of {n} samples {NO_PEAK}: lower bounds; widen response.frequency"
+    lacking = result.truncation_error[result.truncation_error > TRUNCATION_TOLERATED]
+    if lacking.size:
+        yield (
+            f"H too small on {lacking.size} of {n} samples: truncation error up to {share(float(lacking.max()))}; "
+            "raise response.harmonics"
+        )
 
 
 def _convergence(result: UncertaintyResult) -> Iterator[str]:

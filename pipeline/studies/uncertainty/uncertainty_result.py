@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -142,6 +142,10 @@ class UncertaintyResult:
         One line that says what was found.
     remarks : tuple of str
         What qualifies the numbers.
+    at_end : int
+        Samples whose worst motion lies at an end of the frequency range: lower bounds.
+    truncation_error : (n,) float
+        Estimated relative error of each amplitude by neglected harmonics; NaN without an estimate.
     """
 
     samples: int
@@ -171,3 +175,5 @@ class UncertaintyResult:
     sobol: tuple[SobolIndex, ...]
     message: str
     remarks: tuple[str, ...]
+    at_end: int = 0
+    truncation_error: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))

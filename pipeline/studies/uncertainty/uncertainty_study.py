@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import reason_of
+from pipeline.results.worst import number_error
 from pipeline.scene.key_values import as_in_scene, key_value
 from pipeline.scene.marginal import marginal_of
 from pipeline.scene.optimum_checks import SOLVER_KEYS
@@ -53,11 +54,13 @@ class _Heights:
     periodic: NDArray[np.bool_]
     incomplete: NDArray[np.bool_]
     unresolved: NDArray[np.bool_]
+    at_end: NDArray[np.bool_]
+    truncation_error: Array
 
     @property
     def lower_bound(self) -> NDArray[np.bool_]:
         """Which of them may be higher."""
-        return self.incomplete | self.unresolved
+        return self.incomplete | self.unresolved | self.at_end
 
 
 class UncertaintyStudy:
@@ -139,6 +142,8 @@ class _Computation:
             sobol=self._sobol(heights.amplitude, curves[n + 1 :]),
             message="",
             remarks=(),
+            at_end=int(heights.at_end.sum()),
+            truncation_error=heights.truncation_error,
         )
         said = remarks_on(found, "" if isinstance(linear, FirstOrder) else linear, self.mixes)
         return replace(found, message=headline(found), remarks=said)
@@ -274,6 +279,8 @@ def _heights(curves: Sequence[CurveResult]) -> _Heights:
             [f is not None and (bool(f.worst_unresolved) or not math.isfinite(f.worst_amplitude_m)) for f in facts],
             dtype=bool,
         ),
+        at_end=np.array([f is not None and f.at_end for f in facts], dtype=bool),
+        truncation_error=np.array([math.nan if f is None else number_error(f) for f in facts]),
     )
 
 

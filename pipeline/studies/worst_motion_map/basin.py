@@ -91,7 +91,7 @@ def find_basin(points: Sequence[MapPoint], keys: tuple[str, str], triangles: Ind
         return None
     heights, edges = known_heights(points), edges_of(triangles)
     with np.errstate(invalid="ignore"):
-        inside = heights <= LEVEL * heights[lowest]
+        inside = (heights <= LEVEL * heights[lowest]) & ~np.array([point.at_end for point in points])
     basin = _connected(lowest, inside, edges)
     border = edges[np.isin(edges, basin).sum(axis=1) == 1]
     outside = [points[k] for k in np.setdiff1d(border, basin)]
@@ -109,8 +109,8 @@ def find_basin(points: Sequence[MapPoint], keys: tuple[str, str], triangles: Ind
 
 
 def lowest_point(points: Sequence[MapPoint]) -> int | None:
-    """Number of the point with the lowest worst motion."""
-    known = [number for number, point in enumerate(points) if point.is_known]
+    """Number of the point with the lowest worst motion; the end of the frequency range is none."""
+    known = [number for number, point in enumerate(points) if point.is_known and not point.at_end]
     certain = [number for number in known if not points[number].may_be_higher]
     return min(certain or known, key=lambda number: points[number].height, default=None)
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pipeline.results.worst import number_error
 from pipeline.stages.curve_file import BRANCHES
 from pipeline.stages.curve_summary import CurveSummary
 
@@ -45,6 +46,10 @@ class MapPoint:
         Why the worst motion may be higher, or why the curve has not come to its end; empty where no reason is known.
     peaks : tuple of (float, float)
         Frequency, Hz, and amplitude, m, of the local maxima of every branch.
+    at_end : bool
+        Whether the worst motion lies at an end of the frequency range: no peak, and no candidate for the lowest.
+    truncation_error : float
+        Estimated relative error of the amplitude by neglected harmonics; NaN without an estimate.
     """
 
     place: tuple[float, float]
@@ -56,6 +61,8 @@ class MapPoint:
     motion: str = ""
     may_be_higher: str = ""
     peaks: tuple[tuple[float, float], ...] = ()
+    at_end: bool = False
+    truncation_error: float = math.nan
 
     @property
     def is_known(self) -> bool:
@@ -100,6 +107,8 @@ def map_point(curve: CurveResult, place: tuple[float, float], values: tuple[floa
         motion=facts.worst_motion if worst else "",
         may_be_higher=_left_open(facts, worst),
         peaks=peaks,
+        at_end=facts.at_end,
+        truncation_error=number_error(facts),
     )
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from nonlinear import NO_PEAK, TRUNCATION_TOLERATED
+from pipeline.results.worst import share, truncation_mark
 from pipeline.scene.labels import prefixed, value_label
 from pipeline.studies.worst_motion_map.map_grid import MapAxis, MapGrid, Place, even_in_logarithm, spaced
 from pipeline.studies.worst_motion_map.map_point import MapPoint, map_point
@@ -76,13 +78,17 @@ def grid_of(section: Map) -> MapGrid:
 def conclusion(result: WorstMotionMap) -> list[str]:
     """What the map says, in sentences."""
     basin, lowest = result.basin, result.lowest
+    ends, lacking = (
+        [point for point in result.points if point.at_end],
+        [point for point in result.points if point.truncation_error > TRUNCATION_TOLERATED],
+    )
     if basin is None or lowest is None:
-        return ["the worst motion is not known anywhere on the map"]
+        return [*_ends_said(ends, result), "the worst motion is not known anywhere on the map"]
     factor, unit = prefixed(lowest.height, "m")
     at = ", ".join(value_label(key, value) for key, value in zip(result.keys, lowest.values, strict=True))
     said = [
         f"lowest worst motion of {len(result.points)} curves: {lowest.height * factor:.4g} {unit} at "
-        f"{lowest.frequency_hz:.6g} Hz, {lowest.state}, with {at}"
+        f"{lowest.frequency_hz:.6g} Hz{truncation_mark(lowest.truncation_error)}, {lowest.state}, with {at}"
     ]
     ranges = " and ".join(
         f"{value_label(each.key, each.together[0])} to {value_label(each.key, each.together[1])}"
@@ -96,7 +102,23 @@ def conclusion(result: WorstMotionMap) -> list[str]:
         said.append("beside it the worst motion jumps, or changes too fast for the grid")
     if lowest.may_be_higher:
         said.append(f"it may be higher: {lowest.may_be_higher}")
+    said += _ends_said(ends, result)
+    if lacking:
+        most = max(point.truncation_error for point in lacking)
+        said.append(
+            f"H too small on {len(lacking)} of {len(result.points)} curves: truncation error up to {share(most)}; "
+            "raise response.harmonics"
+        )
     return said
+
+
+def _ends_said(ends: Sequence[MapPoint], result: WorstMotionMap) -> list[str]:
+    """That some points are no candidates for the lowest worst motion, as their range ends too early."""
+    if not ends:
+        return []
+    return [
+        f"at {len(ends)} of {len(result.points)} points {NO_PEAK}: they are no candidates; widen response.frequency"
+    ]
 
 
 def _edge(at_edge: tuple[bool, bool]) -> str:
