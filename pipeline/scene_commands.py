@@ -77,7 +77,10 @@ def _left_out(file: SceneFile) -> list[str]:
     def of(member: Member) -> list[Resonance]:
         return stored_resonances(store, model_keys(member.scene).reduce, member.scene, None)
 
-    return missing_warnings(file.members, of)
+    try:
+        return missing_warnings(file.members, of)
+    except Exception:  # a hint from files that anything may have happened to: the scene is as valid without it
+        return []
 
 
 def print_new_scene(folder: Path, title: str | None, mesh: Path | None, told: Told) -> None:
