@@ -11,7 +11,7 @@ from pathlib import Path
 from geometry.errors import MeshFileError
 from geometry.mesh_files.text_files import MOST_INCLUDED, included_file, text_lines
 
-_PARAMETER = re.compile(r'\s*([^,="]+?)\s*(?:=\s*("[^"]*"|[^,]*?)\s*)?(?:,|$)')
+_PARAMETER = re.compile(r'([^,=]*)(?:=\s*("[^"]*"|[^,]*)[^,]*)?(?:,|$)')  # matches anywhere: no backtracking
 # parameters of the keywords that are read, as the manuals of Abaqus and CalculiX have them
 PARAMETERS = {
     "NODE": ("NSET", "SYSTEM", "INPUT"),
@@ -184,5 +184,7 @@ def _whole_line(lines: list[str], start: int, end: int) -> tuple[str, int]:
 def _head(text: str) -> tuple[str, dict[str, str]]:
     name, _, rest = text[1:].partition(",")
     keyword = " ".join(name.upper().split())
-    words = [(found[1], (found[2] or "").strip('"')) for found in _PARAMETER.finditer(rest) if found[1].strip()]
+    words = [
+        (found[1], (found[2] or "").strip().strip('"')) for found in _PARAMETER.finditer(rest) if found[1].strip()
+    ]
     return keyword, {_parameter(keyword, word) or " ".join(word.upper().split()): value for word, value in words}

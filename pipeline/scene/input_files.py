@@ -97,7 +97,8 @@ def content_hash(file: str) -> str:
     OSError
         A file cannot be read.
     """
-    return _combined([_hash(source) for _, source in _walk(file, _if_there) if source is not None])
+    main, *others = [source for _, source in _walk(file, _if_there) if source is not None]
+    return _combined([_hash(main), *(_hash(source) for source in others if source.is_file())])
 
 
 def with_hashes(files: Sequence[str], known: dict[str, str]) -> None:
@@ -145,6 +146,8 @@ def _copied(file: str, root: str) -> str | None:
 
     def take(source: Path, place: Path) -> Path | None:
         target = Path(f"{root}{place}")
+        if hashes and not source.is_file():  # included: its reader says that there is no such file
+            return None
         try:
             with open_regular(source) as opened:
                 target.parent.mkdir(parents=True, exist_ok=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+from array import array
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -123,17 +124,29 @@ def _columns(file: str, known: tuple[str, ...], contents: Contents | None) -> di
         raise _refused(file, f"not UTF-8 text (byte {error.start})", "a CSV file") from None
     except OSError as error:
         raise _refused(file, f"cannot be read: {system_reason(error)}", "a CSV file") from None
-    rows = [(number, row) for number, row in enumerate(csv.reader(io.StringIO(text)), start=1) if any(row)]
-    if len(rows) < 2:
+    names: list[str] = []
+    numbers = array("d")  # row by row: lists of texts and numbers take 60 times as much memory as the file
+    try:
+        for number, row in enumerate(csv.reader(io.StringIO(text)), start=1):
+            if names and any(row):
+                numbers.extend(_numbers(file, number, row, len(names)))
+            elif any(row):
+                names = _names(file, row, known)
+    except csv.Error as error:
+        raise _refused(file, f"not CSV: {error}", "a CSV file") from None
+    if not numbers:
         raise _refused(file, "no rows", "a line of column names, then a line for each node")
-    names = [cell.strip().lower() for cell in rows[0][1]]
+    return dict(zip(names, np.array(numbers).reshape(-1, len(names)).T, strict=True))
+
+
+def _names(file: str, row: list[str], known: tuple[str, ...]) -> list[str]:
+    names = [cell.strip().lower() for cell in row]
     for name in names:
         if name not in ("node", *POSITION, *known):
             raise _refused(file, f"column {shown(name)}", ", ".join(("node", *POSITION, *known)))
     if len(set(names)) < len(names):
         raise _refused(file, "a column twice", "each column once")
-    values = np.array([_numbers(file, number, row, len(names)) for number, row in rows[1:]])
-    return dict(zip(names, values.T, strict=True))
+    return names
 
 
 def _numbers(file: str, line: int, row: list[str], count: int) -> list[float]:
