@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-from pathlib import Path
 
 from pipeline.errors import input_error, shown, system_reason
+from pipeline.scene.input_files import open_regular
 
 MOST_WORKERS = 256
+LARGEST_FILE = 1_000_000  # bytes of a scheduler file
 _ADDRESS = re.compile(r"(tcp|tls|ws|wss)://([\w.-]+|\[[0-9a-fA-F:]+\]):\d{1,5}/?")
 _LOCAL = re.compile(r"local:(\d{1,3})")
 SCHEDULER, CLUSTER = "--scheduler", "--cluster"
@@ -47,7 +48,8 @@ def scheduler_address(text: str) -> str:
         raise input_error(SCHEDULER, "", shown(text), "tcp://HOST:PORT, tls://HOST:PORT or a scheduler file, *.json")
     allowed = "the file that `dask scheduler --scheduler-file` writes"
     try:
-        found = json.loads(Path(text).read_text(encoding="utf-8"))
+        with open_regular(text) as file:
+            found = json.loads(file.read(LARGEST_FILE))
         address = found["address"] if isinstance(found, dict) else None
     except OSError as error:
         raise input_error(SCHEDULER, text, system_reason(error), allowed) from None

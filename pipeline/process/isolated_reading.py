@@ -50,8 +50,10 @@ def read_apart(
     Raises
     ------
     InputError
-        Reading crashes, does not end, or takes too much memory.
+        It is a device or a pipe, or reading crashes, does not end, or takes too much memory.
     """
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise input_error(path, "", "not a file but a device or a pipe", allowed)
     if not hasattr(os, "fork") or not path.is_file():
         return read()
     from multiprocessing import Pipe

@@ -277,6 +277,7 @@ def test_reduced_models_are_built_by_workers_too(tmp_path: Path) -> None:
             ["--scheduler", "empty.json"],
             "--scheduler: empty.json: no scheduler file, allowed: the file that `dask sch",
         ),
+        (["--scheduler", "device.json"], "--scheduler: device.json: not a file, allowed: the file that `dask sched"),
         (["--scheduler", "tcp://127.0.0.1:1"], "--scheduler: no scheduler at tcp://127.0.0.1:1 (no answer, within "),
         (["--cluster", "local:0"], '--cluster: "local:0", allowed: local:N, a number N of workers from 1 to 256'),
         (["--cluster", "slurm:4"], '--cluster: "slurm:4", allowed: local:N, a number N of workers from 1 to 256'),
@@ -290,6 +291,7 @@ def test_a_cluster_that_is_none_is_one_line(
     monkeypatch.setattr(pipeline.executor.cluster_connection, "PATIENCE", 0.5)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "empty.json").write_text("{}")
+    (tmp_path / "device.json").symlink_to("/dev/zero")
     arguments = ["respond", local / "scene.toml", "--rom", local / "model.h5", "--out", tmp_path / "out", "--quiet"]
     status, _, error = shroud(*arguments, *options)
     assert (status, error.count("\n")) == (2, 1)

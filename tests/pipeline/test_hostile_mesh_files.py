@@ -162,3 +162,19 @@ def test_blanks_in_a_keyword_line_end_the_search_for_included_files(tmp_path: Pa
     path = tmp_path / "blade.inp"
     path.write_text(f'*INCLUDE,{" " * 50_000}"\n*INCLUDE, INPUT={" " * 50_000}nodes.inc\n')
     assert [part.name for part in file_parts(str(path))] == ["blade.inp", "nodes.inc"]
+
+
+@pytest.mark.parametrize("suffix", ["vtu", "msh", "h5"])
+def test_a_pipe_or_a_device_given_on_the_command_line_is_not_opened(suffix: str, tmp_path: Path) -> None:
+    rom, pipe, link = write_ground_model(tmp_path / "rom.h5"), tmp_path / f"pipe.{suffix}", tmp_path / f"a.{suffix}"
+    os.mkfifo(pipe)
+    link.symlink_to("/dev/zero")
+    for path in (pipe, link):
+        for command in (
+            ("export", rom, "--to", tmp_path / "x.vtu", "--mesh", path),
+            ("info", path),
+            ("new", tmp_path / "n", "--mesh", path),
+        ):
+            status, _, error = shroud(*command)
+            assert (status, error.count("\n")) == (2, 1)
+            assert str(path) in error
