@@ -7,15 +7,16 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.errors import InputError
+from pipeline.errors import InputError, input_error
 from pipeline.scene.consistency import unfit_keys
 from pipeline.scene.key_lines import key_lines, line_of, plain_key, with_line
 from pipeline.scene.presets import SIZE
 from pipeline.scene.reading import SceneFile, load_tables, scene_of_tables
 from pipeline.scene.schema import SECTIONS
 from pipeline.scene.sweep import read_sweep
-from pipeline.scene.validation_errors import MOST_ERRORS
+from pipeline.scene.validation_errors import MOST_ERRORS, allowed_values
 
+OF_A_FILE = {"n_blades", "unit", "axis", "axis_point", "tolerance", "bore", "sets"}  # keys of [mesh] beside its file
 _MEANT = re.compile(r"did you mean (\S+)\?")
 
 
@@ -75,7 +76,7 @@ def all_errors(path: Path) -> tuple[SceneFile | None, list[str]]:
     if not found.errors:
         return file, []
     lines = key_lines(text)
-    explained = _without_explained(found.errors.values(), _of_a_file(tables))
+    explained = _without_explained(path, found.errors.values(), tables)
     errors = sorted(explained, key=lambda error: line_of(error, lines))
     return None, [with_line(error, lines) for error in errors]
 
@@ -102,23 +103,49 @@ def _good_part(path: Path, sweep: Any, found: _Found) -> Any:
     return sweep
 
 
-def _of_a_file(tables: Mapping[str, Any]) -> bool:
+def _of_a_file(tables: Mapping[str, Any], meant: Collection[str]) -> bool:
     """Whether the mesh is that of a file, so that no blade and no shroud are missing, whatever is wrong in [mesh]."""
     mesh = tables.get("mesh")
-    return isinstance(mesh, Mapping) and "file" in mesh
+    of_file = isinstance(mesh, Mapping) and ("file" in mesh or not OF_A_FILE.isdisjoint(mesh))
+    return of_file and ("file" in mesh or "mesh.file" in meant or "blade" not in tables)
 
 
-def _without_explained(errors: Collection[InputError], of_a_file: bool) -> list[InputError]:
+def _without_explained(path: Path, found: Collection[InputError], tables: Mapping[str, Any]) -> list[InputError]:
     """The errors but those about a missing key that another error explains.
 
-    That is one that an unknown key stands for, that a misspelt preset gives, or that a mesh from a file does without.
+    That is one that an unknown key or table stands for, that a misspelt preset gives, or that a mesh from a file does
+    without. Keys that are missing with their whole table are one error.
     """
+    errors = list(found)
     meant = {each[1] for error in errors if (each := _MEANT.search(str(error)))}
     if any(error.key == "accuracy" for error in errors) or "accuracy" in meant:
         meant.add(SIZE)
-    if of_a_file:
-        meant |= {"blade", "shroud"}
-    return [error for error in errors if not (error.key in meant and f"{error.key}: missing" in str(error))]
+    if any(error.key == "materials" for error in errors):  # for [material], or of several materials
+        meant.add("material")
+    if _of_a_file(tables, meant):
+        meant |= {"blade", "shroud", "material", SIZE}
+        if "file" not in tables["mesh"]:
+            errors = [error for error in errors if error.key.removeprefix("mesh.") not in OF_A_FILE]
+            errors += [] if "mesh.file" in meant else [_missing(path, "mesh.file", allowed_values("mesh.file"))]
+    absent: dict[str, list[str]] = {}
+    for error in errors:
+        section, _, name = error.key.partition(".")
+        if name and section not in tables and f"{error.key}: missing" in str(error):
+            absent.setdefault(section, []).append(name)
+    for section, names in absent.items():
+        if len(names) > 1:
+            errors = [error for error in errors if error.key.partition(".")[0] != section]
+            errors.append(_missing(path, section, f"a table [{section}] with {', '.join(names)}"))
+    return [error for error in errors if not _explained(error, meant)]
+
+
+def _explained(error: InputError, meant: Collection[str]) -> bool:
+    """Whether a key is missing that another error names, itself or its table."""
+    return f"{error.key}: missing" in str(error) and not {error.key, error.key.partition(".")[0]}.isdisjoint(meant)
+
+
+def _missing(path: Path, key: str, allowed: str) -> InputError:
+    return input_error(path, key, "missing", allowed)
 
 
 def _section(key: str) -> str:

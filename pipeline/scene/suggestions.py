@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from pipeline.scene.schema import SECTIONS
 
@@ -35,7 +35,17 @@ MEANINGS = {
 _BY_WORD = {word: key for key, words in MEANINGS.items() for word in words.split()}
 
 
-def meant(key: str, known: Sequence[str], section: str = "") -> str:
+MOST_LISTED = 12  # keys in a message; of more only the nearest
+_NEAREST = 4
+
+
+def meant(
+    key: str,
+    known: Sequence[str],
+    section: str = "",
+    inside: Collection[str] | None = None,
+    tables: Collection[str] = (),
+) -> str:
     """The key of a scene that an unknown one may stand for; empty where nothing is near.
 
     Parameters
@@ -46,13 +56,35 @@ def meant(key: str, known: Sequence[str], section: str = "") -> str:
         The keys that may stand in its place.
     section : str
         The table that the key stands in; empty at the top.
+    inside : collection of str, optional
+        Keys of the unknown table, where it is one: a section is meant, the one nearest by name or else by its keys.
+    tables : collection of str
+        The tables of the scene: a key that several tables have is rather of one that is there, a table of none.
     """
-    inside = f"{section}." if section in SECTIONS else ""
+    if inside is not None and not section:
+        alike = [name for name, model in SECTIONS.items() if inside and set(inside) <= set(model.model_fields)]
+        alike.sort(key=lambda name: name in tables)
+        return next(iter([*difflib.get_close_matches(key, list(SECTIONS), n=1, cutoff=0.75), *alike]), "")
+    place = f"{section}." if section in SECTIONS else ""
     name = key.rpartition(".")[2]
     word = _BY_WORD.get(name.lower().replace("_", "").replace("-", ""), "")
     near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
     elsewhere = [f"{table}.{name}" for table, model in SECTIONS.items() if name in model.model_fields]
+    elsewhere.sort(key=lambda each: each.partition(".")[0] not in tables)
     if any("." in each for each in known):  # of dotted keys, as in [sweep], only these help
         near = [each for each in [word, *near, *elsewhere] if each in known]
         return near[0] if near else ""
-    return word or [*elsewhere, *(inside + each for each in near), ""][0]
+    return word or [*elsewhere, *(place + each for each in near), ""][0]
+
+
+def listed(known: Sequence[str], key: str, near: str = "") -> str:
+    """The keys that there are, for a message about an unknown one; of many only the nearest, or the tables."""
+    if len(known) <= MOST_LISTED:
+        return ", ".join(known)
+    if near and near not in known:
+        return near
+    closest = difflib.get_close_matches(near or key, known, n=_NEAREST, cutoff=0.6)
+    if closest:
+        return f"{', '.join(closest)} and others"
+    tables = dict.fromkeys(each.partition(".")[0] for each in known)
+    return ", ".join(tables) if len(tables) == len(known) else f"keys of {', '.join(tables)}"

@@ -15,6 +15,8 @@ _LONGEST_LINE = 60
 _PART = r"""(?:[A-Za-z0-9_-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
 _DOTTED = re.compile(rf"(?<![A-Za-z0-9_.\"'-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_PARTS},}}+")
 _PLACE = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
+# a number with a decimal comma: behind "=", or in a list with a zero behind the comma, which TOML takes for no number
+_DECIMAL_COMMA = re.compile(r"(?:=[ \t]*|[\[,{ \t])([+-]?\d+),(0\d+)|=[ \t]*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)")
 _TWICE = "this key or table is given twice, or as a value and as a table"
 # how the messages of tomllib begin, and what they mean
 _MEANINGS = {
@@ -80,6 +82,9 @@ def _error(path: Path, text: str, number: int, meaning: str) -> InputError:
     line = one_line(lines[number - 1]) if 0 < number <= len(lines) else ""
     if len(line) > _LONGEST_LINE:
         line = line[: _LONGEST_LINE - 3] + "..."
+    if comma := _DECIMAL_COMMA.search(line.partition("#")[0]):
+        whole, part = (group for group in comma.groups() if group is not None)
+        meaning = f"a decimal comma; a number has a decimal point: {whole}.{part}"
     quoted = f" ({line})" if line else ""
     said = f": {meaning}" if meaning else ""
     return input_error(path, f"line {number}{quoted}", f"not valid TOML{said}", ALLOWED)

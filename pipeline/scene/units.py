@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import re
+
 UNITS = {
     "blade.hub_radius": "m",
     "blade.length": "m",
@@ -45,6 +48,19 @@ UNITS = {
     "mistuning.interference_deviation": "m",
     "mistuning.frequency_range": "Hz",
 }
+# SI unit -> units that a user may write beside a number, in terms of it
+_SCALES = {
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "in": 0.0254},
+    "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "N/mm^2": 1e6, "N/mm2": 1e6, "GPa": 1e9},
+    "kg/m^3": {"kg/m^3": 1.0, "kg/m3": 1.0, "g/cm^3": 1e3, "g/cm3": 1e3, "t/mm^3": 1e12, "t/mm3": 1e12},
+    "Hz": {"Hz": 1.0, "kHz": 1e3},
+    "rev/min": {"rev/min": 1.0, "rpm": 1.0},
+    "N/m": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3, "kN/mm": 1e6},
+    "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
+    "degrees": {"degrees": 1.0, "deg": 1.0, "°": 1.0, "rad": math.degrees(1.0)},
+    "": {"%": 1e-2},
+}
+_TEXT_NUMBER = re.compile(r"([+-]?\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?)\s*(\S*)")
 _ENDINGS = {
     "degrees": "deg",
     "Pa": "pa",
@@ -64,6 +80,15 @@ _ENDINGS = {
 def key_unit(key: str) -> str:
     """The unit of a dotted key, "" where its value has none."""
     return UNITS.get(key, "")
+
+
+def number_in_text(key: str, text: str) -> str:
+    """What text such as "150 mm" or "0,15" is as a value of a dotted key, in words; "" where it is no number."""
+    found, unit = _TEXT_NUMBER.fullmatch(text.strip()), key_unit(key)
+    if found is None or (found[2] and found[2] not in _SCALES[unit]):
+        return ""
+    value = float(found[1].replace(",", ".")) * (_SCALES[unit][found[2]] if found[2] else 1.0)
+    return f"a number without quotes and unit{f', in {unit}' if unit else ''}: {value:.12g}"
 
 
 def column_name(key: str) -> str:

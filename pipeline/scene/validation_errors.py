@@ -15,8 +15,9 @@ from pipeline.scene.loads_section import Temperature
 from pipeline.scene.mesh_section import MeshSets
 from pipeline.scene.model_section import ModelSets
 from pipeline.scene.schema import SECTIONS, Material, Scene
-from pipeline.scene.suggestions import meant
+from pipeline.scene.suggestions import listed, meant
 from pipeline.scene.uncertainty_section import UncertainParameter
+from pipeline.scene.units import number_in_text
 
 MISSING = object()
 SETS: dict[str, type[BaseModel]] = {  # tables in sections
@@ -39,12 +40,15 @@ def _allowed_of(owner: type[BaseModel], name: str) -> str:
     return str(extra["allowed"]) if isinstance(extra, dict) else ""
 
 
-def unknown_key(path: Path, key: str, known: Sequence[str], place: str = "") -> InputError:
-    """Error about a key that does not exist, with the one that it may stand for."""
-    near = meant(key, known, place)
+def unknown_key(
+    path: Path, key: str, known: Sequence[str], place: str = "", raw: Mapping[str, Any] | None = None
+) -> InputError:
+    """Error about a key that does not exist, with the one that it may stand for; `raw`: the scene whose key it is."""
+    value = None if raw is None else raw.get(key)
+    near = meant(key, known, place, list(value) if isinstance(value, Mapping) else None, raw or ())
     hint = f"unknown key, did you mean {near}?" if near else "unknown key"
     dotted = f"{place}.{shown_key(key)}" if place else shown_key(key)
-    return input_error(path, dotted, hint, ", ".join(known))
+    return input_error(path, dotted, hint, listed(known, key, near))
 
 
 def shown_key(key: str) -> str:
@@ -88,7 +92,7 @@ def _in_terms_of_the_file(
     if listed is not None:
         return listed
     if error["type"] == "extra_forbidden":
-        return _unknown(path, location)
+        return _unknown(path, raw, location)
     if section not in SECTIONS:
         return input_error(
             path, section, _found(raw.get(section, MISSING)) + _nearest(error), said or allowed_values(section)
@@ -102,7 +106,21 @@ def _in_terms_of_the_file(
         value = raw[section][name].get(inner, MISSING)
         return input_error(path, f"{key}.{inner}", _found(value), said or _allowed_of(SETS[key], inner))
     value, index = _pick(raw[section].get(name, MISSING), errors, location[:2])
-    return input_error(path, places.get(key, key) + index, _found(value), said or allowed_values(key))
+    allowed = said or allowed_values(key)
+    if hint := _as_number(key, value, [each for each in errors if each["loc"][:2] == location[:2]]):
+        allowed = f"{allowed}; {hint}"
+    return input_error(path, places.get(key, key) + index, _found(value), allowed)
+
+
+def _as_number(key: str, value: Any, errors: Sequence[Any]) -> str:
+    """What text or a list may mean as numbers: with a unit, with decimal commas; "" where it means nothing."""
+    if isinstance(value, str) and any(error["type"] != "literal_error" for error in errors):
+        return number_in_text(key, value)
+    count = errors[0].get("ctx", {}).get("max_length")
+    if isinstance(value, list) and count and len(value) == 2 * count and all(type(v) is int for v in value[::2]):
+        numbers = [f"{whole}.{part}" for whole, part in zip(value[::2], value[1::2], strict=True)]
+        return f"with decimal points: [{', '.join(numbers)}]"
+    return ""
 
 
 def _of_named_material(path: Path, raw: Mapping[str, Any], error: Any, location: tuple[Any, ...]) -> InputError:
@@ -145,9 +163,9 @@ def _owner(key: str) -> tuple[type[BaseModel], str]:
     return (SECTIONS[section], name) if section else (Scene, name)
 
 
-def _unknown(path: Path, location: tuple[Any, ...]) -> InputError:
+def _unknown(path: Path, raw: Mapping[str, Any], location: tuple[Any, ...]) -> InputError:
     if len(location) == 1:
-        return unknown_key(path, str(location[0]), [*Scene.model_fields, "sweep"])
+        return unknown_key(path, str(location[0]), [*Scene.model_fields, "sweep"], raw=raw)
     section = str(location[0])
     table = ".".join(str(part) for part in location[:2])
     if table in SETS and len(location) > 2:

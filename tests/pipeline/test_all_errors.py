@@ -12,7 +12,7 @@ from pipeline_support import shroud, small_scene, write_scene
 
 from pipeline.scene.key_lines import key_lines, plain_key
 from pipeline.scene.schema import SECTIONS
-from pipeline.scene.suggestions import MEANINGS
+from pipeline.scene.suggestions import MEANINGS, MOST_LISTED
 from pipeline.scene.validation_errors import MOST_ERRORS, allowed_values
 
 SHIPPED = sorted(Path(__file__).parents[2].glob("scenes/*.toml"))
@@ -120,6 +120,59 @@ def test_a_symbol_stands_for_one_key_that_exists() -> None:
 def test_a_key_of_another_table_is_found_there(tmp_path: Path) -> None:
     path = write_scene(tmp_path / "scene.toml", small_scene(blade__friction=0.3))
     assert "did you mean contact.friction?" in complaints(path)["blade.friction"][1]
+
+
+def without(*keys: str, **changes: Any) -> dict[str, Any]:
+    """The small scene without keys or tables, with changes."""
+    scene = small_scene(**changes)
+    for key in keys:
+        table, _, name = key.rpartition(".")
+        del (scene[table] if table else scene)[name]
+    return scene
+
+
+OF_FILE = {"n_blades": 24, "unit": "mm"}
+
+
+@pytest.mark.parametrize(
+    ("scene", "expected"),
+    [
+        (without("contact"), {"contact": "missing, allowed: a table [contact]"}),
+        (
+            without("contact", sweep={"contact.friction": [0.3]}),
+            {"contact": "missing, allowed: a table [contact] with normal_stiffness, tangential_stiffness"},
+        ),
+        (without("contact", contacts=small_scene()["contact"]), {"contacts": "unknown key, did you mean contact?"}),
+        (without("blade", blades=small_scene()["blade"]), {"blades": "unknown key, did you mean blade?"}),
+        (without("shroud", tip=small_scene()["shroud"]), {"tip": "unknown key, did you mean shroud?"}),
+        (without("mesh.size", size=0.009), {"size": "unknown key, did you mean mesh.size?, allowed: mesh.size"}),
+        (without("blade", "shroud", "material", mesh=OF_FILE), {"mesh.file": "missing, allowed: the name of a"}),
+        (
+            without("blade", "shroud", "material", mesh={**OF_FILE, "fil": "a.inp"}),
+            {"mesh.fil": "unknown key, did you mean mesh.file?"},
+        ),
+        (
+            without("blade", "shroud", "material", mesh={"file": "a.inp", "n_blade": 24}),
+            {"mesh.n_blade": "unknown key, did you mean mesh.n_blades?"},
+        ),
+    ],
+)
+def test_what_is_missing_is_one_error(tmp_path: Path, scene: dict[str, Any], expected: dict[str, str]) -> None:
+    """A misspelt table explains the keys that it holds, a mesh from a file all that describes a blade."""
+    found = {key: said for key, (_, said) in complaints(write_scene(tmp_path / "s.toml", scene)).items()}
+    assert found.keys() == expected.keys()
+    assert all(found[key].startswith(said) for key, said in expected.items()), found
+
+
+@pytest.mark.parametrize("section", [name for name, model in SECTIONS.items() if len(model.model_fields) > 1])
+def test_of_many_keys_a_message_names_the_nearest(tmp_path: Path, section: str) -> None:
+    path = tmp_path / "scene.toml"
+    for name in SECTIONS[section].model_fields:
+        path.write_text(f'[{section}]\n{name}q = 1\n[sweep]\n"{section}.{name}q" = [1]\n')
+        for place, (_, said) in complaints(path).items():
+            if said.startswith("unknown key"):
+                allowed = said.partition("allowed: ")[2].split(", ")
+                assert len(allowed) <= MOST_LISTED, (place, said)
 
 
 def places_of(table: dict[str, Any], text: str, before: str = "") -> set[str]:

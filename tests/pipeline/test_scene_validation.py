@@ -145,6 +145,25 @@ def test_unknown_keys_get_a_suggestion(tmp_path: Path, change: dict[str, Any], e
 
 
 @pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"blade__length": "0,15"}, "; a number without quotes and unit, in m: 0.15\n"),
+        ({"blade__length": "150 mm"}, "; a number without quotes and unit, in m: 0.15\n"),
+        ({"material__young_modulus": "210GPa"}, "; a number without quotes and unit, in Pa: 210000000000\n"),
+        ({"contact__normal_stiffness": "200 N/mm"}, "; a number without quotes and unit, in N/m: 200000\n"),
+        ({"response__damping_ratio": "0.3 %"}, "; a number without quotes and unit: 0.003\n"),
+        ({"response__frequency": [0, 3, 0, 9]}, "; with decimal points: [0.3, 0.9]\n"),
+        ({"blade__length": "long"}, "a number above 0, 1e-6 to 1000\n"),
+        ({"response__frequency": [100, 300, 600]}, "the second above the first\n"),
+    ],
+)
+def test_the_number_that_a_text_or_a_list_with_decimal_commas_means_is_named(
+    tmp_path: Path, change: dict[str, Any], expected: str
+) -> None:
+    assert refused(tmp_path, to_toml(small_scene(**change))).endswith(expected)
+
+
+@pytest.mark.parametrize(
     ("sweep", "expected"),
     [
         ({"contact.friction": []}, 'sweep."contact.friction": [], allowed: a list of one or more values'),
