@@ -10,6 +10,7 @@ from typing import Any
 from pipeline.errors import InputError, input_error
 from pipeline.scene.consistency import unfit_keys
 from pipeline.scene.key_lines import key_lines, line_of, plain_key, with_line
+from pipeline.scene.plausibility import hints_first
 from pipeline.scene.presets import SIZE
 from pipeline.scene.reading import SceneFile, load_tables, scene_of_tables
 from pipeline.scene.schema import SECTIONS
@@ -78,7 +79,7 @@ def all_errors(path: Path) -> tuple[SceneFile | None, list[str]]:
     lines = key_lines(text)
     explained = _without_explained(path, found.errors.values(), tables)
     errors = sorted(explained, key=lambda error: line_of(error, lines))
-    return None, [with_line(error, lines) for error in errors]
+    return None, [with_line(error, lines) for error in (errors if file is None else hints_first(file, errors))]
 
 
 def _good_part(path: Path, sweep: Any, found: _Found) -> Any:
@@ -105,7 +106,7 @@ def _good_part(path: Path, sweep: Any, found: _Found) -> Any:
 
 def _of_a_file(tables: Mapping[str, Any], meant: Collection[str]) -> bool:
     """Whether the mesh is that of a file, so that no blade and no shroud are missing, whatever is wrong in [mesh]."""
-    mesh = tables.get("mesh")
+    mesh: Any = tables.get("mesh")
     of_file = isinstance(mesh, Mapping) and ("file" in mesh or not OF_A_FILE.isdisjoint(mesh))
     return of_file and ("file" in mesh or "mesh.file" in meant or "blade" not in tables)
 

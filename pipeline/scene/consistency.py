@@ -19,6 +19,7 @@ from pipeline.scene.mesh_file import check_mesh_file
 from pipeline.scene.mistuning_checks import unfit_mistuning_keys
 from pipeline.scene.nodal_table import force_table, temperature_table
 from pipeline.scene.optimum_checks import unfit_optimum_keys
+from pipeline.scene.plausibility import hints_first
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 from pipeline.scene.schema import SECTIONS, Scene
 from pipeline.scene.size_limits import check_balance, check_modes, check_size, check_sweep
@@ -40,7 +41,17 @@ def check_scene(file: SceneFile) -> None:
         The first key that is missing or does not fit.
     """
     for error in unfit_keys(file, {}):
-        raise error
+        raise _after_hint(file, error)
+
+
+def _after_hint(file: SceneFile, error: InputError) -> InputError:
+    """An error, behind the hint on a value in another unit where there is one: the error may come of it."""
+    first, *others = hints_first(file, [error])
+    if not others:
+        return first
+    found = InputError(f"{first} ({str(error).removeprefix(f'{file.path}: ')})")
+    found.source, found.key = first.source, first.key
+    return found
 
 
 def unfit_keys(file: SceneFile, broken: Mapping[int, Set[str]]) -> Unfit:

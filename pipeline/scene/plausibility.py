@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-from pipeline.errors import shown
+from pipeline.errors import InputError, shown
 from pipeline.scene.centrifugal_strain import speed_warning
 from pipeline.scene.contact_stiffness import stiff_contact_warning
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 
 USUAL_RATIO = 0.1
 SPEED = "load.speed_rpm"
+RANGE = "response.frequency"
+FIRST_BENDING = 0.1615  # 1.8751^2 / (2 pi sqrt(12)), of a clamped beam of rectangular section
+LOW_RANGE = 5.0  # Hz; no blade has its first mode below
 # dotted key -> (from, to) of usual values, and a hint what may be wrong beyond them
 USUAL: dict[str, tuple[float, float, str]] = {
     "blade.hub_radius": (0.01, 10.0, "the key is in metres"),
@@ -54,9 +57,12 @@ def plausibility_warnings(file: SceneFile) -> list[str]:
     for member in file.members:
         for key, text in _unusual_values(member):
             found.setdefault(key, f"{file.path}: {text}")
-        stiff = stiff_contact_warning(member)
-        if stiff is not None and not found:  # a mistake of units makes stiff what is not
+        if found:  # a mistake of units makes contacts stiff, and modes high, that are not
+            continue
+        if stiff := stiff_contact_warning(member):
             remarks.setdefault(stiff[0], f"{file.path}: {stiff[1]}")
+        if low := _too_low_range(member):
+            remarks.setdefault(RANGE, f"{file.path}: {key_in_file(member, RANGE)}: {low}")
     return [*found.values(), *remarks.values()]
 
 
@@ -75,6 +81,56 @@ def _unusual_values(member: Member) -> Iterator[tuple[str, str]]:
         yield key, f"{key_in_file(member, key)}: {value} is unusual; {damping}"
     if said := speed_warning(member):
         yield SPEED, f"{key_in_file(member, SPEED)}: {said}"
+
+
+def hints_first(file: SceneFile, errors: Sequence[InputError]) -> list[InputError]:
+    """Errors behind hints on values in other units, of which they may come; an error of such a value has the hint.
+
+    Parameters
+    ----------
+    file : SceneFile
+        The scene.
+    errors : sequence of InputError
+        Its errors.
+    """
+    hints = {hint.key: hint for hint in _unit_hints(file).values()}
+    for error in errors:
+        if error.key in hints:
+            unit = str(hints[error.key]).rpartition("; ")[2]
+            hints[error.key] = error if unit in str(error) else InputError(f"{error}; {unit}")
+            hints[error.key].source, hints[error.key].key = error.source, error.key
+    return [*hints.values(), *(error for error in errors if error.key not in hints)]
+
+
+def _unit_hints(file: SceneFile) -> dict[str, InputError]:
+    """Hints on values of a blade in another unit, by key."""
+    found: dict[str, InputError] = {}
+    for member in file.members:
+        for key, usual in USUAL.items() if member.scene.blade is not None else ():
+            section, _, name = key.partition(".")
+            for value in _numbers(getattr(getattr(member.scene, section), name, None)):
+                if value != 0.0 and not usual[0] <= value <= usual[1] and key not in found:
+                    place = key_in_file(member, key)
+                    hint = found[key] = InputError(f"{file.path}: {place}: {shown(value)} is unusual; {usual[2]}")
+                    hint.source, hint.key = str(file.path), place
+    return found
+
+
+def _too_low_range(member: Member) -> str:
+    """What is said of a frequency range far below the first mode of the blade, a clamped beam, as kHz would be."""
+    blade, material, (low, high) = member.scene.blade, member.scene.material, member.scene.response.frequency
+    asked = f"{shown([low, high])} is unusual; the key is in Hz"
+    meant = f"{shown([float(f'{1e3 * value:.12g}') for value in (low, high)])} where kHz are meant"
+    if blade is None or material is None:
+        of_file = member.scene.mesh_file is not None and high < LOW_RANGE
+        return f"{asked}: {meant}" if of_file else ""
+    speed = math.sqrt(material.young_modulus / material.density)
+    depth = 0.5 * (blade.thickness + (blade.tip_thickness or blade.thickness))
+    first = FIRST_BENDING * speed * depth / blade.length**2
+    said = f"{asked}, and the first mode of such a blade is near {float(f'{first:.2g}'):g} Hz"
+    if high >= 0.1 * first:
+        return ""
+    return f"{said}: {meant}" if 1e3 * low < 3.0 * first < 9e3 * high else said
 
 
 def _rayleigh_ratio(member: Member) -> float:

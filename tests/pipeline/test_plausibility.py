@@ -1,5 +1,6 @@
 """Unusual values: one warning line each, computed all the same."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +79,48 @@ def test_unusual_values_are_reported_and_used(tmp_path: Path, changes: dict[str,
     assert len(lines) == len(expected)
     for line, words in zip(lines, expected, strict=True):
         assert line.startswith(f"warning: {path}: {words}")
+
+
+@pytest.mark.parametrize(
+    ("changes", "first", "others"),
+    [
+        ({"blade__length": 15.0}, "blade.length: 15.0 is unusual; the key is in metres", ["mesh.size: 1e-05"]),
+        ({"blade__chord": 3.6}, "blade.chord: 3.6, allowed: the section, turned", ["mesh.size: 1e-05"]),
+        ({"shroud__axial_width": 4.0}, "shroud.axial_width: 4.0", ["mesh.size: 1e-05"]),
+    ],
+)
+def test_hints_on_units_come_before_other_errors(
+    tmp_path: Path, changes: dict[str, Any], first: str, others: list[str]
+) -> None:
+    """Too many elements is what a wrong unit leads to, and says nothing of it."""
+    path = write_scene(tmp_path / "s.toml", small_scene(mesh__size=1e-5, **changes))
+    status, _, error = shroud("validate", path)
+    lines = [re.sub(r"\.toml:\d+: ", ".toml: ", line).removeprefix(f"{path}: ") for line in error.splitlines()]
+    assert status == 2
+    assert lines[0].startswith(first)
+    assert lines[0].endswith("the key is in metres")
+    assert [line[: len(other)] for line, other in zip(lines[1:], others, strict=True)] == others
+    status, _, error = shroud("run", path, "--out", tmp_path / "out")
+    assert (status, error.count("\n")) == (2, 1)
+    assert "the key is in metres" in error
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"frequency": [0.1, 0.9]}, "near 330 Hz: [100.0, 900.0] where kHz are meant"),
+        ({"frequency": [0.3, 0.6]}, "near 330 Hz: [300.0, 600.0] where kHz are meant"),
+        ({"frequency": [3.0, 9.0]}, "near 330 Hz"),
+        ({"frequency": [30.0, 90.0]}, ""),
+        ({"frequency": [1.0, 700.0]}, ""),
+    ],
+)
+def test_a_range_in_kilohertz_is_said(tmp_path: Path, changes: dict[str, Any], expected: str) -> None:
+    """The first mode of a clamped steel beam of 9 by 150 mm: 3.516 sqrt(E t^2 / (12 rho)) / (2 pi L^2) = 334 Hz."""
+    scene = read_scene(write_scene(tmp_path / "s.toml", small_scene(response__frequency=changes["frequency"])))
+    found = plausibility_warnings(scene)
+    assert len(found) == bool(expected)
+    assert all(line.endswith(expected) for line in found), found
 
 
 NODES, PATCHES = "(nodal): stuck natural frequencies", "(patch): stuck natural frequencies"
