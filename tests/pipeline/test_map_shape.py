@@ -17,6 +17,7 @@ from pipeline.studies.worst_motion_map.lattice import circumcentres, triangulate
 from pipeline.studies.worst_motion_map.map_grid import MapAxis, MapGrid, even_in_logarithm, spaced
 from pipeline.studies.worst_motion_map.map_point import SLIPPING, STUCK, MapPoint
 from pipeline.studies.worst_motion_map.map_result import WorstMotionMap, worst_motion_map
+from pipeline.studies.worst_motion_map.map_study import conclusion
 from pipeline.studies.worst_motion_map.refinement import base_cells, missing_places, refined
 
 X, Y = "contact.interference", "contact.friction"
@@ -86,6 +87,25 @@ def test_which_points_continue_each_other() -> None:
     assert not continue_each_other(here, replace(there, amplitude_m=4.5e-6, peaks=()))
     assert not continue_each_other(here, replace(there, motion="quasi-periodic"))
     assert not continue_each_other(here, replace(there, amplitude_m=None))
+
+
+def test_an_end_of_the_range_is_never_the_lowest_point() -> None:
+    """The response rises up to the end of its range there: what peak follows is not known."""
+    base = grid(4, 4)
+    points = [exact_point(base, place) for place in base.places()]
+    points[3] = replace(points[3], amplitude_m=1e-9, at_end=True, may_be_higher="an end of the frequency range")
+    points = [replace(point, truncation_error=0.24) for point in points]
+    result = worst_motion_map(base, points)
+    assert result.basin is not None
+    assert result.basin.lowest != 3
+    assert 3 not in result.basin.points
+    said = " | ".join(conclusion(result))
+    assert "at 1 of 16 points the worst motion lies at an end of the frequency range, which is no peak" in said
+    assert "(H too small: truncation error 24 %)" in said
+    assert "H too small on 16 of 16 curves" in said
+    nowhere = worst_motion_map(base, [replace(point, at_end=True) for point in points])
+    assert nowhere.basin is None
+    assert conclusion(nowhere)[-1] == "the worst motion is not known anywhere on the map"
 
 
 def test_refined_cells_resolve_a_line_and_cover_the_map() -> None:

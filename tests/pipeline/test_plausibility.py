@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from pipeline_support import ground_scene, shroud, small_scene, statuses, summary_of, write_ground_model, write_scene
 from scipy.linalg import eigh
 
+from pipeline.figures.linear_limits import _limit
 from pipeline.results.frequency_range import (
     Resonance,
     held_point_warning,
@@ -23,6 +25,7 @@ from pipeline.scene.reading import read_scene
 from pipeline.stages.cache_keys import model_keys
 from pipeline.stages.modal_truncation import HELD, _immobility
 from pipeline.stages.request import RunOutcome
+from pipeline.stages.scene_to_solver import contact_parameters
 from pipeline.store.content_store import Store
 from rom import LinearOperation, ReducedModel, write_reduced_model
 
@@ -257,6 +260,20 @@ def test_resonances_of_a_lumped_blade_and_a_run_that_says_what_its_range_leaves_
     assert "0.18 Hz, an end of the frequency range, is no peak (none inside it)" in out
     (curve,) = summary_of(tmp_path / "out")["curves"]
     assert (curve["peak_at_end"], curve["worst_at_end"], curve["peak_frequency_hz"]) == (True, True, 0.18)
+
+
+def test_the_linear_limit_has_its_peak_at_the_resonance_not_at_the_end_of_the_range(tmp_path: Path) -> None:
+    """The mass of 1 kg on 1 + 3 N/m with c = 0.02 N s/m has 1 / (2 c) at 1 / pi Hz; the range ends before."""
+    scene: dict[str, Any] = {"name": "s", "excitation": {"engine_order": 3, "force": 1.0}}
+    scene["contact"] = {"normal_stiffness": 1.0, "tangential_stiffness": 3.0, "friction": 0.5, "preload": 2.0}
+    scene["response"] = {"frequency": [0.1, 0.2], "damping_ratio": 0.01}
+    first = read_scene(write_scene(tmp_path / "s.toml", scene)).first
+    curve: Any = SimpleNamespace(scene=first, contact_parameters=lambda n: contact_parameters(first.contact, n, None))
+    limit = _limit("stuck", lumped_mass(), [curve], [0])
+    assert limit.frequency_hz.max() == 0.2
+    assert limit.resonance == pytest.approx((1.0 / np.pi, 25.0), rel=1e-3)
+    free = _limit("free", lumped_mass(), [curve], [0])
+    assert free.resonance == pytest.approx((0.5 / np.pi, 50.0), rel=1e-3)
 
 
 def test_a_model_without_units_is_taken_as_it_is(tmp_path: Path) -> None:

@@ -13,10 +13,13 @@ from pipeline.figures.curve_marks import mark_worst
 from pipeline.figures.style import styled
 from pipeline.report.page import _worst_cards
 from pipeline.results.outputs import curve_summary
-from pipeline.results.tables import curve_table
+from pipeline.results.overview import overview_lines
+from pipeline.results.statistics import statistics
+from pipeline.results.tables import curve_table, opened_warning
 from pipeline.results.worst import height_mark, search_notes, worst_cells, worst_warning
 from pipeline.scene.reading import read_scene
 from pipeline.stages.curve_summary import NO_WORST, CurveSummary, stored_worst
+from pipeline.stages.curve_table import table_of
 from pipeline.stages.respond import CurveResult
 
 PEAK = 5.73e-6
@@ -79,6 +82,46 @@ def test_an_end_of_the_range_is_marked_and_its_inner_peak_named(curves: list[Cur
     assert height_mark(end) == " (end)"
     row = curve_summary(replace(curves[0], facts=end), Path())
     assert (row["peak_at_end"], row["worst_at_end"]) == (True, True)
+
+
+def test_best_curve_and_best_value_are_no_end_of_the_range(curves: list[CurveResult], tmp_path: Path) -> None:
+    """The lowest number is an end of the range: the highest of the others' lowest ones is best."""
+    end = replace(periodic(1e-9), worst_at_end=True, worst_unresolved="an end", peaks=())
+    facts = [periodic(5e-6), periodic(3e-6), end]
+    listed = [replace(curve, facts=found) for curve, found in zip(curves, facts, strict=False)]
+    table = table_of(listed, ["contact.interference"], tmp_path)
+    found = statistics(table)
+    assert (found["best"]["curve"], found["lower_bounds"]) == (1, 1)
+    assert found["keys"]["contact.interference"]["best"]["value"] == 2e-5
+    lines = overview_lines(table)[0]
+    assert any("1 of them may be higher than found: quantiles are lower bounds" in line for line in lines)
+    ends = statistics(table_of([replace(curve, facts=end) for curve in listed], ["contact.interference"], tmp_path))
+    assert ends["best"] is None
+    assert ends["keys"]["contact.interference"]["best"] is None
+    assert ">= 1 nm" in "".join(overview_lines(table_of(listed[2:], ["contact.interference"], tmp_path))[0])
+
+
+def test_the_static_contact_is_in_the_table_and_a_contact_that_rotation_opens_is_said(
+    curves: list[CurveResult],
+) -> None:
+    """100 um were closed at rest and open at 5000 rev/min, and nobody was told (issue 39)."""
+    closed = replace(periodic(PEAK), static_force_n=12.34, static_open_share=0.0, static_lowest_m=1e-6)
+    closed = replace(closed, static_highest_m=4e-6)
+    opened = replace(closed, static_force_n=0.0, static_open_share=1.0, static_opened=True)
+    opened = replace(opened, static_lowest_m=-33e-6, static_highest_m=-33e-6)
+    outcome: Any = SimpleNamespace(
+        curves=[replace(c, facts=f) for c, f in zip(curves, (closed, opened), strict=False)]
+    )
+    table = curve_table(outcome)
+    columns = {str(column.header).replace("\n", " "): list(column.cells) for column in table.columns}
+    assert (columns["static force [N]"], columns["open"]) == (["12.34", "0"], ["0 %", "100 %"])
+    assert columns["static v [µm]"] == ["1 to 4", "-33"]
+    said = opened_warning(outcome)
+    assert said.startswith("1 of 2 curves: nodes that are closed at rest are open before the blade vibrates")
+    assert said.endswith("0 N on a face, 100 % of it open, v = -33 µm (below 0: gap)")
+    assert opened_warning(cast(Any, SimpleNamespace(curves=outcome.curves[:1]))) == ""
+    row = curve_summary(outcome.curves[1], Path())
+    assert (row["static_force_n"], row["static_open_share"], row["static_opened"]) == (0.0, 1.0, True)
 
 
 def test_too_few_harmonics_are_said_beside_the_number(curves: list[CurveResult]) -> None:
