@@ -11,12 +11,12 @@ from pipeline.scene.labels import quantity, value_label
 from pipeline.studies.optimum.optimum_result import OBJECTIVES, OptimumResult
 
 CAPTION = (
-    "Largest displacement and frequency of the worst motion over the parameter. Thin: followed peaks, dashed where "
+    "Height and frequency of the worst motion over the parameter. Thin: followed peaks, dashed where "
     "they are unstable. Dotted: the search left open what the ring does there, the highest solution counts. Circles: "
     "responses solved with all options; triangles: the worst motion may be higher. Shaded: at most 10 % higher than "
     "at the optimum. Bars: change of the worst motion in % where a parameter grows by 1 %."
 )
-TRIED = "Largest displacement of the worst motion with the values tried, over each of the keys."
+TRIED = "Height of the worst motion with the values tried, over each of the keys."
 HEADINGS = ("key", "optimum", "scene", "range searched", "at most 10 % higher", "% for 1 %")
 KINDS = {
     "smooth": "The minimum is smooth",

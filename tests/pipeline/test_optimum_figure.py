@@ -183,7 +183,7 @@ def test_the_section_says_what_to_choose_and_what_it_gains() -> None:
     section = optimum_section(replace(found, remarks=("5 values searched",)))
     choice, sharpness, searched = section.conclusion
     better = "9.5 % lower than with the scene's 1.2 N (3.473 m)"
-    assert choice == f"Choose preload 1.571 N: worst motion 3.142 m at 0.21571 Hz, {better}."
+    assert choice == f"Choose preload 1.571 N: worst motion (largest displacement) 3.142 m at 0.21571 Hz, {better}."
     assert sharpness.startswith("The minimum is smooth")
     assert sharpness.endswith("at most 10 % higher with preload from 1.21 to 2.24 N.")
     assert searched == "5 values searched."
