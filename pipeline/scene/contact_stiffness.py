@@ -17,6 +17,8 @@ from pipeline.scene.schema import Contact, Material, Rom, Scene
 
 LARGEST = 0.01  # relative error of a stuck frequency without a warning
 GRIDS = ((3, 3), (4, 4), (6, 6))  # that are proposed
+CURVE_81_NODES = 37.0  # processor time of a curve of the default blade with 9 x 9 contact nodes and 3 harmonics, s
+LONG = 1.5  # minutes of processor time from which a curve is said to take long
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,24 @@ def stiff_contact_warning(member: Member) -> tuple[str, str] | None:
         f"(an estimate, shroud verify measures it); {found.cure}"
     )
     return found.key, text
+
+
+def many_nodes_warning(member: Member) -> tuple[str, str] | None:
+    """Key and text of the warning about contact nodes that are so many that a curve takes long."""
+    mesh = member.scene.mesh
+    if mesh is None:
+        return None
+    along, radial = mesh.contact_grid
+    minutes = CURVE_81_NODES * (along * radial / 81.0) ** 3 / 60.0
+    if minutes < LONG:
+        return None
+    key = "mesh.contact_grid"
+    nodal = member.scene.rom.contact_dofs == "nodal"
+    enough = "" if nodal else "; [5, 5] has the same peaks unless contacts are stiff"
+    return key, (
+        f"{key_in_file(member, key)}: with {along} x {radial} contact nodes a curve takes some {minutes:.0f} minutes "
+        f"of processor time (it grows with the third power of their number), the model some minutes too{enough}"
+    )
 
 
 def _cure(rom: Rom, mesh: Mesh, sides: tuple[float, float], ratio: float, punch: float) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 from pipeline.errors import InputError, shown
 from pipeline.scene.centrifugal_strain import speed_warning
-from pipeline.scene.contact_stiffness import stiff_contact_warning
+from pipeline.scene.contact_stiffness import many_nodes_warning, stiff_contact_warning
 from pipeline.scene.reading import Member, SceneFile, key_in_file
 
 USUAL_RATIO = 0.1
@@ -63,6 +63,8 @@ def plausibility_warnings(file: SceneFile) -> list[str]:
             remarks.setdefault(stiff[0], f"{file.path}: {stiff[1]}")
         if low := _too_low_range(member):
             remarks.setdefault(RANGE, f"{file.path}: {key_in_file(member, RANGE)}: {low}")
+        if (many := many_nodes_warning(member)) is not None:
+            remarks.setdefault(many[0], f"{file.path}: {many[1]}")
     return [*found.values(), *remarks.values()]
 
 

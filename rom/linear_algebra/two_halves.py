@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.linear_algebra.cholmod import COLUMNS
+from rom.linear_algebra.cholmod import columns_at_once
 from rom.linear_algebra.ordering import Bisection
 from rom.linear_algebra.schur_complement import SchurComplement
 from rom.linear_algebra.threads import at_once, return_memory
@@ -72,8 +72,9 @@ class TwoHalves:
         """Solutions (k, n) of A x = b for k right-hand sides, stored as rows."""
         rows = np.asarray(rows, dtype=float)
         solution = np.empty(rows.shape)
-        for first in range(0, len(rows), COLUMNS):
-            part = slice(first, first + COLUMNS)
+        step = columns_at_once(len(rows))
+        for first in range(0, len(rows), step):
+            part = slice(first, first + step)
             self._solve_at_once(rows[part], solution[part])
         return_memory()
         return solution

@@ -126,6 +126,15 @@ def test_a_range_in_kilohertz_is_said(tmp_path: Path, changes: dict[str, Any], e
     assert all(line.endswith(expected) for line in found), found
 
 
+@pytest.mark.parametrize(("grid", "minutes"), [([15, 15], 13), ([12, 10], 2), ([9, 9], 0)])
+def test_contact_nodes_that_take_long_are_reported(tmp_path: Path, grid: list[int], minutes: int) -> None:
+    path = write_scene(tmp_path / "s.toml", small_scene(mesh__contact_grid=grid))
+    status, _, error = shroud("validate", path)
+    assert status == 0
+    said = f"mesh.contact_grid: with {grid[0]} x {grid[1]} contact nodes a curve takes some {minutes} minutes"
+    assert (said in error) == (minutes > 0)
+
+
 NODES, PATCHES = "(nodal): stuck natural frequencies", "(patch): stuck natural frequencies"
 ESTIMATE = "too low (an estimate, shroud verify measures it)"
 USE_MORTAR = 'set rom.contact_dofs = "mortar"'

@@ -36,6 +36,8 @@ def test_solves_one_and_many_right_hand_sides(held, backend):
     np.testing.assert_allclose(matrix @ many, rhs, atol=1e-9)
     assert np.max(np.abs(factor.solve(rhs[:, 3]) - many[:, 3])) < 1e-10 * np.max(np.abs(many[:, 3]))
     np.testing.assert_array_equal(rhs, before)
+    more = factor.solve(np.tile(rhs, 7))  # so many that other numbers are taken at once
+    np.testing.assert_allclose(more[:, -40:], many, atol=1e-10 * np.abs(many).max())
 
 
 @needs_cholmod
