@@ -10,6 +10,7 @@ from typing import Any
 SAVES_MEMORY = "fewer jobs (--jobs), a larger mesh.size, fewer modes or harmonics need less"
 _LONGEST_VALUE = 80
 _NO_ROOM = "failed to map segment"  # of the loader of shared libraries
+_NO_THREAD = "can't start new thread"  # of Python
 _REMEDIES = {
     errno.EMFILE: "too many open files; raise the limit (ulimit -n) or use fewer jobs (--jobs)",
     errno.ENFILE: "the system has too many open files; end other programs or use fewer jobs (--jobs)",
@@ -112,6 +113,8 @@ def advice_on(error: BaseException) -> str:
     """What to do where memory, open files or processes have run out (the disk: `pipeline.store.disk_errors`)."""
     number = error.errno if isinstance(error, OSError) else None
     causes = [error, error.__cause__, error.__context__]
+    if any(_NO_THREAD in str(cause) for cause in causes):
+        return f"no further thread can start; raise the limit (ulimit -u), or there is no memory: {SAVES_MEMORY}"
     if isinstance(error, MemoryError) or number == errno.ENOMEM or any(_NO_ROOM in str(cause) for cause in causes):
         return f"out of memory; {SAVES_MEMORY}"
     return _REMEDIES.get(number, "") if number is not None else ""

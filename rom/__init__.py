@@ -69,7 +69,7 @@ if TYPE_CHECKING:
     from rom.finite_elements.thermal_load import thermal_force
     from rom.linear_algebra.blas_kernels import processor
     from rom.linear_algebra.factorisation import Factor, factorise
-    from rom.linear_algebra.threads import one_blas_thread, one_blas_thread_in_children
+    from rom.linear_algebra.threads import one_blas_thread, one_blas_thread_in_children, require_memory
     from rom.matrix_files.labelled_matrix import DofLabels, LabelledMatrix
     from rom.matrix_files.matrix_choice import MatrixChoice
     from rom.matrix_files.matrix_model import MatrixModel, model_from_matrices
@@ -194,6 +194,7 @@ __all__ = [
     "reduce_sector",
     "reduce_to_tolerance",
     "reduction_errors",
+    "require_memory",
     "relative_contact_motion",
     "resonance_crossings",
     "save_full_model",
@@ -312,6 +313,7 @@ _PLACES = {
     "new_hdf5": "rom.files.hdf5_writing",
     "nodal_stress": "rom.stress.operating_stress",
     "one_blas_thread": "rom.linear_algebra.threads",
+    "require_memory": "rom.linear_algebra.threads",
     "one_blas_thread_in_children": "rom.linear_algebra.threads",
     "opened": "rom.files.hdf5_reading",
     "operating_stress": "rom.stress.operating_stress",

@@ -14,7 +14,9 @@ from pipeline.errors import reason_of
 from pipeline.process.clock import seconds_since
 from pipeline.process.workers import Call
 from pipeline.store.disk_errors import storage_error
+from rom import require_memory
 
+ROOM = 300  # megabytes that the kernels of a curve take with the libraries behind them
 Progress = Callable[[float, int], None]
 
 
@@ -155,6 +157,7 @@ def run_task(
     try:
         shutil.rmtree(folder, ignore_errors=True)  # of an attempt whose process died
         folder.mkdir(parents=True)
+        require_memory(ROOM)
         function(folder, files, *args, progress=progress)
     except BaseException as error:
         shutil.rmtree(folder, ignore_errors=True)

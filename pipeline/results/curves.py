@@ -12,12 +12,15 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.errors import input_error, shown
 from pipeline.results.point_reader import PointReader
+from pipeline.results.run_folder import RESPONSE
 from pipeline.results.worst import END_MARK, truncation_mark
 from pipeline.scene.labels import prefixed, value_label
 from pipeline.stages.curve_file import BRANCHES
 from pipeline.stages.curve_summary import stored_static, stored_worst
-from pipeline.stages.curve_table import CurveTable, LazyArrays
+from pipeline.stages.curve_table import TABLE, CurveTable, LazyArrays
+from pipeline.store.output_folder import path_inside
 
 if TYPE_CHECKING:
     import h5py
@@ -269,10 +272,17 @@ class Curves(Sequence[Curve]):
             harmonics=0 if facts is None else facts.harmonics,
             detached=() if facts is None else _detached(self._reader, number, facts),
             bifurcations=() if facts is None else _bifurcations(facts),
-            rom=self._folder / columns["rom"][number] if columns["rom"][number] else None,
+            rom=self._rom(str(columns["rom"][number])),
             static_contact=None if facts is None else stored_static(vars(facts)),
             outputs=() if facts is None else facts.outputs,
         )
+
+    def _rom(self, text: str) -> Path | None:
+        """The file of a reduced model, by its column."""
+        try:
+            return path_inside(self._folder, text) if text else None
+        except ValueError as error:
+            raise input_error(self._folder / RESPONSE, f"{TABLE}/rom", shown(text), str(error)) from None
 
 
 @dataclass(frozen=True)

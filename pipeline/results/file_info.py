@@ -99,7 +99,8 @@ def _run(folder: Path) -> dict[str, Any]:
     from pipeline.results.run_folder import RESPONSE, read_run_summary
 
     summary, response = read_run_summary(folder), folder / RESPONSE
-    held = contents(response) if summary["curves"] and response.is_file() else {"curves": [], "statistics": None}
+    has_curves = summary["response"] is not None and response.is_file()
+    held = contents(response) if has_curves else {"curves": [], "statistics": None}
     named = ("scene", "complete", "problems", "seconds", "stages", "models")
     found = {name: summary[name] for name in named if name in summary}
     return {**held, "file": str(folder), "kind": "run", **found}

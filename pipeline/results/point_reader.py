@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +35,8 @@ class PointReader:
 
     def __init__(self, path: Path, table_hash: str, sha256: str) -> None:
         self._path, self._table_hash, self._sha256 = path, table_hash, sha256
+        if not path.is_file():
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
         self._raw = path.open("rb")
         self._file: h5py.File | None = None
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.errors import input_error, reason_of
 from pipeline.results.curves import Curve, Curves
 from pipeline.results.point_reader import TABLE_HASH, PointReader
+from pipeline.results.run_folder import RESPONSE, read_json_of_run, read_run_summary
 from pipeline.scene.labels import prefixed, quantity
 from pipeline.stages.curve_table import TABLE, CurveTable, read_table
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-SUMMARY, RESPONSE = "summary.json", "response.h5"
+_ALLOWED = "the output folder of a run"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -77,8 +77,8 @@ class Results:
     @property
     def studies(self) -> Mapping[str, Mapping[str, Any]]:
         """Results of the studies by their names, such as "optimum", as in their JSON files; empty without any."""
-        files = {name: self.folder / study["file"] for name, study in self.summary.get("studies", {}).items()}
-        return {name: json.loads(file.read_text(encoding="utf-8")) for name, file in files.items()}
+        studies = self.summary.get("studies", {}).items()
+        return {name: read_json_of_run(self.folder, study["file"]) for name, study in studies}
 
     def to_dataframe(self, points: bool = False) -> pandas.DataFrame:
         """The results as a table of pandas: a row for each curve, or for each point.
@@ -170,17 +170,15 @@ def read_results(folder: str | os.PathLike[str]) -> Results:
     True
     """
     folder = Path(folder)
-    allowed = "the output folder of a run"
+    summary = read_run_summary(folder)
+    values = folder, summary["complete"], tuple(summary["problems"])
+    if summary["response"] is None:
+        return Results(*values, (), summary)
     try:
-        summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-        values = folder, bool(summary["complete"]), tuple(summary["problems"])
-        if summary["response"] is None:
-            return Results(*values, (), summary)
         reader = PointReader(folder / RESPONSE, summary[TABLE_HASH], summary["response"][RESPONSE])
         table = read_table(reader.file[TABLE])
         return Results(*values, Curves(folder, table, reader), summary, table)
-    except FileNotFoundError as error:
-        missing = Path(error.filename).name if error.filename else RESPONSE
-        raise input_error(folder, "", f"holds no {missing}", allowed) from None
+    except FileNotFoundError:
+        raise input_error(folder, "", f"holds no {RESPONSE}", _ALLOWED) from None
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise input_error(folder, "", f"cannot be read: {reason_of(error)}", allowed) from None
+        raise input_error(folder, "", f"{RESPONSE} cannot be read: {reason_of(error)}", _ALLOWED) from None

@@ -1,16 +1,72 @@
-"""The output folder of a run as an input: which files it holds, from its summary."""
+"""The output folder of a run as an input: its summary, which is checked first, and the files that it names."""
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Self
 
-from pipeline.errors import input_error, reason_of
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError, ValidationInfo, model_validator
+
+from pipeline.errors import InputError, input_error, reason_of, shown
+from pipeline.store.manifest import read_json
+from pipeline.store.output_folder import path_inside
 
 SUMMARY, RESPONSE = "summary.json", "response.h5"
 _ALLOWED = "the output folder of a run, with summary.json"
+
+
+def _inside(text: str, info: ValidationInfo) -> str:
+    path_inside(info.context, text)
+    return text
+
+
+_File = Annotated[str, AfterValidator(_inside)]  # relative to the output folder, and in it
+
+
+class _Part(BaseModel):
+    """Keys of summary.json that are read; others may stand beside them."""
+
+    model_config = ConfigDict(strict=True, extra="allow", allow_inf_nan=False)
+
+
+class _Model(_Part):
+    rom: _File | None = None
+    mesh: _File | None = None
+    free_hz: list[float] | None = None
+
+
+class _Curve(_Part):
+    rom: _File | None = None
+    complete: bool = False
+    reason: str = ""
+
+
+class _Stored(_Part):
+    file: _File
+
+
+class _Summary(_Part):
+    scene: str = ""
+    complete: bool
+    problems: list[str]
+    seconds: float = 0.0
+    stages: dict[str, dict[str, Any]] = {}
+    curves: list[_Curve] | None = None
+    models: list[_Model] = []
+    campbell: list[dict[str, Any]] = []
+    pictures: list[_File] = []
+    stress: list[_Stored] = []
+    studies: dict[str, _Stored] = {}
+    report: _File | None = None
+    response: dict[str, str] | None
+    table_hash: str | None = None
+
+    @model_validator(mode="after")
+    def _names_the_response(self) -> Self:
+        if self.response is not None and (RESPONSE not in self.response or self.table_hash is None):
+            raise ValueError(f"response and table_hash with the hashes of {RESPONSE}")
+        return self
 
 
 @dataclass(frozen=True)
@@ -23,20 +79,46 @@ class ModelFiles:
 
 
 def read_run_summary(folder: Path) -> dict[str, Any]:
-    """The summary of a run.
+    """The summary of a run, whatever was done to its file: values of the right kinds, and files inside the folder.
 
     Raises
     ------
     InputError
-        There is none in the folder, or it cannot be read.
+        There is none in the folder, or it cannot be read or is not as a run writes it.
     """
     try:
-        found = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-        return {**found, "models": list(found["models"]), "curves": list(found["curves"])}
+        found: dict[str, Any] = read_json(folder / SUMMARY)
+        _Summary.model_validate(found, context=folder)
     except FileNotFoundError:
         raise input_error(folder, "", f"holds no {SUMMARY}", _ALLOWED) from None
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except ValidationError as error:
+        raise _refusal(folder, error) from None
+    except (OSError, ValueError) as error:
         raise input_error(folder, "", f"{SUMMARY} cannot be read: {reason_of(error)}", _ALLOWED) from None
+    return found
+
+
+def read_json_of_run(folder: Path, name: str) -> Any:
+    """A further JSON file of a run.
+
+    Raises
+    ------
+    InputError
+        It cannot be read.
+    """
+    try:
+        return read_json(path_inside(folder, name))
+    except (OSError, ValueError) as error:
+        raise input_error(folder, "", f"{name} cannot be read: {reason_of(error)}", _ALLOWED) from None
+
+
+def _refusal(folder: Path, error: ValidationError) -> InputError:
+    """One line on the first value that is wrong."""
+    first = error.errors(include_url=False)[0]
+    key, cause = ".".join(map(str, first["loc"])), first.get("ctx", {}).get("error")
+    found = "missing" if first["type"] == "missing" else shown(first["input"])
+    place = f"{SUMMARY}: {key}" if key else SUMMARY
+    return input_error(folder, place, found, str(cause or f"{_ALLOWED} as it wrote it"))
 
 
 def models_of_run(folder: Path) -> list[ModelFiles]:
@@ -47,14 +129,13 @@ def models_of_run(folder: Path) -> list[ModelFiles]:
     InputError
         As `read_run_summary`, or the run has no reduced model.
     """
-    entries = [entry for entry in read_run_summary(folder)["models"] if isinstance(entry.get("rom"), str)]
+    entries = [entry for entry in read_run_summary(folder)["models"] if entry.get("rom")]
     if not entries:
         raise input_error(folder, "", "holds no reduced model", "a run of the stage reduce or a later one")
-    found = []
-    for entry in entries:
-        mesh = entry.get("mesh")
-        found.append(ModelFiles(folder / entry["rom"], folder / mesh if isinstance(mesh, str) else None, entry))
-    return found
+    return [
+        ModelFiles(folder / entry["rom"], folder / entry["mesh"] if entry.get("mesh") else None, entry)
+        for entry in entries
+    ]
 
 
 def response_of_run(folder: Path) -> Path:
@@ -63,7 +144,7 @@ def response_of_run(folder: Path) -> Path:
     Raises
     ------
     InputError
-        The folder holds none.
+        As `read_run_summary`, or the folder holds none.
     """
     read_run_summary(folder)
     if not (folder / RESPONSE).is_file():

@@ -22,10 +22,12 @@ from pipeline.stages.own_mesh import check_on_mesh
 from pipeline.stages.stage_log import StageLog
 from pipeline.store.content_store import Entry, Store
 from pipeline.store.disk_errors import StorageError
+from rom import require_memory
 
 if TYPE_CHECKING:
     from rom import FullModel
 
+ROOM = 450  # megabytes that a small model takes with the libraries behind it
 LARGE = 60_000_000  # bytes of a full model, some 60 000 dofs
 WITH_BASIS = "reduce-with-basis"  # kind of the reduced models that can be expanded to the mesh
 
@@ -143,6 +145,7 @@ class ModelChain:
 
     def _make(self, stage: str, kind: str, key: str, verb: str, build: Callable[[Path], None]) -> Entry:
         with self.log.timed(stage), self.reporter.working(verb):
+            require_memory(ROOM)  # without it no member can go on
             try:
                 entry = self.store.get(kind, key, build)
             except StorageError:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pipeline.executor.task import Preparation
+from pipeline.executor.task import ROOM, Preparation
 from pipeline.process.deferred_modules import defer_unused
 from pipeline.process.garbage_collection import loading
 from pipeline.process.workers import Call
@@ -15,6 +15,7 @@ from pipeline.stages.respond import KIND
 from pipeline.stages.stage_names import Stage
 from pipeline.stages.warm_up import warm_up
 from pipeline.stages.worker_count import worker_count
+from rom import require_memory
 
 if TYPE_CHECKING:
     from pipeline.scene.schema import Scene
@@ -46,6 +47,7 @@ def prepare_workers(run: Run, scenes: Sequence[Scene]) -> None:
 
 def prepare(cases: Sequence[tuple[str, str]], figures: bool) -> None:
     """In a worker: load what curves with these friction laws and integrations need, and what figures need."""
+    require_memory(ROOM)
     with loading():
         defer_unused()
         for law, integration in cases:

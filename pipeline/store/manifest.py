@@ -1,9 +1,13 @@
-"""List of an entry of the store: what the entry is, and which files belong to it."""
+"""List of an entry of the store, and JSON files that may have been altered: what an entry is, which files it has."""
 
 from __future__ import annotations
 
 import json
 import math
+import os
+import stat
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -11,6 +15,51 @@ from typing import Any, Self
 from pipeline.store.fingerprints import file_sha256
 
 MANIFEST = "entry.json"
+_LARGEST = 1 << 28  # bytes of a JSON file that is read
+_DEEPEST = 50  # levels of lists and tables in it
+_MOST_DIGITS = 300  # of a number in it
+
+
+def read_json(path: Path) -> Any:
+    """Content of a JSON file that may have been altered: only what can be written as JSON again.
+
+    Raises
+    ------
+    OSError
+        It cannot be opened.
+    ValueError
+        It is no regular file, is too large, or holds no JSON: NaN, infinity and numbers beyond that of a float included.
+    """
+    with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
+        status = os.fstat(file.fileno())
+        if not stat.S_ISREG(status.st_mode):
+            raise ValueError("is no regular file")
+        if status.st_size > _LARGEST:
+            raise ValueError(f"has {status.st_size} bytes, more than {_LARGEST}")
+        text = file.read()
+    with suppress(RecursionError):
+        number, whole = _number(float), _number(int)
+        found = json.loads(text, parse_constant=number, parse_float=number, parse_int=whole)
+        if _is_flat(found, _DEEPEST):
+            return found
+    raise ValueError("is nested too deeply")
+
+
+def _is_flat(value: Any, levels: int) -> bool:
+    """Whether lists and tables are nested at most so many times."""
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return levels > 0 and all(_is_flat(item, levels - 1) for item in inner)
+
+
+def _number(kind: type) -> Callable[[str], Any]:
+    """What reads a number, which is finite."""
+
+    def read(text: str) -> Any:
+        if len(text) > _MOST_DIGITS or not math.isfinite(value := kind(text)):
+            raise ValueError(f"holds the number {text[:20]}{'...' * (len(text) > 20)}")
+        return value
+
+    return read
 
 
 @dataclass(frozen=True)
@@ -47,8 +96,8 @@ class Manifest:
         """List in the folder of an entry; None where there is none that can be read."""
         path = folder / MANIFEST
         try:
-            found = cls(**json.loads(path.read_bytes())) if path.is_file() else None
-        except (OSError, ValueError, TypeError, RecursionError):
+            found = cls(**read_json(path))
+        except (OSError, ValueError, TypeError):
             return None
         return found if found is not None and found._is_sound() else None
 
@@ -80,4 +129,6 @@ def _names(folder: Path) -> set[str]:
 
 
 def _matches(path: Path, expected: dict[str, Any], thorough: bool) -> bool:
-    return path.stat().st_size == expected["size"] and (not thorough or file_sha256(path) == expected["sha256"])
+    """Whether a file is the one listed; a link to a file elsewhere is not."""
+    same = path.lstat().st_size == expected["size"] and not path.is_symlink()
+    return same and (not thorough or file_sha256(path) == expected["sha256"])

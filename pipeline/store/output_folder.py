@@ -63,6 +63,23 @@ def relative_path(path: Path, out: Path) -> str:
     return Path(os.path.relpath(path, out)).as_posix()
 
 
+def path_inside(out: Path, text: str) -> Path:
+    """The file of the output folder that a text names, which may have been altered.
+
+    Raises
+    ------
+    ValueError
+        It is no path, or leads out of the folder, by itself or through a link.
+    """
+    try:
+        inside = Path(os.path.realpath(out / text)).is_relative_to(os.path.realpath(out))
+    except (ValueError, OSError):  # a zero byte, a surrogate, a circle of links
+        inside = False
+    if not text or os.path.isabs(text) or not inside:
+        raise ValueError("a file inside the output folder")
+    return out / text
+
+
 def _remove_where_empty(store: Store, out: Path) -> None:
     """Remove a new output folder that holds no result."""
     with suppress(OSError):

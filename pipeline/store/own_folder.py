@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import os
+import re
 from pathlib import Path
 
 from pipeline.errors import input_error, shown
+from pipeline.store.manifest import Manifest, read_json
 
 STORE, LOCKS = "store", ("lock", "lock.soft")
+TEMPORARY, _NAME = "tmp", re.compile(r"[0-9a-f]{32}")  # folder of what is not finished, and names in it
 INPUTS = (".toml", ".schema.json")  # scenes may stand beside their results
 
 
@@ -36,19 +38,35 @@ def check_output_folder(out: Path) -> None:
 
 
 def is_store(folder: Path) -> bool:
-    """Whether the folder is the store of an output folder."""
-    return folder.name == STORE and any((folder / lock).is_file() for lock in LOCKS)
+    """Whether the folder is the store of an output folder: it has a lock, or entries and nothing else."""
+    if folder.name != STORE or not folder.is_dir():
+        return False
+    return any((folder / lock).is_file() for lock in LOCKS) or (_is_begun(folder) and bool(_entries(folder)))
+
+
+def _is_begun(store: Path) -> bool:
+    """Whether a store without a lock holds nothing but entries and what an interrupted run has begun."""
+    begun = store / TEMPORARY
+    names = [path.name for path in begun.iterdir()] if begun.is_dir() else []
+    return all(map(_NAME.fullmatch, names)) and all(Manifest.read(entry) is not None for entry in _entries(store))
+
+
+def _entries(store: Path) -> list[Path]:
+    """What should be entries: all that is neither a lock nor temporary."""
+    kinds = [path for path in store.iterdir() if path.name not in (TEMPORARY, *LOCKS)]
+    return [entry for kind in kinds for entry in (kind.iterdir() if kind.is_dir() else [kind])]
 
 
 def _expected(path: Path) -> bool:
     """Hidden files, scenes, and a store that an interrupted run has only begun."""
-    return path.name.startswith(".") or path.name.endswith(INPUTS) or (path.name == STORE and not any(path.iterdir()))
+    begun = path.name == STORE and path.is_dir() and _is_begun(path)
+    return path.name.startswith(".") or path.name.endswith(INPUTS) or begun
 
 
 def _has_results(out: Path) -> bool:
     """Whether a summary of this program lies in a folder whose store was deleted."""
     try:
-        summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
+        summary = read_json(out / "summary.json")
+    except (OSError, ValueError):
         return False
     return isinstance(summary, dict) and {"scene", "stages", "curves"} <= set(summary)

@@ -15,6 +15,7 @@ from pipeline.stages.stage_names import Stage
 from pipeline.stages.sweep_models import Models
 from pipeline.store.disk_errors import StorageError
 from pipeline.store.fingerprints import fingerprint
+from pipeline.store.manifest import read_json
 from pipeline.studies.plain import plain, restored
 from pipeline.studies.registry import study_named
 from pipeline.studies.study import Study, StudyContext, said_of
@@ -97,6 +98,6 @@ def remove_outdated_studies(context: StudyContext) -> list[str]:
 
 def _curve_of(file: Path) -> Any:
     try:
-        return json.loads(file.read_text(encoding="utf-8"))[CURVE]
+        return read_json(file)[CURVE]
     except (OSError, ValueError, KeyError, TypeError):
         return None

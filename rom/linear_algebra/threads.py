@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ctypes
 import importlib
+import mmap
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 P = TypeVar("P")
 T = TypeVar("T")
 
+_MEGABYTE = 1 << 20
+_FIRST, _MORE, _THREAD = 450, 150, 200  # megabytes: libraries and their buffers, work, another thread
+_TOUCHED = 192  # rows of matrices in a product for which OpenBLAS takes its buffer
 SHARED_FROM = 60_000  # unknowns: below, work is too short for two threads
 
 _THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -40,17 +44,47 @@ def one_blas_thread() -> Iterator[None]:
     ...     {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
     {1}
     """
-    with _blas_libraries().limit(limits=1, user_api="blas"):
+    libraries = _blas_libraries()
+    require_memory(_MORE)
+    with libraries.limit(limits=1, user_api="blas"):
         yield
 
 
 @lru_cache(maxsize=1)
 def _blas_libraries() -> ThreadpoolController:
-    """The BLAS libraries of NumPy and SciPy; to look for them takes 2 ms. That of cvxopt has one thread anyway."""
+    """The BLAS libraries of NumPy and SciPy; to look for them takes 2 ms. That of cvxopt has one thread anyway.
+
+    Each takes the buffer now that it keeps: where there is no room for it later, OpenBLAS asks again for ever.
+    """
+    require_memory(_FIRST)
+    import numpy as np
     from threadpoolctl import ThreadpoolController
 
-    importlib.import_module("scipy.linalg")  # only libraries that are loaded by now are limited
+    blas = importlib.import_module("scipy.linalg.blas")  # only libraries that are loaded by now are limited
+    square = np.ones((_TOUCHED, _TOUCHED))
+    blas.dgemm(1.0, square, square @ square)
     return ThreadpoolController()
+
+
+def require_memory(megabytes: int) -> None:
+    """Raise MemoryError where this process cannot get so much more memory: libraries in C crash without it.
+
+    Nothing is used: only room in the address space is asked for (ulimit -v and -d).
+    """
+    try:
+        mmap.mmap(-1, megabytes * _MEGABYTE, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS).close()
+    except OSError:
+        raise MemoryError(f"no room for {megabytes} MB more{_limits()}") from None
+
+
+def _limits() -> str:
+    """What to raise where the memory of a process is limited; "" where it is not."""
+    import resource
+
+    kinds = (("ulimit -v", resource.RLIMIT_AS), ("ulimit -d", resource.RLIMIT_DATA))
+    found = [(option, resource.getrlimit(kind)[0]) for option, kind in kinds]
+    said = [f"{option} ({size // _MEGABYTE} MB)" for option, size in found if size != resource.RLIM_INFINITY]
+    return f": raise {' and '.join(said)}, the limit of each process" if said else ""
 
 
 @contextmanager
@@ -81,6 +115,7 @@ def at_once(work: Callable[[P], T], parts: Sequence[P]) -> list[T]:
     """Results of the same work on each part, in their order, each part in a thread of its own."""
     if len(parts) == 1:
         return [work(parts[0])]
+    require_memory(_THREAD * len(parts))
     with ThreadPoolExecutor(len(parts)) as pool:
         return list(pool.map(work, parts))
 
@@ -93,6 +128,7 @@ def beside(size: int, one: Callable[[], P], other: Callable[[], T], threads: boo
     """
     if size >= SHARED_FROM or not threads:
         return one(), other()
+    require_memory(_THREAD)
     with ThreadPoolExecutor(1) as pool:
         waiting = pool.submit(one)
         found = other()
