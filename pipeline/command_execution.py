@@ -32,11 +32,18 @@ def stoppable() -> Iterator[Interrupts]:
 def finish(request: Request, quiet: bool, as_json: bool) -> None:
     """Execute, print the results, and exit with the status that stands for them."""
     from pipeline.process.deferred_modules import defer_unused
+    from pipeline.process.interrupts import Stopped
     from pipeline.process.progress import Reporter
+    from pipeline.results.outputs import as_json as json_text
     from pipeline.run import execute
 
     defer_unused()
     with stoppable() as interrupts:
-        outcome = execute(request, Reporter(quiet, interrupts=interrupts))
+        try:
+            outcome = execute(request, Reporter(quiet, interrupts=interrupts))
+        except Stopped as stop:
+            if as_json:
+                print(json_text(stop.summary or {"complete": False, "problems": [stop.said]}))
+            raise
     print_outcome(request, outcome, quiet, as_json)
     raise typer.Exit(COMPUTED if outcome.complete else NOT_REACHED)

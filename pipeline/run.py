@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from pathlib import Path
+from signal import SIGINT
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, input_error, reason_of
 from pipeline.executor.cluster_address import check_cluster
 from pipeline.process.clock import seconds_since
+from pipeline.process.interrupts import Stopped
 from pipeline.process.isolated_reading import read_given_model
 from pipeline.process.progress import Reporter
 from pipeline.report.published_page import PAGE, results_fingerprint, retire_page
@@ -20,6 +22,7 @@ from pipeline.results.outputs import LISTED, curve_summary, write_results, write
 from pipeline.results.point_reader import TABLE_HASH
 from pipeline.results.provenance import provenance
 from pipeline.results.publishing import PicturesMissing, remove_outdated
+from pipeline.results.run_folder import SUMMARY
 from pipeline.results.statistics import statistics
 from pipeline.scene.consistency import check_scene, check_scene_for_model
 from pipeline.scene.disk_checks import free_bore
@@ -27,9 +30,10 @@ from pipeline.scene.plausibility import plausibility_warnings
 from pipeline.scene.schema import STUDIES
 from pipeline.stages.code_fingerprint import remember_code
 from pipeline.stages.curve_table import table_of
-from pipeline.stages.member_curves import member_curves, member_models
+from pipeline.stages.member_curves import INTERRUPTED, member_curves, member_models
 from pipeline.stages.open_executor import open_executor
 from pipeline.stages.request import Request, Run, RunOutcome
+from pipeline.stages.respond import CurveResult
 from pipeline.stages.scene_to_solver import damped_modes
 from pipeline.stages.stage_log import StageLog
 from pipeline.stages.stage_names import Stage
@@ -48,7 +52,10 @@ if TYPE_CHECKING:
     from pipeline.scene.reading import Member
     from rom import ReducedModel
 
-UNFINISHED = "the run has not come to its end; the same command goes on from there"
+    Drawn = Callable[[Run, Models, RunOutcome], list[Path]]
+
+GOES_ON = "the same command goes on from there"
+UNFINISHED = f"the run has not come to its end; {GOES_ON}"
 
 
 def execute(request: Request, reporter: Reporter) -> RunOutcome:
@@ -146,9 +153,26 @@ def _running(request: Request, reporter: Reporter, given: ReducedModel | None) -
 
 
 def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
-    request, outcome = run.request, RunOutcome()
+    models: Models = {}
+    outcome = RunOutcome()
+    try:
+        _do_stages(run, given, models, outcome)
+    except InputError:
+        raise
+    except BaseException as end:
+        outcome.seconds = seconds_since(start)
+        _leave_what_is_done(run, models, outcome, end)
+        raise
+    outcome.seconds = seconds_since(start)
+    outcome.summary = _summary(run, outcome)
+    write_summary(run.store, run.request.out, outcome.summary)
+    return outcome
+
+
+def _do_stages(run: Run, given: ReducedModel | None, models: Models, outcome: RunOutcome) -> None:
+    request = run.request
     with _rendering(run) as ahead:
-        models = member_models(run, outcome, given)
+        models.update(member_models(run, outcome, given))
         if ahead is not None:
             ahead.begin(models)
         if Stage.RESPOND in request.wanted:
@@ -158,12 +182,53 @@ def _execute(run: Run, given: ReducedModel | None, start: float) -> RunOutcome:
         if Stage.RESPOND in request.wanted:
             _publish(run, models, outcome)
         _study(run, models, outcome)
-        _draw(run, models, outcome)
+        _draw(run, models, outcome, _DRAWN)
     _report(run, models, outcome)
-    outcome.seconds = seconds_since(start)
+
+
+def _leave_what_is_done(run: Run, models: Models, outcome: RunOutcome, end: BaseException) -> None:
+    """Write the results of a run that something ends; another signal meanwhile ends it at once.
+
+    Numbers come first. Figures are drawn where a user has stopped the run, who can stop that too. Results of an
+    earlier run stay where no curve of this one is done.
+    """
+    done, by_user = sum(curve.facts is not None for curve in outcome.curves), isinstance(end, KeyboardInterrupt)
+    reason = str(end) or INTERRUPTED if by_user else f"{INTERRUPTED} ({reason_of(end)})"
+    said = f": {done} of {len(run.request.scene.members)} curves are done" if outcome.curves else ""
+    outcome.problems.append(f"{reason}{said}; {GOES_ON}")
     outcome.summary = _summary(run, outcome)
-    write_summary(run.store, request.out, outcome.summary)
-    return outcome
+    if done or not (run.request.out / SUMMARY).exists():
+        with suppress(Exception):  # the reason of the end is what counts
+            _write_what_is_done(run, models, outcome)
+            if done and by_user and getattr(end, "signal", SIGINT) == SIGINT:
+                _draw_what_is_done(run, models, outcome)
+    if isinstance(end, Stopped):
+        end.summary = outcome.summary
+
+
+def _write_what_is_done(run: Run, models: Models, outcome: RunOutcome) -> None:
+    """Response and summary, then the summary with the models, which may take longer."""
+    wanted = Stage.RESPOND in run.request.wanted
+    if wanted and not outcome.curves:
+        members = run.request.scene.members
+        outcome.curves = [CurveResult(member, None, None, None, INTERRUPTED) for member in members]
+    if wanted and outcome.response is None:
+        _publish(run, models, outcome)
+    if not outcome.models and all(member.index in models for member in run.request.scene.members):
+        outcome.models = model_summaries(run, models, outcome)
+    outcome.summary = _summary(run, outcome)
+    write_summary(run.store, run.request.out, outcome.summary)
+
+
+def _draw_what_is_done(run: Run, models: Models, outcome: RunOutcome) -> None:
+    """The main figures of the curves, where they are asked for and not drawn yet."""
+    if Stage.FIGURES not in run.request.wanted or outcome.pictures:
+        return
+    run.reporter.interrupts.noticed = 0  # for the next one
+    run.reporter.line(f"{run.request.out}: numbers of what is done; figures follow, Ctrl-C leaves them out")
+    _draw(run, models, outcome, {Stage.FIGURES: _main_figures})
+    outcome.summary = _summary(run, outcome)
+    write_summary(run.store, run.request.out, outcome.summary)
 
 
 def _check(request: Request) -> ReducedModel | None:
@@ -223,8 +288,7 @@ def _respond(run: Run, models: Models, outcome: RunOutcome) -> None:
     """The response of every member; resonances that the frequency range leaves out are said before."""
     for line in _left_out(run, models, outcome):
         run.reporter.line(f"warning: {line}")
-    outcome.curves, problems = member_curves(run, models)
-    outcome.problems.extend(problems)
+    outcome.problems.extend(member_curves(run, models, outcome.curves))
 
 
 def _left_out(run: Run, models: Models, outcome: RunOutcome) -> list[str]:
@@ -276,16 +340,16 @@ def _study(run: Run, models: Models, outcome: RunOutcome) -> None:
         study_stage(run, models, outcome)
 
 
-def _draw(run: Run, models: Models, outcome: RunOutcome) -> None:
+def _draw(run: Run, models: Models, outcome: RunOutcome, drawn: Mapping[Stage, Drawn]) -> None:
     """Stress, renders and figures, where they are asked for and there is something to show."""
     solved = any(curve.file for curve in outcome.curves)
     drawable = {Stage.STRESS: solved, Stage.FIGURES: solved, Stage.RENDER: any(models.values())}
     for stage, possible in drawable.items():
-        if stage not in run.request.wanted or not possible:
+        if stage not in drawn or stage not in run.request.wanted or not possible:
             continue
         try:
             with run.log.timed(stage):
-                files = _DRAWN[stage](run, models, outcome)
+                files = drawn[stage](run, models, outcome)
         except PicturesMissing as missing:
             files = missing.files
             outcome.problems.extend(f"{stage}: {problem}" for problem in missing.problems)
@@ -330,7 +394,13 @@ def _figures(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:
     return figure_stage(run, outcome.curves, outcome.studies)
 
 
-_DRAWN = {Stage.STRESS: _stress, Stage.RENDER: _renders, Stage.FIGURES: _figures}
+def _main_figures(run: Run, models: Models, outcome: RunOutcome) -> list[Path]:
+    from pipeline.figures.figure_stage import MAIN, figure_stage
+
+    return figure_stage(run, outcome.curves, {}, MAIN)
+
+
+_DRAWN: dict[Stage, Drawn] = {Stage.STRESS: _stress, Stage.RENDER: _renders, Stage.FIGURES: _figures}
 
 
 def _report(run: Run, models: Models, outcome: RunOutcome) -> None:

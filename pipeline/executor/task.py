@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
@@ -16,7 +17,7 @@ from pipeline.process.workers import Call
 from pipeline.store.disk_errors import storage_error
 from rom import require_memory
 
-ROOM = 300  # megabytes that the kernels of a curve take with the libraries behind them
+ROOM, LOADED = 300, 100  # megabytes of a curve: with the kernels and the libraries behind them, with these loaded
 Progress = Callable[[float, int], None]
 
 
@@ -157,7 +158,7 @@ def run_task(
     try:
         shutil.rmtree(folder, ignore_errors=True)  # of an attempt whose process died
         folder.mkdir(parents=True)
-        require_memory(ROOM)
+        require_memory(LOADED if "numba" in sys.modules else ROOM)
         function(folder, files, *args, progress=progress)
     except BaseException as error:
         shutil.rmtree(folder, ignore_errors=True)

@@ -22,17 +22,20 @@ if TYPE_CHECKING:
     from pipeline.studies.backbone.backbone_result import BackboneResult
 
 NAMES = ("response", "peaks", "hysteresis", "map", "hysteresis_sweep", "nodal_diameters", "campbell", "outputs")
+MAIN = NAMES[:2]  # those of a run that was stopped
 _SHARED = NAMES[:3], NAMES[3:]  # between two processes, about the same work for each
 MOST_LIMITS = 24  # of a kind, in one figure
 
 
-def figure_stage(run: Run, curves: Sequence[CurveResult], studies: Mapping[str, StudyOutcome]) -> list[Path]:
-    """The figures of the run, of its curves and its studies; those that are missing are drawn."""
+def figure_stage(
+    run: Run, curves: Sequence[CurveResult], studies: Mapping[str, StudyOutcome], names: Sequence[str] = NAMES
+) -> list[Path]:
+    """The figures of the run, those `names` of its curves and those of its studies; missing ones are drawn."""
     title, formats = _title(run), _formats(run)
     attempts = Attempts(run.request.out / "figures")
     drawn = attempts.result("studies", partial(_study_figures, run, studies, title, formats)) if studies else []
     try:
-        files = _curve_figures(run, curves, title, formats, studies.get("backbone"))
+        files = _curve_figures(run, curves, (title, formats, studies.get("backbone")), names)
     except PicturesMissing as missing:
         attempts.problems.extend(missing.problems)
         files = missing.files
@@ -49,20 +52,26 @@ def _study_figures(run: Run, studies: Mapping[str, StudyOutcome], title: str, fo
 
 
 def _curve_figures(
-    run: Run, curves: Sequence[CurveResult], title: str, formats: Sequence[str], backbone: StudyOutcome | None
+    run: Run,
+    curves: Sequence[CurveResult],
+    look: tuple[str, Sequence[str], StudyOutcome | None],
+    names: Sequence[str],
 ) -> list[Path]:
-    """The figures of the curves; the nonlinear modes are drawn into one of them."""
+    """The figures of the curves; the nonlinear modes are drawn into one of them. `look`: see `_draw_all`."""
+    title, formats, backbone = look
     content = {
         "backbone": None if backbone is None else backbone.key,
         "title": title,
         "formats": formats,
+        **({} if names == NAMES else {"names": names}),
         "curves": [[c.file.parent.name if c.file else None, c.reason, dict(c.member.parameters)] for c in curves],
         "code": code_fingerprint(__name__),
     }
     folder = run.request.out / "figures"
     key, patterns = fingerprint(content), [f"{name}.*" for name in NAMES]
     try:
-        build = partial(_draw_all, run, curves, (title, formats, None if backbone is None else backbone.result))
+        drawn = title, formats, None if backbone is None else backbone.result
+        build = partial(_draw_all, run, curves, drawn, names)
         files = published(run, "figures", key, "drawing figures", build, folder)
     except PicturesMissing as missing:
         remove_outdated(folder, patterns, missing.files)
@@ -72,21 +81,23 @@ def _curve_figures(
 
 
 def _draw_all(
-    run: Run, curves: Sequence[CurveResult], look: tuple[str, Sequence[str], BackboneResult | None], folder: Path
+    run: Run,
+    curves: Sequence[CurveResult],
+    look: tuple[str, Sequence[str], BackboneResult | None],
+    names: Sequence[str],
+    folder: Path,
 ) -> list[str]:
     """Draw all figures, in the processes that have solved the curves, where there are any.
 
     `look`: title, formats, nonlinear modes.
     """
     title, formats, backbone = look
-    if kept_count() < 2:
-        return draw(folder, curves, title, formats, out=run.request.out, backbone=backbone)
-    calls = {
-        names: Call(draw, (folder, curves, title, formats, names, run.request.out, backbone)) for names in _SHARED
-    }
+    if kept_count() < 2 or names != NAMES:
+        return draw(folder, curves, title, formats, names, run.request.out, backbone)
+    calls = {part: Call(draw, (folder, curves, title, formats, part, run.request.out, backbone)) for part in _SHARED}
     with workers(len(calls), run.reporter.interrupts.check) as pool, run.reporter.interrupts.looking():
-        drawn = {names: future.result() for names, future in pool.completed(calls)}
-    return [problem for names in _SHARED for problem in drawn[names]]
+        drawn = {part: future.result() for part, future in pool.completed(calls)}
+    return [problem for part in _SHARED for problem in drawn[part]]
 
 
 def draw(

@@ -19,6 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
+from typing import Any
 
 _SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated", signal.SIGHUP: "hung up"}
 _SAFE_PATH = "PYTHONSAFEPATH"
@@ -28,10 +29,11 @@ _BEFORE = 1.0  # seconds that a handler may run before the thread knows of the s
 
 
 class Stopped(KeyboardInterrupt):
-    """The run is to stop because of the signal `signal`."""
+    """The run is to stop because of the signal `signal`; `summary`: of what it has done, as in summary.json."""
 
     def __init__(self, number: int) -> None:
         self.signal = signal.Signals(number)
+        self.summary: dict[str, Any] | None = None
         super().__init__(self.said)
 
     @property

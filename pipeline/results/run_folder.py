@@ -17,7 +17,7 @@ _ALLOWED = "the output folder of a run, with summary.json"
 
 
 def _inside(text: str, info: ValidationInfo) -> str:
-    path_inside(info.context, text)
+    path_inside(Path(info.context or "."), text)
     return text
 
 
@@ -95,7 +95,7 @@ def read_run_summary(folder: Path) -> dict[str, Any]:
         raise _refusal(folder, error) from None
     except (OSError, ValueError) as error:
         raise input_error(folder, "", f"{SUMMARY} cannot be read: {reason_of(error)}", _ALLOWED) from None
-    return found
+    return {"models": [], **found}
 
 
 def read_json_of_run(folder: Path, name: str) -> Any:

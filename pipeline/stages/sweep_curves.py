@@ -47,7 +47,7 @@ class SweepCurves:
         for item in jobs:
             self._jobs.setdefault(item.key, item)
         self._carrier = BranchCarrier(run.store, jobs)
-        self._solved: dict[str, CurveResult] = {}
+        self.solved: dict[str, CurveResult] = {}  # so far, without branches of neighbours
         self._tasks: dict[Future[TaskResult], tuple[Task, CurveJob | Extension]] = {}
         self._submitted = 0  # extensions
         self._counters: Mapping[str, Counter] = {}
@@ -72,7 +72,7 @@ class SweepCurves:
         extensions = self._not_stored(extensions)
         if missing or extensions:
             self._compute(missing, extensions)
-        return self._carrier.results({key: self._solved[key] for key in self._jobs})
+        return self._carrier.results({key: self.solved[key] for key in self._jobs})
 
     def _compute(self, missing: Sequence[CurveJob], extensions: Sequence[Extension]) -> None:
         executor, reporter = self._run.executor, self._run.reporter
@@ -135,5 +135,5 @@ class SweepCurves:
         return self._run.store.keep(kind, key, result.folder, result.seconds)
 
     def _note(self, key: str, found: CurveResult) -> list[Extension]:
-        self._solved[key] = found
+        self.solved[key] = found
         return self._carrier.solved(key, found)

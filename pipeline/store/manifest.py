@@ -28,7 +28,7 @@ def read_json(path: Path) -> Any:
     OSError
         It cannot be opened.
     ValueError
-        It is no regular file, is too large, or holds no JSON: NaN, infinity and numbers beyond that of a float included.
+        It is no regular file, is too large, or holds no JSON. NaN, infinity and numbers beyond a float are none.
     """
     with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
         status = os.fstat(file.fileno())

@@ -229,7 +229,8 @@ class StudyContext:
             models = self._models(run, outcome)
         except InputError as error:  # none of the models could be made
             return [CurveResult(member, None, None, None, str(error)) for member in members]
-        curves, _ = member_curves(run, models)
+        curves: list[CurveResult] = []
+        member_curves(run, models, curves)
         said = "; ".join(outcome.problems)
         return [curve if curve.rom or not said else replace(curve, reason=said) for curve in curves]
 

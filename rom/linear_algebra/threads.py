@@ -67,9 +67,24 @@ def _blas_libraries() -> ThreadpoolController:
 
 
 def require_memory(megabytes: int) -> None:
-    """Raise MemoryError where this process cannot get so much more memory: libraries in C crash without it.
+    """Make sure that this process can get so much more memory: libraries in C crash or loop for ever without it.
 
     Nothing is used: only room in the address space is asked for (ulimit -v and -d).
+
+    Parameters
+    ----------
+    megabytes : int
+        What is to come, MB of 1024^2 bytes.
+
+    Raises
+    ------
+    MemoryError
+        There is no such room; the message names the limit.
+
+    Examples
+    --------
+    >>> from rom import require_memory
+    >>> require_memory(1)
     """
     try:
         mmap.mmap(-1, megabytes * _MEGABYTE, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS).close()

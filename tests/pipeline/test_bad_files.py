@@ -1,6 +1,7 @@
 """Bad files on the command line, and files of a run that something damaged: one line, or made again the same."""
 
 import ast
+import copy
 import ctypes
 import itertools
 import json
@@ -9,6 +10,7 @@ import random
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -16,8 +18,13 @@ import pytest
 from pipeline_support import ground_scene, shroud, summary_of, write_ground_model, write_scene
 
 import pipeline.process.isolated_reading
+from pipeline import read_results
 from pipeline.errors import InputError
 from pipeline.process.isolated_reading import read_apart
+from pipeline.results.file_info import contents, described
+from pipeline.results.outputs import as_json
+from pipeline.results.run_folder import models_of_run
+from pipeline.store.content_store import MANIFEST, Store
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -262,3 +269,100 @@ def test_nothing_that_is_read_is_run() -> None:
                     assert not (isinstance(node.func, ast.Name) and node.func.id in calls), where
                     for keyword in node.keywords:
                         assert keyword.arg not in ("allow_pickle", "shell"), where
+
+
+WRONG: list[Any] = [
+    None,
+    True,
+    -7,
+    1e308,
+    "x",
+    "",
+    "../../etc/passwd",
+    "/etc/passwd",
+    "a\0b",
+    "\ud800",
+    [],
+    {},
+    [[{}]],
+]
+TEXTS = ["", "{", "[]", "null", '"x"', '{"seconds": NaN}', '{"seconds": 1e999}', '{"seconds": 1' + 400 * "0" + "}"]
+TEXTS += ["[" * 100_000, '{"a":' * 60 + "1" + "}" * 60, "\ufeff{}", "\x00"]
+
+
+def places(value: Any, way: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Ways to all values in a JSON value, of a list to the first only."""
+    inner = value.items() if isinstance(value, dict) else enumerate(value[:1]) if isinstance(value, list) else ()
+    return [way, *(found for key, item in inner for found in places(item, (*way, key)))]
+
+
+def altered(summary: dict[str, Any], way: tuple[Any, ...], value: Any) -> Any:
+    """The summary with another value in a place; `places` as the value: without it."""
+    changed = copy.deepcopy(summary)
+    part = changed
+    for key in way[:-1]:
+        part = part[key]
+    if value is places:
+        del part[way[-1]]
+    else:
+        part[way[-1]] = value
+    return changed
+
+
+def test_an_altered_summary_is_read_or_refused_in_one_line(finished: Path, tmp_path: Path) -> None:
+    """Whatever value of it is exchanged: no other exception, and no file outside of the folder."""
+    summary = summary_of(finished) | {"response": None}
+    kept = ("models", "pictures", "problems", "complete", "response", "table_hash", "report", "seconds", "scene")
+    ways = [way for way in places(summary) if way and (way[0] in kept or len(way) == 1)]
+    cases = [(way, value) for way in ways for value in (*WRONG, places)]
+    texts = [json.dumps(altered(summary, *case)) for case in random.Random(39).sample(cases, 250)]
+    refused, accepted = 0, 0
+    for text in texts + TEXTS:
+        (tmp_path / "summary.json").write_text(text)
+        try:
+            assert read_results(tmp_path).folder == tmp_path
+            assert as_json(found := contents(tmp_path))
+            assert described(found)
+            models = models_of_run(tmp_path)
+        except InputError as error:
+            refused += "\n" not in str(error)
+        else:
+            files = [path for model in models for path in (model.rom, model.mesh) if path is not None]
+            accepted += all(path.resolve().is_relative_to(tmp_path.resolve()) for path in files)
+    assert refused > 80
+    assert refused + accepted == len(texts) + len(TEXTS)
+
+
+@pytest.mark.parametrize(
+    ("key", "found"), [("models.0.rom", "../secret.h5"), ("models.0.mesh", "link.vtu"), ("pictures.0", "/etc/passwd")]
+)
+def test_paths_out_of_the_folder_are_named(copied: Path, key: str, found: str) -> None:
+    shutil.copyfile(copied / summary_of(copied)["models"][0]["rom"], copied.parent / "secret.h5")
+    (copied / "link.vtu").symlink_to(copied.parent / "secret.h5")
+    way = tuple(int(part) if part.isdigit() else part for part in key.split("."))
+    (copied / "summary.json").write_text(json.dumps(altered(summary_of(copied), way, found)))
+    said = f'{copied}: summary.json: {key}: "{found}", allowed: a file inside the output folder\n'
+    for command in (("info", copied), ("export", copied, "--to", copied.parent / "x.vtu")):
+        assert shroud(*command) == (2, "", said)
+
+
+def test_a_summary_that_is_no_file_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "summary.json")
+    with pytest.raises(InputError, match="is no regular file"):
+        read_results(tmp_path)
+
+
+def test_a_list_of_an_entry_that_was_altered_makes_the_entry_absent(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    entry = store.get("k", "x", lambda folder: (folder / "a.txt").write_text("one"))
+    whole = json.loads(entry.file(MANIFEST).read_text())
+    cases = [altered(whole, way, value) for way in places(whole) if way for value in (*WRONG, places, 10**290)]
+    free = {"seconds": 0.0, "run": ""}  # of these any will do
+    for text in [*map(json.dumps, cases), *TEXTS]:
+        entry.file(MANIFEST).write_text(text)
+        assert store.find("k", "x") is None or json.loads(text) | free == whole | free
+    entry.file(MANIFEST).write_text(json.dumps(whole))
+    assert store.find("k", "x") is not None
+    shutil.move(entry.file("a.txt"), tmp_path / "a.txt")
+    entry.file("a.txt").symlink_to(tmp_path / "a.txt")
+    assert store.find("k", "x") is None

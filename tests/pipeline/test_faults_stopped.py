@@ -6,13 +6,18 @@ import random
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from faults_support import alive, broken_entries, entries, start, wait_until
-from pipeline_support import shroud, small_scene, summary_of, write_scene
+from pipeline_support import ground_scene, shroud, small_scene, summary_of, write_ground_model, write_scene
 
 import pipeline.stages.model_chain
+from pipeline import Results, read_results, run_scene
+from pipeline.errors import ExecutorLost
+from pipeline.stages.sweep_curves import SweepCurves
 
 FRICTIONS = [0.1 + 0.001 * i for i in range(300)]  # more than are solved before it is seen that some are
 
@@ -67,6 +72,13 @@ def test_stopped_from_outside(copied: Path, number: signal.Signals, jobs: int, w
     assert entries(copied, "tmp") == []
     assert broken_entries(copied) == []
     assert len(entries(copied, "curve")) < before + len(FRICTIONS)
+    summary, results = summary_of(copied), read_results(copied)
+    done = [curve for curve in results.curves if curve.complete]
+    said = f"{word}: {len(done)} of {len(FRICTIONS)} curves are done; the same command goes on from there"
+    assert (summary["complete"], summary["problems"]) == (False, [said])
+    assert 1 <= len(done) < len(results.curves) == len(FRICTIONS)
+    assert {curve.reason for curve in results.curves if not curve.complete} == {"interrupted"}
+    assert all(curve.frequency_hz.size for curve in done)
 
 
 LONG = {  # what is prepared, and what takes long
@@ -204,5 +216,89 @@ def test_an_unfinished_summary_says_so(copied: Path, monkeypatch: pytest.MonkeyP
     assert shroud("run", scene, "--out", copied, "--quiet")[0] == 128 + signal.SIGTERM
     summary = json.loads((copied / "summary.json").read_text())
     assert summary["complete"] is False
-    assert summary["problems"] == ["the run has not come to its end; the same command goes on from there"]
+    assert summary["problems"] == ["terminated: 1 of 1 curves are done; the same command goes on from there"]
     assert [curve["complete"] for curve in summary["curves"]] == [True]
+
+
+def stopping_after(count: int, stop: Callable[[], object], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have `stop` called when so many curves are there."""
+    real = SweepCurves._note
+
+    def note(self: SweepCurves, *arguments: Any) -> Any:
+        found = real(self, *arguments)
+        if len(self.solved) == count:
+            stop()
+        return found
+
+    monkeypatch.setattr(SweepCurves, "_note", note)
+
+
+def stopped_scene(tmp_path: Path) -> tuple[dict[str, Any], Path]:
+    """A scene of four curves that are solved at once, and its reduced model."""
+    return ground_scene() | {"sweep": {"contact.friction": [0.3, 0.4, 0.5, 0.6]}}, write_ground_model(
+        tmp_path / "g.h5"
+    )
+
+
+def half_done(results: Results) -> list[bool]:
+    """Which curves are there, of results that belong together."""
+    assert [curve.reason for curve in results.curves][2:] == ["interrupted"] * 2
+    assert len((results.folder / "curves.csv").read_text().splitlines()) == 5
+    return [bool(curve.frequency_hz.size) for curve in results.curves]
+
+
+def test_python_stopped_by_hand_leaves_results_and_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, rom = stopped_scene(tmp_path)
+    stopping_after(2, lambda: signal.raise_signal(signal.SIGINT), monkeypatch)
+    with pytest.raises(KeyboardInterrupt):
+        run_scene(scene, tmp_path / "out", rom=rom)
+    results = read_results(tmp_path / "out")
+    assert results.problems == ("interrupted: 2 of 4 curves are done; the same command goes on from there",)
+    assert half_done(results) == [True, True, False, False]
+    assert results.summary["pictures"] == ["figures/peaks.png", "figures/response.png"]
+    assert all((tmp_path / "out" / name).is_file() for name in results.summary["pictures"])
+    monkeypatch.undo()
+    finished = run_scene(scene, tmp_path / "out", rom=rom, until="respond")
+    assert (finished.complete, finished.summary["stages"]["respond"]["ran"]) == (True, 2)
+
+
+def test_a_second_signal_ends_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """While the figures of what is done are drawn; numbers and JSON are there by then."""
+    scene, rom = stopped_scene(tmp_path)
+    stopping_after(2, lambda: signal.raise_signal(signal.SIGINT), monkeypatch)
+    monkeypatch.setattr("pipeline.run._main_figures", lambda *_: signal.raise_signal(signal.SIGTERM))
+    file, out = write_scene(tmp_path / "s.toml", scene), tmp_path / "out"
+    status, _, error = shroud("respond", file, "--rom", rom, "--out", out, "--quiet")
+    assert (status, error.count("\n")) == (128 + signal.SIGTERM, 1)
+    assert half_done(read_results(out)) == [True, True, False, False]
+    assert not (out / "figures").exists()
+
+
+def test_a_stopped_run_prints_its_summary_as_json(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, rom = stopped_scene(tmp_path)
+    stopping_after(2, lambda: signal.raise_signal(signal.SIGTERM), monkeypatch)
+    file, out = write_scene(tmp_path / "s.toml", scene), tmp_path / "out"
+    status, said, _ = shroud("respond", file, "--rom", rom, "--out", out, "--json")
+    assert status == 128 + signal.SIGTERM
+    assert json.loads(said) == summary_of(out)
+    assert half_done(read_results(out)) == [True, True, False, False]
+
+
+def test_an_exception_leaves_what_is_done_and_a_run_without_a_curve_leaves_earlier_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail() -> None:
+        raise ExecutorLost("every worker is lost")
+
+    scene, rom = stopped_scene(tmp_path)
+    stopping_after(2, fail, monkeypatch)
+    with pytest.raises(ExecutorLost):
+        run_scene(scene, tmp_path / "out", rom=rom, until="respond")
+    results = read_results(tmp_path / "out")
+    assert half_done(results) == [True, True, False, False]
+    (problem,) = results.problems
+    assert problem.startswith("interrupted (every worker is lost): 2 of 4 curves are done")
+    monkeypatch.setattr("pipeline.run._respond", lambda *_: fail())
+    with pytest.raises(ExecutorLost):
+        run_scene(scene | {"sweep": {"contact.friction": [0.7]}}, tmp_path / "out", rom=rom, until="respond")
+    assert read_results(tmp_path / "out").summary == results.summary

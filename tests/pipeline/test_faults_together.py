@@ -14,7 +14,10 @@ import pytest
 from faults_support import PATIENCE, broken_entries, entries, start, wait_until
 from pipeline_support import ground_scene, shroud, summary_of, write_ground_model, write_scene
 
+from pipeline.errors import InputError
+from pipeline.store.content_store import Store
 from pipeline.store.folder_lock import locked
+from pipeline.store.own_folder import check_output_folder
 
 
 def belong_together(out: Path) -> bool:
@@ -142,3 +145,45 @@ def test_a_store_deleted_under_a_waiting_run_is_no_obstacle(tmp_path: Path) -> N
 
     with locked(path, lambda _: None), locked(path, gone):
         assert path.is_file()
+
+
+@pytest.mark.parametrize("kind", ["hard link", "link", "pipe", "folder"])
+def test_what_is_no_lock_is_left_as_it_is(tmp_path: Path, kind: str) -> None:
+    scene, rom = write_scene(tmp_path / "s.toml", ground_scene()), write_ground_model(tmp_path / "g.h5")
+    lock, other = tmp_path / "out" / "store" / "lock", tmp_path / "thesis.tex"
+    lock.parent.mkdir(parents=True)
+    other.write_text("years of work")
+    make = {"hard link": os.link, "link": os.symlink}
+    if kind in make:
+        make[kind](other, lock)
+    else:
+        {"pipe": os.mkfifo, "folder": os.mkdir}[kind](lock)
+    status, _, error = shroud("respond", scene, "--rom", rom, "--out", tmp_path / "out", "--quiet")
+    assert (status, error.count("\n")) == (2, 1)
+    assert f"{lock} is " in error
+    assert "not the lock of a run; delete it" in error
+    assert other.read_text() == "years of work"
+
+
+def test_a_text_that_is_no_number_stays_in_the_lock(tmp_path: Path) -> None:
+    (tmp_path / "lock").write_text("notes that somebody keeps here")
+    with locked(tmp_path / "lock", lambda _: None):
+        pass
+    assert (tmp_path / "lock").read_text() == "notes that somebody keeps here"
+
+
+def test_a_folder_of_a_run_that_wrote_no_summary_stays_its_own(tmp_path: Path) -> None:
+    """Without its lock, and with what a killed run has begun; not with files of others in the store."""
+    out = tmp_path / "out"
+    store = Store(out / "store")
+    entry = store.get("curve", "0" * 24, lambda folder: (folder / "curve.h5").touch())
+    (out / "store" / "tmp" / ("0" * 32)).mkdir(parents=True)
+    check_output_folder(out)
+    (out / "store" / "tmp" / "notes").touch()
+    with pytest.raises(InputError, match='holds "store" and no earlier results'):
+        check_output_folder(out)
+    store.remove_temporary()
+    check_output_folder(out)
+    entry.file("entry.json").rename(out / "store" / "curve" / "notes.txt")
+    with pytest.raises(InputError, match='holds "store" and no earlier results'):
+        check_output_folder(out)

@@ -57,7 +57,7 @@ def copies(ran: Path, file: SceneFile, parameters: list[dict[str, Any]]) -> list
     found = []
     for number, values in enumerate(parameters):
         facts = replace(first.facts, peak_amplitude_m=1e-6 * number, worst_amplitude_m=2e-6 * number)
-        found.append(replace(first, member=Member(number, file.first, values), facts=facts))
+        found.append(replace(first, member=Member(number, file.first, values), facts=facts, rom=None))
     return found
 
 
@@ -270,6 +270,14 @@ def test_info_on_many_curves(ran: Path, file: SceneFile, tmp_path: Path) -> None
     assert "60 more curves: --json, or curves.csv" in said
     found = json.loads(shroud("info", tmp_path / "response.h5", "--json")[1])
     assert [curve["parameters"][FRICTION] for curve in found["curves"]] == [1e-3 * n for n in range(100)]
+
+
+def test_info_and_export_of_a_folder_that_does_not_list_its_curves(many: Path, tmp_path: Path) -> None:
+    status, said, error = shroud("info", many)
+    assert (status, error) == (0, "")
+    assert said.startswith(f"{many}: run, complete; reduced models: 0; curves: {MANY}\n")
+    assert json.loads(shroud("info", many, "--json")[1])["kind"] == "run"
+    assert shroud("export", many, "--to", tmp_path / "r.mat", "--quiet") == (0, "", "")
 
 
 def test_a_run_without_curves_has_no_results_to_compare(tmp_path: Path) -> None:

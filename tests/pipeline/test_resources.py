@@ -2,17 +2,20 @@
 
 import errno
 import os
+import resource
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from pipeline_support import ground_scene, shroud, write_ground_model, write_scene
+from faults_support import PATIENCE, start
+from pipeline_support import ground_scene, shroud, small_scene, write_ground_model, write_scene
 
 import pipeline.process.workers
 from pipeline.errors import StageError, advice_on, reason_of
 from pipeline.process.workers import Call, workers
+from rom import require_memory
 
 MEMORY = "out of memory; fewer jobs (--jobs), a larger mesh.size, fewer modes or harmonics need less"
 
@@ -92,3 +95,24 @@ def test_where_one_more_process_cannot_start_those_that_run_go_on(monkeypatch: p
     assert found == {k: k for k in range(6)}
     with pytest.raises(BlockingIOError), workers(2) as pool:
         list(pool.completed({1: Call(abs, (1,))}))
+
+
+@pytest.mark.parametrize(("size", "jobs"), [(300, 1), (550, 2)])
+def test_little_address_space_is_said_before_a_library_crashes_or_loops(tmp_path: Path, size: int, jobs: int) -> None:
+    """As under `ulimit -v`: OpenBLAS asks for ever for a buffer that it cannot get, others end with a signal."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (size << 20, size << 20))
+
+    scene, out = write_scene(tmp_path / "s.toml", small_scene()), tmp_path / "out"
+    run = start("run", scene, "--out", out, "--jobs", jobs, "--quiet", preexec_fn=limit)
+    said, error = run.communicate(timeout=PATIENCE)
+    assert (run.returncode, said) == (1, "")
+    missing = f"no room for 450 MB more: raise ulimit -v ({size} MB), the limit of each process"
+    assert error == f"shroud: {MEMORY} ({missing})\n"
+
+
+def test_memory_that_is_there_is_not_refused() -> None:
+    require_memory(64)
+    with pytest.raises(MemoryError, match="no room for 1073741824 MB more"):
+        require_memory(1 << 30)
