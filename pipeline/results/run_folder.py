@@ -11,6 +11,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError, Val
 from pipeline.errors import InputError, input_error, reason_of, shown
 from pipeline.store.manifest import read_json
 from pipeline.store.output_folder import path_inside
+from pipeline.store.own_folder import STORE, is_store
 
 SUMMARY, RESPONSE = "summary.json", "response.h5"
 _ALLOWED = "the output folder of a run, with summary.json"
@@ -90,7 +91,9 @@ def read_run_summary(folder: Path) -> dict[str, Any]:
         found: dict[str, Any] = read_json(folder / SUMMARY)
         _Summary.model_validate(found, context=folder)
     except FileNotFoundError:
-        raise input_error(folder, "", f"holds no {SUMMARY}", _ALLOWED) from None
+        killed = is_store(folder / STORE)
+        allowed = f"{_ALLOWED}; this one was killed, and its command goes on from there" if killed else _ALLOWED
+        raise input_error(folder, "", f"holds no {SUMMARY}", allowed) from None
     except ValidationError as error:
         raise _refusal(folder, error) from None
     except (OSError, ValueError) as error:
