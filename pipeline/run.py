@@ -197,7 +197,7 @@ def _leave_what_is_done(run: Run, models: Models, outcome: RunOutcome, end: Base
     said = f": {done} of {len(run.request.scene.members)} curves are done" if outcome.curves else ""
     outcome.problems.append(f"{reason}{said}; {GOES_ON}")
     outcome.summary = _summary(run, outcome)
-    if done or not (run.request.out / SUMMARY).exists():
+    if done or not (run.store.is_empty or (run.request.out / SUMMARY).exists()):
         with suppress(Exception):  # the reason of the end is what counts
             _write_what_is_done(run, models, outcome)
             if done and by_user and getattr(end, "signal", SIGINT) == SIGINT:

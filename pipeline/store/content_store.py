@@ -65,6 +65,11 @@ class Store:
     run: str = field(default_factory=lambda: uuid.uuid4().hex)
     force: bool = False
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is no result in it."""
+        return not any(path.is_dir() and path.name != "tmp" for path in self.root.glob("*"))
+
     def find(self, kind: str, key: str, thorough: bool = True) -> Entry | None:
         """The entry where it is whole, otherwise None. Sizes are always compared, hashes only when `thorough`."""
         folder = self.root / kind / key

@@ -302,3 +302,12 @@ def test_an_exception_leaves_what_is_done_and_a_run_without_a_curve_leaves_earli
     with pytest.raises(ExecutorLost):
         run_scene(scene | {"sweep": {"contact.friction": [0.7]}}, tmp_path / "out", rom=rom, until="respond")
     assert read_results(tmp_path / "out").summary == results.summary
+
+
+def test_a_run_stopped_before_its_first_result_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipeline.stages.model_chain.make_mesh", lambda *_: signal.raise_signal(signal.SIGINT))
+    scene, out = write_scene(tmp_path / "s.toml", small_scene()), tmp_path / "out"
+    assert shroud("run", scene, "--out", out, "--quiet")[0] == 128 + signal.SIGINT
+    assert not out.exists()
