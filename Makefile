@@ -2,6 +2,7 @@
 # make report the same as make run, and one page about it: out/<scene>/report.html
 # make test   set up what is needed, then format, lint, types and tests
 # make test-lowest, make test-newest  tests of every library's use, with the lowest and the newest versions that pyproject.toml allows
+# make test-generic  the tests with BLAS of a processor of 2008 and kernels compiled for any x86_64: nothing may rest on the last bit
 # make lock   requirements.lock, the exact versions of make setup, as the newest allowed ones
 # make bench  run time against error of every stage, and run times before and after, into out/bench; make bench-docs puts it into docs
 # make bench-times  every row of the table of run times, half an hour; ROWS="fresh auto" those of cases whose names begin so
@@ -27,7 +28,7 @@ BIN := $(VENV)/bin
 SHROUD = $(BIN)/shroud run $(SCENE) $(if $(OUT),--out $(OUT)) $(if $(JOBS),--jobs $(JOBS))
 
 .DEFAULT_GOAL := run
-.PHONY: setup run mesh assemble reduce respond study stresses render figures report test test-lowest test-newest lock docs tutorials pictures stress bench bench-times bench-peers bench-docs clean
+.PHONY: setup run mesh assemble reduce respond study stresses render figures report test test-generic test-lowest test-newest lock docs tutorials pictures stress bench bench-times bench-peers bench-docs clean
 
 setup: $(VENV)/.installed
 
@@ -66,6 +67,13 @@ test-lowest: setup
 	@$(PYTHON) -m venv out/lowest/venv
 	@out/lowest/venv/bin/pip install --quiet --disable-pip-version-check -c out/lowest/constraints.txt -e '.[$(VERSION_EXTRAS)]'
 	out/lowest/venv/bin/python -m pytest -n 2 --dist loadgroup $(addprefix tests/,$(VERSION_TESTS))
+
+test-generic: export OPENBLAS_NUM_THREADS = 1
+test-generic: export OPENBLAS_CORETYPE = Nehalem
+test-generic: export NUMBA_CPU_NAME = generic
+test-generic: export NUMBA_CPU_FEATURES =
+test-generic: setup
+	$(BIN)/pytest -n 2 --dist loadgroup
 
 out/newest/venv: pyproject.toml
 	@$(PYTHON) -m venv $@

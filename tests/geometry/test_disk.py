@@ -87,7 +87,7 @@ def test_volume_is_that_of_the_profile():
 
 def test_a_mirrored_shroud_has_a_mirrored_disk():
     mirrored = build(blade=replace(BLADE, twist=-25.0), shroud=replace(SHROUD, angle=110.0))
-    assert np.abs(build().points * [-1, 1, 1] - mirrored.points).max() < 1e-15
+    assert np.abs(build().points * [-1, 1, 1] - mirrored.points).max() < 1e-13  # m: sines differ between C libraries
 
 
 def test_a_free_bore_is_not_held():

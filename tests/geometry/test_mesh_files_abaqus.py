@@ -178,9 +178,9 @@ def test_instances_are_moved_and_turned(tmp_path):
     assert len(mesh.points) == 24
     assert volumes(mesh) == pytest.approx([4.0])
     # x' = 10 - y, y' = x: moved by 10 along x, then turned about the line x = 10 by 90 degrees
-    np.testing.assert_allclose(mesh.points[mesh.node_sets["two.feet"]], [[10, 0, 0], [10, 1, 0]], atol=1e-14)
-    np.testing.assert_allclose(mesh.points[mesh.node_sets["tops"]], [[0, 0, 2], [10, 0, 2], [10, 1, 2]], atol=1e-14)
-    np.testing.assert_allclose(mesh.points[mesh.node_sets["mixed"]], [[0, 0, 0], [1, 0, 0], [9, 1, 0]], atol=1e-14)
+    np.testing.assert_allclose(mesh.points[mesh.node_sets["two.feet"]], [[10, 0, 0], [10, 1, 0]], atol=1e-12)
+    np.testing.assert_allclose(mesh.points[mesh.node_sets["tops"]], [[0, 0, 2], [10, 0, 2], [10, 1, 2]], atol=1e-12)
+    np.testing.assert_allclose(mesh.points[mesh.node_sets["mixed"]], [[0, 0, 0], [1, 0, 0], [9, 1, 0]], atol=1e-12)
 
 
 def test_included_files_of_the_folder(tmp_path):

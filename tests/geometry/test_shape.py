@@ -122,8 +122,8 @@ def test_node_sets(angle):
     radius = np.hypot(mesh.points[:, 1], mesh.points[:, 2])
     np.testing.assert_array_equal(np.flatnonzero(radius < 0.30 + 1e-9), np.sort(mesh.node_sets["root"]))
     np.testing.assert_array_equal(np.flatnonzero(radius > 0.45 - 1e-9), np.sort(mesh.node_sets["tip_surface"]))
-    np.testing.assert_allclose(radius[mesh.node_sets["root"]], 0.30, rtol=1e-15)
-    np.testing.assert_allclose(radius[mesh.node_sets["tip_surface"]], 0.45, rtol=1e-15)
+    np.testing.assert_allclose(radius[mesh.node_sets["root"]], 0.30, rtol=1e-13)
+    np.testing.assert_allclose(radius[mesh.node_sets["tip_surface"]], 0.45, rtol=1e-13)
     assert all(nodes.dtype == np.int64 for nodes in mesh.node_sets.values())
     assert mesh.points.dtype == np.float64
     assert mesh.hexahedra.dtype == np.int64

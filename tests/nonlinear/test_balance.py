@@ -126,7 +126,9 @@ def test_even_harmonics_that_nothing_excites_are_left_out(preload, law):
     for point in slipping[::5]:
         linearised = all_harmonics.evaluate(point.unknown, point.omega)  # the even harmonics are balanced too
         assert all_harmonics.relative_error(linearised.residual, point.unknown) < 1e-11
-        assert np.abs(point.displacement[[3, 4, 7, 8, 11, 12]]).max() < 1e-15 * np.abs(point.displacement).max()
+        assert (
+            np.abs(point.displacement[[3, 4, 7, 8, 11, 12]]).max() < 1e-12 * np.abs(point.displacement).max()
+        )  # even ones
         odd, full = (part.evaluate(point.unknown, point.omega) for part in (balance, all_harmonics))
         assert odd.coupling[1].size == 7 * 4  # of 13 rows harmonics 0, 1, 3 and 5; no normal displacement
         assert full.coupling[1].size == 13 * 4

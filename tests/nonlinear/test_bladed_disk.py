@@ -210,7 +210,8 @@ def test_one_superelement_for_each_nodal_diameter_is_the_sector(tmp_path):
     problem = contact(2), Excitation(ENGINE_ORDER, 40.0), options(1)
     of_sector, of_waves = (forced_response(modal_model(m, damping_ratio=0.01), *problem) for m in (model, read))
     np.testing.assert_allclose(of_waves.amplitude_m, of_sector.amplitude_m, rtol=1e-9)
-    np.testing.assert_array_equal(of_waves.stable, of_sector.stable)
+    clear = ~(np.abs(of_sector.growth_rate) < 1e-7)  # at a point on the limit of stability round-off decides
+    np.testing.assert_array_equal(of_waves.stable[clear], of_sector.stable[clear])
     fewer = model_of_waves({n: waves[n] for n in (0, 2)}, SECTORS, np.zeros((2, 3)))
     np.testing.assert_allclose(natural_frequencies(fewer, -PHASE), natural_frequencies(model, PHASE), rtol=1e-10)
     with pytest.raises(ReducedModelError, match=r"nodal_diameter/1: missing, and needed here; the model holds 0, 2"):

@@ -131,7 +131,8 @@ def test_a_defect_is_taken_away():
     unknown = 1e-2 * np.random.default_rng(1).normal(size=balance.size)
     homotopy = Homotopy(balance, (contact, contact), (1.0, 1.0), continuation.options).from_solution(unknown, omega)
     first = homotopy.balance(0.0).evaluate(unknown, omega).residual
-    assert np.abs(first).max() < 1e-14
+    defect = balance.evaluate(unknown, omega).residual
+    assert np.abs(first).max() < 1e-11 * np.abs(defect).max()  # the defect taken from itself: round-off
     carried = carry_solution(homotopy, unknown, omega)
     assert carried.lost_at == 1.0
     (point,) = carried.points

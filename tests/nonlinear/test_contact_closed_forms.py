@@ -48,7 +48,7 @@ class TestInPhaseMotion:
     def test_full_stick(self, integration, tolerance, law):
         rows, result = self.run(integration, law, 0.30)
         assert result.state[0] == STICK
-        assert abs(work_per_cycle(rows, result.force)) < 1e-14
+        assert abs(work_per_cycle(rows, result.force)) < 1e-12  # pi u T is 0.3: round-off of its two terms
         assert -0.11 - 1e-12 <= -result.force[0, 0, 0] <= 0.29
 
     def test_stick_slip(self, integration, tolerance, law):
@@ -127,10 +127,10 @@ def test_circular_path_of_the_cone_slider():
     assert errors[-1] < 2e-3
     assert errors[0] / errors[2] > 3.5  # radial return: first order or better in the sample spacing
     result = element(contact, "exact").evaluate(rows)
-    assert work_per_cycle(rows, result.force) == pytest.approx(exact, rel=1e-13)
+    assert work_per_cycle(rows, result.force) == pytest.approx(exact, rel=1e-11)  # events: roots to 1e-14
     lead = np.arcsin(np.sqrt(1.0 - (limit / kt / radius) ** 2))  # of T before u: |w| = r sin(lead)
     assert -result.force[1, 0, :2] - 1j * result.force[2, 0, :2] == pytest.approx(
-        limit * np.exp(1j * lead) * np.array([1.0, -1j]), abs=1e-13
+        limit * np.exp(1j * lead) * np.array([1.0, -1j]), abs=1e-11 * limit
     )
 
 
@@ -190,7 +190,8 @@ def test_static_element_is_the_sampled_one_without_vibration(law):
     rows = rng.normal(size=(1, 60, 3))
     static = contact_element(contact, 0, SolverOptions((1.0, 2.0))).evaluate(rows)
     sampled = AFTContact(contact, 0, 1).evaluate(rows)
-    assert static.force == pytest.approx(sampled.force, abs=1e-13)
-    assert static.jacobian == pytest.approx(sampled.jacobian, abs=1e-13)
+    size = 60.0 * np.abs(rows).max()  # kn d: the two sum in another order, so that round-off is some 1e-16 of it
+    assert static.force == pytest.approx(sampled.force, abs=1e-12 * size)
+    assert static.jacobian == pytest.approx(sampled.jacobian, abs=1e-12 * size)
     assert np.array_equal(static.state == LIFT_OFF, sampled.state == LIFT_OFF)
     assert set(static.state) == {STICK, SLIP, LIFT_OFF}

@@ -185,7 +185,8 @@ def test_bounds_of_the_wedge_damper_and_exact_gradients(wedge: Continuation) -> 
     assert above is not None
     assert below is not None
     assert (above.amplitude - below.amplitude) / 2e-4 == pytest.approx(middle.gradient[0, 0], rel=1e-6)
-    assert middle.gradient[1].tolist() == pytest.approx([0.0, 0.0], abs=1e-15)  # the second contact slips
+    # the second contact slips: 0 but for round-off, which is 1e-16 of what the first one does, or some times that
+    assert middle.gradient[1] == pytest.approx([0.0, 0.0], abs=1e-10 * abs(middle.gradient[0, 0]))
     low, high = search.extreme(start, -1.0), search.extreme(start, 1.0)
     assert low.amplitude == pytest.approx(3.371e-4, rel=5e-4)
     assert high.amplitude == pytest.approx(4.48698e-4, rel=5e-4)

@@ -61,7 +61,7 @@ def test_sectors_with_the_same_modes_in_every_wave_are_blades_alone(n_blades, la
         found.append((integrator, start, integrator.march(start, 4)))
     (one, start, expected), (other, same_start, record) = found
     assert other.structure.retained.sum() == len(other.structure.phases) * one.structure.retained.sum()
-    assert same_start.coordinates == pytest.approx(start.coordinates, abs=1e-14)
+    assert same_start.coordinates == pytest.approx(start.coordinates, abs=1e-12)  # of size 0.1
     assert other.vibration(record.final) == pytest.approx(one.vibration(expected.final), rel=1e-9)
     assert record.output_m == pytest.approx(expected.output_m, abs=1e-9)
     assert record.ends == pytest.approx(expected.ends, abs=1e-9)

@@ -110,14 +110,14 @@ def test_values_are_written_for_people() -> None:
 def test_shapes_are_shown_at_their_largest() -> None:
     shape = np.array([[1.0 + 1.0j, 0.0, 0.0], [0.0, 3.0j, 0.0]])
     found = at_largest(shape)
-    np.testing.assert_allclose(found[1], [0.0, 1.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(found[1], [0.0, 1.0, 0.0], atol=1e-12)
     assert np.abs(found[0, 0]) == pytest.approx(np.sqrt(2.0) / 3.0)
 
 
 def test_neighbours_stand_on_the_side_of_y() -> None:
     pitch = 2 * np.pi / 72
     np.testing.assert_allclose(
-        turned(np.array([0.1, 0.0, 0.3]), pitch), [0.1, 0.3 * np.sin(pitch), 0.3 * np.cos(pitch)], rtol=1e-14
+        turned(np.array([0.1, 0.0, 0.3]), pitch), [0.1, 0.3 * np.sin(pitch), 0.3 * np.cos(pitch)], rtol=1e-12
     )
 
 

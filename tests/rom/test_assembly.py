@@ -66,7 +66,7 @@ def test_patch_test_constant_strain_is_exact_in_distorted_elements(element):
     assert (~held).sum() >= 3 * 8
     solution = exact.copy()
     solution[~held] = spsolve(stiffness[~held][:, ~held].tocsc(), -stiffness[~held][:, held] @ exact[held])
-    np.testing.assert_allclose(solution, exact, atol=1e-14)
+    np.testing.assert_allclose(solution, exact, atol=1e-12)
     strain = (slope + slope.T) / 2
     lame, shear = STEEL.lame
     stress = 2 * shear * strain + lame * np.trace(strain) * np.eye(3)
@@ -95,7 +95,7 @@ def test_same_matrices_as_the_forms_of_scikit_fem():
     renumber = np.empty(3 * mesh.n_nodes, dtype=int)
     renumber[3 * mesh.blocks[0].nodes[..., None] + np.arange(3)] = dofs
     difference = abs(stiffness - reference[renumber][:, renumber]).max()
-    assert difference < 1e-14 * abs(stiffness).max()
+    assert difference < 1e-12 * abs(stiffness).max()  # sums over elements in another order
 
 
 def test_matrices_are_exactly_symmetric_and_share_no_element_order():
@@ -107,7 +107,7 @@ def test_matrices_are_exactly_symmetric_and_share_no_element_order():
     mesh = discretise(mesh_of(points, hexahedra[shuffled]), "hex8")
     first, _ = elastic_matrices(discretise(mesh_of(points, hexahedra), "hex8"), STEEL)
     second, _ = elastic_matrices(mesh, STEEL)
-    assert abs(first - second).max() < 1e-13 * abs(first).max()
+    assert abs(first - second).max() < 1e-12 * abs(first).max()
 
 
 def test_clamped_nodes_are_all_nodes_of_the_root_surface():

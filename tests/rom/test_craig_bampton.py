@@ -61,7 +61,7 @@ def test_coordinates_are_right_left_tip_and_modes(model, full, sector):
     expected = np.zeros((3 * n_c, n_c, 3))
     for node in range(n_c):
         expected[3 * node : 3 * node + 3, node] = sector.right.frame[node]
-    np.testing.assert_allclose(moved, expected, atol=1e-15)
+    np.testing.assert_allclose(moved, expected, atol=1e-13)  # of unit vectors
 
 
 def test_reduced_matrices_are_those_of_the_basis(model, full):
@@ -132,7 +132,8 @@ def test_forward_and_backward_waves_have_the_same_frequencies(model, contact):
 
 
 def test_free_frequencies_do_not_depend_on_the_phase(model):
-    np.testing.assert_array_equal(natural_frequencies(model, 0.0), natural_frequencies(model, 2.2))
+    # the springs are 0 at any phase; round-off of eigenvalues goes with the largest of them
+    np.testing.assert_allclose(natural_frequencies(model, 0.0), natural_frequencies(model, 2.2), rtol=1e-9)
 
 
 def test_very_stiff_springs_in_phase_are_a_constraint(model):
@@ -220,7 +221,7 @@ def test_excitation_elsewhere_adds_and_observes_that_node(full, sector):
     boundary = 6 * model.n_contacts
     expected = np.zeros(model.size)
     expected[boundary + 3 : boundary + 6] = [0.6, 0.0, 0.8]
-    np.testing.assert_allclose(model.force_excitation, expected, atol=1e-15)
+    np.testing.assert_allclose(model.force_excitation, expected, atol=1e-13)  # of unit vectors
     np.testing.assert_array_equal(model.outputs["tip"], model.force_excitation)
     node = int(np.argmin(np.sum((full.positions - place) ** 2, axis=1)))
     found = expand_to_mesh(model, np.eye(model.size)[boundary + 3 : boundary + 6])[:, node]
@@ -233,7 +234,7 @@ def test_excitation_at_a_contact_node_uses_its_frame(full, sector):
     assert model.size == 6 * model.n_contacts + 3 + 3
     expected = np.zeros(model.size)
     expected[12:15] = sector.right.frame[4] @ [1.0, 0.0, 0.0]
-    np.testing.assert_allclose(model.force_excitation, expected, atol=1e-15)
+    np.testing.assert_allclose(model.force_excitation, expected, atol=1e-13)  # of unit vectors
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,7 @@ def test_matrix_and_response_are_those_of_all_modes(modal: ModalModel, omega: fl
     expected = np.array([modal_sum(modal, phase, h, omega) for h in harmonics])
     matrix = receptance.matrix(omega)
     for found, wanted in zip(matrix, expected, strict=True):
-        assert np.linalg.norm(found - wanted) < 1e-14 * np.linalg.norm(wanted)
+        assert np.linalg.norm(found - wanted) < 1e-12 * np.linalg.norm(wanted)  # sums over all modes
     rng = np.random.default_rng(1)
     force = rng.normal(size=(4, 3 * N_CONTACTS)) + 1j * rng.normal(size=(4, 3 * N_CONTACTS))
     force[0] = force[0].real

@@ -31,6 +31,6 @@ def test_a_vector_of_which_only_round_off_is_left_is_left_out(vectors):
     before[2] *= 1e15  # its length was 3e7 times as large before others were taken out of it
     combinations = orthonormal_combinations(gram, before)
     assert combinations.shape == (4, 3)
-    np.testing.assert_array_equal(combinations[2], 0.0)
+    np.testing.assert_array_equal(combinations[2], 0.0)  # left out: never computed
     np.testing.assert_allclose(combinations.T @ gram @ combinations, np.eye(3), atol=1e-8)
     assert orthonormal_combinations(np.zeros((2, 2))).shape == (2, 0)

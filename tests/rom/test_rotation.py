@@ -169,7 +169,7 @@ def test_no_speed_changes_nothing_and_its_direction_does_not_matter():
     slow, fast, back = (stiffen_by_rotation(full, sector, NO_POISSON, speed) for speed in (1000.0, 2000.0, -2000.0))
     assert (slow.speed_rpm, fast.speed_rpm, back.speed_rpm) == (1000.0, 2000.0, -2000.0)
     assert abs(fast.stiffness - back.stiffness).max() == 0.0
-    assert abs(fast.stiffness - fast.stiffness.T).max() < 1e-15 * abs(full.stiffness).max()
+    assert abs(fast.stiffness - fast.stiffness.T).max() < 1e-13 * abs(full.stiffness).max()  # a sum of three
     hz = [
         natural_frequencies(reduce_sector(m, sector, ReductionOptions(), NODAL).model, 0.0)[0]
         for m in (full, slow, fast)

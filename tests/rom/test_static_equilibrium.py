@@ -67,7 +67,7 @@ def test_tangent_is_the_derivative_of_the_internal_forces(element):
     assert abs(tangent - tangent.T).max() == 0.0
     # Without displacement it is the stiffness of linear elasticity, assembled apart.
     at_rest, linear = body.tangent(np.zeros(3 * mesh.n_nodes)), assemble_free(mesh)
-    assert abs(at_rest - linear).max() < 1e-14 * abs(linear).max()
+    assert abs(at_rest - linear).max() < 1e-12 * abs(linear).max()
 
 
 def assemble_free(mesh):
@@ -82,7 +82,7 @@ def test_a_rigid_motion_costs_nothing_and_turns_the_stiffness():
     moved = (mesh.positions @ turn.T - mesh.positions + [0.3, 0.1, -0.2]).ravel()
     force, strain = body.internal_force(moved)
     scale = abs(assemble_free(mesh)).max() * 0.1
-    assert strain < 1e-13
+    assert strain < 1e-12  # of terms of size 1
     assert np.abs(force).max() < 1e-12 * scale
     some = np.random.default_rng(4).normal(size=(mesh.n_nodes, 3))
     turned = body.tangent(moved) @ (some @ turn.T).ravel()
