@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 PATIENCE = 30.0  # timeout for an empty file, s
 SLOWEST = 5e6  # reading speed that the timeout assumes, bytes/s
+BUSY = 4.0  # times the limit of processor time that a busy machine may take for it
 MEMORY, MEMORY_PER_BYTE = 2**30, 100  # that reading may take: bytes, and bytes for each of the file
 LIMITS = "SHROUD_READING_LIMITS"  # environment variable: how many times the time and the memory are allowed
 CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL)
@@ -172,7 +173,7 @@ def _lacks_memory(error: BaseException) -> bool:
 def _read_and_send(there: Connection, path: Path, read: Callable[[], object], patience: float) -> None:
     for number in (*CRASHES, signal.SIGALRM, signal.SIGXCPU):
         signal.signal(number, signal.SIG_DFL)
-    signal.setitimer(signal.ITIMER_REAL, patience)  # the only way to end a library that hangs
+    signal.setitimer(signal.ITIMER_REAL, BUSY * patience)  # the only way to end a library that waits for ever
     with open(os.devnull, "w") as nowhere:
         os.dup2(nowhere.fileno(), 2)  # messages of a crashing library
     try:
